@@ -1,4 +1,4 @@
-"""Is this calibration right for this finger? Presses of known modulus, recovered and judged one by one."""
+"""Checks a calibration for a finger: recovers the modulus of presses on known specimens and judges each press."""
 
 import math
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ TOLERANCE = 0.02
 class CheckedPress:
     """One press: what was stated, what was recovered, and whether that is right.
 
-    recovered_MPa, sigma_MPa, lower_MPa, upper_MPa : of `Calibration.invert`; NaN where there is none.
+    recovered_MPa, sigma_MPa, lower_MPa, upper_MPa : of `Calibration.invert`; NaN if there is none.
     passed : the stated modulus lies in the interval, widened by the tolerance, and that interval has an end.
     sentence : what happened, in words.
     """
@@ -35,14 +35,14 @@ class CheckedPress:
 
 @dataclass(frozen=True)
 class Check:
-    """The presses of a check; passed : all of them did, and at least one has a modulus."""
+    """The presses of a check. passed : True if each of them passed and at least one has a modulus."""
 
     presses: tuple[CheckedPress, ...]
     tolerance: float
 
     @property
     def answered(self) -> int:
-        """Presses for which a modulus came out."""
+        """Presses for which a modulus was found."""
         return sum(math.isfinite(one.recovered_MPa) for one in self.presses)
 
     @property

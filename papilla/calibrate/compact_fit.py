@@ -1,4 +1,4 @@
-"""The five-coefficient form for a microcontroller, fitted so that the modulus, not S_d, comes out best."""
+"""Fits the five-coefficient form for a microcontroller. The fit minimises errors of the modulus, not of S_d."""
 
 from dataclasses import replace
 
@@ -12,18 +12,20 @@ from papilla.units import gf_to_newton
 
 FORCE_N = (gf_to_newton(10.0), gf_to_newton(100.0))
 MODULUS_MPA = (0.05, 0.72)
-"""What is fitted of a calibration that reaches further: where a modulus can be recovered."""
+"""Forces and moduli that are used if a calibration covers more: the range in which a modulus can be recovered."""
 GRID = 24
 START = (10.0, 0.5, -0.05, -3.0, 0.2)
 STEEP = 1e-3
-"""Slope d ln S_d / d ln E below which a press says nothing of the modulus, and has no greater weight."""
+"""Smallest slope d ln S_d / d ln E in the weights: a press with a smaller slope says little about the modulus, and its
+weight does not grow further."""
 
 
 def fit_compact(calibration: Calibration) -> Compact:
-    """Fit the form to what a calibration's surface tells, over 10-100 gf and 0.05-0.72 MPa or what it has of them.
+    """Fit the form to a calibration's surface, over the part of 10-100 gf and 0.05-0.72 MPa that the calibration
+    covers.
 
     Residuals are of ln S_d over the form's own slope in ln E, so that they are errors of the modulus. Raises
-    `InputError` where the calibration covers too little of that, or its S_d does not follow the form.
+    `InputError` if the calibration covers too little of that range, or its S_d does not follow the form.
     """
     force = _inside(calibration.domain["force_N"], FORCE_N, "forces")
     modulus = _inside(calibration.domain["modulus_MPa"], MODULUS_MPA, "moduli")
@@ -55,7 +57,7 @@ def fit_compact(calibration: Calibration) -> Compact:
 
 
 def with_compact(calibration: Calibration) -> Calibration:
-    """The calibration with its compact form, or without where that does not fit."""
+    """The calibration with its compact form, or without it if the form does not fit."""
     try:
         return replace(calibration, compact=fit_compact(calibration))
     except InputError:

@@ -1,7 +1,7 @@
-"""Fingers and calibrations side by side: how large S_d is, how well it tells the modulus, how far each gauge feels, and
-what it costs; with what that says in words.
+"""Compares fingers and calibrations: size of S_d, uncertainty of the modulus, receptive field of each gauge, and cost;
+with a verdict in words.
 
-All are judged over the forces and moduli that all of them cover, under the same noise of gauges and force.
+All are compared over the forces and moduli that all of them cover, with the same noise of gauges and force.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,27 +22,28 @@ from papilla.units import to_microstrain
 from papilla.view.pictures import receptive_of
 
 NOISE_MICROSTRAIN, FORCE_ERROR = 5.0, 0.01
-"""Standard deviation of a reading and, as a share, of the force: what `papilla identify` finds of a fair bench."""
+"""Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a
+typical bench."""
 
 POINTS = 40
 """Forces and moduli of the map over which the uncertainty of E is compared."""
 
 SCENE = (0.588, 0.51)
-"""Force (N) and modulus (MPa) at which S_d is told: 60 gf on the middle one of the published specimens."""
+"""Force (N) and modulus (MPa) at which S_d is reported: 60 gf on the middle one of the published specimens."""
 
 ALIKE = 0.03
-"""Share by which two values may differ and still be called alike: meshes move S_d by up to half of it."""
+"""Relative difference up to which two values are called alike: S_d differs by up to half of it between meshes."""
 
 BETTER, LARGER = ("better", "best"), ("larger", "largest")
 """Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
 
 TIMED = 50
-"""Presses and answers of which the median time is told."""
+"""Numbers of presses and answers whose median time is reported."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What is compared: a calibration, and the finger that it was computed of, where that is known."""
+    """What is compared: a calibration, and the finger that it was computed for, if that is known."""
 
     name: str
     calibration: Calibration
@@ -51,8 +52,8 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Reach:
-    """How a gauge feels a small load: the strongest response (microstrain per mN), where (x, y in mm), and the area of
-    the skin (mm2) where the response is at least half of it."""
+    """Response of a gauge to a small load: the largest response (microstrain per mN), its place (x, y in mm), and the
+    area of the skin (mm2) where the response is at least half of it."""
 
     gauge: str
     strongest: float
@@ -63,12 +64,12 @@ class Reach:
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """What is told of a candidate.
+    """The figures of a candidate.
 
     sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
     sigma_E / E. identified : share of the domain with sigma_E / E of at most half. relative_sigma : (forces, moduli),
-    infinite where there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a
-    finger. reach : a gauge each; empty without a finger.
+    infinite if there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a finger.
+    reach : a gauge each; empty without a finger.
     """
 
     name: str
@@ -90,7 +91,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Rows, the domain that all cover (force_N and modulus_MPa of the maps), and what is better at what, in words."""
+    """Rows, the common domain (force_N and modulus_MPa of the maps), and verdicts in words."""
 
     rows: tuple[Row, ...]
     force_N: np.ndarray
@@ -99,8 +100,8 @@ class Comparison:
 
 
 def candidate(path: str | Path, **how) -> Candidate:
-    """What a file or a shipped finger's name stands for: a calibration (.json), or a design, which is calibrated as
-    `calibrate_finger` does with `how`. Raises what loading and calibrating raise."""
+    """The candidate that a file or the name of a shipped finger gives: a calibration (.json), or a design, which
+    `calibrate_finger` calibrates with the arguments `how`. Raises what loading and calibrating raise."""
     if Path(path).suffix.lower() == ".json":
         return Candidate(str(path), Calibration.load(path))
     finger = Finger.load(path)
@@ -108,7 +109,7 @@ def candidate(path: str | Path, **how) -> Candidate:
 
 
 def compare(candidates: Sequence[Candidate], progress: Callable[[str], None] = lambda line: None) -> Comparison:
-    """The candidates side by side; raises `InputError` for fewer than two and where they share no domain."""
+    """Compare the candidates. Raises `InputError` for fewer than two, or if their calibrations share no domain."""
     if len(candidates) < 2:
         raise InputError("a comparison needs at least two designs or calibrations")
     names = [one.name for one in candidates]
@@ -192,7 +193,7 @@ def _reach(finger: Finger, progress: Callable[[str], None]) -> tuple[Reach, ...]
 
 
 def _verdicts(rows: Sequence[Row]) -> list[str]:
-    """Which is better at what, a sentence each."""
+    """Verdicts: which candidate is better in which quantity, a sentence each."""
     said = [
         _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
         _best(rows, "Share of the domain where E is identified", "identified", _percent),
@@ -203,14 +204,12 @@ def _verdicts(rows: Sequence[Row]) -> list[str]:
     pairs = [(a, b) for k, a in enumerate(rows) for b in rows[k + 1 :]]
     for a, b in pairs:
         better = float((a.relative_sigma < b.relative_sigma).mean())
-        said.append(
-            f"Point by point, {a.name} tells the modulus better than {b.name} over {_percent(better)} of the domain."
-        )
+        said.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
     wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
     if len(wide) > 1:
         told = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
         said.append(
-            f"Half of its strongest response a gauge has over, in the median: {told}; a smaller field is finer."
+            f"Median area in which a gauge has at least half of its largest response: {told}; a smaller one is finer."
         )
     return said
 

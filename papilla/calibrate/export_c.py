@@ -117,16 +117,16 @@ REALS = {"double": ("", "", "DBL_MAX"), "float": ("f", "f", "FLT_MAX")}
 
 
 def c_header(calibration: Calibration, real: Literal["double", "float"] = "double") -> str:
-    """The header (C99 and C++) of a calibration's compact form, which is fitted now where the calibration has none.
+    """The header (C99 and C++) of a calibration's compact form, which is fitted now if the calibration has none.
 
     real : type of its numbers. In double its answers are those of `Compact.answer` to 1e-9 (a compiled test holds it to
-    that). Raises `InputError` where the form does not fit the calibration.
+    that). Raises `InputError` if the form does not fit the calibration.
     """
     from papilla import __version__
 
     form: Compact = calibration.compact or fit_compact(calibration)
     name = str(calibration.finger.get("name") or "a measured finger")
-    # A name could end the comment or the line
+    # A name could contain the end of a comment or of a line
     plain = "".join(sign if sign.isprintable() and sign not in "*/\\" else " " for sign in name)
     f, ending, largest = REALS[real]
 

@@ -19,7 +19,7 @@ from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 
 FRICTION_CELLS = (Resolution(8), Resolution(8))
-"""Cells over force and modulus of what friction changes: it is smooth."""
+"""Number of cells over force and modulus for the change by friction, which is smooth."""
 
 
 def fit(
@@ -30,20 +30,22 @@ def fit(
     friction_known: bool | None = None,
     strain: float | None = None,
 ) -> Calibration:
-    """Fit a calibration to a sweep; notes and repr say what its intervals lack of those of `calibrate_finger`.
+    """Fit a calibration to a sweep. `notes` and `repr` state what its intervals do not contain, compared with
+    `calibrate_finger`.
 
     Parameters
     ----------
     sweep : at least three forces and three moduli; presses without readings are left out, and the part of the domain
         around them is not inverted.
-    scatter : sweeps of the same finger on independent meshes (any table of forces and moduli): what they differ by
-        becomes part of every sigma and interval.
-    frictionless : the same presses without friction, of which `scatter` is then, too; None where `sweep` has none.
-    friction_known : whether presses to come have the sweep's friction; else intervals take in presses without. None:
-        whether somebody stated it.
-    strain : relative standard deviation of what the sweep knows of large strain; None takes its own.
+    scatter : sweeps of the same finger on independent meshes (any table of forces and moduli): their differences become
+        part of every sigma and interval.
+    frictionless : the same presses without friction (then `scatter` is without friction, too); None if `sweep` has no
+    friction.
+    friction_known : whether later presses have the sweep's friction; if not, intervals also contain presses without
+        friction. None means: whether the friction was stated.
+    strain : relative standard deviation of S_d by large strain; None takes that of the sweep.
 
-    Raises `InputError` where the sweep is too small to fit, or another sweep has other gauges or presses.
+    Raises `InputError` if the sweep is too small to fit, or another sweep has other gauges or presses.
     """
     if frictionless is not None and (frictionless.reading.shape != sweep.reading.shape):
         raise InputError("the sweep without friction must be of the same presses and gauges")
@@ -99,7 +101,7 @@ def fit(
 
 @dataclass(frozen=True, eq=False)
 class Doubts:
-    """What a sweep is compared with: presses on other meshes, and without friction; see `fit`."""
+    """Other sweeps that a sweep is compared with: on other meshes, and without friction; see `fit`."""
 
     sweep: Sweep
     scatter: Sequence[Sweep]
@@ -109,7 +111,7 @@ class Doubts:
 
     @property
     def share_continued(self) -> float:
-        """Share of the sweep's presses that large strain was not measured for."""
+        """Share of the sweep's presses that are beyond the measured range of large strain."""
         statuses = zip(self.sweep.status, self.sweep.valid, strict=True)
         continued = [BEYOND in status for status, valid in statuses if valid]
         return sum(continued) / len(continued)
@@ -117,8 +119,8 @@ class Doubts:
     def of_surface(
         self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float, *, one_site: bool = False
     ) -> Uncertainty:
-        """How far a surface, fitted to a `value` (n,) of the sweep, may be off; strain is relative to `unit`, and
-        contains the uncertainty of presses that are harder than those that were measured."""
+        """Uncertainty of a surface that was fitted to a `value` (n,) of the sweep. The part by large strain is relative
+        to `unit` and covers presses beyond the measured range."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(self.share_continued)
         strain = math.hypot(self.strain, continued) * unit
@@ -166,7 +168,7 @@ def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) ->
 
 
 def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, lacks: list[str]) -> list[str]:
-    """What a user of the surface has to doubt."""
+    """The doubts about a surface, as sentences."""
     notes = []
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())
     if missing:

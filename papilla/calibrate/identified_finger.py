@@ -18,11 +18,11 @@ from papilla.identified import Identified
 from papilla.logs import PressLog
 
 GRID = 10
-"""Presses along force and modulus at which the standard deviations are computed."""
+"""Number of presses along force and modulus at which the standard deviations are computed."""
 
 CELLS = Resolution(5)
 SAME = 1e-6
-"""Relative difference from which a design's modulus is not the identified one."""
+"""Relative difference above which a design's modulus differs from the identified one."""
 
 
 def with_identification(
@@ -33,8 +33,9 @@ def with_identification(
 ) -> Calibration:
     """The calibration with the covariance of the finger's identification in its surfaces, and the bench's zeros.
 
-    size_mm : elements at the contact, None for those of `identify`. Without an identification it stays what it is.
-    Raises `InputError` where the `[identified]` table is of other gauges, or the design was changed since.
+    size_mm : elements at the contact, None for those of `identify`. A finger without an identification leaves the
+    calibration unchanged. Raises `InputError` if the `[identified]` table is of other gauges, or the design was changed
+    since.
     """
     record = finger.identified
     if record is None:
@@ -78,8 +79,8 @@ def _problem(
     progress: Callable[[str], None] | None,
     size_mm: float | None,
 ) -> tuple[Problem, np.ndarray]:
-    """Presses over the domain of a calibration as a problem in the parameters that were identified of the finger, where
-    it starts; and their covariance."""
+    """The problem of presses over the domain of a calibration, in the parameters that were identified, at their
+    recorded values; and their covariance."""
     designed = start_of(finger, finger.bench.thickness)
     values = dict(zip(record.parameters, record.values, strict=True))
     for name, value in values.items():

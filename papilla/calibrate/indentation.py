@@ -1,4 +1,4 @@
-"""Young's modulus the slow way: from a series of force and indentation, which the gauges' estimate is to replace."""
+"""Young's modulus from a series of force and indentation: the slow method that the estimate from gauges replaces."""
 
 import math
 from collections.abc import Callable
@@ -19,7 +19,7 @@ Depth = Callable[[float, np.ndarray], np.ndarray]
 """Indentation (n,) in mm that a specimen of a modulus (MPa) takes at forces (n,) in N."""
 LEVEL = 0.95
 FEWEST = 4
-"""Points of a series: two unknowns, and some freedom to know their errors by."""
+"""Smallest number of points of a series: two unknowns, and some degrees of freedom for their errors."""
 STEP = 1e-4
 
 
@@ -27,7 +27,7 @@ STEP = 1e-4
 class IndentationModulus:
     """modulus_MPa, its standard deviation and 95 % interval; offset_mm : indentation at which contact begins.
 
-    rms_N : of the force that the fit leaves; freedom : points less two.
+    rms_N : root mean square residual of the force; freedom : number of points minus two.
     """
 
     modulus_MPa: float
@@ -54,7 +54,7 @@ def on_bonded_layer(radius_mm: float, thickness_mm: float, deepest_mm: float, nu
 
 
 def on_finger(sweep: Sweep) -> Depth:
-    """A finger with its specimen, by the indentations of a sweep over force and modulus; NaN outside of it."""
+    """A finger with its specimen; the indentations come from a sweep over force and modulus, NaN outside of it."""
     forces, moduli = np.unique(sweep.force_N), np.unique(sweep.modulus_MPa)
     order = np.lexsort((sweep.modulus_MPa, sweep.force_N))
     depth = sweep.indentation_mm[order].reshape(len(forces), len(moduli))
@@ -72,17 +72,17 @@ def on_finger(sweep: Sweep) -> Depth:
 def fit_indentation(
     force_N: ArrayLike, indentation_mm: ArrayLike, depth: Depth, start_MPa: float = 0.3
 ) -> IndentationModulus:
-    """Modulus and point of contact that explain a series; residuals are of the force.
+    """Fit modulus and point of contact to a series; residuals are those of the force.
 
     Parameters
     ----------
-    force_N, indentation_mm : (n,), n >= 4, of a loading; points without a positive force are before contact, and are
-        left out. Both carry an offset of the indentation, which is fitted.
+    force_N, indentation_mm : (n,), n >= 4, of a loading. Points without a positive force are before contact and are
+        left out. The indentation has an offset, which is fitted.
     depth : one of `on_half_space`, `on_bonded_layer`, `on_finger`, or your own.
     start_MPa : where the search begins.
 
-    The interval is Student's, of a linearised fit. Raises `InputError` for series that are too short or that the model
-    does not explain.
+    The interval uses Student's t and the linearised fit. Raises `InputError` for a series that is too short or that the
+    model does not explain.
     """
     force, found = np.asarray(force_N, float), np.asarray(indentation_mm, float)
     whole = force.ndim == 1 and force.shape == found.shape and np.isfinite([force, found]).all()
@@ -109,7 +109,7 @@ def fit_indentation(
         weights = stiffness(first.x)
         best = least_squares(lambda values: weights * lacking(values), first.x)
     except ValueError as error:
-        raise InputError("the series leaves what the model of the indentation covers") from error
+        raise InputError("the series leaves the range of the indentation model") from error
     freedom = len(force) - 2
     variance = float(best.fun @ best.fun) / freedom
     covariance = variance * np.linalg.inv(best.jac.T @ best.jac)

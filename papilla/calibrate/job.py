@@ -1,4 +1,5 @@
-"""The main job: from a finger's design, or from measured presses, to a calibration and how well it gives E back."""
+"""The main job: from a finger's design, or from measured presses, to a calibration and a check of the moduli that it
+recovers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -26,25 +27,27 @@ from papilla.specimen import STICK, Friction, friction_coefficient
 from papilla.workers import workers
 
 SCATTER_VARIANTS = (1, 2, 3)
-"""Independent meshes whose sweeps say how far the mesh moves S_d."""
+"""Number of independent meshes whose sweeps measure the scatter of S_d between meshes."""
 SCATTER_STEP, SHORT_STEP, SHORT = 6, 2, 24
-"""Of the forces and moduli of a sweep, one in so many is pressed on each other mesh; of up to `SHORT`, `SHORT_STEP`."""
+"""On each other mesh, every n-th force and modulus of a sweep is pressed; up to `SHORT` values, every
+`SHORT_STEP`-th."""
 QUICK = "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
 """Note of a quick calibration."""
 QUICK_FORCES, QUICK_MODULI = 15, 12
-"""Of a quick calibration: S_d between them is off by up to 1 %, which is in its intervals."""
+"""Moduli and forces of a quick calibration: S_d between them is off by up to 1 %, which its intervals contain."""
 
 CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)
-"""Where the recovered modulus is checked."""
+"""Forces and moduli at which the recovered modulus is checked."""
 CHECKED_PER_AXIS = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Calibrated:
-    """A calibration, the presses it was fitted to, and its checks: on its own mesh, and against physics.
+    """A calibration, the presses to which it was fitted, and its checks: on its own mesh, and against finite strain.
 
-    presses : computed. truth : None where no press of it is within the domain. depths : against the published ones.
+    presses : computed. truth : None if none of its presses is within the domain. depths : comparison with the published
+    ones.
     bench : the measured presses that the finger was identified from, if it was.
     """
 
@@ -61,8 +64,8 @@ class Calibrated:
 class BenchPresses:
     """Measured presses, the finger that was identified from them, and their moduli recovered by its calibration.
 
-    sd_microstrain, sigma_microstrain : (n,) of the readings without their zeros, and the noise of it. inside : (n,)
-    whether the stated 95 % interval of a press holds its modulus.
+    sd_microstrain, sigma_microstrain : (n,) S_d of the readings without their zeros, and its noise. inside : (n,)
+    whether the stated 95 % interval of a press contains its modulus.
     """
 
     log: PressLog
@@ -91,13 +94,13 @@ def calibrate_finger(
 
     Parameters
     ----------
-    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes what the finger's bench
-        says. Where that says nothing, too, stick is the likeliest, as of silicone on silicone, and intervals take in
-        presses without friction.
-    size_mm : elements at the contact of all meshes. None takes `DEFAULT_SIZE_MM`, and of the mesh on which what an
-        uncertainty of an identification is computed that of `identify`.
+    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes the friction of the
+        finger's bench. If the bench states none, presses stick, as silicone does on silicone, and intervals also
+        contain presses without friction.
+    size_mm : element size at the contact on all meshes. None takes `DEFAULT_SIZE_MM`, and that of `identify` for the
+        uncertainty of an identification.
     progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
-    processes : that work at the same time, where much is not in the cache (`papilla.workers`).
+    processes : number of processes, if much is not in the cache (`papilla.workers`).
     forces, moduli : of the sweep, N and MPa; at least three each.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
@@ -116,7 +119,7 @@ def calibrate_finger(
         truth = [start(press_truth, finger, size, one) for one in against]
         reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
         doubt = tables()
-        # Their sweeps need the tables
+        # Their sweeps need the tables of large strain
         thin = [one[:: SHORT_STEP if len(one) <= SHORT else SCATTER_STEP] for one in (forces, moduli)]
         scatter = [start(_scatter, finger, size, one, *thin) for one in SCATTER_VARIANTS[: 1 if quick else None]]
         if friction is None:
@@ -165,14 +168,15 @@ def calibrate_bench(
     processes: int = 1,
     **table: Any,
 ) -> Calibrated:
-    """Identify the finger that made presses, calibrate it, and recover the presses' own moduli by it.
+    """Identify the finger that made the presses, calibrate it, and recover the moduli of these presses from the
+    calibration.
 
-    Arguments as of `identify` and `calibrate_finger`, to which `table` is handed on (forces, moduli, quick); raises
-    what these raise, and `InputError` for presses beside the apex, which no calibration at the apex recovers.
+    Arguments as of `identify` and `calibrate_finger`, which receives `table` (forces, moduli, quick); raises what these
+    raise, and `InputError` for presses beside the apex, whose moduli a calibration at the apex cannot recover.
     """
     if (beside := places(log).any(axis=1)).any():
         raise InputError(
-            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d is another: papilla identify takes it, "
+            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
             "and papilla calibrate --finger the finger that it writes"
         )
     found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
@@ -197,13 +201,15 @@ def calibrate_bench(
 
 
 def _friction_notes(known: bool, doubt: str) -> list[str]:
-    """What a calibration's intervals say of large strain and friction."""
+    """Notes on what a calibration's intervals contain of large strain and friction."""
     if doubt:
-        own = "" if known else ", and friction is not known, which takes as much off as large strain adds"
+        own = "" if known else ", and friction is not known, which lowers S_d by as much as large strain raises it"
         return [f"{doubt}: intervals hold {200 * NOT_INCLUDED:.2g} % for it{own}"]
     if known:
         return []
-    return ["friction is not known: stick is taken, and intervals take in presses without (--friction says it)"]
+    return [
+        "friction is not known: stick is assumed, intervals contain presses without friction (--friction states it)"
+    ]
 
 
 def recover(
@@ -213,8 +219,8 @@ def recover(
     forces: Sequence[float] = DEFAULT_FORCES,
     moduli: Sequence[float] = DEFAULT_MODULI,
 ) -> Recovery:
-    """Press specimens of the finger's bench between the points of a sweep, and let the calibration's surface tell their
-    moduli; presses that leave what the model covers are left out."""
+    """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
+    calibration's surface. Presses outside the range of the model are left out."""
     between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
     pressed = sweep(reduced, *between, reduced.bench.specimen, friction=friction)
     force, modulus, sd = (
@@ -224,7 +230,7 @@ def recover(
 
 
 def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
-    """Geometric midpoints of neighbouring grid values, thinned out: those inside the limits, or if none is, all."""
+    """Geometric means of neighbouring grid values, thinned out: those inside the limits or, if there are none, all."""
     middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
     inside = _within(middles, limits)
     middles = middles[inside] if inside.any() else middles
@@ -237,7 +243,7 @@ def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
 
 
 def cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps=None) -> Sweep:
-    """`sweep` on specimens like `block`, kept in the cache; arguments as there."""
+    """`sweep` on specimens like `block`, kept in the cache; for the arguments see there."""
 
     def make():
         return sweep(reduced, moduli, forces, block, progress=steps, friction=friction).to_arrays()

@@ -6,8 +6,8 @@ From stretch and nominal stress (MPa) of a test to the card of a layer:
 >>> fitted = fit_material("ogden", data)
 >>> finger = dataclasses.replace(finger, outer=Layer.of(fitted.material))
 
-or, in a design file, `[outer] material = { model = "ogden", mu_MPa = ..., alpha = ... }`. `fitted.notes` says what to
-doubt.
+or, in a design file, `[outer] material = { model = "ogden", mu_MPa = ..., alpha = ... }`. `fitted.notes` states the
+doubts.
 """
 
 from collections.abc import Sequence
@@ -21,13 +21,14 @@ from papilla.materials import MODES, Material, NeoHookean, material_class, princ
 from papilla.short_repr import short_repr
 
 STRONG_CORRELATION = 0.95
-"""Between two parameters, from which the fit says so."""
+"""Correlation of two parameters above which the fit reports it."""
 
 ILL_CONDITIONED = 1e6
-"""Condition number of the scaled Jacobian from which the fit says so."""
+"""Condition number of the scaled Jacobian above which the fit reports it."""
 
 DEAD = 1e-10
-"""Size of a column of the scaled Jacobian, against the largest, below which the data do not see its parameter."""
+"""Size of a column of the scaled Jacobian, relative to the largest, below which the data do not determine its
+parameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ class MaterialFit:
     condition : condition number of the Jacobian with columns scaled to unit length.
     rms : root mean square of the residuals in MPa over all `points`.
     stretch_range : of the data; the fit says nothing beyond it.
-    notes : what to doubt, in sentences; empty where nothing was found.
+    notes : doubts, in sentences; empty if there are none.
     """
 
     material: Material
@@ -92,9 +93,9 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     """Least-squares fit of a material of `kind` ("neo-hookean", "yeoh" or "ogden") to unweighted nominal stresses.
 
     The problem is solved in units of the data's own shear modulus, so that units of stress do not matter. Standard
-    errors take the residual scatter as noise: s^2 = sum r^2/(n - k) (Bates and Watts 1988, section 2.1).
-    Raises `InputError` where there are too few points or no positive stiffness in them, `SolverError` where the search
-    does not converge.
+    errors use the scatter of the residuals as noise: s^2 = sum r^2/(n - k) (Bates and Watts 1988, section 2.1). Raises
+    `InputError` if there are too few points or their stiffness is not positive, `SolverError` if the search does not
+    converge.
     """
     cls = material_class(kind)
     names = tuple(item.name for item in fields(cls))
@@ -126,7 +127,7 @@ def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
 
 
 def _shear_modulus(data: MaterialTests) -> float:
-    """The neo-Hookean shear modulus (MPa) of least squares: the scale of everything else."""
+    """The shear modulus (MPa) of a neo-Hookean least-squares fit; all other parameters are scaled by it."""
     unit = model_stress(NeoHookean(1.0), data)
     scale = float(unit @ data.stress / (unit @ unit))
     if not scale > 0:
@@ -151,7 +152,7 @@ def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> 
     stderr = np.sqrt(np.diag(covariance))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(stderr, stderr)
-    notes = [f"the data do not see {names[k]}" for k in np.flatnonzero(dead)]
+    notes = [f"the data do not determine {names[k]}" for k in np.flatnonzero(dead)]
     notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(found.active_mask)]
     notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(found.x == start)]
     for i in range(len(names)):

@@ -1,4 +1,4 @@
-"""A calibration against physics: presses at finite strain, stuck and without friction, on a mesh that it never saw."""
+"""Checks a calibration against presses at finite strain, stuck and without friction, on a mesh that it did not use."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from papilla.workers import Say, counted
 FORCES_N = (0.25, 1.0)
 MODULI_MPA = (0.07, 0.6)
 UNSEEN_VARIANT = 4
-"""The mesh of these presses."""
+"""Number of the mesh of these presses."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Recovery:
 
     @property
     def answered(self) -> int:
-        """Presses for which the surface gave a modulus: the errors are of these alone."""
+        """Number of presses for which the surface gave a modulus; the errors are those of these presses."""
         return len(self._answered)
 
     @property
@@ -57,11 +57,11 @@ class Recovery:
 
 @dataclass(frozen=True, eq=False)
 class Truth(Recovery):
-    """Presses at finite strain on an unseen mesh, and what a calibration makes of them.
+    """Presses at finite strain on another mesh, and what a calibration recovers from them.
 
     friction, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
     sd_error : (n,) relative, of the calibration's S_d.
-    inside : (n,) whether the stated 95 % interval holds the modulus.
+    inside : (n,) whether the stated 95 % interval contains the modulus.
     """
 
     friction: np.ndarray
@@ -71,7 +71,7 @@ class Truth(Recovery):
 
     @classmethod
     def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
-        """Of a calibration and the `presses` of `press_truth`; those outside of its domain are left out."""
+        """The check of a calibration by the `presses` of `press_truth`; presses outside of its domain are left out."""
         force, modulus = presses[:, 1], presses[:, 2]
         predicted = calibration.predict(force, modulus)
         friction, force, modulus, sd, predicted = (part[np.isfinite(predicted)] for part in (*presses.T, predicted))
@@ -106,11 +106,11 @@ class Truth(Recovery):
 
 
 def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) -> tuple[np.ndarray, str]:
-    """Presses at finite strain on a mesh that no calibration sees, and what to say of the layers' laws over the strains
-    that they reach.
+    """Presses at finite strain on a mesh that no calibration uses, and a remark on the stability of the layers'
+    material laws at the strains that they reach.
 
     say : called with lines of progress. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
-    (microstrain), fewer where they leave the model; they come from the cache the second time.
+    (microstrain), fewer if some leave the range of the model; the second time they come from the cache.
     """
 
     def make() -> dict[str, np.ndarray]:
@@ -127,17 +127,17 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) ->
 
 
 def worst_law(laws: Sequence[str]) -> str:
-    """Which of some sentences on the layers' laws to keep: the last unstable one, else the last."""
+    """The remark to keep out of several remarks on the layers' laws: the last one on instability, else the last."""
     return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
 
 
 def mesh_number(variant: int, say: Say) -> Say:
-    """Says which of a calibration's meshes a line is about."""
+    """Adds the number of the mesh to each line of progress."""
     return lambda line: say(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {line}")
 
 
 def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:
-    """Whether `press_truth` need not press."""
+    """Whether the cache already contains the result of `press_truth`."""
     return cache.find("truth", _key(finger, size_mm, friction)) is not None
 
 

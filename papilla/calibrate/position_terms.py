@@ -20,29 +20,30 @@ from papilla.mesh import build
 from papilla.specimen import Friction
 
 FORCES, MODULI = 10, 12
-"""Presses along each axis of the domain, its ends among them."""
+"""Number of presses along each axis of the domain, its ends included."""
 ALONG_FORCE, ALONG_MODULUS = Resolution(4), Resolution(6)
 REACH = 1 / 6
-"""Calibrated |x| in half widths of the finger: 4 mm of 24."""
+"""Largest calibrated |x| in half widths of the finger: 4 mm of 24."""
 CELLS = 8
 PLACES_PER_CELL = 2
 ERROR = 0.04
-"""One sigma of a reading's change: presses at finite strain beside the apex differ by so much of it from linear ones
-that were moved, and these from linear presses solved there by half of it (docs/adr/0009)."""
+"""Relative error (one sigma) of a reading's change: presses at finite strain beside the apex differ by this much from
+linear presses that were moved, and linear presses solved there by half of it (docs/adr/0009)."""
 OPEN = 0.06
-"""The same where friction is not known: half of what the change of presses that stick differs from that without."""
+"""The same if friction is not known: half of the difference between the changes of stuck and frictionless presses."""
 
 LEAST_GAUGES = 3
-"""With the force, one channel more than modulus, force and position have unknowns."""
+"""Smallest number of gauges: with the force they are one channel more than the unknowns modulus, force and position."""
 
 
 def with_positions(
     calibration: Calibration, finger: Finger, reduced: ReducedFinger, friction: Friction = 0.0
 ) -> Calibration:
-    """The calibration of a finger and what contacts beside the apex change in it; a note where that has no answer.
+    """The calibration of a finger with the changes by contacts beside the apex; if they cannot be computed, a note says
+    why.
 
-    reduced : of the same finger on its own mesh. friction : of the presses. What is computed comes from the cache the
-    second time.
+    reduced : of the same finger on its own mesh. friction : of the presses. The second time the results come from the
+    cache.
     """
     if len(finger.gauges) < LEAST_GAUGES:
         return calibration
@@ -71,10 +72,10 @@ def position_places(model: FingerModel) -> np.ndarray:
 def move_presses(
     model: FingerModel, reduced: ReducedFinger, domain: dict[str, tuple[float, float]], friction: Friction = 0.0
 ) -> dict[str, np.ndarray]:
-    """Presses over a calibration's domain at the apex, and what they read elsewhere: named arrays.
+    """Presses over a calibration's domain at the apex, and their readings at other places, as named arrays.
 
-    force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press that leaves what the model
-    covers is left out. Raises `InputError` where a contact beside the apex would leave the skin.
+    force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press outside the range of the
+    model is left out. Raises `InputError` if a contact beside the apex would leave the skin.
     """
     forces, moduli = np.geomspace(*domain["force_N"], FORCES), np.geomspace(*domain["modulus_MPa"], MODULI)
     presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
@@ -86,13 +87,13 @@ def move_presses(
 
 
 def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> PositionTerms:
-    """`PositionTerms` through what `move_presses` found, with a relative error of each change; raises `InputError` for
-    too few presses."""
+    """`PositionTerms` fitted to the result of `move_presses`, with a relative error of each change. Raises `InputError`
+    for too few presses."""
     force, places = moved["force_N"], moved["place_mm"]
     change = (moved["reading"] - moved["reading"][len(places) // 2]) / force[:, None]
     surfaces = SurfaceFit(force, moved["modulus_MPa"], (ALONG_FORCE, ALONG_MODULUS))
     basis = _basis(places)
-    # Splines that vanish at x = 0, where the gauges' own surfaces hold.
+    # Splines that are zero at x = 0, where the gauges' own surfaces hold.
     free = null_space(basis[[len(places) // 2]])
     across = free @ np.linalg.lstsq(basis @ free, change.reshape(len(places), -1), rcond=None)[0]
     across = across.reshape(-1, *change.shape[1:])

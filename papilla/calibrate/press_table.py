@@ -23,7 +23,8 @@ from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, ph
 from papilla.tables import write_table
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
-"""Moduli in MPa, the published ones among them; 43, because contact grows node by node: a coarser table shows in E."""
+"""Moduli in MPa, the published ones among them. There are 43, because a contact grows node by node and a coarser table
+would give visible errors of E."""
 DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 """Forces in N."""
 SCHEMA = "papilla.sweep/1"
@@ -31,7 +32,7 @@ NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contac
 
 
 NOT_INCLUDED = 0.018
-"""Relative standard deviation of S_d where large strain is not included: it changes up to twice as much."""
+"""Relative standard deviation of S_d if large strain is not included: it changes S_d by up to twice as much."""
 
 ORIGIN = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
 
@@ -42,17 +43,12 @@ class Sweep:
 
     Parameters
     ----------
-    force_N, modulus_MPa : (n,).
-    reading : (n, g) in microstrain; NaN where the press left what the model covers.
-    sd_microstrain : (n,) population standard deviation (ddof 0) of the readings.
-    indentation_mm, contact_area_mm2, peak_pressure_MPa : (n,).
-    resolved : (n,) bool, whether the mesh was fine enough.
-    status : n sentences.
-    gauge_names : g names.
-    specimen : what was pressed, in words; friction : between it and the finger, a number or "stick".
-    physics : under what, in the words of every command. friction_told : whether somebody said the friction.
-    strain : relative standard deviation of S_d by what is not known of large strain.
-    finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
+    force_N, modulus_MPa : (n,). reading : (n, g) in microstrain; NaN if the press left the range of the model.
+    sd_microstrain : (n,) population standard deviation (ddof 0) of the readings. indentation_mm, contact_area_mm2,
+    peak_pressure_MPa : (n,). resolved : (n,) bool, whether the mesh was fine enough. status : n sentences. gauge_names
+    : g names. specimen : what was pressed, in words; friction : between it and the finger, a number or "stick". physics
+    : what the presses include, in words. friction_told : whether the friction was stated. strain : relative standard
+    deviation of S_d by large strain. finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
     """
 
     force_N: np.ndarray
@@ -85,7 +81,7 @@ class Sweep:
 
     @property
     def valid(self) -> np.ndarray:
-        """(n,) bool: rows that hold readings."""
+        """(n,) bool: rows that contain readings."""
         return np.isfinite(self.sd_microstrain) & np.isfinite(self.reading).all(axis=1)
 
     def to_csv(self, path: str | Path) -> None:
@@ -102,8 +98,8 @@ class Sweep:
         return first | gauges | rest | {"resolved": self.resolved.astype(int), "status": self.status}
 
     def to_frame(self) -> Any:
-        """The columns of sweep.csv as a pandas DataFrame; where pandas is not installed as a dict of columns, which
-        `pandas.DataFrame` takes."""
+        """The columns of sweep.csv as a pandas DataFrame; without pandas, a dict of columns that `pandas.DataFrame`
+        accepts."""
         try:
             import pandas as pd
         except ImportError:
@@ -152,17 +148,17 @@ def sweep(
 ) -> Sweep:
     """Press specimens of each modulus (MPa) at each force (N).
 
-    All presses are on the contact rung: a table that changed rungs midway would have a step in it. What large strain
-    changes is included where a table of it is known for the finger. A press that leaves what either covers stays in the
-    table with NaN and the reason as its status.
+    All presses have the fidelity `contact`, because a table that changed its fidelity midway would have a step. The
+    change by large strain is included if it is known for the finger. A press outside the range of the model stays in
+    the table with NaN, and its status states the reason.
 
     Parameters
     ----------
     specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`. None: the
         blocks of the finger's bench, 10 mm thick unless the design says otherwise.
     progress : called with (presses done, presses in all).
-    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None: that of the
-        finger's bench, and where it says nothing stick where large strain is known with it, else 0.
+    friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None takes that of
+        the finger's bench; if the bench states none, stick if large strain is known with it, else 0.
     large_strain : False leaves it out.
 
     Raises `InputError` for moduli or forces that are not positive or occur twice, and what `press` raises otherwise.
@@ -212,13 +208,13 @@ def sweep(
 
 
 def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
-    """A linear press with what large strain changes in it; the same press where no table of that is known for the
-    finger, or the specimen is curved. Raises `ContactRangeError` outside of the table."""
+    """A linear press with the change by large strain; the same press if no table of it is known for the finger, or if
+    the specimen is curved. Raises `ContactRangeError` outside of the table."""
     if not is_known(reduced, found.friction) or specimen.curvature != (0.0, 0.0):
         return found
     with_it = including_large_strain(reduced, specimen, found)
     if with_it is None:
-        raise ContactRangeError("large strain is not known here: the press is outside of the presses that tell it")
+        raise ContactRangeError("large strain is not known here: the press is outside of the measured range")
     return with_it
 
 

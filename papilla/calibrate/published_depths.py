@@ -1,4 +1,4 @@
-"""How deep the published sensor was pressed by what force (2006, 2011), and how deep a finger is."""
+"""Published depths of presses with their forces (2006, 2011), and those of a finger under the same forces."""
 
 from dataclasses import dataclass
 
@@ -11,12 +11,13 @@ PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.
 """Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
 
 RIGID = HalfSpace(1e4)
-"""In the place of the gratings, of which the papers state neither material nor contact."""
+"""Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
 
 
 @dataclass(frozen=True)
 class Depth:
-    """A published depth (mm) at a force (N), and that of a finger: indentation and its bench's touch-down."""
+    """A published depth (mm) at a force (N), and that of a finger: its indentation plus the touch-down offset of its
+    bench."""
 
     published_mm: float
     force_N: float
@@ -24,12 +25,12 @@ class Depth:
 
     @property
     def error(self) -> float:
-        """Relative, of the finger's."""
+        """Relative error of the finger's depth."""
         return self.depth_mm / self.published_mm - 1
 
 
 def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
-    """The published depths and those of a finger on a rigid flat, in the place of the gratings of the papers."""
+    """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
     depths = []
     for depth, force in PUBLISHED_POINTS:
         found = press(reduced, RIGID, force_N=force)

@@ -1,7 +1,7 @@
 """The published form S_d = a f^2 + b f + c E^2 + d E + e: refit by least squares, and the published (9) and (10).
 
-Both stand in the paper of 2006. S_d's unit is not stated there, and the exact inverse of (9) is not (10): its
-coefficients were printed with two digits.
+Both are printed in the 2006 paper. The unit of S_d is not stated there. (10) is not the exact inverse of (9), because
+its coefficients were printed with two digits.
 """
 
 from dataclasses import dataclass
@@ -17,9 +17,11 @@ from papilla.short_repr import short_repr
 from papilla.units import newton_to_gf
 
 HEAVY_GF = 30.0
-"""Force from which S_d of (9) depends little on what no contact can have: its modulus term where there is no force."""
+"""Smallest force at which the S_d of (9) depends little on its modulus term at zero force, which no contact can
+have."""
 DEAD = 1e-10
-"""Singular value of the normalised columns, against the largest, below which a combination of terms is undetermined."""
+"""Singular value of the normalised columns, relative to the largest, below which a combination of terms is not
+determined."""
 
 
 def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: ArrayLike) -> Quadratic:
@@ -27,15 +29,16 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
 
     Parameters
     ----------
-    force_N, modulus_MPa, sd_microstrain : (n,) finite. Only moduli in the published 0.089-0.72 MPa are used where there
-        are at least three of them; otherwise all are, and a note says so.
+    force_N, modulus_MPa, sd_microstrain : (n,) finite. Only moduli in the published range 0.089-0.72 MPa are used if
+        there are at least three of them; otherwise all are used, and a note says so.
 
-    The columns are scaled to unit length and solved by singular values, so units do not matter. Raises `InputError`
-    where the presses do not determine all five terms (naming those they leave open) or are fewer than five.
+    The columns are scaled to unit length and solved by singular values, so units do not matter. Raises `InputError` if
+    there are fewer than five presses or if they do not determine all five terms (the message names those that are not
+    determined).
     """
     force, modulus, sd = (np.asarray(values, float) for values in (force_N, modulus_MPa, sd_microstrain))
     low, high = SPECIMENS_MPA[0], SPECIMENS_MPA[-1]
-    # The ends count although a table of moduli rounds them.
+    # The ends of the range count, although a table rounds its moduli.
     chosen = (modulus >= low * (1 - 1e-9)) & (modulus <= high * (1 + 1e-9))
     notes = []
     if len(np.unique(modulus[chosen])) < 3:
@@ -78,7 +81,7 @@ def _refuse_dead_terms(singular: np.ndarray, right: np.ndarray) -> None:
 
 
 def _doubts(force, modulus, sd, residual, coefficients, covariance) -> list[str]:
-    """What a reader of the coefficients has to doubt."""
+    """Doubts about the coefficients, as sentences."""
     notes = []
     for name, values in (("moduli", modulus), ("forces", force)):
         if len(np.unique(values)) == 3:
@@ -115,7 +118,7 @@ def _is_misfit(force, modulus, residual) -> bool:
 
 @dataclass(frozen=True)
 class RoundingError:
-    """What rounding the inverse's coefficients costs over 5-100 gf and 0.05-1 MPa.
+    """Error that rounding the coefficients of the inverse causes over 5-100 gf and 0.05-1 MPa.
 
     largest_MPa : the error of E of largest size, with its sign, at (at_gf, at_MPa); relative : the same as a fraction
     of E; rms_MPa : over the grid.
@@ -163,7 +166,7 @@ class Comparison:
 def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101, 10))) -> Comparison:
     """Compare a calibration's S_d with eq. (9) at the three published moduli; the scale is fitted by least squares.
 
-    Raises `InputError` where the calibration does not cover those forces and moduli.
+    Raises `InputError` if the calibration does not cover those forces and moduli.
     """
     force = np.asarray(force_gf, float)
     ours, theirs, scale = compare_with_published(calibration, force)
@@ -171,7 +174,7 @@ def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101,
 
 
 def covered_comparison(calibration: Calibration) -> Comparison | None:
-    """`compare`, or None where the calibration does not cover the published forces and moduli."""
+    """`compare`, or None if the calibration does not cover the published forces and moduli."""
     try:
         return compare(calibration)
     except InputError:
@@ -179,8 +182,8 @@ def covered_comparison(calibration: Calibration) -> Comparison | None:
 
 
 def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -> tuple[float, float, float, float]:
-    """Root mean squares of differences (k, 3) over that of the published values, of all and of those from `HEAVY_GF` on
-    (NaN of none); and of the differences over their own published values, alike."""
+    """Root mean square of differences (k, 3) relative to that of the published values, for all forces and for those
+    from `HEAVY_GF` on (NaN if there are none); and the same for differences relative to their own published values."""
     heavy = force_gf >= HEAVY_GF
     parts = (difference, theirs), (difference[heavy], theirs[heavy])
     whole = [float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts]

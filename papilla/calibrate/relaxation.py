@@ -1,9 +1,9 @@
-"""How silicone relaxes, from a touch that is held: the terms of its Prony series.
+"""Fits the Prony series of relaxing silicone to a touch that is held.
 
-While the contact grows a relaxing finger answers as an elastic one to its equivalent force, F_e = integral of
-E(0) J(t - s) dF(s) (`papilla.references.viscoelastic`): exactly on a rigid specimen, nearly on one that is much harder
-than the finger. The elastic answer is y = a f(k F_e) + c, with f that of a finger's model and k for its stiffness, or
-where there is none a power of the force; so a touch whose force or depth is held determines all.
+While the contact grows, a relaxing finger responds like an elastic one to its equivalent force, F_e = integral of E(0)
+J(t - s) dF(s) (`papilla.references.viscoelastic`): exactly on a rigid specimen, nearly on one that is much harder than
+the finger. The elastic response is y = a f(k F_e) + c, where f is that of a finger's model and k corrects its
+stiffness; without a model f is a power of the force. A touch whose force or depth is held determines all unknowns.
 """
 
 from collections.abc import Callable
@@ -23,26 +23,28 @@ if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification
 
 POWERS, STIFFER = (0.3, 1.2), (0.3, 3.0)
-"""Of the force in an elastic answer: of a ball 2/3 in depth, of readings up to 1; and factors k of a model's."""
+"""Bounds of the exponent of the force in an elastic response (2/3 for the depth of a ball, up to 1 for readings), and
+of the factor k of a model."""
 
 SHRINKING = 0.02
-"""By how much of its range an answer may fall below its largest before, until the contact is taken to shrink."""
+"""Share of its range by which a response may fall below its earlier maximum before the contact counts as shrinking."""
 
 RESOLVED = (2.0, 2.0)
 """A relaxation time can be determined if it is at least so many steps of the log, and at most the log's duration
 divided by the second number."""
 
 STARTS = (0.02, 0.1, 0.5)
-"""Times, in the log's duration, from which a fit of one term starts; of two, all pairs."""
+"""Start values of the relaxation time of a one-term fit, relative to the log's duration; two terms start from all
+pairs."""
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """A Prony series that was fitted to n rows of a log, p terms.
+    """A Prony series of p terms, fitted to n rows of a log.
 
-    share_sigma, time_sigma : (p,) standard deviations; of the times, relative. power : of the force, or the factor k of
-    a model's. rms : of what is left, over the range of what was observed. rate_per_s : range of d ln F / dt of the rows
-    that load. doubts : a sentence each.
+    share_sigma, time_sigma : (p,) standard deviations; those of the times are relative. power : exponent of the force,
+    or the factor k of a model. rms : of the residuals, relative to the observed range. rate_per_s : range of d ln F /
+    dt in the rows of the loading. doubts : a sentence each.
     """
 
     prony: Prony
@@ -68,11 +70,11 @@ def fit_relaxation(
     ----------
     time_s : (n,) rising, from the moment of touch. force_N : (n,) > 0. observed : (n,) indentation (mm) or S_d
         (microstrain), of any unit and zero.
-    elastic : what is observed at forces (n,) of a finger that does not relax; without it, a power of the force, which
-        is off by what the finger's bone and layers make of it.
+    elastic : response at forces (n,) of a finger that does not relax. Without it a power of the force is used, which
+        ignores the effect of bone and layers.
 
-    Rows from where the contact shrinks are left out. Raises `InputError` for another number of terms, values that are
-    not finite, or fewer rows than three more than the fit has unknowns.
+    Rows after the contact begins to shrink are left out. Raises `InputError` for another number of terms, values that
+    are not finite, or fewer rows than three more than the fit has unknowns.
     """
     time, force, seen = (np.asarray(values, float) for values in (time_s, force_N, observed))
     if terms not in (1, 2):
@@ -128,7 +130,7 @@ class TouchRelaxation:
     """How the silicone of an identified finger relaxes, from one touch.
 
     fitted : the Prony series. modulus_MPa : of the specimen. by : what was fitted, "indentation" or "S_d".
-    crept : least and largest equivalent force over force of the rows of the log that load.
+    crept : least and largest equivalent force over force in the rows of the loading.
     """
 
     fitted: Relaxation
@@ -138,7 +140,7 @@ class TouchRelaxation:
 
     @property
     def recorded(self) -> dict:
-        """Fields of `papilla.identified.Identified`."""
+        """The fields for `papilla.identified.Identified`."""
         prony = self.fitted.prony
         return {"relaxation_shares": prony.shares, "relaxation_times_s": prony.times_s, "crept": self.crept}
 
@@ -161,8 +163,8 @@ class TouchRelaxation:
 def fit_touch(found: "Identification", log: PressLog, terms: int) -> TouchRelaxation:
     """Fit Prony terms to the longest touch of a log, with the identified finger as the elastic model.
 
-    found : from presses on one specimen. log : whole, with times and readings, of the same gauges. Indentations are
-    fitted where the log has them, else S_d. Raises as `fit_relaxation`.
+    found : identification from presses on one specimen. log : the whole log, with times and readings of the same
+    gauges. Indentations are fitted if the log has them, else S_d. Raises as `fit_relaxation`.
     """
     time, problem, values = log.t_s, found.problem, found.values
     assert time is not None, "a log over time has times"
@@ -183,7 +185,7 @@ def fit_touch(found: "Identification", log: PressLog, terms: int) -> TouchRelaxa
 
 
 def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
-    """Least and largest equivalent force over force of the rows that load, in a whole log over time."""
+    """Least and greatest ratio of equivalent force to force in the rows of the loading, in a whole log over time."""
     assert log.t_s is not None, "a log over time has times"
     loads, ratios = loading(log.force_N, log.modulus_MPa), []
     for rows in touches(log.modulus_MPa):
@@ -194,11 +196,11 @@ def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
 
 
 _APART = np.array([1.0, 1.0 + 1e-9])
-"""Keeps two times of a series from being one."""
+"""Smallest ratio of two times of a series, so that they stay two terms."""
 
 
 def _growing(seen: np.ndarray) -> int:
-    """How many rows there are before what is observed falls."""
+    """Number of rows before the observed response falls."""
     fallen = seen < np.maximum.accumulate(seen) - SHRINKING * np.ptp(seen)
     return int(np.argmax(fallen)) if fallen.any() else len(seen)
 
@@ -210,12 +212,12 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 
 
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """Sentences on times outside of what the log resolves, and on shares that may be zero."""
+    """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
     said = []
     shortest, longest = RESOLVED[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED[1]
     for share, tau, one in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
-            said.append(f"a time of {tau:.3g} s is outside of what the log can tell, {shortest:.3g} to {longest:.3g} s")
+            said.append(f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s")
         if one > share / 2:
-            said.append(f"the share at {tau:.3g} s, {share:.2g}, is not told from none (sigma {one:.2g})")
+            said.append(f"the share at {tau:.3g} s, {share:.2g}, may be zero (sigma {one:.2g})")
     return tuple(said)

@@ -1,9 +1,10 @@
-"""What to press next: the presses that tell most about a finger, from the derivatives of what they would measure.
+"""Suggests the next presses: those that determine a finger best, by the derivatives of what they would measure.
 
 A design is chosen for the fit that follows it (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007, chapters
-10 and 12): I-optimal, for the least mean variance of ln E told from S_d over the domain, or D-optimal, for the least
-volume of the parameters' covariance. Both need the parameters, which are not known before: the criterion's logarithm is
-averaged over fingers, those of the prior before there is a press, and the identified one after.
+10 and 12): I-optimal designs minimise the mean variance over the domain of the ln E that S_d gives; D-optimal designs
+minimise the determinant of the parameters' covariance. Both depend on the parameters, which are not known beforehand.
+So the logarithm of the criterion is averaged over fingers: those of the prior before the first press, the identified
+finger afterwards.
 """
 
 from collections.abc import Sequence
@@ -35,30 +36,31 @@ FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 1
 """Forces among which presses are suggested, unless others are given."""
 
 DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, 0.72)
-"""Where E is to be told well."""
+"""Forces and moduli over which E should be determined well."""
 GRID = 6
-"""Places along each axis of the domain."""
+"""Number of points along each axis of the domain."""
 
 LEAST_SLOPE = 0.02
-"""d ln S_d / d ln E below which E is not told, whatever is known of the finger: it counts no more than there."""
+"""Smallest d ln S_d / d ln E in the criterion: where the slope is smaller, S_d does not determine E, and the weight
+does not grow further."""
 
 DRAWS = 12
-"""Fingers of the prior over which a protocol from nothing is averaged."""
+"""Number of fingers of the prior over which a protocol without presses is averaged."""
 
 GAINS, LEVERS_PER_GAIN_MM, STIFFER = (0.02, 1.0), (-2.0, 1.0), 2.0
-"""Their gains and levers over gains; their moduli are up to so many times as large or small as the design's."""
+"""Their gains, and levers over gains; their moduli differ from the design's by up to this factor."""
 
 EXCHANGES = 20
-"""Rounds of exchange, at most: each takes the best candidate in the place of every press in turn."""
+"""Largest number of rounds of exchange: each tries the best candidate in place of every press in turn."""
 
 
 @dataclass(frozen=True)
 class Suggestion:
-    """k presses, in the order in which they tell most, and what they are expected to do.
+    """k presses, the most informative first, and the uncertainty that is expected after them.
 
     force_N, modulus_MPa : (k,) of the presses. place_mm : (k, 2) where they touch down.
-    sigma_before, sigma_after : expected standard deviation of ln E over the domain, from what is not known of the
-    finger alone; nothing of a press's own noise is in it. criterion : "I" or "D".
+    sigma_before, sigma_after : expected standard deviation of ln E over the domain, from the uncertainty of the finger
+    alone, without the noise of a later press. criterion : "I" or "D".
     """
 
     force_N: tuple[float, ...]
@@ -71,7 +73,7 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class _Finger:
-    """What the presses tell of one finger: c channels, f parameters, n candidates, m places of the domain.
+    """Information of the presses on one finger: c channels, f parameters, n candidates, m points of the domain.
 
     known (f, f) : information of priors and presses made. each (n, f, f) : that of each candidate. slope (m, f) :
     derivatives of the ln E that S_d gives, by the parameters.
@@ -102,11 +104,11 @@ def suggest_presses(
 ) -> Suggestion:
     """The next `count` presses on specimens of some `moduli` (MPa) by some `forces` (N) at some `places` (x, y in mm).
 
-    known : an identification, whose presses count; or a design, for a protocol of presses from nothing, which holds for
-    any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a block by default; an
-    identification has its own. noise, size_mm : as for `identify`, with a design.
+    known : an identification, whose presses are taken into account; or a design, for a protocol that begins without
+    presses and holds for any finger of its geometry. specimen : the shape of the specimens of a design's protocol, a
+    block by default; an identification has its own. noise, size_mm : as for `identify`, with a design.
 
-    Raises `InputError` for a count below 1, no moduli, forces or places, any of the first two that is not positive, and
+    Raises `InputError` for a count below 1, no moduli, forces or places, moduli or forces that are not positive, and
     places too far from the apex.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
@@ -155,14 +157,14 @@ class _Presses:
         return len(self.force)
 
     def log(self, finger: Finger, depths: bool) -> PressLog:
-        """A log of them that measured nothing yet."""
+        """A log of these presses, without measured values."""
         names = tuple(gauge.name for gauge in finger.gauges)
         deep = np.ones(len(self)) if depths else None
         return PressLog(self.force, self.modulus, np.zeros((len(self), len(names))), names, deep, *self.place.T)
 
 
 def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Problem:
-    """The problem with what contacts beside the apex change, where candidates are there."""
+    """The problem with the changes by contacts beside the apex, if there are such candidates."""
     if not candidates.place.any():
         return problem
     relatives = posing.family_of(problem.finger, size_mm=size_mm)
@@ -178,7 +180,7 @@ def _from_nothing(
     seed: int,
     size_mm: float | None,
 ) -> tuple[Problem, list[np.ndarray]]:
-    """The candidates of a design as a problem without measurements, and vectors (f,) of fingers of its prior."""
+    """The problem of the candidates of a design, without measurements, and vectors (f,) of fingers of its prior."""
     empty = candidates.log(design, False)
     touched = specimen or design.bench.specimen(1.0)
     shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, None)
@@ -199,7 +201,8 @@ def _from_nothing(
 
 
 def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: np.ndarray | None) -> _Finger:
-    """What candidates would tell of the finger of a vector (f,); known (f, f) : what is, None for the priors alone."""
+    """Information of the candidates for the finger of a vector (f,); known (f, f) : existing information, None for the
+    priors alone."""
     pressed = _pressed(problem, vector, candidates)
     jacobian = pressed.jacobian(vector)
     priors = len(problem.free) + 1
@@ -225,12 +228,12 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: n
 
 
 def _unread(problem: Problem, presses: _Presses) -> Problem:
-    """A finger's problem with other presses, of which all gauges are to be read."""
+    """The problem of other presses on a finger, with all gauges read."""
     return problem.of(presses.log(problem.finger, problem.log.indentation_mm is not None))
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: _Presses) -> Problem:
-    """A finger's problem with other presses, which read what its vector (f,) says, weighted as it says."""
+    """The problem of other presses on a finger, whose measurements and weights follow from its vector (f,)."""
     empty = _unread(problem, presses)
     if problem.log.stated_sd is not None:
         nothing = np.zeros((len(presses), 0))
@@ -260,7 +263,7 @@ def _greedy(fingers: list[_Finger], count: int, criterion: Criterion) -> list[in
 
 
 def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> list[int]:
-    """The presses after exchanging one by one for better candidates (Fedorov), until none is."""
+    """The presses after exchanging one after another for better candidates (Fedorov), until there are none."""
     for _ in range(EXCHANGES):
         before = list(rows)
         for k in range(len(rows)):

@@ -1,4 +1,5 @@
-"""Fit of smooth surfaces over (ln force, ln modulus) to presses, and of the part of S_d's that can be inverted."""
+"""Fits smooth surfaces over (ln force, ln modulus) to presses, and finds the part of the S_d surface that can be
+inverted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,19 +16,19 @@ from papilla.calibration.surface import Axis, Surface
 from papilla.errors import InputError
 
 ROUGHNESS = 1e-3
-"""Weight of a squared fourth difference against the mean weight of a coefficient: settles the edges, no more."""
+"""Weight of a squared fourth difference, relative to the mean weight of a coefficient: it only determines the edges."""
 FEW_VALUES = 10
-"""Below so many distinct values along an axis, one polynomial takes the place of cells."""
+"""Number of distinct values along an axis below which one polynomial replaces the cells."""
 CELLS_PER_VALUE = 0.9
 POLYNOMIAL_CELLS = 16
-"""Cells that a polynomial is written on: each is judged alone for whether S_d rises in it."""
+"""Number of cells for a polynomial, each of which is checked separately for rising S_d."""
 SCATTER_BINS = 8
 PROBES = 32
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely one axis is cut: a cubic spline of `cells`, or one polynomial of `degree` <= 3 over all of them."""
+    """Resolution along one axis: a cubic spline of `cells`, or one polynomial of `degree` <= 3 over all of them."""
 
     cells: int
     degree: int | None = None
@@ -44,7 +45,7 @@ class Resolution:
 
     @property
     def roughness(self) -> np.ndarray:
-        """(p, p) squared fourth differences of the parameters, which no cubic has; none for a polynomial."""
+        """(p, p) squared fourth differences of the parameters, which vanish for a cubic; none for a polynomial."""
         if self.degree is not None:
             return np.zeros((self.degree + 1, self.degree + 1))
         differences = np.diff(np.eye(self.cells + 3), 4, axis=0)
@@ -59,7 +60,7 @@ class Resolution:
 
 
 def table_resolution(values: np.ndarray) -> Resolution:
-    """The finest axis that a computed, noise-free table supports: cells, or a polynomial where values are few."""
+    """The finest axis that a computed, noise-free table supports: cells, or a polynomial if there are few values."""
     count = len(np.unique(values))
     return (
         Resolution(POLYNOMIAL_CELLS, min(count - 1, 3))
@@ -70,7 +71,8 @@ def table_resolution(values: np.ndarray) -> Resolution:
 
 @dataclass(frozen=True)
 class Fitted:
-    """A surface, the rms by which a new press misses it, the 95 % half width in that rms, and the (n,) residuals."""
+    """A fitted surface, the rms error for a new press, the 95 % half width in units of that rms, and the residuals
+    (n,)."""
 
     surface: Surface
     rms: float
@@ -88,9 +90,9 @@ class SurfaceFit:
 
     Parameters
     ----------
-    along : how finely force and modulus are cut.
+    along : resolution along force and modulus.
 
-    Raises `InputError` where forces or moduli do not vary, or where the presses are too few or badly placed.
+    Raises `InputError` if forces or moduli do not vary, or if the presses are too few or badly placed.
     """
 
     def __init__(
@@ -136,10 +138,11 @@ class SurfaceFit:
         return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
 
     def surface(self, values: np.ndarray) -> Fitted:
-        """The surface through (n,) values, and how far it misses them.
+        """The surface fitted to (n,) values, and its errors.
 
-        The rms is that of the residuals with p effective parameters taken off n presses, times sqrt(1 + p / n) for what
-        noise moved the surface itself. With no freedom left it is 0: the fit then says nothing about its error.
+        The rms is that of the residuals with n - p degrees of freedom (p effective parameters), times sqrt(1 + p / n)
+        for the effect of noise on the surface itself. Without degrees of freedom it is 0: the fit then says nothing
+        about its error.
         """
         parameters = self._solver.solve(self._design.T @ values)
         residual = values - self._design @ parameters
@@ -164,12 +167,13 @@ def usable_part(
     Parameters
     ----------
     missing_force, missing_modulus : presses of the table (k,) that have no readings.
-    forces, moduli : all values of the table, rising; a missing press takes what lies up to its neighbours with it.
+    forces, moduli : all values of the table, rising; a missing press makes the cells up to its neighbours unusable.
 
     Returns
     -------
-    usable : (m, 2) per force cell, first and last node of the longest run of cells where S_d rises and data are.
-    twofold : (m, 2) range of values that falling cells take up too; NaN where none falls.
+    usable : (m, 2) per force cell, first and last node of the longest run of cells in which S_d rises and there are
+    data.
+    twofold : (m, 2) range of values that also occur in falling cells; NaN if none falls.
     """
     rising = _slope_bounds(surface).min(axis=(2, 3)) > 0
     supported = np.ones_like(rising)
@@ -189,12 +193,13 @@ def usable_part(
 def uncertainty(
     fitted: Fitted, others: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]] = (), *, one_site: bool = False
 ) -> Uncertainty:
-    """The residuals of a fit, and what independent meshes differ from it.
+    """Uncertainty of a fit: its residuals, and the differences of independent meshes from it.
 
     others : per mesh (force_N, modulus_MPa, value), values in the units of the surface. The scatter is the rms of the
     differences over meshes and moduli, in bins of force; a mesh's difference is systematic, so it does not average out.
-    Contacts of different bins feel different elements, so the interval takes Student's t of meshes x bins; what is read
-    at `one_site` feels the same elements at every force, and takes it of the meshes alone.
+    Contacts of different bins lie on different elements, so the interval uses Student's t with meshes x bins. A value
+    that is read at `one_site` depends on the same elements at every force, so its interval uses t with the number of
+    meshes.
     """
     surface, residuals = fitted.surface, (fitted.rms, fitted.factor, fitted.largest)
     if not others:
@@ -233,20 +238,20 @@ def _slope_bounds(surface: Surface) -> np.ndarray:
 
 
 def _neighbours(values: np.ndarray, value: float) -> tuple[float, float]:
-    """The next smaller and the next larger of the rising values (or the value itself at an end)."""
+    """The next smaller and the next larger of the rising values; the value itself at an end."""
     place = int(np.searchsorted(values, value))
     return float(values[max(place - 1, 0)]), float(values[min(place + 1, len(values) - 1)])
 
 
 def _touched(axis: Axis, low: float, high: float) -> slice:
-    """The cells that an open interval of an axis enters."""
+    """The cells that overlap an open interval of an axis."""
     first, last = ((np.log(value) - axis.start) / axis.step for value in (low, high))
     begin, end = int(np.floor(first + 1e-9)), int(np.ceil(last - 1e-9))
     return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 
 
 def _longest_run(row: np.ndarray) -> tuple[int, int]:
-    """First and last node of the longest run of true cells; equal where there is none."""
+    """First and last node of the longest run of true cells; equal if there is none."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(int), [0]])))
     starts, ends = edges[::2], edges[1::2]
     if not len(starts):

@@ -1,4 +1,4 @@
-"""The calibration record (NumPy; pydantic to load a file): `papilla.calibrate` makes it, estimators use it."""
+"""The calibration record (NumPy; pydantic to load a file). `papilla.calibrate` makes it; the estimators use it."""
 
 from papilla.calibration.readouts import IDENTIFIABLE as IDENTIFIABLE
 from papilla.calibration.readouts import LEVEL as LEVEL

@@ -1,7 +1,7 @@
-"""Five coefficients with a closed-form inverse, for a microcontroller: finger and specimen as two springs in a row.
+"""Five coefficients with a closed-form inverse, for a microcontroller: finger and specimen as two springs in series.
 
-ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E), x = ln f: S_d is what the finger would feel of a rigid specimen,
-less what the specimen gives way by. As many coefficients as the published quadratic has, but it saturates with E.
+ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E), x = ln f: S_d is that on a rigid specimen, reduced by the
+deformation of the specimen. The form has as many coefficients as the published quadratic, but it saturates with E.
 """
 
 import math
@@ -20,7 +20,7 @@ TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
 
 
 class CompactStatus(Named):
-    """What an answer of the compact form is worth; the exported C has the same numbers."""
+    """Status of an answer of the compact form; the exported C code has the same numbers."""
 
     OK = 0
     FORCE_OUTSIDE = 1
@@ -30,7 +30,7 @@ class CompactStatus(Named):
 
 
 class CompactAnswer(NamedTuple):
-    """A modulus in MPa with its standard deviation and 95 % interval; NaN where the status is not OK."""
+    """A modulus in MPa with its standard deviation and 95 % interval; NaN if the status is not OK."""
 
     status: CompactStatus
     modulus_MPa: float = math.nan
@@ -46,7 +46,7 @@ class Compact:
     Parameters
     ----------
     coefficients : (5,) a ... e, with f in N, E in MPa and S_d in microstrain.
-    force_N, modulus_MPa : ranges that were fitted; outside there is no answer.
+    force_N, modulus_MPa : fitted ranges; outside of them there is no answer.
     rms, max : relative errors of the modulus, over the presses that were fitted.
     sd_rms : relative rms error of S_d there.
     doubt : relative standard deviation of S_d from mesh, large strain and friction.
@@ -74,7 +74,7 @@ class Compact:
     def invert(
         self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
     ) -> tuple[float, float]:
-        """The modulus in MPa and its standard deviation; (NaN, NaN) where `answer` is not ok."""
+        """The modulus in MPa and its standard deviation; (NaN, NaN) if the status of `answer` is not ok."""
         found = self.answer(sd_microstrain, force_N, sd_sigma, force_sigma)
         return found.modulus_MPa, found.sigma_MPa
 

@@ -1,4 +1,4 @@
-"""calibration.json: the calibration record as text, and back, bit for bit; no pickle."""
+"""calibration.json: writes the calibration record as text and reads it back, bit for bit, without pickle."""
 
 import math
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ POSITION = {
     "quantity": "(reading_microstrain - that at the apex) / force_N",
     "form": "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm",
 }
-"""What each part of the file says of itself, in words and units."""
+"""Description of each part of the file, in words and units."""
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
@@ -47,7 +47,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """The calibration of a file, with a remark where the file is not as papilla wrote it.
+    """The calibration of a file, with a remark if the file is not as papilla wrote it.
 
     Raises `FileAccessError` or `FileFormatError` (file and key named).
     """
@@ -68,7 +68,7 @@ def to_document(calibration: Calibration) -> dict[str, Any]:
         "surface": SD | _spline(sd) | {"usable_nodes": sd.usable, "twofold": sd.twofold},
         "gauges": [GAUGE | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
     }
-    # Readers that do not know the optional part pass it over, so the schema is the same with and without it.
+    # Readers that do not know the optional part ignore it, so the schema is the same with and without it.
     if one.compact is not None:
         softness["compact"] = COMPACT | _values(one.compact)
     if position is not None:
@@ -79,7 +79,7 @@ def to_document(calibration: Calibration) -> dict[str, Any]:
 
 
 def _values(part: Any) -> dict[str, Any]:
-    """The fields of a dataclass; those of a spline with its cells."""
+    """The fields of a dataclass; for a spline, also its cells."""
     cells = {"cells": part.cells} if isinstance(part, Axes) else {}
     return {item.name: getattr(part, item.name) for item in fields(part)} | cells
 
@@ -104,9 +104,9 @@ def _plain(value: Any) -> Any:
 
 
 def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
-    """Nested lists of finite numbers as an array of a shape (any, where it is empty).
+    """A pydantic type: nested lists of finite numbers, as an array of a shape (any shape if `shape` is empty).
 
-    gaps : null stands for NaN, which JSON has not; least : no number may be below it.
+    gaps : null stands for NaN, which JSON does not have; least : the smallest allowed number.
     """
 
     def array(values: Any) -> np.ndarray:

@@ -18,16 +18,16 @@ NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 
 ONE_SIDED_FACTOR = 1.6448536269514722
-"""The same of one end alone: 5 % of a normal distribution lie beyond it."""
+"""The same for one end: 5 % of a normal distribution lie beyond it."""
 NEWTON_STEPS = 5
-"""Steps that find the reach of an interval between the two to rounding."""
+"""Newton steps that find the end of an interval between the two to rounding."""
 
 IDENTIFIABLE = 0.5
-"""sigma_E / E above which a modulus is called not identifiable (the sensor cannot resolve it)."""
+"""sigma_E / E above which a modulus is called not identifiable."""
 
 
 class SoftnessStatus(Status):
-    """What became of an answer; `sentence` says it in words."""
+    """Status of an answer; `sentence` says it in words."""
 
     OK = 0, "ok"
     NOT_IDENTIFIABLE = 1, "not identifiable: sigma is more than half of the modulus, or S_d fits two"
@@ -52,12 +52,12 @@ class Uncertainty:
     scatter_force_N, scatter : (k,) rms difference of independent meshes from this one, at rising forces; zero where
     none was given. scatter_factor : half width of the 95 % interval in `scatter`.
     meshes : how many meshes the scatter comes from.
-    strain : one sigma of the effect of large strain that is left.
+    strain : one sigma of the remaining effect of large strain.
     friction : change of the value without friction, if friction is not known; else None.
-    identified : one sigma from the identification of the finger; None for a finger taken as its design.
+    identified : one sigma from the identification of the finger; None if the design is taken as exact.
     form : one sigma from the form of the surface between its presses, in files of papilla before 0.2.
 
-    Raises `InputError` for forces that do not rise, or other than one value of scatter a force.
+    Raises `InputError` for forces that do not rise, or unless there is one value of scatter per force.
     """
 
     fit_rms: float
@@ -85,21 +85,21 @@ class Uncertainty:
         return float(np.interp(math.log(force_N), self._ln_force, self.scatter))
 
     def sigma_at(self, force_N: float) -> float:
-        """One sigma of the value at a force and middling moduli, friction apart: fit, mesh, strain, and the rest."""
+        """One sigma of the value at a force and middle moduli, without friction: fit, mesh, strain, and the rest."""
         known = self.identified or self.form
         middle = 0.0 if known is None else 0.5 * sum(map(math.log, known.modulus_MPa))
         sigmas = self.sigmas(math.log(force_N), middle)
         return math.hypot(*(sigma for name, sigma in sigmas.items() if name != "friction"))
 
     def friction_at(self, ln_force: float, ln_modulus: float) -> float:
-        """What the value changes without friction at a point of the domain (N, MPa); 0 where friction is known."""
+        """Change of the value without friction at a point of the domain (N, MPa); 0 if friction is known."""
         return 0.0 if self.friction is None else _value(self.friction, ln_force, ln_modulus)
 
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
         """Standard deviation of the value at a point of the domain (N, MPa), by its cause.
 
-        That of the mesh is its scatter, larger where few meshes were compared. Two sigmas of friction reach from the
-        value of the surface to the value without friction.
+        The one of the mesh is its scatter, and larger if few meshes were compared. Two sigmas of friction equal the
+        distance from the value of the surface to the value without friction.
         """
         more = {"identification": self.identified, "form": self.form}
         return {
@@ -122,9 +122,10 @@ def _value(surface: Surface, ln_force: float, ln_modulus: float) -> float:
 def two_ended(half: float, shift: float) -> float:
     """How far a 95 % interval reaches beyond both of two likely truths that lie `shift` apart, each known to `half`.
 
-    Evenly likely, either is missed in 5 % of cases: less than `half` where they are far apart, and `half` where they
-    are one. What lies between them is inside. In units of sigma the reach u solves Q(u) + Q(u + shift) = 5 %, Q the
-    share of a normal distribution above u; Q is convex, so Newton's method from the smallest u never oversteps.
+    Both are equally likely, and each is missed in 5 % of cases. The result is less than `half` if they are far apart,
+    and `half` if they coincide. All values between them are inside. In units of sigma the reach u solves Q(u) + Q(u +
+    shift) = 5 %, Q the share of a normal distribution above u; Q is convex, so Newton's method from the smallest u
+    never oversteps.
     """
     if half == 0 or shift == 0:
         return half
@@ -141,8 +142,8 @@ def two_ended(half: float, shift: float) -> float:
 class SdSurface:
     """ln S_d (S_d in microstrain) with the part of it that can be inverted.
 
-    usable : (m, 2) int, per force cell the first and last modulus node between which data are and S_d rises.
-    twofold : (m, 2) range of ln S_d that a falling part of the force cell takes up too; NaN where there is none.
+    usable : (m, 2) int, per force cell the first and last modulus node between which there are data and S_d rises.
+    twofold : (m, 2) range of ln S_d that also occurs in a falling part of the force cell; NaN if there is none.
     """
 
     surface: Surface
@@ -156,7 +157,7 @@ class SdSurface:
         return np.column_stack([self.usable, self.twofold]).tolist()
 
     def usable_nodes(self, ln_force: float) -> tuple[int, int]:
-        """First and last usable modulus node at a force of the domain (equal where there is none)."""
+        """First and last usable modulus node at a force of the domain; equal if there is none."""
         low, high, *_ = self._limits[self.surface.force_axis.cell(ln_force)]
         return int(low), int(high)
 
@@ -192,7 +193,7 @@ class PositionTerms(Axes):
     """Change of the gauges' readings for a contact off the apex; m, n and k uniform cells, g gauges.
 
     At the apex the gauges' own surfaces hold; a contact x further along the finger adds force * change(force, modulus,
-    x), a tricubic spline that is zero at x = 0. Its cells are few: a contact is displaced, hardly deformed.
+    x), a tricubic spline that is zero at x = 0. It has few cells, because a contact is displaced but hardly deformed.
 
     Parameters
     ----------

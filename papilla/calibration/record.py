@@ -1,4 +1,4 @@
-"""The calibration record: S_d from force and modulus, and the modulus back from S_d, with its uncertainty.
+"""The calibration record: S_d from force and modulus, and the modulus from S_d, with its uncertainty.
 
 `softness.surface` of the file is ln S_d over (ln force, ln modulus) and is what `predict` and `invert` use. The
 published form, S_d = a f^2 + b f + c E^2 + d E + e (2006, eq. 9) with f in gram-force, E in MPa and S_d in microstrain,
@@ -43,7 +43,7 @@ class Quadratic:
 
     Parameters
     ----------
-    coefficients, stderr : (5,) in the order of `FORWARD_TERMS`; stderr is NaN where the data leave no freedom.
+    coefficients, stderr : (5,) in the order of `FORWARD_TERMS`; stderr is NaN if the data leave no degrees of freedom.
     covariance : (5, 5) of the coefficients.
     rms, max : of the residuals, microstrain.
     modulus_MPa : range of moduli that was fitted.
@@ -76,7 +76,7 @@ class QuadraticInverse:
     """E = branch * sqrt(k0 S_d + k1 f^2 + k2 f + k3) - shift, with f in gf and S_d in microstrain.
 
     coefficients : (4,) in the order of `INVERSE_TERMS`; branch : sign of the E2 coefficient;
-    modulus_MPa : (low, high) where the quadratic rises with E, inside the fitted range; None where it nowhere does.
+    modulus_MPa : (low, high) where the quadratic rises with E, inside the fitted range; None if it rises nowhere.
     """
 
     coefficients: np.ndarray
@@ -86,7 +86,7 @@ class QuadraticInverse:
     __repr__ = short_repr
 
     def __call__(self, sd_microstrain: ArrayLike, force_gf: ArrayLike) -> np.ndarray:
-        """E in MPa; NaN where S_d belongs to no modulus of the rising range (answers outside it are refused)."""
+        """E in MPa; NaN if S_d belongs to no modulus of the rising range."""
         sd, f = np.asarray(sd_microstrain, float), np.asarray(force_gf, float)
         per_sd, per_f2, per_f, constant = self.coefficients
         square = per_sd * sd + (per_f2 * f + per_f) * f + constant
@@ -128,9 +128,10 @@ def invert_quadratic(coefficients: Sequence[float] | np.ndarray, modulus_MPa: tu
 class Inversion:
     """The modulus behind S_d; scalars, or arrays of one shape.
 
-    modulus_MPa, sigma_MPa : estimate and its standard deviation; NaN where there is none.
-    lower_MPa, upper_MPa : 95 % interval; 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse.
-    dominant : what sigma comes from most: "measurement", "fit", "mesh", "large strain" or "friction"; "" without sigma.
+    modulus_MPa, sigma_MPa : estimate and its standard deviation; NaN if there is none.
+    lower_MPa, upper_MPa : 95 % interval; 0 or inf if it leaves the calibrated moduli, NaN if S_d has no inverse.
+    dominant : the largest contribution to sigma: "measurement", "fit", "mesh", "large strain" or "friction"; "" without
+    sigma.
     status : `SoftnessStatus`, or an int array of its values. NOT_IDENTIFIABLE may come with an estimate: then its
     sigma is more than half of it, and only the interval means something.
     """
@@ -167,10 +168,10 @@ class Calibration:
         (empty for a bench calibration).
     forward, inverse : the published quadratic form and its exact inverse (gf, MPa, microstrain).
     surface : ln S_d, used by `predict` and `invert`; gauges : one surface a gauge.
-    provenance : versions, hashes, when; notes : limits that a user has to know, a sentence each.
-    position : what contacts off the apex change; None where it is not known.
-    compact : five coefficients with a closed-form inverse, for a microcontroller; None where they do not fit.
-    remark : a warning about the file that it was loaded from; empty where that is as papilla wrote it.
+    provenance : versions, hashes, when; notes : limitations, a sentence each.
+    position : changes by contacts beside the apex; None if they are not known.
+    compact : five coefficients with a closed-form inverse, for a microcontroller; None if they do not fit.
+    remark : a warning about the file that it was loaded from; empty if the file is as papilla wrote it.
     """
 
     finger: dict
@@ -187,12 +188,12 @@ class Calibration:
 
     @property
     def domain(self) -> dict[str, tuple[float, float]]:
-        """{"force_N", "modulus_MPa"}: the ranges that were calibrated."""
+        """{"force_N", "modulus_MPa"}: the calibrated ranges."""
         return {"force_N": self.surface.surface.force_N, "modulus_MPa": self.surface.surface.modulus_MPa}
 
     @property
     def ridge_pitch_mm(self) -> float | None:
-        """Pitch of the finger's ridges in mm, 0 for a smooth skin, None where nobody said so; raises `InputError`."""
+        """Pitch of the finger's ridges in mm, 0 for a smooth skin, None if it was not stated; raises `InputError`."""
         pitch = self.finger.get("ridge_pitch_mm")
         return None if pitch is None else checks.within("the calibration's finger.ridge_pitch_mm", pitch, 0, 100)
 
@@ -216,10 +217,10 @@ class Calibration:
         """Read a calibration file.
 
         A file that was changed after papilla wrote it, or that has no checksum, comes with a `remark` and a
-        `UserWarning`. Raises `FileAccessError` where it cannot be read, `FileFormatError` where it is
-        truncated, of an unknown schema or holds something else than it should; the message names the file and the key.
+        `UserWarning`. Raises `FileAccessError` if it cannot be read, `FileFormatError` if it is truncated, has an
+        unknown schema or a wrong value; the message names the file and the key.
         """
-        # Lazily: pydantic is slow to import, and an estimator that is handed a calibration does without it.
+        # Imported here: pydantic is slow to import, and an estimator that receives a calibration does not need it.
         from papilla.calibration.document import read_calibration
 
         calibration = read_calibration(Path(path))
@@ -242,8 +243,8 @@ class Calibration:
     ) -> np.ndarray:
         """(..., g) gauge readings in microstrain at forces and moduli that broadcast; NaN outside the domain.
 
-        position_mm : x of the contact along the finger, at the apex where it is None; broadcasts too. Raises
-        `InputError` for a calibration that knows the apex alone.
+        position_mm : x of the contact along the finger, None means the apex; it broadcasts, too. Raises `InputError`
+        for a calibration of the apex alone.
         """
         apex = np.stack([gauge.reading(force_N, modulus_MPa) for gauge in self.gauges], axis=-1)
         if position_mm is None:
@@ -253,7 +254,7 @@ class Calibration:
 
     @property
     def position_terms(self) -> PositionTerms:
-        """What contacts off the apex change; raises `InputError` where this calibration does not know it."""
+        """Changes by contacts beside the apex; raises `InputError` if this calibration does not have them."""
         if self.position is None:
             raise InputError(
                 "this calibration has no contact positions (softness.position): make it anew with papilla calibrate, "
@@ -275,13 +276,13 @@ class Calibration:
         Parameters
         ----------
         sd_microstrain, force_N : S_d (population standard deviation of the readings) and force.
-        sd_sigma, force_sigma : standard deviations of the two (microstrain, N). The residual of the fit, mesh scatter
-            and the uncertainty of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln E).
-            Unknown friction widens the interval on one side, towards the press without friction.
-        interval : whether the 95 % interval is wanted; it takes most of the time, and is NaN without.
+        sd_sigma, force_sigma : standard deviations of the two (microstrain, N). The residual of the fit, the mesh
+            scatter and the uncertainty of large strain and friction are added: sigma_lnE = sigma_lnS / (d ln S_d / d ln
+            E). Unknown friction widens the interval on one side, towards the press without friction.
+        interval : whether to compute the 95 % interval; it takes most of the time, and is NaN otherwise.
 
-        Never extrapolates: outside the domain there is no modulus, and the status says why. Raises `InputError` for
-        a negative standard deviation.
+        It does not extrapolate: outside the domain there is no modulus, and the status says why. Raises `InputError`
+        for a negative standard deviation.
         """
         arguments = (sd_microstrain, force_N, sd_sigma, force_sigma)
         if all(np.ndim(value) == 0 for value in arguments):
@@ -293,7 +294,7 @@ class Calibration:
         return Inversion(*(np.array(column).reshape(given[0].shape) for column in columns))
 
     def _invert_one(self, sd: float, force: float, sd_sigma: float, force_sigma: float, *, interval: bool) -> Inversion:
-        """`invert` of numbers."""
+        """`invert` for single numbers."""
         if not (sd_sigma >= 0 and force_sigma >= 0):
             raise InputError(f"sd_sigma and force_sigma must not be negative, got {sd_sigma} and {force_sigma}")
         status = self.check_force(force) if 0 < sd < math.inf else SoftnessStatus.BAD_INPUT
@@ -301,7 +302,7 @@ class Calibration:
             return Inversion(math.nan, math.nan, math.nan, math.nan, status)
         ln_force, ln_sd = math.log(force), math.log(sd)
         ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd)
-        # Beyond the usable range the force slope of its nearest end stands for the unknown one.
+        # Beyond the usable range the slope over force is taken from its nearest end.
         at = ln_modulus if status is SoftnessStatus.OK else self._nearest_end(ln_force, status)
         (_, along_modulus), (along_force, _) = self.surface.surface.spline.at(ln_force, at)[..., 0].tolist()
         known = self.surface.uncertainty
@@ -321,7 +322,7 @@ class Calibration:
 
     @property
     def sigmas(self) -> dict[str, float]:
-        """Relative standard deviation of S_d, root mean square over the domain, by what it comes from."""
+        """Relative standard deviation of S_d, root mean square over the domain, by its cause."""
         low, high = (np.log(limits) for limits in zip(*self.domain.values(), strict=True))
         grid = np.linspace(low, high, 2 * GRID + 1)[1::2]
         parts = [self.surface.uncertainty.sigmas(x, y) for x in grid[:, 0].tolist() for y in grid[:, 1].tolist()]
@@ -329,12 +330,12 @@ class Calibration:
 
     @property
     def dominant(self) -> str:
-        """What the sigma of a modulus comes from most, its measurement apart."""
+        """The largest contribution to the sigma of a modulus, without that of the measurement."""
         sigmas = self.sigmas
         return max(sigmas, key=lambda name: sigmas[name])
 
     def check_force(self, force_N: float) -> SoftnessStatus:
-        """OK inside the domain of forces, or on which side of it a force is."""
+        """OK inside the domain of forces, or the side on which a force lies outside."""
         low, high = self.surface.surface.force_N
         if low <= force_N <= high:
             return SoftnessStatus.OK
@@ -348,15 +349,15 @@ class Calibration:
         return axis.start + axis.step * (high if status is SoftnessStatus.HARDER else low)
 
     def _end(self, ln_force: float, ln_sd: float, half: float, at: float) -> float:
-        """An end of an interval: 0 or inf where it leaves the calibrated moduli, NaN where S_d has no inverse.
+        """An end of an interval: 0 or inf if it leaves the calibrated moduli, NaN if S_d has no inverse.
 
-        The effect of friction is taken at the end itself, which is found iteratively from `at`.
+        The effect of friction is evaluated at the end itself, which is found iteratively from `at`.
         """
         known, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
         for _ in range(1 if known.friction is None else 3):
             shift = known.friction_at(ln_force, ln_modulus)
             reach = math.copysign(two_ended(abs(half), shift), half)
-            # Without friction S_d is larger by the shift: the same S_d is then of a modulus as much lower.
+            # Without friction S_d is larger by `shift`, so the same S_d then belongs to a lower modulus.
             drawn = max(shift, 0.0) if half < 0 else min(shift, 0.0)
             ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd - drawn + reach)
             if status is not SoftnessStatus.OK:

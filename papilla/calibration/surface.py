@@ -1,8 +1,8 @@
 """Smooth functions on uniform cells: cubic splines over any number of axes, and surfaces over force and modulus.
 
 On uniform cells the cubic B-spline is the same polynomial everywhere: weights (1-t)^3/6, (3t^3-6t^2+4)/6,
-(-3t^3+3t^2+3t+1)/6, t^3/6 of four neighbouring coefficients (de Boor 1978, doi:10.1007/978-1-4612-6333-3). So the
-cell of a point is one division, and every cell is a plain polynomial of 4 x 4 x ... powers, computed once.
+(-3t^3+3t^2+3t+1)/6, t^3/6 of four neighbouring coefficients (de Boor 1978, doi:10.1007/978-1-4612-6333-3). So one
+division finds the cell of a point, and the polynomial of every cell (4 x 4 x ... powers) is computed once.
 """
 
 import math
@@ -22,17 +22,18 @@ POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
 
 ROUNDING = 4e-15
-"""A value this far (relative) beyond the end of the domain is there by rounding, and is inverted at the end."""
+"""Relative distance beyond the end of the domain that counts as rounding; such a value is inverted at the end."""
 
 NEWTON_STEPS = 60
-"""Newton's method on a rising cubic needs 3 to 6; bisection steps in between are counted too."""
+"""Largest number of steps: Newton's method on a rising cubic needs 3 to 6, and bisection steps between them count,
+too."""
 
 
 class Spline:
     """c functions that share their cells, over n axes.
 
     coefficients : (c, cells_1 + 3, ... cells_n + 3) of B-splines. starts, steps : first node and width of a cell of
-    each axis. Beyond an axis the polynomial of its last cell goes on.
+    each axis. Beyond an axis the polynomial of its last cell is used.
     """
 
     def __init__(self, coefficients: np.ndarray, starts: Sequence[float], steps: Sequence[float]):
@@ -46,7 +47,7 @@ class Spline:
         self._starts, self._rates = tuple(starts), tuple(1 / step for step in steps)
 
     def __call__(self, *points: ArrayLike, along: int | None = None) -> np.ndarray:
-        """(..., c) values at coordinates that broadcast, one array an axis; or slopes along one of the axes."""
+        """(..., c) values at coordinates that broadcast, one array per axis; or slopes along one of the axes."""
         cells, powers = [], []
         for axis, (value, start, rate, last) in enumerate(
             zip(points, self._starts, self._rates, self._last, strict=True)
@@ -62,8 +63,8 @@ class Spline:
         return found
 
     def at(self, *point: float) -> np.ndarray:
-        """(2, ... 2, c): value [0, ... 0] and slope [.. 1 ..] along each axis, at one point, in plain floats: NumPy
-        costs a microsecond for every operation on one number."""
+        """(2, ... 2, c): value [0, ... 0] and slope [.. 1 ..] along each axis, at one point, in plain floats, because
+        NumPy takes a microsecond for every operation on a single number."""
         places: list[int] = []
         powers: list[float] = []
         for value, start, rate, last in zip(point, self._starts, self._rates, self._last, strict=True):
@@ -98,7 +99,8 @@ class Axes:
         return Axis.between(*self.modulus_MPa, self.cells[1])
 
     def domain(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> tuple[np.ndarray, ...]:
-        """Whether points that broadcast lie in the domain, and ln force and ln modulus, of its corner where not."""
+        """Whether points that broadcast lie in the domain, and their ln force and ln modulus (those of a corner for
+        points outside)."""
         force, modulus = np.broadcast_arrays(np.asarray(force_N, float), np.asarray(modulus_MPa, float))
         (low, high), (soft, hard) = self.force_N, self.modulus_MPa
         inside = (force >= low) & (force <= high) & (modulus >= soft) & (modulus <= hard)
@@ -190,14 +192,14 @@ class Axis:
         return np.exp(self.start + self.step * np.arange(self.cells + 1))
 
     def locate(self, value: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cell number, place in the cell (0 to 1) and whether the value lies in the axis, elementwise."""
+        """Cell number, position in the cell (0 to 1), and whether the value lies inside the axis, elementwise."""
         inside = (value >= self.low) & (value <= self.high)
         place = (np.log(np.where(inside, value, self.low)) - self.start) / self.step
         cell = np.clip(place.astype(int), 0, self.cells - 1)
         return cell, np.clip(place - cell, 0.0, 1.0), inside
 
     def cell(self, ln_value: float) -> int:
-        """Number of the cell of a logarithm, the nearest for one beyond the axis."""
+        """Number of the cell of a logarithm; the nearest cell for a value beyond the axis."""
         return min(max(int((ln_value - self.start) / self.step), 0), self.cells - 1)
 
     def basis(self, value: np.ndarray) -> np.ndarray:
@@ -219,7 +221,7 @@ def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
     return power
 
 
-# ---- One point at a time, in plain floats: NumPy costs a microsecond for every operation on one number
+# ---- One point at a time, in plain floats: NumPy takes a microsecond for every operation on a single number
 
 
 @lru_cache(maxsize=16)

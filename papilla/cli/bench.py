@@ -1,4 +1,4 @@
-"""`papilla bench`: speed against error of fidelities, elements and meshes, and beside other libraries."""
+"""`papilla bench`: speed against error of fidelities, elements and meshes, and compared with other libraries."""
 
 from functools import partial
 from pathlib import Path
@@ -20,11 +20,12 @@ def bench(
     physics: bool = option(False, "What the press leaves out, effect by effect.", "--physics"),
     out: Path | None = option(None, f"Folder for {PLOT}; the working directory without it."),
 ) -> Answer:
-    """Price every fidelity, element and mesh: seconds and memory against the error to the finest mesh: table and plot.
+    """Measure every fidelity, element and mesh: seconds and memory against the difference from the finest mesh, as
+    table and plot.
 
-    Each row is measured in a process of its own. Other libraries (extra `peers`) make one press on the same mesh, where
-    they are installed. What the fidelities are off by is kept for `papilla press --fidelity auto`, but not by --short.
-    All of it takes several minutes, most of them for fidelity finite and the finest mesh.
+    Each row is measured in a separate process. Other libraries (extra `peers`), if installed, make one press on the
+    same mesh. The errors of the fidelities are kept for `papilla press --fidelity auto`, but not by --short. The
+    command takes several minutes, mostly for fidelity finite and the finest mesh.
     """
     from papilla.errors import InputError
 

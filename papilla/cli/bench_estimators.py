@@ -1,4 +1,4 @@
-"""`papilla bench --estimators`: who answers, who answers falsely, and by how much, as tables, JSON and a picture."""
+"""`papilla bench --estimators`: share of answers, share of false ones, and errors, as tables, JSON and a picture."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 WORKERS = 2
 PLOT = "estimators.png"
 COST_SECONDS = 4.0
-SHORT_REMARK = "; one run of a scene is no verdict"
+SHORT_REMARK = "; one run per scene is not enough for a verdict"
 _WAVELENGTH = {
     "asked %": "asked", "answered %": "answered", "false %": "false", "steady %": "false_steady",
     "settled %": "false_settled",
@@ -37,8 +37,8 @@ _COST = {
 def bench_estimators(short: bool, out: Path | None) -> Answer:
     """Compare the wavelength estimators on every scene and the softness estimators on every touch.
 
-    `short` takes one run of a scene, and leaves softness out, which needs a calibrated finger. The picture goes to the
-    folder `out`; raises `FileAccessError` before any work where that cannot be written.
+    `short` makes one run per scene, and leaves out softness, which needs a calibrated finger. The picture is written to
+    the folder `out`. Raises `FileAccessError` before any work if that is not possible.
     """
     from papilla.files import check_writable
     from papilla.studies.estimator_bench.cost import costs
@@ -85,7 +85,7 @@ def _show(rows: "Sequence[Row]", touches: Sequence[Any], priced: Sequence[Any], 
 
 
 def print_scenes(rows: "Sequence[Row]") -> None:
-    """Print a table of each of the pipeline's forms, what misses a target, and all methods side by side."""
+    """Print a table of each form of the pipeline, the targets that were missed, and all methods side by side."""
     methods = {row.method: row.kind for row in rows}
     for method in (name for name, kind in methods.items() if kind.startswith("product")):
         _print(method, "scene", [row for row in rows if row.method == method], "scene", _WAVELENGTH)
@@ -109,7 +109,7 @@ def _print(title: str, first: str, rows: Iterable[Any], name: str, columns: dict
 
 
 def _shown(column: str, value: Any) -> str:
-    """A number to three digits, in % under a column that says so; nothing for NaN, a name as it is."""
+    """A number with three digits, in % if its column says so; nothing for NaN, a name unchanged."""
     if isinstance(value, str):
         return value
     return "" if value != value else f"{100 * value if '%' in column else value:.3g}"

@@ -1,4 +1,4 @@
-"""`papilla bench --physics`: what a bench has and the calibration does not know, as a table or JSON."""
+"""`papilla bench --physics`: effects on a bench that the calibration does not contain, as a table or JSON."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -11,11 +11,11 @@ if TYPE_CHECKING:
     from papilla.studies.physics import Effect
 
 SHORT_MM = 2.0
-"""Element size of --short: light presses are rough on it."""
+"""Element size of --short; light presses are inaccurate on it."""
 
 
 def bench_physics(finger: Path | None, short: bool) -> Answer:
-    """Press with each effect and without, and show what that does to S_d and to the modulus read from it."""
+    """Press with and without each effect, and show the change of S_d and of the modulus that follows from it."""
     from papilla.finger import Finger
     from papilla.mesh import DEFAULT_SIZE_MM
     from papilla.studies.physics import FORCES_GF, MODULI_MPA, physics

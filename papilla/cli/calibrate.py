@@ -39,7 +39,7 @@ DEFAULT_OUT = Path("calibration")
 
 @dataclass(frozen=True)
 class SweepOptions:
-    """What is swept over, and on what."""
+    """Range and specimens of the sweep."""
 
     specimen: Literal["block", "half-space"] = option("block", "What the sweep presses on.")
     thickness: float | None = option(
@@ -66,7 +66,7 @@ class SweepOptions:
         return replace(design, bench=replace(design.bench, thickness=positive("--thickness (mm)", self.thickness)))
 
     def table(self) -> dict[str, Any]:
-        """Forces, moduli and `quick` as `calibrate_finger` takes them; raises `InputError`."""
+        """Forces, moduli and `quick` as arguments of `calibrate_finger`; raises `InputError`."""
         import numpy as np
 
         from papilla.calibrate.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
@@ -111,7 +111,7 @@ def calibrate(
         metavar="PRESSES.csv",
     ),
     export_c: Path | None = option(
-        None, "Write the modulus and its sigma as C, by five coefficients, for a small chip.", metavar="FILE.h"
+        None, "Write modulus and sigma as C code with five coefficients, for a microcontroller.", metavar="FILE.h"
     ),
     log_map: MapOption = None,
     out: Path = option(DEFAULT_OUT, "Folder for the results."),
@@ -194,7 +194,7 @@ def _calibrated(
 
 
 def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], watch: Stopwatch, shown: Progress) -> None:
-    """Write the results, all of them or none."""
+    """Write all results, or none."""
     from papilla.calibrate.report.page import write_report
     from papilla.files import replacing_set
 
@@ -232,7 +232,7 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
 
 
 def _of_the_bench(done: "Calibrated") -> dict | None:
-    """The finger that was identified, and the measured presses' own moduli recovered."""
+    """The identified finger, and the moduli of the measured presses recovered by its calibration."""
     if done.bench is None:
         return None
     from papilla.cli.identify import summary_of
@@ -247,7 +247,8 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
 
 
 def _against_published(done: "Calibrated") -> dict | None:
-    """How far the calibration is from regression (9), up to one scale factor, and its finger from published depths."""
+    """Difference of the calibration from regression (9), up to one scale factor, and of its finger from published
+    depths."""
     from dataclasses import asdict
 
     from papilla.calibrate.published_form import covered_comparison

@@ -1,4 +1,4 @@
-"""What `papilla calibrate --check` prints: which presses of known modulus are recovered."""
+"""Output of `papilla calibrate --check`: which presses of known modulus are recovered."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
 
 CHECK_FAILED = 1
 MOST_ROWS = 20
-"""Presses in the table; the JSON has all."""
+"""Largest number of presses in the table; the JSON has all."""
 
 
 def print_check(found: "Check", path: Any) -> None:
-    """The check as a table: what did not pass first, then the others up to `MOST_ROWS`."""
+    """Print the check as a table: failed presses first, then others up to `MOST_ROWS`."""
     from rich.table import Table
 
     table = Table(title=f"check: {path}")

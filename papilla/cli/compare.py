@@ -31,9 +31,9 @@ def compare(
     csv: Path | None = option(None, "Table to write.", metavar="FILE.csv"),
     friction: FrictionOption = None,
 ) -> Answer:
-    """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, price.
+    """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, computing time.
 
-    A design is calibrated first, as papilla calibrate does; what the cache has of that is not computed again.
+    A design is calibrated first, as by papilla calibrate; cached results are used.
     """
     rubbing = read_friction(friction)
     written = [path for path in (html, csv) if path is not None]

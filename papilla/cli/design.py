@@ -1,4 +1,4 @@
-"""`papilla design`: studies of designs, and where gauges should sit."""
+"""`papilla design`: studies of designs, and optimal places of gauges."""
 
 import os
 from functools import partial
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
     from papilla.design.study import Study
 
 MOST_GAUGES = 8
-"""Gauges that are placed, at most."""
+"""Largest number of gauges that can be placed."""
 
 
 def design(
     study: Path = argument(..., "Study file (TOML).", metavar="STUDY.toml"),
     out: Path = option(Path("study"), "Folder for the results."),
-    resume: bool = option(False, "Go on with the designs that the folder holds of this study.", "--resume"),
-    explain: bool = option(False, "Say what the study will cost, measured here, and run nothing.", "--explain"),
+    resume: bool = option(False, "Continue with the designs of this study that are in the folder.", "--resume"),
+    explain: bool = option(False, "Estimate the duration of the study by a measurement, and run nothing.", "--explain"),
     place: int | None = option(None, "Place 1 to N gauges on the study's finger instead (1 to 8).", metavar="N"),
     scheduler: str | None = option(None, "Dask scheduler whose workers to use, such as tcp://host:8786."),
     workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
 ) -> Answer:
-    """Run a study: which finger tells what is asked for.
+    """Run a study: which design meets the objectives best.
 
-    Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: what is free, fixed
-    and coupled, the scene, objectives, constraints, a sampler; docs/design_studies.md explains it.
+    Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: free, fixed and
+    coupled parameters, the scene, objectives, constraints, and a sampler; docs/design_studies.md explains it.
     """
     watch = Stopwatch()
     if workers is not None and not 1 <= workers <= 4 * (os.cpu_count() or 1):

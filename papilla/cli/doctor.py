@@ -1,4 +1,4 @@
-"""`papilla doctor`: what this installation is, whether it works, and what its cache holds."""
+"""`papilla doctor`: the state of this installation, a self-test, and the content of its cache."""
 
 import os
 import platform
@@ -12,13 +12,13 @@ from papilla.cli.verify import CHECK_FAILED, case_keys
 
 MB = 1e6
 _REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"]([\w-]+)['\"])?")
-"""Name of a package, and the extra that it belongs to."""
+"""Name of a package, and the extra to which it belongs."""
 
 
 def doctor(
-    clean: bool = option(False, "Empty the cache first; what is needed again is computed again.", "--clean"),
+    clean: bool = option(False, "Empty the cache first; later commands compute their results again.", "--clean"),
 ) -> Answer:
-    """Show versions, solver, rendering, threads, cache and extras, and test in seconds that papilla computes.
+    """Show versions, solver, rendering, threads, cache and extras, and run a self-test of some seconds.
 
     The environment variable PAPILLA_CACHE names the cache's folder. Exit code 1 says that a check failed.
     """
@@ -51,7 +51,7 @@ def doctor(
 
 
 def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
-    """Versions of what papilla needs, None where a package is missing; and of each extra, with whether it is whole."""
+    """Versions of required packages, None if one is missing; and of each extra, with whether it is complete."""
     from importlib.metadata import PackageNotFoundError, requires, version
 
     def found(name: str) -> str | None:
@@ -62,7 +62,7 @@ def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
 
     try:
         lines = requires("papilla") or []
-    except PackageNotFoundError:  # Run from a checkout that is not installed
+    except PackageNotFoundError:  # In a checkout that is not installed
         lines = []
     needed: dict[str, dict[str, str | None]] = {}
     for match in filter(None, map(_REQUIREMENT.match, lines)):
@@ -72,7 +72,7 @@ def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
 
 
 def _rendering() -> str:
-    """By what pictures are rendered: a kind of VTK's windows, or matplotlib alone."""
+    """The renderer of pictures: a kind of VTK window, or matplotlib alone."""
     from papilla.view.render import ENVIRONMENT, use_offscreen_window
 
     return (os.environ.get(ENVIRONMENT) or "VTK's own window") if use_offscreen_window() else "matplotlib alone"

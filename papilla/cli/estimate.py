@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 Softness = Literal["gauges", "sd", "force-depth", "compact", "quadratic", "printed", "surface"]
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
-"""Noise (microstrain, N) that is assumed where a log shows less: a computed log has none."""
+"""Smallest noise (microstrain, N) that is assumed: a computed log has none."""
 DEPTH = "indentation_mm"
 SILENT_ROWS = 100_000
-"""Rows that are read before a word is said of it."""
+"""Number of rows between two lines of progress."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class EstimatorOptions:
     finger: Path | None = option(None, "Design (TOML, or a name that ships) for its ridges; a calibration has them.")
     wavelength_range: tuple[float, float] | None = option(
         None,
-        "Wavelengths (mm) to look for; without it 0.4 to 6 row by row, all in the summary.",
+        "Range of wavelengths (mm) to search; default: 0.4 to 6 for the rows, all for the summary.",
         metavar="LO HI",
     )
     saturation: float | None = option(None, "|reading| from which a gauge is saturated.")
@@ -145,7 +145,7 @@ def estimate(
 def _picture(
     recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None, html: Path | None
 ) -> "LogPicture | None":
-    """What gathers the rows for a picture, where one is asked for; raises `InputError` for an unknown kind of file."""
+    """Collects the rows for a picture, if one is requested; raises `InputError` for an unknown kind of file."""
     if plot is None and html is None:
         return None
     from papilla.view.log_picture import LogPicture
@@ -157,7 +157,7 @@ def _picture(
 
 
 def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | None], as_json: bool) -> Path | None:
-    """Refuse an output that cannot be; the file of the summary, None if standard output has the estimates."""
+    """Refuse impossible outputs; returns the path of the summary, None if standard output has the estimates."""
     from papilla.files import sidecar
     from papilla.pipes import PIPE
 
@@ -182,7 +182,7 @@ def _load(path: Path) -> "Calibration":
     from papilla.calibration import Calibration
 
     with warnings.catch_warnings():
-        # The pipeline's messages say it.
+        # The pipeline's messages contain it.
         warnings.simplefilter("ignore", UserWarning)
         return Calibration.load(path)
 
@@ -194,7 +194,7 @@ def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFi
     own, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
     if len(made_for) != len(own):
         raise InputError(f"{recorded.path} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")
-    # A design may call its gauges what it likes; numbers like those of a log must be the log's.
+    # A design may use any names for its gauges; names with numbers like those of a log must agree with the log's.
     if made_for != own and all(GAUGE_COLUMN.fullmatch(name) for name in made_for):
         raise InputError(
             f"{recorded.path} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}"
@@ -202,14 +202,14 @@ def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFi
 
 
 def _ridge_pitch(design: Path | None) -> float | None:
-    """Pitch (mm) of a design's ridges, None where there is no design."""
+    """Pitch (mm) of a design's ridges, None without a design."""
     from papilla.finger import Finger
 
     return Finger.load(design).ridge_pitch_mm if design else None
 
 
 def _zeros(record: "Calibration | None") -> "np.ndarray":
-    """Readings of the gauges in the air (microstrain), where the calibration is of a finger whose bench told them."""
+    """Readings of the gauges in the air (microstrain), if the calibration is of a finger whose bench measured them."""
     import numpy as np
 
     found = None if record is None else record.finger.get("zeros_microstrain")
@@ -222,7 +222,7 @@ def _zeros(record: "Calibration | None") -> "np.ndarray":
 
 
 def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
-    """Noise of the worst gauge and of the force, as the log shows it."""
+    """Noise of the worst gauge and of the force, from the log."""
     gauges = [recorded.noise[name] for name in recorded.gauge_names]
     force = recorded.noise.get("force_N", float("nan"))
     return {

@@ -1,4 +1,4 @@
-"""`papilla estimate --softness force-depth`: the modulus from force and depth, in the place of that from the gauges."""
+"""`papilla estimate --softness force-depth`: the modulus from force and depth, instead of from the gauges."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +12,14 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
 
 SWEEP = "sweep.csv"
-"""The table of presses beside a calibration, which has their depths."""
+"""Name of the table of presses beside a calibration, which contains their depths."""
 
 
 class DepthModulus:
-    """Fills the columns of the modulus; says to the pipeline, which gives none itself, that there is one.
+    """Fills the columns of the modulus, and tells the pipeline, which does not compute them, that they exist.
 
-    calibration : its file, beside which `SWEEP` stands. Raises `InputError` without it, and for a log without a force.
+    calibration : its file, with `SWEEP` in the same folder. Raises `InputError` without a calibration, and for a log
+    without a force.
     """
 
     def __init__(self, calibration: Path | None, recorded: "TimeLogFile", pipeline: "Pipeline"):
@@ -42,7 +43,7 @@ class DepthModulus:
         del pipeline.off["modulus"]
 
     def added(self, block: "np.ndarray", answer: "PipelineEstimate") -> "PipelineEstimate":
-        """The answers with the modulus of each row (n, columns)."""
+        """The answers (n, columns) with the modulus of each row."""
         modulus, sigma, found = self._model.process(block[:, self._force], block[:, self._depth], self._errors)
         self._legend.pop("", None)
         self._legend.update({status.code: status.sentence for status in {*found}})

@@ -1,8 +1,8 @@
-"""What `papilla estimate` gathers of a log and its estimates, block by block in bounded memory.
+"""Collects the summary of a log and its estimates for `papilla estimate`, block by block in bounded memory.
 
-Each row has one short code for each quantity, which begins with "ok" where the value may be used. The summary counts
-them and holds the last value of each quantity that may be used. A line that stands out of the whole log but that no
-row calls ok is no result: it may be of time (hum, a motor), or made by a wrong unit. The JSON has it, with `ok_rows` 0.
+Each row has one short code for each quantity, which begins with "ok" if the value may be used. The summary counts them
+and contains the last usable value of each quantity. A spectral line of the whole log that is ok in no row is not a
+result: it may be a line over time (hum, a motor), or come from a wrong unit. The JSON has it, with `ok_rows` 0.
 """
 
 import math
@@ -24,24 +24,25 @@ LAST = {
     "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
     "last_friction": ("friction", "", ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")),
 }
-"""Keys of the last answers: quantity, unit and columns; each is of the last row whose status of the quantity is ok."""
+"""Keys of the last answers: quantity, unit and columns; each value is from the last row whose status is ok for the
+quantity."""
 ADVICE = {
     "modulus": "state the thickness (--thickness), press harder and hold the press",
-    "wavelength": "slide over a longer path at changing speed, which tells a texture from hum and motors, and look at "
+    "wavelength": "slide over a longer path at changing speed, which separates it from hum and motors, and look at "
     "the units of t_s, velocity_mm_s and position_mm",
-    "friction": "slide both ways, and lift the finger off for half a second, which tells the zero of tangential_N",
+    "friction": "slide both ways, and lift the finger off for half a second, which shows the zero of tangential_N",
 }
-"""What to do where no row of a quantity is ok."""
+"""Advice if no row of a quantity is ok."""
 FREQUENCY_ALONE = "frequency alone"
 CONSTANT_SPEED = "ok, constant speed"
 ALIKE = 0.02
-"""Relative difference of wavelength up to which the wavelength of a row is that of a line of the whole log."""
+"""Relative difference of wavelength up to which a row agrees with a line of the whole log."""
 
-LONGEST_ROWS = 2**19  # Rows that spectral lines are looked for in at once: 9 minutes at 1 kHz
+LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
 
 
 class _Combinations(dict[tuple[str, str, str], int]):
-    """Numbers of the combinations of the three codes that occur, so that a row costs one look-up."""
+    """Numbers of the occurring combinations of the three codes, so that a row needs one look-up."""
 
     def __missing__(self, codes: tuple[str, str, str]) -> int:
         return self.setdefault(codes, len(self))
@@ -50,7 +51,7 @@ class _Combinations(dict[tuple[str, str, str], int]):
 class Summary:
     """The summary of a log and its estimates.
 
-    Of the rows the lines are looked for in, the latest `LONGEST_ROWS` are kept.
+    The latest `LONGEST_ROWS` rows are kept for the search for lines.
     """
 
     def __init__(self, recorded: "TimeLogFile", pipeline: "Pipeline"):
@@ -66,7 +67,7 @@ class Summary:
         self.spectrum: LineSpectrum | None = None
 
     def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> list[str]:
-        """Take in the next rows of the log and their answers; the worst code of each row."""
+        """Add the next rows of the log and their answers; returns the worst code of each row."""
         import numpy as np
 
         self.rows += len(block)
@@ -90,7 +91,7 @@ class Summary:
         return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
 
     def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
-        """The code of a quantity; without a path that of the frequency stands in the place of the wavelength's."""
+        """The code of a quantity; without a path the wavelength has the code of the frequency."""
         return codes[("modulus", "wavelength", "friction").index("wavelength" if quantity == "frequency" else quantity)]
 
     def _usable(self, quantity: str, codes: tuple[str, str, str]) -> bool:
@@ -117,8 +118,8 @@ class Summary:
             raise InputError(f"{self._log.path}: no row has an answer that is ok; {sizes[0]}")
 
     def finish(self, wavelengths: tuple[float, float] | None) -> dict:
-        """What is printed: JSON keys and their values. `messages` are all that is said, the most important first; the
-        first `remarks` of them say what to do."""
+        """The summary: JSON keys and their values. `messages` are all messages, the most important first; the first
+        `remarks` of them contain advice."""
         report, status = self._log.report, Counter[str]()
         statuses = {quantity: Counter[str]() for quantity, *_ in LAST.values()}
         own = dict.fromkeys(statuses, 0)
@@ -155,7 +156,7 @@ class Summary:
         }
 
     def _unanswered(self, ok_rows: dict[str, int], statuses: dict[str, Counter[str]]) -> list[str]:
-        """A line for each quantity that runs and is ok in no row: why most often, and what to do."""
+        """A line for each running quantity that is ok in no row: the most frequent reason, and advice."""
         remarks = []
         for quantity, advice in ADVICE.items():
             if statuses[quantity] and not ok_rows[quantity] and quantity not in self._pipeline.off:
@@ -227,7 +228,7 @@ class Summary:
 
 
 def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> list[str]:
-    """What is in doubt of the lines of the whole log, and what to do."""
+    """Doubts about the lines of the whole log, and advice."""
     from papilla.estimators.pipeline.pipeline import DEFAULT_RANGE_MM
 
     remarks, (low, high) = [], DEFAULT_RANGE_MM
@@ -245,7 +246,7 @@ def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> lis
 
 
 def _of_speed(codes: Counter[str], ok_rows: int) -> list[str]:
-    """What a constant speed leaves open, and what to do."""
+    """The doubt that a constant speed leaves, and advice."""
     steady = sum(rows for code, rows in codes.items() if code.startswith(CONSTANT_SPEED))
     return [
         f"wavelength: {steady} of the {ok_rows} ok rows are of a constant speed, where a vibration of that frequency "

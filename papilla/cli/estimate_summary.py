@@ -1,4 +1,5 @@
-"""The summary of `papilla estimate` on the terminal: results first, then what the log was, then what the codes mean."""
+"""The summary of `papilla estimate` on the terminal: results first, then properties of the log, then the meaning of the
+codes."""
 
 import math
 from collections.abc import Sequence
@@ -14,16 +15,16 @@ if TYPE_CHECKING:
 
 HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
 REMARKS = 3
-"""Remarks that are shown; the file beside the estimates has all."""
+"""Largest number of remarks on the terminal; the file beside the estimates has all."""
 REASONS = 2
-"""Codes, the most frequent ones, that say why rows of a quantity have no answer."""
+"""Number of codes, the most frequent ones, that explain rows without an answer for a quantity."""
 SIGMAS = 1.96
 """Half width of a 95 % interval, in standard deviations."""
 
 
 def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
-    """The summary in the file beside the estimates, and on stdout unless that has the estimates; on stderr how the log
-    was read, and what to do."""
+    """Write the summary to the file beside the estimates, and to stdout unless that has the estimates; write notes on
+    the log, and advice, to stderr."""
     from papilla.files import write_text
 
     if summary["summary"] is None:
@@ -93,12 +94,12 @@ def write_pictures(
 
 
 def _first(summary: dict) -> list[str]:
-    """The remarks that are shown."""
+    """The remarks that are shown on the terminal."""
     return summary["messages"][: min(REMARKS, summary["remarks"])]
 
 
 def _counts(summary: dict) -> str:
-    """How many rows the log has, how noisy they are and what is wrong with them."""
+    """Words on the number of rows, their noise and their faults."""
     noise = ""
     if summary["force_noise_N"] is not None:
         noise = f", noise {summary['gauge_noise_microstrain']:.3g} µε and {summary['force_noise_N']:.2g} N"
@@ -109,7 +110,7 @@ def _counts(summary: dict) -> str:
 
 
 def legend(summary: dict) -> list[str]:
-    """A line for each code that is not its own explanation."""
+    """A line for each code that needs an explanation."""
     return [
         f"  {quantity}, {code}: {sentence}"
         for quantity, codes in summary["legend"].items()
@@ -119,7 +120,7 @@ def legend(summary: dict) -> list[str]:
 
 
 def _results(summary: dict) -> list[tuple[str, ...]]:
-    """A row for each quantity, two for friction."""
+    """One row for each quantity, two for friction."""
     rows: list[tuple[str, ...]] = []
     for key, (quantity, unit, names) in LAST.items():
         found, why = summary[key] or {}, _why_not(summary, quantity)
@@ -144,7 +145,7 @@ def _why_not(summary: dict, quantity: str) -> str:
 
 
 def _lines(summary: dict) -> list[tuple[str, ...]]:
-    """A row for each line of the whole log that rows agree with, strongest first."""
+    """One row for each line of the whole log that agrees with rows, strongest first."""
     return [
         (
             "line of the log",

@@ -1,4 +1,4 @@
-"""`papilla export-c`: a calibration as a C header, for a small chip or a control loop."""
+"""`papilla export-c`: a calibration as a C header, for a microcontroller or a control loop."""
 
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,8 @@ def export_c(
     out: Path = option(..., "Header to write (C99 and C++).", metavar="FILE.h"),
     real: Literal["double", "float"] = option("double", "Type of its numbers."),
 ) -> Answer:
-    """Write the modulus with sigma, 95 % interval and status as C: five coefficients, checked against their ranges."""
+    """Write the modulus with sigma, 95 % interval and status as C code: five coefficients, with checks of their
+    ranges."""
     from papilla.calibrate.export_c import c_header
     from papilla.calibration import Calibration
     from papilla.files import write_text

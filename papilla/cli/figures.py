@@ -12,7 +12,7 @@ def figures(
 ) -> Answer:
     """Compute the figures and tables of the papers, each with the printed values as points and its data as CSV.
 
-    The first time takes some minutes; figures are kept, so that the second takes seconds.
+    The first run takes some minutes; results are kept, so the next one takes seconds.
     """
     from papilla.files import check_writable
     from papilla.studies.figures.runner import chosen, write

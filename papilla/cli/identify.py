@@ -1,4 +1,4 @@
-"""`papilla identify`: which finger made a log of presses."""
+"""`papilla identify`: identifies the finger that made a log of presses."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -48,16 +48,16 @@ def identify(
     ),
     compare: Path | None = option(
         None,
-        "Is it still the finger of this identified design? Exit code 1 where it is not; nothing is written.",
+        "Test whether it is still the finger of this identified design; exit code 1 if not; nothing is written.",
         metavar="OLD.toml",
     ),
     log_map: MapOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and what to doubt.
+    """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and doubts.
 
-    The written finger is one that every command takes; calibrate carries its uncertainty on. With --suggest: what to
-    press next; with --compare: whether it is still the same finger.
+    Every command accepts the design file that is written; calibrate includes its uncertainty. --suggest proposes the
+    next presses; --compare tests whether it is still the same finger.
     """
     watch = Stopwatch()
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
@@ -118,7 +118,7 @@ def _held(fix: list[str]) -> dict[str, float]:
 
 
 def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
-    """Parameters with intervals, and what to doubt, as plain values."""
+    """Parameters with intervals, and doubts, as plain values."""
     from papilla.specimen import physics_words
 
     parameters = {}

@@ -1,4 +1,4 @@
-"""`papilla identify --compare`: whether new presses are of the finger that was identified."""
+"""`papilla identify --compare`: tests whether new presses are from the finger that was identified."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from papilla.errors import InputError
 
 CHANGED = 1
 MOST_NAMED = 4
-"""Explanations that are printed; the JSON has all."""
+"""Largest number of explanations that are printed; the JSON has all."""
 
 
 def compare_with(old: Path, log: Path | None, log_map: Path | None, as_json: bool, **given: object) -> None:
-    """Compare the presses of a log with a stored identification; exit code 1 says recalibrate."""
+    """Compare the presses of a log with a stored identification; exit code 1 means "recalibrate"."""
     if log is None:
         raise InputError("--compare needs the log of the new presses")
     if asked := [name for name, value in given.items() if value]:

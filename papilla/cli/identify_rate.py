@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 def loops_of(log: "PressLog") -> dict:
-    """The loops of a log as plain values; nothing where there are none."""
+    """The loops of a log as plain values; an empty dict if there are none."""
     return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
 
 
 def relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
-    """The Prony terms of the longest touch of a log as plain values, and what the table `[identified]` keeps of them;
-    nothing where none are asked for."""
+    """The Prony terms of the longest touch of a log as plain values, and the part that the table `[identified]` keeps;
+    empty if none are requested."""
     from papilla.calibrate.relaxation import fit_touch
     from papilla.logs import read_presses
 

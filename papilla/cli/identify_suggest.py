@@ -1,4 +1,5 @@
-"""`papilla identify --suggest`: what to press next, after a log or for a finger of which nothing is known."""
+"""`papilla identify --suggest`: proposes the next presses, after a log or for a finger of which only the design is
+known."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SuggestOptions:
-    """What to press next, and what there is to press."""
+    """Number and kind of the suggested presses."""
 
     suggest: int | None = option(None, "Suggest the next N presses; without a log, all of them.", metavar="N")
     moduli: str | None = option(
@@ -32,13 +33,13 @@ class SuggestOptions:
     criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
 
     def check(self, log: Path | None, **fit: object) -> None:
-        """Refuse what cannot be read, and what does not go together: options `fit` of a fit without a log, and a fit of
-        which nothing is kept; raises `InputError`."""
+        """Refuse unusable options and combinations: options `fit` of a fit without a log, and a fit whose result is not
+        written; raises `InputError`."""
         self.read_moduli(), self.read_places()
         if log is None and self.suggest is None:
-            raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol from nothing, needs none")
+            raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol without a log, needs none")
         if log is None and (asked := [name for name, value in fit.items() if value is not None]):
-            raise InputError(f"--{asked[0]} needs a log of presses: a protocol from nothing fits nothing")
+            raise InputError(f"--{asked[0]} needs a log of presses: a protocol without a log has no fit")
         if self.suggest is not None:
             if self.suggest < 1:
                 raise InputError(f"--suggest must be at least 1, got {self.suggest}")
@@ -50,12 +51,12 @@ class SuggestOptions:
                 raise InputError(f"--{name} goes with --suggest")
 
     def read_moduli(self) -> list[float]:
-        """The moduli (MPa), none where they are not given; raises `InputError`."""
+        """The moduli (MPa), empty if not given; raises `InputError`."""
         texts = [] if self.moduli is None else self.moduli.split(",")
         return [positive("--moduli (MPa)", number("--moduli must be numbers in MPa", text)) for text in texts]
 
     def read_places(self) -> list[tuple[float, float]]:
-        """The places (x, y in mm), the apex where they are not given; raises `InputError`."""
+        """The places (x, y in mm), the apex if not given; raises `InputError`."""
         what, found = "--places must be pairs x,y in mm with spaces between", []
         for text in ("0,0" if self.places is None else self.places).split():
             x, comma, y = text.partition(",")
@@ -65,17 +66,17 @@ class SuggestOptions:
         return found
 
     def protocol(self, design: "Finger", specimen: "Specimen", noise: "Noise") -> dict:
-        """The presses to begin with, for a finger of which nothing is known but its design, as plain values."""
+        """The first presses for a finger of which only the design is known, as plain values."""
         moduli = self.read_moduli()
         if not moduli:
-            raise InputError("a protocol from nothing needs --moduli: those of the specimens that are there, in MPa")
+            raise InputError("a protocol without a log needs --moduli: those of the available specimens, in MPa")
         with progress() as shown:
             shown.line("what each press would tell")
             return {"finger": design.name, **self._found(design, moduli, specimen=specimen, noise=noise)}
 
     def after(self, found: "Identification") -> dict:
-        """The presses that tell most after those of an identification, on its specimens unless others are there, as
-        plain values; nothing where none are asked for."""
+        """The most informative presses after those of an identification, on its specimens unless others are given, as
+        plain values; empty if none are requested."""
         moduli = self.read_moduli() or sorted({float(one) for one in found.problem.log.modulus_MPa})
         return {} if self.suggest is None else self._found(found, moduli)
 
@@ -99,7 +100,7 @@ def suggested(found: "Suggestion") -> dict:
 
 
 def print_suggestion(summary: dict) -> None:
-    """Show what a summary suggests, the most telling press first."""
+    """Print the suggestion of a summary, the most informative press first."""
     if "suggested" not in summary:
         return
     at_apex = not any(one["x_mm"] or one["y_mm"] for one in summary["suggested"])

@@ -1,4 +1,4 @@
-"""`papilla log map`: what the columns of somebody's log seem to be."""
+"""`papilla log map`: proposes the meaning of the columns of a foreign log."""
 
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,8 @@ def map(
     file: Path = argument(..., "Log as a lab writes it (CSV, TSV, .gz).", metavar="FILE"),
     out: Path = option(..., "Map to write (TOML); estimate, identify and calibrate take it by --map."),
 ) -> Answer:
-    """Propose which column of a log is what, in which unit, and why; nothing is read by it before you say so."""
+    """Propose for each column of a log its meaning and unit, with the reason; no command uses the map before you pass
+    it on."""
     from rich.table import Table
     from rich.text import Text
 

@@ -1,4 +1,4 @@
-"""`papilla COMMAND`: the commands, and the one place where errors become one line and an exit code."""
+"""`papilla COMMAND`: the commands, and the conversion of errors to one line and an exit code."""
 
 import os
 import signal
@@ -36,7 +36,7 @@ from papilla.cli.view import view
 from papilla.errors import InputError, PapillaError
 
 TRACEBACK = "PAPILLA_TRACEBACK"
-"""The variable that, set to anything, adds the traceback to the line of an internal error."""
+"""The environment variable that, set to anything, adds the traceback to the line of an internal error."""
 
 app = typer.Typer(
     name="papilla",
@@ -70,7 +70,7 @@ COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
 }
 HELP = {
     "log": "Logs of other programs: what their columns are.",
-    "texture": "Tell textures apart: train on logs of known ones, classify others.",
+    "texture": "Classify textures: train on logs of known ones, classify others.",
     "telepresence": "Remote touch over a delayed link: what a texture is travels, not its signal; the display makes "
     "touch of it.",
 }
@@ -100,17 +100,17 @@ def _papilla(
 
 
 def run(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave with its exit code.
+    """Run the command line and exit with its exit code.
 
     0 done, 1 a check failed, 2 bad input, 70 an error of papilla's own (each one line on stderr), 130 interrupted.
     """
     from papilla.workers import THREADS
 
     _open_what_is_closed()
-    # A command's matrices are small: a second thread doubles the processor time of a press and saves nothing
+    # A command's matrices are small: a second thread doubles the processor time of a press without saving time
     for name in THREADS:
         os.environ.setdefault(name, "1")
-    with suppress(ValueError):  # In a thread there are no signals
+    with suppress(ValueError):  # Only the main thread can handle signals
         signal.signal(signal.SIGTERM, _terminate)
     with warnings.catch_warnings():
         warnings.showwarning = _warn
@@ -119,7 +119,7 @@ def run(arguments: list[str] | None = None) -> None:
 
 
 def _open_what_is_closed() -> None:
-    """Closed standard streams become the null device, and what an encoding lacks is written as an escape."""
+    """The next file that is opened would get the number of a closed stream, and output would be written into it."""
     # A file that is opened next would get the number of a closed stream, and what is printed would go into it.
     while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
@@ -154,9 +154,9 @@ def _exit_code(arguments: list[str]) -> int:
         print("papilla: terminated", file=sys.stderr)
         return TERMINATED
     except (BrokenPipeError, SystemExit) as left:
-        if isinstance(left, SystemExit) and not left.code:  # typer told a shell how to complete
+        if isinstance(left, SystemExit) and not left.code:  # typer has printed the completion for a shell
             return 0
-        # The reader of our output has gone (typer leaves by SystemExit then).
+        # The reader of our output has ended (typer then raises SystemExit).
         _drop_output()
         return BROKEN_PIPE
     except OSError as error:
@@ -167,7 +167,7 @@ def _exit_code(arguments: list[str]) -> int:
 
 
 class _Terminated(BaseException):
-    """The process is told to end: what is half written is removed on the way out."""
+    """The process was asked to end: half-written files are removed on the way out."""
 
 
 def _terminate(*_signal: object) -> None:
@@ -175,7 +175,7 @@ def _terminate(*_signal: object) -> None:
 
 
 def _report_internal(error: Exception) -> int:
-    """One line for an error that papilla did not expect, and on request the traceback."""
+    """One line for an unexpected error and, on request, the traceback."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
     *_, last = traceback.extract_tb(error.__traceback__)
@@ -186,7 +186,7 @@ def _report_internal(error: Exception) -> int:
 
 
 def _drop_output() -> None:
-    """Send what is still buffered for stdout nowhere, or it would fail again when the interpreter ends."""
+    """Discard buffered output for stdout, which would fail again when the interpreter ends."""
     with suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

@@ -1,4 +1,4 @@
-"""`papilla new`: a commented design to start from."""
+"""`papilla new`: a commented design as a starting point."""
 
 from pathlib import Path
 from typing import Literal
@@ -10,7 +10,7 @@ from papilla.errors import InputError
 Shape = Literal["dome", "slab", "surfaces"]
 
 SURFACES_MM = {"skin.stl": (24.0, 30.0, 20.0), "interface.stl": (21.0, 27.0, 17.0), "bone.stl": (10.0, 16.0, 6.0)}
-"""Surface files of the commented design, and semi-axes of the default finger's surfaces, which they hold."""
+"""Surface files of the commented design, with the semi-axes of the default finger's surfaces."""
 
 
 def new(

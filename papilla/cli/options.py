@@ -1,7 +1,7 @@
-"""Options that commands share, alone and in groups, and what they mean.
+"""Options that commands share, alone and in groups.
 
-A group is a frozen dataclass whose fields are options and whose methods make what they describe. A command under
-`grouped` takes groups as parameters, so an option and its default stand in one place, whichever commands have it.
+A group is a frozen dataclass whose fields are options and whose methods make the objects that they describe. A command
+under `grouped` takes groups as parameters, so each option and its default are defined once.
 """
 
 import os
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def option(default: Any, text: str, *names: str, **more: Any) -> Any:
-    """An option of a command, for the place where a parameter has its default; `...` as default: it must be given."""
+    """An option of a command, used as the default of a parameter; `...` as default means that it is required."""
     return typer.Option(default, *names, help=as_written(text), **more)
 
 
@@ -37,12 +37,12 @@ def argument(default: Any, text: str, **more: Any) -> Any:
 
 
 def as_written(text: str) -> str:
-    """A help text whose brackets are shown: rich takes "[default: 10]" for markup and leaves it out."""
+    """A help text whose brackets are shown: rich would treat "[default: 10]" as markup and drop it."""
     return text.replace("[", r"\[")
 
 
 PROCESSES = min(2, os.cpu_count() or 1)
-"""Processes that long jobs are shared between: each takes up to 1 GB."""
+"""Number of processes for long jobs; each takes up to 1 GB."""
 
 SpecimenKind = Literal["half-space", "block", "sphere"]
 
@@ -123,7 +123,7 @@ def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
 
 
 def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
-    """Take the values of a scene file as the defaults of the options."""
+    """Use the values of a scene file as the defaults of the options."""
     if path is None:
         return None
     from papilla.files import read_toml
@@ -135,7 +135,7 @@ def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
         near = closest(unknown[0], [key for key in names if names[key] != "scene"])
         hint = f"; did you mean {near}?" if near else ""
         raise InputError(f"{path}: `papilla {context.command.name}` has no option {unknown[0]!r}{hint}")
-    # As text, so that a value is read and refused as on the command line
+    # As text, so that a value is parsed and refused as on the command line
     context.default_map = {
         names[key]: [str(one) for one in value] if isinstance(value, list) else str(value)
         for key, value in found.items()
@@ -156,7 +156,7 @@ SceneOption = Annotated[
 
 
 def given(context: typer.Context, names: Iterable[str]) -> list[str]:
-    """Those of these options that the command line or the scene file states, as they are written."""
+    """Those of these options that the command line or the scene file states, as written there."""
     stated = ("COMMANDLINE", "DEFAULT_MAP")
     return [
         f"--{name.replace('_', '-')}"
@@ -166,7 +166,7 @@ def given(context: typer.Context, names: Iterable[str]) -> list[str]:
 
 
 def read_friction(text: str | None) -> "Friction | None":
-    """The friction of an option's text, None where it is not given; raises `InputError`."""
+    """The friction for an option's text, None if it is not given; raises `InputError`."""
     from papilla.specimen import STICK, friction_coefficient
 
     if text is None:
@@ -179,7 +179,7 @@ def read_friction(text: str | None) -> "Friction | None":
 
 
 def number(rule: str, text: str) -> float:
-    """The number of a text; raises `InputError` with the rule that it breaks."""
+    """The number in a text; raises `InputError` with the rule that it violates."""
     try:
         return float(text)
     except ValueError as error:
@@ -187,7 +187,7 @@ def number(rule: str, text: str) -> float:
 
 
 def mesh_size(size_mm: float | None) -> float:
-    """The element size of an option, that of the figures of the README where it is not given; raises `InputError`."""
+    """The element size of an option, or the default that the README uses; raises `InputError`."""
     from papilla.mesh import DEFAULT_SIZE_MM
 
     return DEFAULT_SIZE_MM if size_mm is None else positive("--size-mm", size_mm)
@@ -195,15 +195,15 @@ def mesh_size(size_mm: float | None) -> float:
 
 @dataclass(frozen=True)
 class SpecimenOptions:
-    """What is touched."""
+    """The touched specimen."""
 
     specimen: SpecimenKind = option("block", "Shape of what is touched.")
     thickness: float | None = option(None, "Thickness of a block, mm.  [default: the bench's of the finger, else 10]")
     radius: float | None = option(None, "Radius of a sphere, mm.")
 
     def of(self, modulus: float, design: "Finger") -> "Specimen":
-        """The specimen, a block as thick as those of the design's bench unless stated; raises `InputError` for an
-        option that its shape would ignore."""
+        """The specimen, by default a block with the thickness of the design's bench. Raises `InputError` for an option
+        that does not apply to its shape."""
         from papilla.specimen import SPECIMEN_KINDS
 
         measures = {"block": ("thickness", self.thickness), "sphere": ("radius", self.radius)}
@@ -219,7 +219,7 @@ class SpecimenOptions:
 
 
 def describe(specimen: "Specimen") -> dict:
-    """Kind and measures of a specimen under the names of files, as plain values."""
+    """Kind and dimensions of a specimen as plain values, under the names of files."""
     from dataclasses import asdict
 
     from papilla.specimen import SPECIMEN_KINDS
@@ -231,7 +231,7 @@ def describe(specimen: "Specimen") -> dict:
 
 
 def scene_of(touched: "Specimen", found: "Press") -> dict:
-    """What a press was made under, as plain values and in words."""
+    """Specimen, friction and large strain of a press, as plain values and in words."""
     from papilla.specimen import friction_words, physics_words
 
     return {
@@ -242,8 +242,8 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
-    """Refuse an output that is an input, or another output, under whatever name (a link, another spelling), or that
-    cannot be replaced; name the target of one that is a link."""
+    """Refuse an output that is an input or another output, also through a link or another spelling, or that cannot be
+    replaced. If an output is a link, say which file is written."""
     from papilla.files import target_of
 
     named, written = [*inputs], [*outputs]
@@ -257,7 +257,7 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
         target = target_of(output)
         if target.exists() and not target.stat().st_mode & 0o222:
             raise InputError(f"cannot write {output}: it is read-only, and its content would be lost")
-        # Not again where the surfaces of a design are checked, which most designs have not
+        # Do not import this again for the surfaces of a design, which most designs do not have
         if named and output.is_symlink():
             say(f"{output} is a link: {target} is written")
 
@@ -265,7 +265,7 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
 def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
     """The presses of a log, read as `how` says; its notes are shown, and its remarks on units if `units`.
 
-    An identification tells the remarks on units itself, among its doubts or in what it refuses.
+    An identification reports the remarks on units itself, among its doubts or in its errors.
     """
     from papilla.logs import read_presses
 
@@ -276,7 +276,7 @@ def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
 
 
 def surface_files(design: "Finger") -> list[str]:
-    """The files of a design's surfaces."""
+    """The files of a design's surfaces; empty for a dome or slab."""
     from papilla.finger import Surfaces
 
     return [*vars(design.shape).values()] if isinstance(design.shape, Surfaces) else []
@@ -284,7 +284,8 @@ def surface_files(design: "Finger") -> list[str]:
 
 @contextmanager
 def about(path: Path) -> Iterator[None]:
-    """Bad input that is found while the content of a file is used names the file, as that found while reading does."""
+    """Bad input that is found while the content of a file is used names the file, like a fault found while reading
+    it."""
     try:
         yield
     except InputError as error:

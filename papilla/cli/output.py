@@ -1,4 +1,4 @@
-"""What a command says: one JSON object or a table on stdout; messages and progress on stderr."""
+"""Output of a command: one JSON object or a table on stdout; messages and progress on stderr."""
 
 import json
 import math
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 2, 70, 130, 141, 143
-"""Exit codes beside 0 (done) and 1 (a check failed)."""
+"""Exit codes besides 0 (done) and 1 (a check failed)."""
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -41,7 +41,7 @@ def plain(text: str) -> str:
 
 
 def print_json(value: Mapping) -> None:
-    """Print exactly one JSON object; NaN and infinities, which JSON has not, become null."""
+    """Print exactly one JSON object; NaN and infinities, which JSON does not have, become null."""
     print(json_text(value, ascii_only=not (sys.stdout.encoding or "").lower().startswith("utf")))
 
 
@@ -76,7 +76,7 @@ def print_table(rows: Sequence[tuple[str, str, str]]) -> None:
 
 
 def show_table(table: "Table") -> None:
-    """A table on stdout, as wide as its `no_wrap` columns need it: a number is neither cut nor folded."""
+    """Print a table on stdout, as wide as its `no_wrap` columns need: numbers are neither cut nor wrapped."""
     from rich.console import Console
     from rich.measure import Measurement
 
@@ -91,7 +91,7 @@ def show_table(table: "Table") -> None:
 
 
 def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | None = None) -> None:
-    """A table on stdout: the first column holds names, the others numbers."""
+    """Print a table on stdout: the first column has names, the others numbers."""
     from rich.table import Table
     from rich.text import Text
 
@@ -104,11 +104,11 @@ def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | 
 
 
 REPEAT_S = 5.0
-"""Seconds after which a long stage says again, in a pipe or file, that it is at work."""
+"""Seconds after which a long stage reports again, in a pipe or file, that it is running."""
 
 
 class Progress:
-    """Shows the stage that a long job is in, and how far it got; `line` and `steps` are handed to the library."""
+    """Shows the stage and the progress of a long job; `line` and `steps` are passed to the library."""
 
     def __init__(self, bar: "Bar | None") -> None:
         self._bar = bar
@@ -139,7 +139,7 @@ class Progress:
 
 @contextmanager
 def progress() -> Iterator[Progress]:
-    """A `Progress` on stderr while the block runs; it leaves nothing behind on the terminal."""
+    """A `Progress` on stderr during the block; it leaves nothing on the terminal."""
     if not sys.stderr.isatty():
         yield Progress(None)
         return

@@ -53,7 +53,7 @@ def press(
     """
     rubbing = read_friction(friction)
     if rubbing and fidelity == "hertz":
-        raise InputError("--fidelity hertz knows no friction: leave it to auto, or take contact or finite")
+        raise InputError("--fidelity hertz has no friction: use auto, contact or finite")
     if (force is None) == (indentation is None):
         raise InputError("give exactly one of --force and --indentation")
     if force is not None:
@@ -106,7 +106,7 @@ def press(
 
 
 def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[str, Path]:
-    """The files to write, by what they hold; raises `InputError` and `FileFormatError`."""
+    """The files to write, by their content; raises `InputError` and `FileFormatError`."""
     written = {name: path for name, path in (("log", log), ("field", export)) if path is not None}
     if log is not None and fidelity == "finite":
         raise InputError("--log makes hundreds of presses: leave --fidelity finite out")

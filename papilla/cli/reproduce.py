@@ -1,4 +1,4 @@
-"""`papilla reproduce`: the published claims beside what papilla finds."""
+"""`papilla reproduce`: the published claims compared with the results of papilla."""
 
 from functools import partial
 from pathlib import Path
@@ -12,16 +12,16 @@ if TYPE_CHECKING:
 
 PAGE = "reproduce.html"
 MOST_NOTES = 12
-"""Rows in the table up to which each has its note."""
+"""Largest number of rows for which the table shows notes."""
 
 
 def reproduce(
     only: str = option("", "Claims whose key, source, experiment or words hold this text.", metavar="TEXT"),
     out: Path | None = option(None, f"Folder for {PAGE}, with a picture an experiment."),
 ) -> Answer:
-    """Put what the papers claim beside what papilla finds, one row a claim, with a verdict and what stands behind it.
+    """Compare the papers' claims with the results of papilla: one row per claim, with a verdict and its evidence.
 
-    All of it takes some minutes, the first time more (meshes and presses are kept); --only is quick.
+    The whole table takes some minutes, the first time more (meshes and presses are kept); --only is quick.
     """
     from papilla.files import check_writable
     from papilla.studies.reproduce.runner import by_evidence, head, results, summary

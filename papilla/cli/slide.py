@@ -1,4 +1,4 @@
-"""`papilla slide`: one sliding scene, written as the log of a finger, with its truth beside it."""
+"""`papilla slide`: one sliding scene, written as the log of a finger, with the true values in a second file."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +21,7 @@ DEPTH_MM, FORCE_N = 0.5, 0.3
 
 @dataclass(frozen=True)
 class TextureOptions:
-    """What the finger slides over."""
+    """The surface under the finger."""
 
     groove: float | None = option(None, "Width of a groove, mm.")
     ridge: float | None = option(None, "Width of a ridge of the grating, mm.")
@@ -57,7 +57,7 @@ class MotionOptions:
     rate: float = option(1000.0, "Samples a second.")
 
     def moved(self, texture: "Texture", inside: float) -> "Motion":
-        """The motion, which begins `inside` mm from the end of a measured profile; raises `InputError`."""
+        """The motion; on a measured profile it begins `inside` mm from the end. Raises `InputError`."""
         from papilla.fem import Motion
 
         if (self.speed is None) == (self.motion is None):
@@ -69,7 +69,7 @@ class MotionOptions:
         steady, (low, high) = Motion.steady(self.speed, self.seconds, self.rate), texture.span
         if low == -float("inf"):
             return steady
-        # So far inside the profile that the contact finds it on both sides of the apex
+        # Distance from the profile's end at which the contact finds the profile on both sides of the apex
         return replace(steady, position_mm=steady.position_mm + (low + inside if self.speed >= 0 else high - inside))
 
 
@@ -177,7 +177,7 @@ def _facts(found: "Slide", texture: "Texture") -> dict:
 
 
 def _at_rest(tied: "Tie | None") -> dict | None:
-    """The press in three dimensions that the section is tied to, and what the section alone lacks of it."""
+    """The press in three dimensions to which the section is tied, and the section's own part of it."""
     if tied is None:
         return None
     from papilla.fem.sliding.tying import FLAT

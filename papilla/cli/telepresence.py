@@ -39,7 +39,7 @@ BOTH = ("local", "direct")
 
 @dataclass(frozen=True)
 class LinkOptions:
-    """The link."""
+    """Properties of the link."""
 
     round_trip_ms: float = option(120.0, "Mean delay hand - sensor - display.")
     round_trip_sd_ms: float = option(40.0, "Its standard deviation, drawn anew five times a second.")
@@ -87,14 +87,14 @@ def simulate(
     texture's wavelength and amplitude, and makes the vibration of the hand's own motion, so it is not late; what it
     shows of a new texture is. By default the hand, the delay and the rates are those of Okamoto et al. 2011.
 
-    lag_ms: how late each display is behind the hand, measured on what it displays; none at a steady speed, where
-    nothing tells it. wavelength_error: RMS over windows of 0.25 s of the wavelength that the display has for the hand's
-    own motion, as a fraction. With --second-wavelength, stale_ms and change_ms: for how long the old texture is still
-    displayed, and after how long the new one is, medians over the crossings. The new one has to be felt first: some
-    periods of it, 0.2 to 0.5 s beyond the delay.
+    lag_ms: delay of each display behind the hand, measured in its output; not known at a steady speed.
+    wavelength_error: RMS error, over windows of 0.25 s, of the displayed wavelength relative to the hand's own motion,
+    as a fraction. With --second-wavelength, stale_ms and change_ms: time for which the old texture is still displayed,
+    and time until the new one is, as medians over the crossings. The sensor must measure the new one first: some
+    periods of it, 0.2 to 0.5 s besides the delay.
 
     With --calibration a soft specimen lies under the texture and the finger presses while it slides: modulus, friction
-    and contact area travel too, each with its standard deviation and status.
+    and contact area are sent, too, each with its standard deviation and status.
     """
     from papilla.files import check_writable
     from papilla.telepresence.direct import DirectFeedback
@@ -138,7 +138,7 @@ def _check_force(soft: "Soft | None", force: float) -> None:
 def _texture(
     grating: GratingOptions, second: float | None, log: Path | None, motion: "Motion", seconds: float
 ) -> "tuple[Texture, float]":
-    """The texture of the options, and the place (mm) on it where the hand begins."""
+    """The texture of the options, and the place (mm) on it where the hand starts."""
     from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM
     from papilla.telepresence.texture import GratingTexture, RecordedTexture, SideBySide
 
@@ -185,7 +185,7 @@ def _summary(record: "Record", scene) -> dict:
 
 
 def _last_message(record: "Record", scene) -> dict[str, dict]:
-    """The last message that arrived: of each quantity value, sigma, status, and what is true."""
+    """The last message that arrived: for each quantity value, sigma, status, and the true value."""
     message, soft = record.messages[-1], scene.soft
     if message is None:
         return {}
@@ -212,7 +212,7 @@ ROWS = (
     ("stale_ms", "old texture stays", 1, ".0f", "ms", ""),
     ("change_ms", "new texture after", 1, ".0f", "ms", ""),
 )
-"""Of the printed table: key, name, factor, format, unit, and the words for NaN; without words there is no row then."""
+"""Rows of the printed table: key, name, factor, format, unit, and words for NaN; without words there is then no row."""
 
 
 def _print(found: dict) -> None:
@@ -253,7 +253,7 @@ def _write(path: Path, record: "Record") -> None:
 
 
 def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
-    """The page, which begins with the wavelength, motion, delay and loss of the run, and what was displayed last."""
+    """Write the page, with wavelength, motion, delay and loss of the run, and the last displayed output."""
     from papilla.telepresence.motion import RATE_HZ
     from papilla.telepresence.page import settings, write_page
 

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from papilla.telepresence.udp import Endpoint
 
 ROWS = 100
-"""Of a table that are written at once, which takes less than a control period."""
+"""Number of rows that are written to a table at once, which takes less than a control period."""
 AWAY_S = 5.0
-"""Between two live lines of one state where nobody sits at a terminal."""
+"""Seconds between two live lines with the same state if stderr is not a terminal."""
 
 SECONDS = option(None, "Stop after this time; without it, at Ctrl-C.")
 ListenOption = Annotated[str, typer.Option(help="Address at which this end is heard.", metavar="HOST:PORT")]
@@ -49,7 +49,7 @@ PeerOption = Annotated[str, typer.Option(help="The other end: the only address t
 
 @dataclass(frozen=True)
 class SensorAddress:
-    """Where the sensor's end is heard, and by whom."""
+    """Address of the sensor's end, and of its peer."""
 
     listen: ListenOption = "127.0.0.1:47001"
     peer: PeerOption = "127.0.0.1:47002"
@@ -72,7 +72,7 @@ class SensorAddress:
 
 @dataclass(frozen=True)
 class DisplayAddress(SensorAddress):
-    """The same of the display's end."""
+    """Address of the display's end, and of its peer."""
 
     listen: ListenOption = "127.0.0.1:47002"
     peer: PeerOption = "127.0.0.1:47001"
@@ -149,7 +149,7 @@ def display(
 
 @contextmanager
 def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
-    """Gives what keeps a row of the table, which is written some rows at a time."""
+    """Yields a function that keeps a row of the table; rows are written in groups."""
     from papilla.files import check_writable
     from papilla.tables import table_writer
 
@@ -170,7 +170,7 @@ def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
 
 
 def _of_log(log: Path, specimen: SoftOptions, components: int) -> "tuple[Source, Sensing]":
-    """A log that is played again, and the estimators for it, with modulus and contact area where they can be."""
+    """A replayed log and its estimators, with modulus and contact area if possible."""
     from papilla.calibration import Calibration
     from papilla.estimators import Doubts, Pipeline
     from papilla.logs import read_time_log
@@ -201,7 +201,8 @@ def _time(seconds: float | None) -> float:
 
 @contextmanager
 def _live() -> "Iterator[Report]":
-    """Gives what shows a state on one line that is renewed; away from a terminal, a line every few seconds."""
+    """Yields a function that shows a state on one line, which is overwritten; if stderr is not a terminal, a line every
+    few seconds."""
     terminal, last, state = sys.stderr.isatty(), -AWAY_S, ""
 
     def report(live: "Live") -> None:
@@ -241,7 +242,7 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> 
     from papilla.telepresence.period import Period
 
     period, code = Period(), 0
-    # What is loaded by now is never looked through again: a full collection of it takes 0.1 s, a hundred periods.
+    # Freeze the objects loaded so far: a full garbage collection of them takes 0.1 s, a hundred periods.
     gc.collect()
     gc.freeze()
     before = {stop: signal.signal(stop, signal.default_int_handler) for stop in (signal.SIGINT, signal.SIGTERM)}

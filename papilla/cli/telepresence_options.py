@@ -1,4 +1,4 @@
-"""Groups of options that the commands of `papilla telepresence` share, and what they make."""
+"""Groups of options that the commands of `papilla telepresence` share, and the objects that they make."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from papilla.telepresence.touch import Soft
 
 MODULUS_MPA, FRICTION = 0.3, 0.5
-"""Of the simulated specimen, unless stated."""
+"""Defaults of the simulated specimen."""
 QUANTITIES = {
     "modulus": ("modulus_MPa", "modulus_sigma_MPa", "modulus_status"),
     "area": ("contact_area_mm2", "contact_area_sigma_mm2", "contact_area_status"),
     "mu_kinetic": ("mu_kinetic", "mu_kinetic_sigma", "mu_kinetic_status"),
     "mu_static": ("mu_static", "mu_static_sigma", "mu_static_status"),
 }
-"""Quantities of a message beside the texture, and their columns: value, standard deviation, status."""
+"""Quantities of a message besides the texture, and their columns: value, standard deviation, status."""
 QUANTITY_COLUMNS = tuple(column for columns in QUANTITIES.values() for column in columns)
 
 SOFTNESS, DISPLAY = {"rich_help_panel": "Softness"}, {"rich_help_panel": "Display"}
@@ -59,7 +59,7 @@ class HandOptions:
 
 @dataclass(frozen=True)
 class SoftOptions:
-    """The soft specimen under the texture, and the calibrated finger that feels it."""
+    """The soft specimen under the texture, and the calibrated finger that presses on it."""
 
     calibration: Path | None = option(
         None, "calibration.json of the finger: softness and friction are sent too.", **SOFTNESS
@@ -94,7 +94,7 @@ class SoftOptions:
 
 @dataclass(frozen=True)
 class DisplayOptions:
-    """The display: how many wavelengths it shows, by which actuator and with which amplitude."""
+    """The display: number of wavelengths, actuator and amplitude."""
 
     components: ComponentsOption = 1
     actuator: Literal["piezo", "icpf"] = option(
@@ -109,8 +109,8 @@ class DisplayOptions:
     )
 
     def model(self) -> "tuple[LocalModel, dict[str, Any]]":
-        """The local model, and plain values of its actuator and rule; raises `InputError` for a stroke that is missing
-        and for what would be ignored."""
+        """The local model, and its actuator and rule as plain values. Raises `InputError` for a missing stroke and for
+        options without effect."""
         from papilla.telepresence.actuator import PIEZO, icpf
         from papilla.telepresence.amplitude import FromWavelength, Measured, Rule, read_curve
         from papilla.telepresence.local_model import LocalModel
@@ -142,13 +142,13 @@ GRATING = ("wavelength", "second_wavelength", "amplitude", "noise")
 
 
 def refuse_with_log(context: typer.Context, log: Path | None, *names: str) -> None:
-    """Refuse options of a simulated texture that were given beside a recorded one, which would ignore them."""
+    """Raise `InputError` for options of a simulated texture beside a recorded one, which would ignore them."""
     if log is not None and (ignored := given(context, names)):
         raise InputError(f"{', '.join(ignored)}: of the simulated texture, a --log has its own")
 
 
 def quantity_row(message: "Parameters | None") -> list[float | str]:
-    """`QUANTITY_COLUMNS` of a message: NaN and an empty text for what it does not have."""
+    """The `QUANTITY_COLUMNS` of a message: NaN and an empty text for missing quantities."""
     row: list[float | str] = []
     for name in QUANTITIES:
         one: Quantity | None = getattr(message, name, None)
@@ -159,7 +159,7 @@ def quantity_row(message: "Parameters | None") -> list[float | str]:
 
 
 def word(one: "Quantity") -> str:
-    """The status of a quantity in a word."""
+    """The status of a quantity in one word."""
     from papilla.telepresence.answer import Trust
 
     return Trust(one.status).name.lower()

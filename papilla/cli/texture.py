@@ -1,4 +1,4 @@
-"""`papilla texture train | classify`: textures told apart over the path, whatever the speed."""
+"""`papilla texture train | classify`: recognises textures over the path, at any speed."""
 
 from functools import partial
 from pathlib import Path
@@ -27,7 +27,7 @@ def train(
     bands: int = option(8, "Bands of wavelength."),
     log_map: MapOption = None,
 ) -> Answer:
-    """Train on logs with velocity or position, at least two of each label: at two speeds, or else twice."""
+    """Train on logs with velocity or position, at least two for each label: at two speeds, or two repetitions."""
     from papilla.estimators.texture import Features, train
 
     named = [_named(text) for text in logs]
@@ -52,7 +52,7 @@ def classify(
     model: Path = option(..., "Model file of `papilla texture train`."),
     log_map: MapOption = None,
 ) -> Answer:
-    """Say what a log is of, window by window and as a whole; unknown where it is like nothing that was trained."""
+    """Classify a log, window by window and as a whole; "unknown" if it resembles no training texture."""
     from papilla.estimators.texture import TextureModel
 
     known = TextureModel.load(model)
@@ -93,7 +93,7 @@ def _run(path: Path, log_map: Path | None) -> tuple[float, "np.ndarray", "np.nda
 
 
 def _groups(runs: list[tuple[str, float]]) -> tuple[list[str], str]:
-    """What is left out in turn: a speed (within a tenth) where every label was slid at two, else a repetition."""
+    """Groups that are left out in turn: a speed (within a tenth) if every label has two speeds, else a repetition."""
     import math
 
     speeds = [f"{math.exp(round(math.log(speed) / 0.2) * 0.2):.3g} mm/s" for _, speed in runs]

@@ -1,4 +1,4 @@
-"""A press as a log over time, as `papilla estimate` reads it: in the air, loading at a constant rate, held."""
+"""A press as a log over time, in the format of `papilla estimate`: in the air, loading at a constant rate, hold."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,13 +11,14 @@ RATE_HZ = 1000
 AIR_S, LOADING_S, HELD_S = 0.2, 0.5, 0.5
 """Durations: the air gives the estimators the zero of the gauges; a hand loads a finger in about half a second."""
 LIGHTEST_N = 0.01
-"""Below it a press counts as none: half of the force from which the estimators see contact."""
+"""Smallest force of a press: half of the force from which the estimators see contact."""
 
 
 def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"], said: Callable[[str], None]) -> None:
-    """Write the log that ends in the press `whole`; `press` makes the one of another force (N), `said` tells progress.
+    """Write the log that ends with the press `whole`; `press` makes the press of another force (N), `said` reports
+    progress.
 
-    Each row of the loading is a press of its own, without creep and noise. Raises `FileAccessError`.
+    Each row of the loading is a separate press, without creep and noise. Raises `FileAccessError`.
     """
     import numpy as np
 
@@ -32,7 +33,7 @@ def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"
     partly = np.flatnonzero((force > 0) & (force < whole.force))[::-1]
     for done, row in enumerate(partly):
         said(f"loading, {done} of {loading} presses")
-        # From the largest on: all share one path of contact
+        # From the largest force on, because all presses share one contact path
         found = press(float(force[row]))
         rows[row] = found.indentation, *found.reading
     gauges = {f"g{number}": column for number, column in enumerate(rows.T[1:], start=1)}

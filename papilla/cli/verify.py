@@ -1,4 +1,4 @@
-"""`papilla verify`: papilla against exact answers, second methods and hard cases."""
+"""`papilla verify`: compares papilla with exact solutions, second methods and hard cases."""
 
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ def verify(
 ) -> Answer:
     """Check papilla against closed forms, exact solutions, second methods and hard cases.
 
-    Each case has a bound; exit code 1 says that one misses its own.
+    Each case has a bound; exit code 1 means that a case exceeds its bound.
     """
     from papilla.studies.runner import fitting_processes
     from papilla.studies.verify import verify as run_families

@@ -1,4 +1,4 @@
-"""`papilla view`: pictures of a press and of what the gauges feel."""
+"""`papilla view`: pictures of a press and of receptive fields."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -26,10 +26,10 @@ What = Literal["strain", "contact", "receptive"]
 Component = Literal["xx", "yy", "zz", "xy", "yz", "xz", "mises"]
 
 SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
-"""The scene that is shown where none is asked for: 60 gf on the middle one of the published specimens."""
+"""The default scene: 60 gf on the middle one of the published specimens."""
 
 SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Of the force, between which the slider of a page moves."""
+"""Factors of the force between which the slider of a page moves."""
 
 
 def view(
@@ -100,7 +100,7 @@ def view(
 
 
 def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None) -> None:
-    """Refuse options that the kind of picture would ignore."""
+    """Raise `InputError` for options that the kind of picture would ignore."""
     if what == "receptive":
         idle = {**of_press, "thickness": specimen.thickness, "radius": specimen.radius}
         if any(value is not None for value in idle.values()):
@@ -113,7 +113,7 @@ def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press:
 
 
 class _Pictures:
-    """The presses that are shown, and what is written of them."""
+    """The presses to show, and the files to write."""
 
     def __init__(
         self,
@@ -134,7 +134,7 @@ class _Pictures:
         self.found = [pictures.shown(self.reduced, one, force=force) for one in self.touched]
 
     def write(self, what: str, targets: dict[str, Path | None], component: str | None) -> dict[str, Any]:
-        """Write the files that have a name; the press as plain values."""
+        """Write the files that have a name; returns the press as plain values."""
         from papilla import view as pictures
         from papilla.fem.field_files import save_field
         from papilla.view.style import STRAIN

@@ -1,5 +1,5 @@
-"""Studies of designs: which finger tells what is asked for, of a few designs or of many.
+"""Studies of designs: compares a few designs, or thousands, by objectives such as the expected sigma of the modulus.
 
-Shapes are an outer sample: each is a moved mesh, reduced over the ratio of the layers' moduli (`geometry`). Moduli,
-places of gauges, gains and levers are arithmetic on what that left behind (`places`, `look`).
+Shapes are the outer sample: each is a mapped mesh that is reduced for several ratios of the layers' moduli
+(`geometry`). Moduli, places of gauges, gains and levers then need only arithmetic on these results (`places`, `look`).
 """

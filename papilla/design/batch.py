@@ -1,4 +1,5 @@
-"""What a worker does: a batch of designs of one geometry, each a record of its objectives or of why it failed."""
+"""The work of a worker: a batch of designs of one geometry; each gives a record of its objectives or of the reason for
+failure."""
 
 import resource
 from collections.abc import Sequence
@@ -21,7 +22,7 @@ OK = "ok"
 
 @dataclass(frozen=True)
 class Record:
-    """What became of a design: objective -> value, and "ok" or why it failed."""
+    """Result of a design: objective -> value, and "ok" or the reason for failure."""
 
     found: dict[str, float]
     status: str
@@ -29,7 +30,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Batch:
-    """Fingers of one geometry, in a scene. base : the finger whose large strain all geometries take."""
+    """Fingers of one geometry, in a scene. base : the finger whose large strain all geometries use."""
 
     fingers: tuple[Finger, ...]
     base: Finger
@@ -52,12 +53,12 @@ class Done:
 
 @once
 def version() -> str:
-    """The version of papilla and of all code that decides a record."""
+    """The version of papilla and a hash of all code that determines a record."""
     return f"{__version__} ({cache.key(__name__)[:12]})"
 
 
 def evaluate(batch: Batch) -> Done:
-    """The records of a batch; those of another version are left to a worker that has it: none are returned."""
+    """The records of a batch; empty for a batch of another version, which a worker with that version must do."""
     if batch.version != version():
         return Done((), version(), {}, 0.0)
     began = process_time()
@@ -74,7 +75,7 @@ def evaluate(batch: Batch) -> Done:
 
 
 def look_at(look: Look, asked: Sequence[str]) -> Record:
-    """The objectives of a design, or why it has none."""
+    """The objectives of a design, or the reason for failure."""
     try:
         return Record({name: OBJECTIVES[name].of(look) for name in asked}, OK)
     except PapillaError as error:

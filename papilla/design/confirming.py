@@ -1,8 +1,8 @@
-"""Confirmation of a study: the chosen designs are calibrated, and their sigma is computed again from that.
+"""Confirmation of a study: the chosen designs are calibrated, and their sigma is computed again from the calibrations.
 
-It is the calibration of `papilla calibrate`, on the default mesh: sweeps, tables of large strain of the design's own,
-the scatter of three other meshes, and the fit. What `papilla calibrate` adds afterwards, its checks and contacts beside
-the apex, changes no sigma at the apex and is left out; the sweeps stay in the cache for it.
+The calibration is that of `papilla calibrate` on the default mesh: sweeps, tables of large strain for this design, the
+scatter of three other meshes, and the fit. The checks and contacts beside the apex, which `papilla calibrate` adds, do
+not change sigma at the apex and are left out; the sweeps stay in the cache for it.
 """
 
 from collections.abc import Callable
@@ -26,12 +26,12 @@ from papilla.specimen import STICK, friction_coefficient
 from papilla.workers import workers
 
 WITHIN = 0.10
-"""Relative difference of predicted and calibrated sigma that a confirmation allows."""
+"""Largest relative difference between predicted and calibrated sigma in a confirmation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """Predicted and calibrated sigma (f, m) of ln E over the scene, by what it is told from ("S_d", "all gauges")."""
+    """Predicted and calibrated sigma (f, m) of ln E over the scene, for each source ("S_d", "all gauges")."""
 
     name: str
     predicted: dict[str, np.ndarray]
@@ -40,17 +40,17 @@ class Confirmed:
     failed: str = ""
 
     def both(self, channel: str) -> tuple[float, float]:
-        """The one number of the scene, predicted and calibrated."""
+        """The single number for the scene, predicted and calibrated."""
         return rms_or_worst(self.scene, self.predicted[channel]), rms_or_worst(self.scene, self.calibrated[channel])
 
     def off(self, channel: str) -> float:
-        """By how much the prediction is off, relative."""
+        """Relative error of the prediction."""
         predicted, calibrated = self.both(channel)
         return predicted / calibrated - 1
 
     @property
     def sentence(self) -> str:
-        """What the confirmation says."""
+        """The result of the confirmation, as a sentence."""
         if self.failed:
             return f"{self.name}: no calibration: {self.failed}"
         said = []
@@ -62,7 +62,7 @@ class Confirmed:
 
 
 def confirm(name: str, look: Look, processes: int, say: Callable[[str], None]) -> Confirmed:
-    """Calibrate a design and compare; what fails is said in `failed`."""
+    """Calibrate a design and compare; an error is reported in `failed`."""
     try:
         predicted = {"S_d": look.sigma_sd, "all gauges": look.sigma_gauges}
         calibrated = sigmas_of(calibrated_finger(look.finger, look.scene, processes, say), look.scene)
@@ -72,7 +72,7 @@ def confirm(name: str, look: Look, processes: int, say: Callable[[str], None]) -
 
 
 def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callable[[str], None]) -> Calibration:
-    """The calibration of a finger for what a scene knows of friction."""
+    """The calibration of a finger with the friction that a scene states."""
     told = None if scene.unknown.friction == "unknown" else scene.unknown.friction
     friction = STICK if told is None else told
     finger = replace(finger, bench=replace(finger.bench, friction=None))

@@ -1,4 +1,5 @@
-"""Couplings of a study: parameters computed from others by a formula, read by simpleeval; never by `eval`."""
+"""Couplings of a study: parameters that a formula computes from others. simpleeval evaluates the formula, never
+`eval`."""
 
 import ast
 from collections.abc import Iterable, Mapping
@@ -12,7 +13,7 @@ FUNCTIONS = {"sqrt": lambda value: value**0.5, "min": min, "max": max, "abs": ab
 
 
 def check(couplings: Mapping[str, str], known: Iterable[str]) -> None:
-    """Raise `InputError` for a formula that cannot be read, or one with a name that is no parameter."""
+    """Raise `InputError` for a formula that cannot be parsed, or that contains an unknown name."""
     for name, formula in couplings.items():
         where = f'couplings."{name}"'
         for used in names_of(formula, where):
@@ -20,7 +21,7 @@ def check(couplings: Mapping[str, str], known: Iterable[str]) -> None:
 
 
 def names_of(formula: str, where: str) -> list[str]:
-    """The parameters that a formula names, such as "outer.modulus_MPa"."""
+    """The parameters in a formula, such as "outer.modulus_MPa"."""
     try:
         tree = ast.parse(formula.strip(), mode="eval")
     except (SyntaxError, ValueError) as error:
@@ -34,7 +35,8 @@ def names_of(formula: str, where: str) -> list[str]:
 
 
 def coupled(values: Mapping[str, float], couplings: Mapping[str, str]) -> dict[str, float]:
-    """The values with those of all couplings, in their order; raises `InputError` for a formula without a number."""
+    """The values together with those of all couplings, in their order; raises `InputError` for a formula without a
+    number."""
     found = dict(values)
     for name, formula in couplings.items():
         evaluator = SimpleEval(functions={**DEFAULT_FUNCTIONS, **FUNCTIONS}, names=_nested(found))
@@ -46,7 +48,7 @@ def coupled(values: Mapping[str, float], couplings: Mapping[str, str]) -> dict[s
 
 
 def _nested(values: Mapping[str, float]) -> dict:
-    """Values by dotted names as tables in tables."""
+    """Values with dotted names, as nested tables."""
     tables: dict = {}
     for name, value in values.items():
         *folders, last = name.split(".")

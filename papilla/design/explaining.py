@@ -1,4 +1,4 @@
-"""What a study will cost, measured on its own geometry before it runs."""
+"""Estimates the cost of a study before it runs, by measurements on its own geometry."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ from papilla.design.look import Look
 from papilla.design.study import Study, probes
 
 TRIED = 5
-"""Designs whose price is measured."""
+"""Number of designs whose cost is measured."""
 
 
 @dataclass(frozen=True)
 class Price:
-    """Designs and geometries of a study; seconds of a design and of a geometry, measured here; None where a geometry
-    came from the cache and nothing was measured."""
+    """Designs and geometries of a study; seconds of a design and of a geometry, measured here; None if a geometry came
+    from the cache, so that nothing was measured."""
 
     designs: int
     geometries: int
@@ -27,13 +27,13 @@ class Price:
     cached: bool
 
     def seconds(self, workers: int) -> float:
-        """About how long the study takes: geometries that are known cost next to nothing."""
+        """Approximate duration of the study with `workers` workers; known geometries cost almost nothing."""
         fresh = self.geometries - 1 if self.geometries > 1 or self.cached else 0
         return (fresh * self.per_geometry + self.designs * self.per_design) / workers
 
 
 def price(study: Study, say: Callable[[str], None]) -> Price:
-    """Measure the middle geometry and a few designs of it; what was measured stays in the cache."""
+    """Measure the middle geometry and a few of its designs; the results stay in the cache."""
     places = study.places
     designs, geometries = sampling.count(study)
     base = with_sites(study.finger, places)

@@ -1,4 +1,4 @@
-"""The pictures of a study's page: the front, and sigma of ln E over the scene of a design beside another."""
+"""The pictures of a study's page: the Pareto front, and sigma of ln E over the scene for designs side by side."""
 
 from collections.abc import Sequence
 
@@ -9,13 +9,13 @@ from papilla.design.results import Results
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, plain_log, styled
 
 LEVELS = (1, 2, 5, 10, 20, 50, 100)
-"""Sigma of ln E in %, where colours change."""
+"""Values of sigma of ln E in % at which colours change."""
 
 
 def front_figure(results: Results, base: dict[str, float]) -> Figure:
-    """All designs over the first two objectives; the front, the chosen designs and the study's own finger marked.
+    """All designs over the first two objectives, with the front, the chosen designs and the study's own finger marked.
 
-    Of a single objective: designs over the first parameter.
+    With a single objective: the designs over the first parameter.
     """
     goals, study = results.study.objectives, results.study
     first = results.values(goals[0].name)
@@ -45,7 +45,7 @@ def front_figure(results: Results, base: dict[str, float]) -> Figure:
 
 
 def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[np.ndarray], titles: Sequence[str]) -> Figure:
-    """Sigma (f, m) of ln E over force and modulus, a panel each."""
+    """Sigma (f, m) of ln E over force and modulus, one panel per design."""
     with styled(7.2, 3.6) as figure:
         width = 0.78 / len(sigmas)
         for k, (sigma, title) in enumerate(zip(sigmas, titles, strict=True)):

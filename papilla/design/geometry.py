@@ -1,10 +1,10 @@
-"""`GeometryMap`: all that a geometry answers for every pair of moduli and every place of a gauge.
+"""`GeometryMap`: the presses of one geometry, for all pairs of moduli and all places of gauges.
 
-A geometry is a mesh that was moved (`papilla.mesh`) and its reductions over the ratio of moduli
-(`papilla.fem.reduction.family`), with gauges at all `Places`. Presses on blocks depend on F / E_inner, E / E_inner and
-the ratio alone; `papilla.fem.pressing.response` lays a polynomial through 2240 of them, one without friction and one
-stuck. What large strain changes is measured once, on the study's own finger; other geometries take it from there, as
-their neighbour: force over E_inner goes with the square of the size, strains are the same.
+A geometry is a mapped mesh (`papilla.mesh`) and its reductions for several ratios of the moduli
+(`papilla.fem.reduction.family`), with gauges at all `Places`. Presses on blocks depend only on F / E_inner, E / E_inner
+and r = E_outer / E_inner; `papilla.fem.pressing.response` fits one polynomial to 2240 presses without friction, and one
+to stuck presses. The change by large strain is measured once, on the study's own finger. Other geometries use it,
+scaled to their size: at equal strains the force over E_inner is proportional to the square of the size.
 """
 
 from collections.abc import Callable, Iterable
@@ -30,7 +30,7 @@ from papilla.workers import workers
 
 Say = Callable[[str], None]
 KEPT = 4
-"""Geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
+"""Number of geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
 MESHED_DEG = (-40.0, -20.0, 0.0, 20.0, 40.0)
 """Places around which the mesh is fine: those of the default finger."""
 STANDARD_MM = 20.0
@@ -48,7 +48,8 @@ class GeometryMap:
     ends: tuple[Response, Response]
 
     def of(self, finger: Finger) -> tuple[Response, Response]:
-        """The responses of the gauges of a finger of this geometry; raises `InputError` for moduli out of reach."""
+        """The responses for the gauges of a finger of this geometry; raises `InputError` for moduli outside the
+        range."""
         ratio = finger.outer.modulus / finger.inner.modulus
         if not RATIOS[0] * (1 - 1e-9) <= ratio <= RATIOS[1] * (1 + 1e-9):
             raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {RATIOS[0]:g} to {RATIOS[1]:g}")
@@ -58,7 +59,7 @@ class GeometryMap:
 
 
 def _summed(found: Response, weights: np.ndarray) -> Response:
-    """A response with its sites (s) summed to gauges (g) by weights (s, g)."""
+    """A response whose sites (s) are combined to gauges (g) by weights (s, g)."""
     first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(QUANTITIES), len(weights))
     felt = (sites @ weights).reshape(len(first), -1)
     error = np.sqrt((found.error[1:].reshape(len(QUANTITIES), -1) ** 2) @ weights**2).ravel()
@@ -71,7 +72,7 @@ def _summed(found: Response, weights: np.ndarray) -> Response:
 
 
 def with_sites(finger: Finger, places: Places) -> Finger:
-    """The geometry of a finger with a gauge at every place: moduli, gains, the bench's friction are no part of it."""
+    """The geometry of a finger with a gauge at every place, without its moduli, gains and the friction of its bench."""
     unit = (Layer(1.0, layer.nu) for layer in (finger.outer, finger.inner))
     outer, inner = unit
     bench = replace(finger.bench, friction=None, touch_down=0.0)
@@ -85,15 +86,15 @@ def with_sites(finger: Finger, places: Places) -> Finger:
 def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> GeometryMap:
     """The map of a design's geometry; from the cache the second time.
 
-    design : as `with_sites` makes it. base : the neighbour, made so too, whose large strain is known; None leaves large
+    design : from `with_sites`. base : the finger whose large strain is known, also from `with_sites`; None leaves large
     strain out. Raises what meshing, reducing and `response` raise.
     """
     with spent_on(GEOMETRY):
         if base is not None:
-            measure_base(base, 1, lambda line: None)  # Nothing to do where the client shares this cache
+            measure_base(base, 1, lambda line: None)  # Nothing to do if the client shares this cache
             borrow(design, base)
         size = SIZE * narrowest_mm(design)
-        # Cells are small where gauges lie: those of a real finger, not all places
+        # The mesh is fine at the gauges of a real finger, not at all places
         few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
         relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
         relatives.tangential_source()  # Stuck presses ask for it, and find it in the cache
@@ -139,7 +140,7 @@ def _enlarged(finger: Finger, factor: float) -> Finger:
 
 
 def borrow(design: Finger, base: Finger) -> None:
-    """Keep the neighbour's tables of large strain as those of a design with the same places, scaled to its size."""
+    """Keep the base's tables of large strain, scaled in size, as those of a design with the same places."""
     tables = known(base.strain_sha256)
     if not tables or _covered(design):
         return
@@ -148,7 +149,7 @@ def borrow(design: Finger, base: Finger) -> None:
 
 
 def _resized(table: LargeStrain, size: float) -> LargeStrain:
-    """A table of a finger that is `size` times as large: lengths and curvatures change, strains and stresses do not."""
+    """A table for a finger `size` times as large: lengths and curvatures change, strains and stresses do not."""
     sites = (table.linear.shape[1] - 3) // len(QUANTITIES)
     scale = np.concatenate([[size, size**2, 1.0], np.ones(sites), np.full(sites, 1 / size)])
     return replace(table, force=table.force * size**2, linear=table.linear * scale, finite=table.finite * scale)

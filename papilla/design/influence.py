@@ -1,9 +1,9 @@
-"""What a gauge at any place of the interface reads of a touch at or beside the apex, with slopes: rows of one solve.
+"""Readings, with slopes, of gauges at any place of the interface, for touches at and beside the apex.
 
-Gauges at all sites of a quarter of the interface are solved for once, by their adjoint fields. Presses at the apex are
-moved along the skin (`papilla.fem.reduction.transported`), which weighs these fields; the other three quarters are
-mirror images, touched at the mirrored place. Over force and modulus a polynomial goes through 140 presses, without
-friction and stuck. Presses are linear: large strain changes readings by some per cent, and is an error here.
+The adjoint fields of gauges at all sites of a quarter of the interface are solved once. The tractions of presses at the
+apex are moved along the skin (`papilla.fem.reduction.transported`), and their work on these fields gives the readings.
+The other three quarters are mirror images, touched at the mirrored place. Polynomials over force and modulus are fitted
+to 140 presses, without friction and stuck. Presses are linear: large strain would change readings by some per cent.
 """
 
 from collections.abc import Callable
@@ -29,19 +29,19 @@ from papilla.mesh.body import narrowest_mm
 from papilla.units import to_microstrain
 
 STEP_MM = 0.5
-"""Half the distance of the touches whose difference is a slope by the place."""
+"""Half the distance of the two touches whose difference gives the slope by the place."""
 DEGREES, TOTAL = (3, 5), 1.5
-"""Of the polynomial in ln force and ln modulus through the presses of a scene."""
+"""Degrees of the polynomial in ln force and ln modulus for the presses of a scene."""
 DIRECTIONS_DEG = (0.0, 90.0)
-"""Along which gauges may lie."""
+"""Directions along which gauges may lie."""
 
 
 @dataclass(frozen=True, eq=False)
 class Influence:
-    """Readings in microstrain of gauges at k places, by p touches: the points of a scene, touched at two places.
+    """Readings in microstrain of gauges at k places in p touches: the points of a scene, each touched at two places.
 
-    gauges : at the places. sites : (k, 3) in mm. reading : (p, k) by stuck touches; slopes : by ln E, ln force, none
-    instead of full friction, and the place x and y (1/mm): (5, p, k). force_N : (p,).
+    gauges : at the places. sites : (k, 3) in mm. reading : (p, k) in stuck touches; slopes (5, p, k) : by ln E, by ln
+    force, change without friction, and by the place x and y (1/mm). force_N : (p,).
     """
 
     gauges: tuple[Gauge, ...]
@@ -52,9 +52,9 @@ class Influence:
 
 
 def influence(finger: Finger, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Influence:
-    """That of a finger in a scene, touched at the apex and at `scene.place_mm` beside it in x and y.
+    """The influence for a finger in a scene, touched at the apex and at `scene.place_mm` beside it in x and y.
 
-    Raises `InputError` where a press of the scene leaves what the model covers.
+    Raises `InputError` if a press of the scene leaves the range of the model.
     """
     foil = foil_of(finger.gauges)
     whole = replace(Places.whole(foil), turned=True)
@@ -95,7 +95,7 @@ def _tractions(reduced, finger: Finger, scene: Scene, friction, say) -> np.ndarr
 
 
 def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -> Influence:
-    """The influence of gauges in all quarters, from touches in all quarters of gauges in one."""
+    """The influence of gauges in all quarters, from touches in all quarters of gauges in one quarter."""
     force, modulus = scene.grid
     limits = (force.min(), force.max()), (modulus.min(), modulus.max())
     polynomial = LogPolynomial(limits, DEGREES, TOTAL)
@@ -132,7 +132,7 @@ def _mirrored(gauge: Gauge, sx: int, sy: int) -> Gauge:
 
 
 def _sites(gauges: list[Gauge], finger: Finger) -> np.ndarray:
-    """(k, 3) where gauges lie, mm."""
+    """(k, 3) places of the gauges, mm."""
     a, c, b = finger.shape.interface[0], finger.shape.interface[-1], half_length(finger.shape)
     angle, y = np.radians([one.angle_deg or 0.0 for one in gauges]), np.array([one.y_mm for one in gauges])
     narrow = np.sqrt(1 - (y / b) ** 2) if len(finger.shape.interface) == 3 else np.ones(len(y))

@@ -1,4 +1,4 @@
-"""`papilla design` as a function: run a study, write its table, its page and the files of the chosen designs."""
+"""`papilla design` as a function: runs a study, and writes its table, its page and the files of the chosen designs."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,12 +19,12 @@ from papilla.files import check_writable
 from papilla.finger import Finger
 
 MANY_FAILED = 0.1
-"""Share of failed designs from which a study says so first."""
+"""Share of failed designs above which a study mentions it first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A study that was run. chosen : the files of the best designs; base : the study's own finger in the scene."""
+    """The results of a study. chosen : files of the best designs; base : the study's own finger in the scene."""
 
     study: Study
     results: Results
@@ -52,8 +52,8 @@ def run_study(
 ) -> Outcome:
     """Run a study and write designs.csv (and .parquet), study.html and finger_1.toml, ... into a folder.
 
-    resume : go on with what the folder's store holds of this study; without, such a store is refused. Raises
-    `InputError` where no design has an answer, and what `papilla.design.running.run` raises.
+    resume : continue with the designs of this study in the folder's store; without it, such a store is refused. Raises
+    `InputError` if no design has an answer, and what `papilla.design.running.run` raises.
     """
     from papilla.design.page import write_page
 
@@ -93,7 +93,7 @@ def run_study(
 
 
 def look_at(study: Study, finger: Finger) -> Look:
-    """A finger in the scene of a study, at the study's places."""
+    """A finger in the scene of a study, with the study's places."""
     places = study.places
     base, own = with_sites(study.finger, places), with_sites(finger, places)
     return Look(finger, geometry_map(own, places, base), study.scene, own.strain_sha256 != base.strain_sha256)
@@ -151,7 +151,7 @@ def summary(outcome: Outcome) -> dict:
 
 
 def first_words(outcome: Outcome) -> list[str]:
-    """What a study says first: failures where they are many, then what was found."""
+    """First sentences on a study: failures if there are many, then the result."""
     study, results = outcome.study, outcome.results
     total = len(results.numbers) + len(results.failures)
     said = []

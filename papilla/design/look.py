@@ -1,4 +1,4 @@
-"""`Look`: one design in one scene, and what objectives ask of it, computed when it is asked for."""
+"""`Look`: one design in one scene. Its presses and sigmas are computed when an objective needs them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -20,18 +20,19 @@ from papilla.finger import Finger
 from papilla.units import to_microstrain
 
 SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
-"""Relative one sigma of a calibration that is still to be made, friction apart: mesh scatter, fit and large strain of
-the default finger's are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, 0.2 to 0.98 N."""
+"""Relative one sigma of a future calibration, without friction: mesh scatter, fit and large strain of the default
+finger are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, at 0.2 to 0.98 N."""
 SOFTEST = MODULI[0]
-"""Modulus of the softest specimen over that of the inner layer whose large strain is measured: a calibration of a
-harder finger left softer ones out."""
+"""Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
+of a harder finger leaves out softer specimens."""
 NEIGHBOUR = 0.005
-"""Relative one sigma of S_d and of gauges where large strain is that of a neighbour."""
+"""Relative one sigma of S_d and of gauges if large strain comes from another geometry."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A design in a scene. geometry : the map of its geometry; borrowed : whether its large strain is a neighbour's."""
+    """A design in a scene. geometry : the map of its geometry; borrowed : whether its large strain comes from another
+    geometry."""
 
     finger: Finger
     geometry: GeometryMap
@@ -40,7 +41,7 @@ class Look:
 
     @cached_property
     def ends(self) -> tuple[Response, Response]:
-        """The responses of its gauges without friction and stuck; raises `InputError` where they do not cover the
+        """The responses of its gauges without friction and stuck; raises `InputError` if they do not cover the
         scene."""
         outer, inner = self._moduli
         with spent_on(GAUGES):
@@ -94,7 +95,7 @@ class Look:
 
     @cached_property
     def surfaces(self) -> SimpleNamespace:
-        """What estimators read of a calibration: `gauges`, and `surface` of S_d where gauges differ."""
+        """Input of the estimators, as from a calibration: `gauges`, and `surface` of S_d if the gauges differ."""
         gauges = [
             self._channel(gauge.name, self.readings[:, :, k], GAUGE_ERROR) for k, gauge in enumerate(self.finger.gauges)
         ]
@@ -115,14 +116,14 @@ class Look:
         return [one.felt(force, modulus, *self._moduli) for one in self.ends]
 
     def _channel(self, name: str, values: np.ndarray, error: float) -> GaugeSurface:
-        """The surface over force of a channel's values (2, n) without friction and stuck."""
+        """The surface over force and modulus for a channel's values (2, n) without friction and stuck."""
         value, change = self._ends(values / self.scene.grid[0])
         size = float(np.sqrt(np.mean(value**2)))
         fitted = self.scene.solver.surface(value)
         return GaugeSurface(name, fitted.surface, self._uncertainty(error * size, change, size))
 
     def _ends(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Of values (2, n) those (n,) that a calibration takes, and what they change without friction if it is not
+        """From values (2, n): those (n,) that a calibration uses, and their change without friction if friction is not
         known."""
         free, stuck = values
         if self.scene.unknown.friction == "unknown":
@@ -130,7 +131,7 @@ class Look:
         return (stuck if self.scene.unknown.friction == "stick" else free), None
 
     def _uncertainty(self, error: float, change: np.ndarray | None, unit: float = 1.0) -> Uncertainty:
-        """That of a surface with a constant error; the change without friction is fitted as the value is."""
+        """The uncertainty of a surface with a constant error; the change without friction is fitted like the value."""
         error = math.hypot(error, NEIGHBOUR * unit) if self.borrowed else error
         none = Uncertainty(0.0, 0.0, 0.0, np.array(self.scene.force_N), np.zeros(2), 0.0, 0, strain=error)
         return none if change is None else replace(none, friction=self.scene.solver.surface(change).surface)

@@ -1,4 +1,4 @@
-"""study.html: what a study found, in one self-contained page."""
+"""study.html: the results of a study, in one self-contained page."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from papilla.design.job import Outcome
 
 MAP = (7, 9)
-"""Forces and moduli of a map of sigma."""
+"""Number of forces and moduli of a map of sigma."""
 ALT = {"front": "All designs over the first objectives", "sigma": "Sigma of ln E over force and modulus"}
 """What the diagrams are, in words."""
 MOST_ROWS = 12
-"""Designs of the front in the page's table; the CSV has all."""
+"""Largest number of designs of the front in the page's table; the CSV has all."""
 
 
 def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], None] = lambda line: None) -> None:
@@ -69,7 +69,7 @@ def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], No
 
 
 def in_words(one: Effect) -> str:
-    """An effect as a sentence; nothing where its interval leaves open which way it goes."""
+    """An effect as a sentence; empty if the interval contains "no effect"."""
     if not one.sure:
         return ""
     low, high = (number(value) for value in one.interval)
@@ -80,7 +80,7 @@ def in_words(one: Effect) -> str:
 
 
 def _strain(finger: Finger, outcome: "Outcome", say: Callable[[str], None]) -> Markup | None:
-    """The picture of the strain field by the largest force of the scene on its hardest specimen."""
+    """The picture of the strain field under the largest force of the scene on its hardest specimen."""
     scene = outcome.study.scene
     specimen = finger.bench.specimen(scene.modulus_MPa[1])
     try:

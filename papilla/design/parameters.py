@@ -1,4 +1,5 @@
-"""The parameters of a design that a study may vary, by the names of the design file, and the finger that they make."""
+"""The parameters of a design that a study may vary, with the names of the design file; and the finger with given
+values."""
 
 import difflib
 from collections.abc import Callable, Iterable, Mapping
@@ -12,7 +13,7 @@ from papilla.finger import Dome, Finger, Gauge, Layer, Slab
 OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")
 SURFACES = ("outer", "interface", "bone")
 MOST_GAUGES = 16
-"""Gauges of a row that a study may ask for."""
+"""Largest number of gauges in a row."""
 
 Change = Callable[[Finger, float], Finger]
 
@@ -54,7 +55,7 @@ def _layer(name: str, key: str, finger: Finger, value: float) -> Finger:
 
 
 def _row(finger: Finger, count: float) -> Finger:
-    """So many gauges in a row at y = 0, as far out as the outermost one was."""
+    """A row of `count` gauges at y = 0, with the outermost gauge at its old place."""
     number = round(count)
     if number != count or not 1 <= number <= MOST_GAUGES:
         raise InputError(f"gauges.count must be a whole number from 1 to {MOST_GAUGES}, got {count:g}")
@@ -74,7 +75,7 @@ def _placed(gauge: Gauge, k: int, count: int, spread: float) -> Gauge:
 
 
 def _gauges(name: str | None, key: str, finger: Finger, value: float) -> Finger:
-    """A value of one gauge, or of all."""
+    """A value of one gauge, or of all gauges."""
     changed = {key: value} | ({"x_mm": None} if key == "angle_deg" else {})
     return replace(
         finger,
@@ -109,12 +110,12 @@ def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change 
 
 
 def of_geometry(name: str) -> bool:
-    """Whether a parameter needs another mesh and its reductions."""
+    """Whether a parameter needs another mesh and new reductions."""
     return name.startswith("shape.") or name.endswith(".nu")
 
 
 def made(base: Finger, values: Mapping[str, float]) -> Finger:
-    """The finger with these values of parameters; raises `InputError` where it cannot be (layers that cross)."""
+    """The finger with these values of parameters; raises `InputError` if it is impossible (layers that cross)."""
     finger = _shaped(base, values)
     for name, change in parameters_of(base, values).items():
         if name in values and change is not None:

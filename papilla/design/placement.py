@@ -1,13 +1,14 @@
-"""Where gauges should sit: greedy choice and exchange among all places, for the least sigma of ln E.
+"""Optimal places of gauges: greedy choice and exchange among all places, for the smallest sigma of ln E.
 
-A touch has six unknowns: ln E, ln force, friction, the place in x and y, and creep. A gauge of slopes a (over the
-unknowns) and variance d of its own (noise, zero, gain, calibration) adds a a' / d to their information matrix M, so
-sigma of ln E is the root of (M^-1)_00, and a further gauge changes it by
+A touch has six unknowns: ln E, ln force, friction, the place in x and y, and creep. A gauge with slopes a (by the
+unknowns) and its own variance d (noise, zero, gain, calibration) adds a a' / d to the information matrix M. Sigma of ln
+E is the root of (M^-1)_00, and a further gauge reduces (M^-1)_00 by
 
     (M^-1 a)_0^2 / (d + a' M^-1 a)        (Sherman and Morrison 1950, doi:10.1214/aoms/1177729893):
 
-all candidates are judged at once. The criterion is the mean of sigma squared over the touches of the scene. Foils do
-not overlap. Greedy choice and exchange find what trying all sets finds on small grids; on large ones nobody knows.
+so all candidates are evaluated at once. The criterion is the mean of sigma squared over the touches of the scene. Foils
+must not overlap. On small grids greedy choice and exchange find the same sets as an exhaustive search; on large grids
+that has not been tested.
 """
 
 from dataclasses import dataclass
@@ -23,18 +24,18 @@ from papilla.estimators.softness.touch import RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 
 EXCHANGES = 20
-"""Rounds of exchange, at most; two or three are the rule."""
+"""Largest number of rounds of exchange; two or three are usual."""
 STARTS = 14
-"""Further gauges from which exchange begins, spread from the best to the worst: from the best alone it ended beside the
-optimum in one of 24 small problems."""
+"""Numbers of further gauges with which exchange starts, from the best to the worst: started from the best alone, it
+missed the optimum in one of 24 small problems."""
 FRICTION = 0.5
-"""One sigma of friction in what a touch without it changes: two reach from stick to none."""
+"""One sigma of friction, relative to the change without friction: two sigmas reach from stick to none."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Candidates of a scene: slopes (p, k, 6), own variances (p, k), information before any gauge (p, 6, 6), and which
-    foils overlap (k, k)."""
+    """Candidates of a scene: slopes (p, k, 6), own variances (p, k), information without gauges (p, 6, 6), and overlaps
+    of foils (k, k)."""
 
     slopes: np.ndarray
     variance: np.ndarray
@@ -42,11 +43,11 @@ class Problem:
     overlap: np.ndarray
 
     def sigma(self, chosen: list[int]) -> float:
-        """Root mean square sigma of ln E of some candidates."""
+        """Root mean square sigma of ln E with the chosen candidates."""
         return float(np.sqrt(self._inverse(chosen)[:, 0, 0].mean()))
 
     def better(self, chosen: list[int]) -> np.ndarray:
-        """(k,) mean sigma squared with one candidate more, infinite where its foil overlaps a chosen one."""
+        """(k,) mean sigma squared with one more candidate; infinite if its foil overlaps a chosen one."""
         inverse = self._inverse(chosen)
         moved = self.slopes @ inverse
         gain = moved[:, :, 0] ** 2 / (self.variance + np.einsum("pki,pki->pk", moved, self.slopes))
@@ -79,7 +80,7 @@ def problem(found: Influence, scene: Scene, *, friction: bool = True, place: boo
 
 
 def place(one: Problem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
-    """The chosen candidates for 1 to `count` gauges, or as many as there is room for. among : (k,) allowed."""
+    """The chosen candidates for 1 to `count` gauges, or as many as fit. among : (k,) allowed candidates."""
     allowed = np.ones(one.overlap.shape[0], bool) if among is None else among
     chosen: list[int] = []
     found = []
@@ -95,7 +96,7 @@ def place(one: Problem, count: int, among: np.ndarray | None = None) -> list[lis
 
 
 def exchanged(one: Problem, chosen: list[int], allowed: np.ndarray) -> list[int]:
-    """A choice after every gauge in turn was put where it is best beside the others, until none moves."""
+    """A choice after every gauge in turn was moved to its best place, until none moves."""
     for _ in range(EXCHANGES):
         before = list(chosen)
         for k in range(len(chosen)):
@@ -110,7 +111,7 @@ def exchanged(one: Problem, chosen: list[int], allowed: np.ndarray) -> list[int]
 
 
 def brute_force(one: Problem, count: int) -> list[int]:
-    """The best of all sets: for small grids."""
+    """The best of all sets, by exhaustive search; for small grids."""
     sets = (list(s) for s in combinations(range(one.overlap.shape[0]), count))
     free = (s for s in sets if not any(one.overlap[a, b] for a, b in combinations(s, 2)))
     return min(free, key=one.sigma)

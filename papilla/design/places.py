@@ -1,9 +1,13 @@
-"""Places of gauges on the interface: a grid of sites that are reduced together, and any gauge as a sum of them.
+"""Places of gauges on the interface: a grid of sites that are reduced together; any gauge is a weighted sum of them.
 
-What gauges at the sites feel of a press at the apex is known after one solve. Between sites it is a cubic spline over
-the angle and over y. In-plane strain and curvature are tensors: those along 0, 45 and 90 degrees tell every direction.
-A dome and a slab have two mirror planes, so a quarter of the interface is enough: what is felt along 0 and 90 degrees
-is even in both coordinates, the shear (v_45 - (v_0 + v_90) / 2) odd in both.
+One solve gives strain and curvature at all sites for a press at the apex. Between sites a cubic spline over the angle
+and over y interpolates. In-plane strain and curvature are tensors, so the values v along 0, 45 and 90 degrees determine
+every direction a,
+
+  v(a) = v_0 cos^2 a + v_90 sin^2 a + (2 v_45 - v_0 - v_90) sin a cos a.
+
+A dome and a slab have two mirror planes, so a quarter of the interface is enough: v_0 and v_90 are even in both
+coordinates, the shear v_45 - (v_0 + v_90) / 2 is odd in both.
 """
 
 import math
@@ -18,9 +22,10 @@ from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Gauge, Shape, Slab
 
 ANGLE_STEP_DEG, FARTHEST_DEG = 4.0, 64.0
-"""1.5 mm on the interface of the default finger, whose strain has its extremes 4 mm apart; and the farthest angle."""
+"""Angles of the sites (degrees): steps of 1.5 mm on the interface of the default finger, whose strain has extremes 4 mm
+apart."""
 SHARE_STEP, FARTHEST_SHARE = 0.075, 0.6
-"""The same for y over the half length of the interface."""
+"""y of the sites over the half length of the interface, with similar steps."""
 DIRECTIONS_DEG = (0.0, 45.0, 90.0)
 FOIL = ("length_mm", "width_mm", "backing_mm")
 
@@ -28,9 +33,9 @@ FOIL = ("length_mm", "width_mm", "backing_mm")
 @dataclass(frozen=True)
 class Places:
     """Sites at angles (degrees, from 0) and y over the half length (from 0), along x alone or in three directions; the
-    foil of all gauges as in `Gauge`.
+    foil of all gauges is that of `Gauge`.
 
-    own : (angle, share, direction) of the gauges themselves, where a study leaves them where they are: no grid then.
+    own : (angle, share, direction) of the gauges themselves if a study does not move them; then there is no grid.
     """
 
     angles: tuple[float, ...]
@@ -41,7 +46,7 @@ class Places:
 
     @classmethod
     def whole(cls, foil: tuple) -> "Places":
-        """All places where a gauge may be put."""
+        """All places at which a gauge may lie."""
         return cls(_nodes(FARTHEST_DEG, ANGLE_STEP_DEG), _nodes(FARTHEST_SHARE, SHARE_STEP), True, foil)
 
     @classmethod
@@ -51,14 +56,14 @@ class Places:
 
     @classmethod
     def of(cls, finger: Finger) -> "Places":
-        """The gauges of a finger, where they are."""
+        """The gauges of a finger at their own places."""
         shape = finger.shape
         own = ((angle_of(g, shape), g.y_mm / half_length(shape), g.direction_deg) for g in finger.gauges)
         return cls((), (), True, foil_of(finger.gauges), tuple(own))
 
     @property
     def directions(self) -> tuple[float, ...]:
-        """Directions of the gauges at a site, degrees."""
+        """Directions of the gauges at a site, in degrees."""
         return DIRECTIONS_DEG if self.turned else DIRECTIONS_DEG[:1]
 
     def gauges(self, shape: Shape) -> tuple[Gauge, ...]:
@@ -71,8 +76,8 @@ class Places:
         )
 
     def weights(self, gauges: Sequence[Gauge], shape: Shape) -> np.ndarray:
-        """(sites, g) by which what the sites feel is summed to what these gauges feel; raises `InputError` for a gauge
-        beyond the farthest site."""
+        """(sites, g) weights that give the values of these gauges from those of the sites; raises `InputError` for a
+        gauge beyond the outermost site."""
         if self.own:
             return np.eye(len(self.own))
         found = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
@@ -102,7 +107,7 @@ def half_length(shape: Shape) -> float:
 
 
 def angle_of(gauge: Gauge, shape: Shape) -> float:
-    """A gauge's ellipse parameter (degrees), also where its x is given."""
+    """A gauge's ellipse parameter (degrees), also if its x is given."""
     if gauge.angle_deg is not None:
         return gauge.angle_deg
     assert isinstance(shape, Dome | Slab) and gauge.x_mm is not None
@@ -113,7 +118,8 @@ def angle_of(gauge: Gauge, shape: Shape) -> float:
 
 
 def foil_of(gauges: Iterable[Gauge]) -> tuple:
-    """Grid length, width and backing, which all gauges share; raises `InputError` where they differ or were moved."""
+    """Grid length, width and backing, which all gauges share; raises `InputError` if they differ or if a gauge was
+    moved."""
     foils = {tuple(getattr(gauge, name) for name in FOIL) for gauge in gauges}
     if len(foils) != 1:
         raise InputError("the gauges of a study's finger must have one length_mm, width_mm and backing_mm")
@@ -123,7 +129,7 @@ def foil_of(gauges: Iterable[Gauge]) -> tuple:
 
 
 def moved(gauge: Gauge, shape: Shape, along_mm: float, turn_deg: float = 0.0) -> Gauge:
-    """A gauge further along the interface and turned; the length of a degree is that of the ellipse there."""
+    """A gauge moved along the interface and turned; a degree has the length that it has on the ellipse there."""
     assert isinstance(shape, Dome | Slab)
     angle = math.radians(angle_of(gauge, shape))
     a, c = shape.interface[0], shape.interface[-1]

@@ -1,4 +1,4 @@
-"""`papilla design --place N` as a function: places of gauges, what each further one buys, and a page."""
+"""`papilla design --place N` as a function: places of gauges, the gain by each further one, and a page."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,15 +23,15 @@ UNKNOWN = {
     "friction unknown": (True, False),
     "neither": (False, False),
 }
-"""What may be unknown of a touch: friction, place."""
+"""Quantities of a touch that may be unknown: friction, place."""
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Gauges placed with friction and place unknown, anywhere and in a row at y = 0.
+    """Gauges placed for unknown friction and place, anywhere and in a row at y = 0.
 
-    sets, rows : chosen candidates of `found` for 1, 2, ... gauges. sigma : kind of places -> what is unknown -> rms
-    sigma of ln E by number.
+    sets, rows : chosen candidates of `found` for 1, 2, ... gauges. sigma : kind of places -> unknown quantities -> rms
+    sigma of ln E by number of gauges.
     """
 
     finger: Finger
@@ -42,18 +42,18 @@ class Placed:
     written: list[str]
 
     def of(self, chosen: list[int]) -> Finger:
-        """The finger with the chosen gauges, from the smallest x on."""
+        """The finger with the chosen gauges, in the order of x."""
         order = sorted(chosen, key=lambda k: (self.found.sites[k][0], self.found.sites[k][1]))
         gauges = tuple(replace(self.found.gauges[k], name=f"g{n}") for n, k in enumerate(order, start=1))
         return replace(self.finger, gauges=gauges, identified=None)
 
     @property
     def sentences(self) -> list[str]:
-        """What the placement says."""
+        """The results of the placement, as sentences."""
         both = "friction and place unknown"
         best, row = self.sigma["anywhere"][both], self.sigma["in a row"][both]
         said = [
-            f"{len(best)} gauges anywhere leave {best[-1]:.3g} of ln E (rms over the scene), one leaves {best[0]:.3g}"
+            f"{len(best)} gauges anywhere give sigma {best[-1]:.3g} of ln E (rms over the scene), one {best[0]:.3g}"
         ]
         most = min(len(best), len(row))
         said.append(

@@ -1,4 +1,4 @@
-"""What a study found: the table, the Pareto front, main effects with intervals, and the designs that are chosen."""
+"""Results of a study: the table, the Pareto front, main effects with intervals, and the chosen designs."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -20,17 +20,17 @@ from papilla.finger import Finger
 from papilla.logs.frames import estimates_writer
 
 CHOSEN = 3
-"""Designs of which a file is written: the best in the first objective."""
+"""Number of designs for which a file is written: the best in the first objective."""
 SAME = 0.05
-"""Share of each range by which two chosen designs differ in one parameter at least."""
+"""Share of its range by which two chosen designs differ in at least one parameter."""
 BLOCK = 2000
-"""Rows that are written at once."""
+"""Number of rows that are written at once."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """What a parameter does to an objective from the low to the high end of its range, the others being what they are:
-    a factor, or a difference where the objective is not above 0 everywhere; with a 95 % interval."""
+    """Effect of a parameter on an objective from the low to the high end of its range, with the others unchanged: a
+    factor, or a difference if the objective is not positive everywhere; with a 95 % interval."""
 
     parameter: str
     objective: str
@@ -42,15 +42,15 @@ class Effect:
 
     @property
     def sure(self) -> bool:
-        """Whether the interval leaves out "no effect"."""
+        """Whether the interval excludes "no effect"."""
         nothing = 1.0 if self.factor else 0.0
         return not self.interval[0] <= nothing <= self.interval[1]
 
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """Designs of a study; n of them went well. numbers (n,); free (n, p); found (n, a) by `study.asked`; feasible (n,);
-    failures : number -> why."""
+    """Designs of a study, n of which succeeded. numbers (n,); free (n, p); found (n, a) by `study.asked`; feasible
+    (n,); failures : number -> reason."""
 
     study: Study
     numbers: np.ndarray
@@ -61,7 +61,7 @@ class Results:
 
     @classmethod
     def of(cls, study: Study, store: Store) -> "Results":
-        """Those in a store; raises `InputError` where no design went well."""
+        """The results in a store; raises `InputError` if no design succeeded."""
         failures: dict[int, str] = {}
         rows = []
         for number, free, record in store.rows(study.sha256):
@@ -87,7 +87,8 @@ class Results:
 
     @cached_property
     def front(self) -> np.ndarray:
-        """(n,) whether a design keeps all limits and none that does is better in one objective and as good in all."""
+        """(n,) whether a design meets all limits and no other such design is better in one objective and at least as
+        good in all."""
         found = np.zeros(len(self.numbers), bool)
         rows = np.flatnonzero(self.feasible)
         kept = np.zeros((0, self.costs.shape[1]))
@@ -100,7 +101,7 @@ class Results:
 
     @cached_property
     def chosen(self) -> list[int]:
-        """Rows of the best designs in the first objective among those that keep all limits, each unlike the others."""
+        """Rows of the best designs in the first objective that meet all limits, each different from the others."""
         rows = np.flatnonzero(self.feasible)
         shares = np.array([[one.share(v) for one, v in zip(self.study.free, row, strict=True)] for row in self.free])
         found: list[int] = []
@@ -119,7 +120,8 @@ class Results:
 
     @cached_property
     def effects(self) -> list[Effect]:
-        """Main effects of all parameters on all objectives, by least squares over all designs; none of too few."""
+        """Main effects of all parameters on all objectives, by least squares over all designs; empty if there are too
+        few."""
         free = [one for one in self.study.free if len(set(self.free[:, self.study.free.index(one)])) > 1]
         shares = np.array([[one.share(row[self.study.free.index(one)]) for one in free] for row in self.free])
         freedom = len(shares) - len(free) - 1
@@ -144,9 +146,9 @@ class Results:
 
 
 def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -> list[Path]:
-    """Write the table of all designs, those that failed too, as CSV, and as Parquet where pyarrow is installed.
+    """Write the table of all designs, including failed ones, as CSV, and as Parquet if pyarrow is installed.
 
-    front : numbers of the designs on it. Rows pass through in blocks. The files that were written.
+    front : numbers of the designs on the front. Rows are written in blocks. Returns the files that were written.
     """
     names = ["design", *(one.name for one in study.free), *study.asked, "feasible", "front", "status"]
     on_front, rows = set(front), store.rows(study.sha256)

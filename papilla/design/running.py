@@ -1,8 +1,9 @@
-"""Runs the designs of a study: batches go to workers, records come back and are stored, what is stored is not run.
+"""Runs the designs of a study: batches go to workers, records come back and are stored; stored designs are not run
+again.
 
-Workers are those of a Dask cluster (one of processes on this machine, or one that is told), which starts a task again
-on another worker where one is killed; without Dask they are plain processes. Both are asked through the same
-`concurrent.futures` interface. A few batches are in flight at a time, so memory does not grow with the study.
+Workers belong to a Dask cluster (processes on this machine, or a given scheduler), which restarts a task on another
+worker if one is killed; without Dask they are plain processes. Both are used through the interface of
+`concurrent.futures`. A few batches are in progress at a time, so memory does not grow with the study.
 """
 
 import math
@@ -27,13 +28,14 @@ from papilla.errors import InputError, MissingExtraError, PapillaError, SolverEr
 from papilla.workers import THREADS
 
 BATCH = 50
-"""Designs of a batch: 2 s of work, against 8 ms that a task costs Dask; a killed client loses what is in flight."""
+"""Number of designs in a batch: 2 s of work, compared with 8 ms that a task costs in Dask; a killed client loses the
+batches in progress."""
 AHEAD = 2
-"""Batches in flight for each worker."""
+"""Number of batches in progress for each worker."""
 MEMORY = "3GiB"
-"""Of a worker on this machine; a geometry is reduced within 1.5 GB, and is 1 to 12 MB afterwards."""
+"""Memory limit of a worker on this machine; a geometry needs up to 1.5 GB to reduce, and 1 to 12 MB afterwards."""
 RETRIES = 3
-"""Times that plain processes are started again where one of them was killed."""
+"""Number of times that plain processes are started again after one of them was killed."""
 
 Stage = Callable[[str, int, int], None]
 
@@ -56,7 +58,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class Pool:
-    """An executor with so many workers; `again` makes a new one where it broke."""
+    """An executor with `workers` workers; `again` makes a new one if it broke."""
 
     executor: Executor
     workers: int
@@ -65,8 +67,8 @@ class Pool:
 
 @contextmanager
 def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
-    """Workers: of a Dask scheduler, or so many processes here. Raises `MissingExtraError` for a scheduler without Dask,
-    `InputError` for one that does not answer or whose workers have another version."""
+    """Workers of a Dask scheduler, or `workers` processes here. Raises `MissingExtraError` for a scheduler without
+    Dask, `InputError` for one that does not answer or whose workers have another version."""
     try:
         from dask import config
         from distributed import Client, LocalCluster
@@ -104,7 +106,8 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
 
 
 def _refuse_other_versions(client: Any) -> None:
-    """Raise `InputError` where a worker has not this version; the function goes by value, as it may not be there."""
+    """Raise `InputError` if a worker has another version; the function is sent by value, because it may not exist
+    there."""
 
     def theirs() -> str:
         try:
@@ -133,10 +136,10 @@ def run(
     say: Callable[[str], None] = lambda line: None,
     stage: Stage = lambda line, done, total: None,
 ) -> Tally:
-    """Run a study into a store; what it holds is taken from there.
+    """Run a study and store its records; stored records are not computed again.
 
-    workers : processes on this machine, 0 for this process. say, stage : are told what is done. Raises what `pool`
-    raises, and `FileAccessError` where the store cannot be written.
+    workers : processes on this machine, 0 for this process. say, stage : called with the progress. Raises what `pool`
+    raises, and `FileAccessError` if the store cannot be written.
     """
     began, tally = perf_counter(), Tally()
     if note := measure_base(with_sites(study.finger, study.places), 1, say):
@@ -195,7 +198,7 @@ class _Runner:
             self._take(flight)
 
     def scores(self, designs: list[Values]) -> list[float]:
-        """What an optimiser is told of designs: the first objective, less is better."""
+        """The scores of designs for an optimiser: the first objective, smaller is better."""
         first = self.number
         self.run([designs])
         assert self.records is not None
@@ -212,8 +215,8 @@ class _Runner:
         return scores
 
     def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[tuple[int, Values, str]], Batch]]:
-        """Batches that are to be run; those of as many geometries as there are workers take turns, so that each worker
-        begins with one of its own."""
+        """The batches to run; batches of as many geometries as there are workers alternate, so that each worker starts
+        with another geometry."""
         left = iter(groups)
         while turn := list(islice(left, self.pool.workers)):
             rounds = zip_longest(*(self._batches(group) for group in turn))
@@ -228,7 +231,7 @@ class _Runner:
                 yield batch
 
     def _prepared(self, first: int, designs: Sequence[Values]) -> tuple[list[tuple[int, Values, str]], Batch] | None:
-        """Those designs that are not in the store; designs that cannot be are stored as failed at once."""
+        """The designs that are not in the store; impossible designs are stored as failed at once."""
         study = self.study
         tried, failed = [], []
         for number, free in enumerate(designs, start=first):
@@ -258,7 +261,7 @@ class _Runner:
         flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, tried
 
     def _take(self, flight: dict) -> None:
-        """Store the batches that are done; those that a killed process had are run again."""
+        """Store the finished batches; batches of a killed process are run again."""
         done, _ = wait(flight, return_when=FIRST_COMPLETED)
         for future in done:
             rows, batch, tried = flight.pop(future)

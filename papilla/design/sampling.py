@@ -1,4 +1,4 @@
-"""Designs of a study: a grid, a Sobol sample with shapes outside and everything else inside, or an optimiser's."""
+"""Designs of a study: a grid, a Sobol sample with shapes as the outer sample, or those of an optimiser."""
 
 import itertools
 import math
@@ -10,11 +10,11 @@ from papilla.design.study import Free, Study
 
 Values = dict[str, float]
 FAILED = 1e9
-"""What an optimiser is told of a design that failed; one that breaks a limit has a thousandth of it and more."""
+"""Score of a failed design for an optimiser; a design that violates a limit has at least a thousandth of it."""
 
 
 def groups(study: Study) -> Iterator[list[Values]]:
-    """The designs of a grid or a Sobol sample, those of one geometry together; drawn as they are asked for."""
+    """The designs of a grid or a Sobol sample, with those of one geometry together; generated on demand."""
     outer, names = study.outer, {one.name for one in study.outer}
     inner = [one for one in study.free if one.name not in names]
     if study.sampler.kind == "grid":
@@ -30,7 +30,7 @@ def groups(study: Study) -> Iterator[list[Values]]:
 
 
 def count(study: Study) -> tuple[int, int]:
-    """How many designs, and how many geometries, a study looks at (at most, with an optimiser)."""
+    """Number of designs, and of geometries, in a study (the maximum, with an optimiser)."""
     sampler, outer = study.sampler, study.outer
     if sampler.kind == "grid":
         sizes = {one.name: len(one.grid) for one in study.free}
@@ -42,7 +42,7 @@ def count(study: Study) -> tuple[int, int]:
 
 
 def optimised(study: Study, score: Callable[[list[Values]], Sequence[float]]) -> None:
-    """Let SciPy's differential evolution look for the least score; whole generations are scored together."""
+    """Minimise the score with SciPy's differential evolution; whole generations are evaluated together."""
     from scipy.optimize import differential_evolution
 
     free, left = study.free, study.sampler.designs
@@ -71,7 +71,7 @@ def _grid(free: Sequence[Free]) -> Iterator[Values]:
 
 
 def _sobol(free: Sequence[Free], size: int, seed: int) -> Iterator[Values]:
-    """A scrambled Sobol sequence (Owen 1998, doi:10.1006/jcom.1998.0487), cut after `size` points."""
+    """A scrambled Sobol sequence (Owen 1998, doi:10.1006/jcom.1998.0487) of `size` points."""
     if not free:
         yield {}
         return

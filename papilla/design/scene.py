@@ -1,4 +1,4 @@
-"""What a study asks of a finger: specimens, forces, noise and doubts, as frozen values; and the grid of its presses."""
+"""The scene of a study: specimens, forces, noise and doubts, as frozen values; and the grid of its presses."""
 
 import math
 from dataclasses import dataclass, field
@@ -13,14 +13,14 @@ from papilla.errors import InputError
 from papilla.estimators.softness.doubts import Doubts
 
 FORCES, MODULI = 10, 14
-"""Presses of the grid along each axis: the fewest of which cells of a spline are made, and steps of 0.2 in ln E."""
+"""Number of presses of the grid along the force: the smallest for cells of a spline; and step of the grid in ln E."""
 MARGINS = 1.25, 1.05
-"""How far the grid goes beyond the scene in force, which a sample may miss, and in modulus."""
+"""Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """What is not known in a study: the estimators' `Doubts`, and the friction of finger and specimen.
+    """Unknown quantities in a study: the estimators' `Doubts`, and the friction between finger and specimen.
 
     friction : "unknown" (between none and stick), "stick" or 0.
     """
@@ -35,8 +35,8 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """By how much what is built differs from its design: places (mm along the interface) and directions (degrees) of
-    gauges, thickness of the skin (mm), and the moduli of a batch (share)."""
+    """Tolerances of manufacturing: places (mm along the interface) and directions (degrees) of gauges, thickness of the
+    skin (mm), and moduli of a batch (relative)."""
 
     gauge_mm: float = 0.3
     gauge_deg: float = 3.0
@@ -46,12 +46,13 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Scene:
-    """Touches of specimens of some moduli (MPa) by some forces (N): from the air to a force that is then held.
+    """Touches of specimens of some moduli (MPa) by some forces (N): each begins in the air and ends at a force that is
+    held.
 
-    force_N, modulus_MPa : (low, high); forces, moduli : how many, evenly in the logarithm, ends included.
+    force_N, modulus_MPa : (low, high); forces, moduli : their numbers, evenly spaced in the logarithm, ends included.
     over : whether a sigma over the scene is the worst, or the root mean square.
     samples : of the held force. gauge_noise_microstrain, force_noise_N, depth_noise_mm : of one sample.
-    depth_zero_mm : one sigma of the depth of touch-down. depth_mm : at which `force_at_depth` is taken.
+    depth_zero_mm : one sigma of the depth of touch-down. depth_mm : depth of `force_at_depth`.
     place_mm : one sigma of the place of touch in x and y, for the placement of gauges.
     """
 
@@ -86,7 +87,7 @@ class Scene:
 
     @cached_property
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
-        """Forces (n,) and moduli (n,) of the presses that surfaces are fitted to."""
+        """Forces (n,) and moduli (n,) of the presses to which surfaces are fitted."""
         axes = zip((self.force_N, self.modulus_MPa), MARGINS, (FORCES, MODULI), strict=True)
         forces, moduli = (np.geomspace(low / margin, high * margin, n) for (low, high), margin, n in axes)
         each = np.meshgrid(forces, moduli, indexing="ij")
@@ -94,7 +95,7 @@ class Scene:
 
     @property
     def solver(self) -> SurfaceFit:
-        """Fits surfaces through presses of the grid; the same for all designs."""
+        """The fit of surfaces to presses of the grid; the same for all designs."""
         return _solver(self.force_N, self.modulus_MPa)
 
 
@@ -105,5 +106,5 @@ def _solver(force_N: tuple[float, float], modulus_MPa: tuple[float, float]) -> S
 
 
 def rms_or_worst(scene: Scene, sigma: np.ndarray) -> float:
-    """One number of the sigmas over a scene."""
+    """One number for the sigmas over a scene: the worst or the rms."""
     return float(sigma.max()) if scene.over == "worst" else math.sqrt(float(np.mean(sigma**2)))

@@ -1,4 +1,4 @@
-"""The store of a study: one SQLite file, written by the client alone; what is in it is never computed again.
+"""The store of a study: one SQLite file that only the client writes; stored records are not computed again.
 
 A record is found by the hash of its design, its scene, its objectives and the code that computes them, so studies on
 one store share records. Write-ahead logging lets several clients use one store; each batch is one transaction.
@@ -15,7 +15,7 @@ from papilla.errors import FileAccessError
 from papilla.files import check_writable
 
 PATIENCE_S = 60.0
-"""How long a transaction waits for that of another client."""
+"""Time that a transaction waits for one of another client, s."""
 TABLES = """
 CREATE TABLE IF NOT EXISTS records (key TEXT PRIMARY KEY, found TEXT NOT NULL, status TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS designs (study TEXT, number INTEGER, free TEXT NOT NULL, key TEXT NOT NULL,
@@ -24,8 +24,8 @@ CREATE TABLE IF NOT EXISTS designs (study TEXT, number INTEGER, free TEXT NOT NU
 
 
 class Store:
-    """Records by key, and the designs of each study in their order. Raises `FileAccessError` where it cannot be read or
-    written; what was written before is safe."""
+    """Records by key, and the designs of each study in their order. Raises `FileAccessError` if it cannot be read or
+    written; records that were written before are safe."""
 
     def __init__(self, path: Path):
         self.path, self.writes = path, 0
@@ -41,12 +41,12 @@ class Store:
         self._connection.close()
 
     def holds(self, study: str) -> int:
-        """How many designs of a study it has."""
+        """Number of designs of a study in the store."""
         with self._faults():
             return int(self._connection.execute("SELECT count(*) FROM designs WHERE study = ?", (study,)).fetchone()[0])
 
     def known(self, keys: Sequence[str]) -> dict[str, Record]:
-        """Those records of some keys that it has."""
+        """The records in the store with these keys."""
         marks = ",".join("?" * len(keys))
         with self._faults():
             rows = self._connection.execute(

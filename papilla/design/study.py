@@ -1,4 +1,4 @@
-"""The study file: what is varied, what is asked, how it is sampled; every fault is one line before anything runs."""
+"""The study file: parameters, objectives and sampling. Every fault is reported in one line before anything runs."""
 
 import hashlib
 import math
@@ -23,12 +23,12 @@ from papilla.finger import SHIPPED_FINGERS, Finger
 ELSEWHERE = ("unknown", "tolerances")
 """Parts of a scene that are tables of their own in the file."""
 LEVELS = 5
-"""Values of a range in a grid, unless its table says `levels`."""
+"""Number of values of a range in a grid, unless its table states `levels`."""
 
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that is varied: between two values, evenly or in the logarithm, or among some (`values`)."""
+    """A varied parameter: between two values, evenly or in the logarithm, or among some (`values`)."""
 
     name: str
     low: float
@@ -38,19 +38,19 @@ class Free:
     values: tuple[float, ...] = ()
 
     def at(self, share: float) -> float:
-        """Its value at a share from 0 to 1 of the range."""
+        """The value at a share from 0 to 1 of the range."""
         if self.values:
             return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
         return self.low * (self.high / self.low) ** share if self.log else self.low + share * (self.high - self.low)
 
     def share(self, value: float) -> float:
-        """The share of the range of a value."""
+        """The share of the range at which a value lies."""
         low, high, at = (math.log(one) if self.log else one for one in (self.low, self.high, value))
         return (at - low) / (high - low) if high > low else 0.0
 
     @property
     def grid(self) -> list[float]:
-        """Its values in a grid."""
+        """The values in a grid."""
         return [*self.values] or [self.at(k / (self.levels - 1)) for k in range(self.levels)]
 
 
@@ -67,8 +67,8 @@ class Limit:
 class Sampler:
     """How designs are drawn. kind : "grid", "sobol" (scipy.stats.qmc) or "optimise" (scipy's differential evolution).
 
-    designs : of a Sobol sample, or the most that an optimiser looks at. geometries : of a Sobol sample, where shapes
-    are free. seed : of either.
+    designs : number in a Sobol sample, or largest number of an optimiser. geometries : number in a Sobol sample with
+    free shapes. seed : of both.
     """
 
     kind: Literal["grid", "sobol", "optimise"] = "sobol"
@@ -79,7 +79,7 @@ class Sampler:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file has it. values : of the finger, by parameter; those free have a range instead."""
+    """A study as its file states it. values : of the finger, by parameter; free parameters have a range instead."""
 
     name: str
     finger: Finger
@@ -96,7 +96,7 @@ class Study:
 
     @property
     def outer(self) -> list[Free]:
-        """Free parameters that make another geometry, by themselves or by a coupling."""
+        """Free parameters that change the geometry, directly or by a coupling."""
         names = {one.name for one in self.free if of_geometry(one.name)}
         for name, formula in self.couplings.items():
             if of_geometry(name):
@@ -105,20 +105,20 @@ class Study:
 
     @property
     def asked(self) -> tuple[str, ...]:
-        """Names of all objectives that are computed, those of constraints too; sorted."""
+        """Names of all objectives that are computed, including those of constraints; sorted."""
         return tuple(sorted({one.name for one in self.objectives} | {one.objective for one in self.limits}))
 
     def values(self, free: Mapping[str, float]) -> dict[str, float]:
-        """All values that a design sets, those fixed and coupled too; raises `InputError`."""
+        """All values that a design sets, including fixed and coupled ones; raises `InputError`."""
         return formulas.coupled({**self.fixed, **free}, self.couplings)
 
     def finger_of(self, free: Mapping[str, float]) -> Finger:
-        """The finger of some values of the free parameters; raises `InputError`."""
+        """The finger with these values of the free parameters; raises `InputError`."""
         return made(self.finger, self.values(free))
 
     @property
     def places(self) -> Places:
-        """The places of gauges that the study needs: its own ones, a row, or the whole interface."""
+        """The places of gauges that the study needs: those of its gauges, a row, or the whole interface."""
         names = [*(one.name for one in self.free), *self.couplings]
         places = (".angle_deg", ".y_mm", ".direction_deg", "gauges.count", "gauges.spread_deg")
         if "worst_over_tolerances" not in self.asked and not any(name.endswith(places) for name in names):
@@ -129,7 +129,7 @@ class Study:
         return Places.whole(foil) if beside or varied else Places.row(foil)
 
     def feasible(self, found: Mapping[str, float]) -> bool:
-        """Whether values of objectives keep all limits."""
+        """Whether values of objectives meet all limits."""
         return all(one.least <= found[one.objective] <= one.most for one in self.limits)
 
 
@@ -226,7 +226,7 @@ def _study(file: _File, path: Path) -> Study:
 
 
 def _values_of(finger: Finger) -> dict[str, float]:
-    """What couplings may name of a finger that a study does not set."""
+    """Values of a finger that couplings may use although the study does not set them."""
     found = {f"{name}.modulus_MPa": getattr(finger, name).modulus for name in ("outer", "inner")}
     found |= {f"{name}.nu": getattr(finger, name).nu for name in ("outer", "inner")}
     for surface in ("outer", "interface", "bone"):
@@ -268,8 +268,8 @@ def _free(name: str, given: "list[float] | _Range") -> Free:
 
 
 def _check(study: Study) -> None:
-    """Refuse a study whose middle design, or one with a single parameter at an end of its range, cannot be: layers that
-    cross, gauges outside the interface, too few gauges for an objective."""
+    """Raise `InputError` if the middle design, or one with a single parameter at an end of its range, is impossible:
+    layers that cross, gauges outside the interface, too few gauges for an objective."""
     for free in probes(study):
         finger, said = None, ", ".join(f"{name} = {value:.4g}" for name, value in free.items())
         try:

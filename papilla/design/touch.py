@@ -1,9 +1,9 @@
-"""Expected sigma of ln E of a touch, by the estimators' own filter: the same for a prediction and a calibration.
+"""Expected sigma of ln E after a touch, by the estimators' own filter; the same for a prediction and for a calibration.
 
-A touch begins in the air, where zeros are seen, and ends at a force that is held for some samples. The filter
-(`papilla.estimators.softness.fitter`) is put at the true contact and learns the mean of these samples as it would learn
-a measured one; its sigma does not depend on what noise did. What it took of its own prior of E is given back, and a
-prior of its own takes the place, the same for every design: one sigma is a factor of e.
+A touch begins in the air, where zeros are measured, and ends at a force that is held for some samples. The filter
+(`papilla.estimators.softness.fitter`) starts at the true contact and learns the mean of these samples like a measured
+one; its sigma does not depend on the noise that occurred. Its own prior of E is replaced by one that is the same for
+every design, with a standard deviation of 1 in ln E.
 """
 
 import math
@@ -20,13 +20,13 @@ from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
 from papilla.estimators.softness.touch import RULES
 
 PRIOR = 1.0
-"""One sigma of ln E before a touch: what a touch that tells nothing leaves."""
+"""One sigma of ln E before a touch, which remains if a touch gives no information."""
 
 
 def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
     """Sigma (f, m) of ln E from S_d and force, over the points of a scene.
 
-    calibration : a `Calibration`, or what `Look.surfaces` makes of a design.
+    calibration : a `Calibration`, or `Look.surfaces` of a design.
     """
     gauges = len(calibration.gauges)
     doubts = scene.unknown.doubts
@@ -49,7 +49,7 @@ def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
 
 
 def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
-    """The same from force and indentation, as a bench has them; `depth` has one "gauge" that reads micrometres."""
+    """The same from force and indentation, as measured on a bench; `depth` has one "gauge" that reads micrometres."""
     doubts = Doubts(
         gauge_gain=0.0,
         creep=scene.unknown.doubts.creep,
@@ -90,7 +90,7 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
 
 
 def _distance(fitter: Fitter, ln_modulus: float) -> float:
-    """h of a modulus."""
+    """h at a modulus."""
     curve = fitter.curve
     place = (ln_modulus - curve.start) * curve.per_step
     cell = min(int(place), len(curve.cubics) - 1)

@@ -1,6 +1,7 @@
 """Online estimators: `update(sample)` in a loop, `process(block)` over a log, `reset()` before something new.
 
-Every name is imported on first use. `Pipeline` runs what the columns of a stream allow; `find_lines` is for whole logs.
+Every name is imported on first use. `Pipeline` runs all estimators that the columns of a stream allow; `find_lines` is
+for whole logs.
 """
 
 from papilla._lazy import attach as _attach

@@ -1,9 +1,13 @@
-"""The background of a spectrum beside each of its lines, without a model: medians to the left and to the right.
+"""The background of a spectrum beside each of its lines, from medians to the left and to the right, without a model.
 
 Drift, rough surfaces, roll-off of the skin and white noise have no common formula, but each is smooth over a few
-resolutions. The level beside a line is the mean of the logarithms of two medians, one on each side of a guard that the
-line itself fills: a tilt cancels. How often such a level is exceeded by chance is known in closed form (constant false
-alarm rate: Finn and Johnson 1968, RCA Review 29:414; medians: Rohling 1983, doi:10.1109/TAES.1983.309350).
+resolutions. The level at a line is
+
+  ln level = (ln median_left + ln median_right) / 2,
+
+each median taken beyond a guard that the line itself fills, so a tilt of the spectrum cancels. The probability that
+noise exceeds such a level has a closed form (constant false alarm rate: Finn and Johnson 1968, RCA Review 29:414;
+medians: Rohling 1983, doi:10.1109/TAES.1983.309350).
 """
 
 from functools import lru_cache
@@ -12,21 +16,23 @@ from typing import NamedTuple
 import numpy as np
 
 WIDTH, GUARD, FEWEST = 20, 2, 2
-"""Cells on each side whose median is taken at most, resolutions from the line to the first, and the fewest cells."""
+"""Largest number of cells on each side for the median, resolutions from the line to the first cell, and smallest number
+of cells."""
 LOWEST = 1.0
-"""Resolutions from zero to the lowest cell; below is what is taken for drift."""
+"""Resolutions from zero to the lowest cell; what lies below counts as drift."""
 LOCAL = 2.0
-"""A side is no wider than this part of the distance from zero, where drift bends the spectrum."""
+"""Largest width of a side, relative to its distance from zero, where drift bends the spectrum."""
 MEDIAN_EFFICIENCY = 0.36
-"""Cells whose mean knows as much as a median of one: (ln 2)^2 for noise, and three quarters, as a taper ties them."""
+"""Number of cells whose mean is as certain as a median of one cell: (ln 2)^2 for noise, times three quarters because a
+taper correlates cells."""
 
 
-TOGETHER = 4096  # Places that are looked at at once
+TOGETHER = 4096  # Number of places that are examined at once
 
 
 class Level(NamedTuple):
-    """Expected power (m,) of noise, infinite where it cannot be told; cells (m,) of certainty that it rests on, 0 then;
-    freedom (m,) : degrees of the chi-square that the power there follows around it, 2 for one channel."""
+    """Expected power (m,) of noise, infinite if it is not known; cells (m,) : number of independent cells behind it, 0
+    then; freedom (m,) : degrees of freedom of the chi-square distribution of the power around it, 2 for one channel."""
 
     power: np.ndarray
     cells: np.ndarray
@@ -34,7 +40,7 @@ class Level(NamedTuple):
 
     def chance(self, power) -> np.ndarray:
         """Probability (m,) that noise reaches this power (m,)."""
-        # As for one channel: what all of them feel, as the roughness of a surface, they feel alike.
+        # As for one channel: a cause common to all channels, such as a rough surface, acts on all of them alike.
         return (1 + power / self.power / np.maximum(self.cells, 1e-9)) ** -self.cells
 
 
@@ -42,12 +48,12 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     """The level (m,) of noise at indices `at` (m,).
 
     power : (n,) > 0 of a tapered spectrum, evenly from wavenumber or frequency 0. resolution : in indices. The cells
-    lie whole resolutions from the place itself, where a line there has no power. pooled : its freedom is looked for, as
-    the mean of channels may have more than the two of one.
+    lie whole resolutions away from the place itself, where a line at the place has no power. pooled : whether to
+    estimate the degrees of freedom, because a mean of channels may have more than the two of one channel.
     """
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
-    # A part after the other: all cells of all places of a long spectrum would take hundreds of MB.
+    # One part after the other: all cells of all places of a long spectrum would take hundreds of MB.
     parts = [_around(logarithm, at[first : first + TOGETHER], resolution) for first in range(0, len(at), TOGETHER)]
     twice, known, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
     own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
@@ -57,7 +63,7 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
 
 
 def _around(logarithm: np.ndarray, at: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of places (m,): twice the sum of the medians of the cells on both sides; whether there are enough cells; and the
+    """For places (m,): twice the sum of the medians of ln power on both sides; whether there are enough cells; and the
     sum of the inverse numbers of cells. logarithm (n + 1,) : infinite in its last place."""
     width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
     steps = np.arange(WIDTH)
@@ -79,7 +85,7 @@ def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
     logarithm = np.log(power[::stride])
     if len(logarithm) < 2 * WIDTH:
         return np.full(len(at), 2.0)
-    # A taper ties neighbours together.
+    # A taper correlates neighbours.
     steps = np.abs(logarithm[GUARD:] - logarithm[:-GUARD])
     values, spreads = _spreads()
     seen = np.pad(median_filter(steps, 2 * WIDTH + 1, mode="mirror"), (GUARD, 0), mode="edge")

@@ -1,4 +1,4 @@
-"""Faults of gauges: missing, saturated, stuck while the others move; or a contradiction to the others."""
+"""Faults of gauges: missing, saturated, stuck while the others move, or in contradiction to the others."""
 
 import math
 from collections.abc import Sequence
@@ -9,13 +9,14 @@ from papilla.errors import InputError
 from papilla.status import Status
 
 STUCK_SAMPLES = 50
-"""A gauge that repeats itself so often while another one moves is stuck: dead, or held at the end of its range."""
+"""Number of repetitions of a reading, while another gauge moves, after which a gauge counts as stuck: dead, or at the
+end of its range."""
 BASE = 8
-"""Faults of all channels make one integer, a digit of this base for each, the first gauge the lowest."""
+"""Base of the integer that encodes the faults of all channels: one digit for each, the first gauge the lowest."""
 
 
 class Fault(Status):
-    """What is wrong with a channel (a gauge, or the force); `sentence` says it in words."""
+    """Fault of a channel (a gauge, or the force); `sentence` says it in words."""
 
     NONE = 0, "in use"
     MISSING = 1, "missing"
@@ -38,7 +39,7 @@ def pack(faults) -> int:
 
 
 def unpack(code: int, channels: int) -> list[Fault]:
-    """The faults of all channels behind such an integer, the first gauge's first."""
+    """The faults of all channels from such an integer, the first gauge's first."""
     return [Fault(code // BASE**channel % BASE) for channel in range(channels)]
 
 
@@ -48,27 +49,28 @@ def numbered(gauges: int) -> tuple[str, ...]:
 
 
 def in_words(code: int, gauges: Sequence[str]) -> str:
-    """Such as "g3 left out: stuck, force left out: missing", with the names of the gauges; the force is last."""
+    """The faults in words, such as "g3 left out: stuck, force left out: missing", with the names of the gauges; the
+    force is last."""
     faults = zip((*gauges, "force"), unpack(code, len(gauges) + 1), strict=True)
     return ", ".join(f"{name} left out: {fault.sentence}" for name, fault in faults if fault)
 
 
 def words(found: tuple[int, ...], names: Sequence[str]) -> list[str]:
-    """Sentences such as `g2, g4 missing` of the faults that `check` found of the gauges of these names."""
+    """Sentences such as `g2, g4 missing` for the faults that `check` found, with the names of the gauges."""
     named = {kind: [name for name, own in zip(names, found, strict=False) if own == kind] for kind in Fault if kind}
     return [f"{', '.join(own)} {kind.sentence}" for kind, own in named.items() if own]
 
 
 class HealthState(NamedTuple):
-    """last : the last finite reading of each gauge; repeats : how often it came again while another gauge moved."""
+    """last : the last finite reading of each gauge; repeats : how often it repeated while another gauge moved."""
 
     last: tuple[float, ...]
     repeats: tuple[int, ...]
 
 
 class GaugeHealth:
-    """Watches g readings; |reading| >= saturation is saturated, a gauge that repeats itself `stuck_samples` times while
-    another moves is stuck."""
+    """Watches g readings: |reading| >= saturation is saturated; a gauge that repeats its reading `stuck_samples` times
+    while another moves is stuck."""
 
     def __init__(self, gauges: int, saturation: float, stuck_samples: int = STUCK_SAMPLES):
         if not saturation > 0:
@@ -81,7 +83,7 @@ class GaugeHealth:
 
     @property
     def state(self) -> HealthState:
-        """All that is remembered, to be kept or to be set again."""
+        """The state, to be kept or to be set again."""
         return self._state
 
     @state.setter
@@ -96,7 +98,7 @@ class GaugeHealth:
             return ()
         (last, repeats), limit = self._state, self._saturation
         repeated = True in map(eq, readings, last)
-        # The sum is finite only where every reading is: nearly always there is nothing more to see.
+        # The sum is finite only if every reading is, so one test covers nearly all samples.
         if not repeated and -limit < min(readings) and max(readings) < limit and math.isfinite(sum(readings)):
             self._state = HealthState(readings, self._moving)
             return ()

@@ -1,4 +1,4 @@
-"""The distance between channels along the movement, from the phase of one line: a cue that needs no velocity."""
+"""The distance between channels along the movement, from the phase of one line: without a velocity."""
 
 from dataclasses import dataclass
 
@@ -10,29 +10,31 @@ from papilla.errors import InputError
 from papilla.estimators.lines import TREND, usable
 
 NEIGHBOURS = range(3, 9)
-"""Distances from the line, in resolutions, at which the noise of its phase is taken."""
+"""Distances from the line, in resolutions, at which the noise of its phase is measured."""
 PART_WAVES, SHORT_WAVES, INDEPENDENT = 2.0, 1.25, 2.0
 FEWEST_PARTS, MOST_PARTS = 3, 8
-"""Wavelengths in a part of the path whose lags are compared, and the least of them where the parts are few; how many
-parts, which wander together, tell as much as one; and how many there are."""
+"""Wavelengths in a part of the path whose lag is compared with others; the smallest number if there are few parts; the
+number of neighbouring parts, whose lags wander together, that count as one; and the number of parts."""
 SHOWN = np.sqrt(-2 * np.log(0.01))
-"""Amplitude over noise that noise alone reaches in one of a hundred."""
+"""Ratio of amplitude to noise that noise alone exceeds in one of a hundred cases."""
 EVENLY = 1 / np.sqrt(12)
-"""Standard deviation, in turns, of a phase that is any."""
+"""Standard deviation, in turns, of a phase that may have any value."""
 _MEDIAN_TO_SIGMA = 1 / np.sqrt(2 * np.log(2))
 
 
 @dataclass(frozen=True, eq=False)
 class ChannelLags:
-    """lag_mm (c,) : how much later along the path each channel shows the line than the reference does, within +- half a
-    wavelength (whole wavelengths cannot be seen). sigma_mm (c,) : its standard deviation, the reference's included.
+    """lag_mm (c,) : distance along the path by which each channel shows the line later than the reference, within +-
+    half a wavelength (whole wavelengths cannot be determined). sigma_mm (c,) : its standard deviation, the reference's
+    included.
 
-    Sigma is of this log: noise, and, from four wavelengths of path on, how the lags wander along it. With another press
-    or speed the skin shears otherwise: of recorded boards, lags over one half of a log are those over the other (97 to
-    100 % within two sigma), but lags of 4 mm differ by another 0.03 to 0.15 of a wavelength from log to log.
+    Sigma holds for this log: it contains noise and, for paths of four wavelengths and more, the variation of the lags
+    along the path. With another force or speed the skin shears differently. In logs of recorded boards, lags over the
+    two halves of a log agree (97 to 100 % within two sigma), but lags of 4 mm differ by another 0.03 to 0.15 of a
+    wavelength from log to log.
 
-    reference : number of the channel, from 0, in which the line stands out most. amplitude (c,) : of the line, in
-    units of the readings.
+    reference : number of the channel, from 0, with the clearest line. amplitude (c,) : of the line, in units of the
+    readings.
     """
 
     lag_mm: np.ndarray
@@ -44,9 +46,9 @@ class ChannelLags:
 def channel_lags(position_mm: ArrayLike, readings: ArrayLike, wavelength_mm: float) -> ChannelLags:
     """Lags of a line between channels of readings (n, c) at positions (n,) in mm.
 
-    Between channels a distance d apart along the movement the phase is 2 pi d / wavelength whatever the velocity
-    (2011 Oddo, equation (4)), so the lag is d. Raises `InputError` for fewer than two usable channels, and for a path
-    shorter than two wavelengths.
+    Between channels at a distance d along the movement the phase is 2 pi d / wavelength at any velocity (2011 Oddo,
+    equation (4)), so the lag is d. Raises `InputError` for fewer than two usable channels, and for a path shorter than
+    two wavelengths.
     """
     wavelength = checks.positive("wavelength_mm", wavelength_mm)
     position, channels, _, used = usable(position_mm, readings)
@@ -62,7 +64,7 @@ def channel_lags(position_mm: ArrayLike, readings: ArrayLike, wavelength_mm: flo
     turns = np.angle(at_line[reference] * np.conj(at_line)) / (2 * np.pi)
     own = noise / np.maximum(amplitude, 1e-300)
     sigma = np.maximum(np.hypot(own, own[reference]) / (2 * np.pi), _scatter(position, channels, wavelength, reference))
-    # A phase that noise alone may have is spread evenly over one wavelength.
+    # If noise alone may cause it, the phase is uniformly distributed over one wavelength.
     shown = amplitude > SHOWN * noise
     sigma = np.where(shown & shown[reference], np.minimum(sigma, EVENLY), EVENLY)
     sigma[reference] = 0.0
@@ -72,7 +74,7 @@ def channel_lags(position_mm: ArrayLike, readings: ArrayLike, wavelength_mm: flo
 def phasors(position: np.ndarray, channels: np.ndarray, wavelength_mm: float) -> np.ndarray:
     """(c,) complex amplitudes a of Re(a exp(2 pi i x / wavelength)) in channels (n, c), least squares with a trend.
 
-    Samples weigh by the path they stand for and a Hann taper along the log.
+    Samples are weighted by the path that they represent and by a Hann taper along the log.
     """
     at = 2 * (position - position.min()) / np.ptp(position) - 1
     angle = 2 * np.pi * position / wavelength_mm
@@ -83,9 +85,9 @@ def phasors(position: np.ndarray, channels: np.ndarray, wavelength_mm: float) ->
 
 
 def _scatter(position: np.ndarray, channels: np.ndarray, wavelength_mm: float, reference: int) -> np.ndarray:
-    """(c,) standard deviation, in turns, of the mean lag, from how the lags of parts of the path differ.
+    """(c,) standard deviation, in turns, of the mean lag, from the differences between parts of the path.
 
-    Noise beside the line does not show a lag that wanders along the path, as it does where the skin shifts.
+    The noise beside the line does not show a lag that wanders along the path, as a shifting skin causes it.
     """
     waves = float(np.ptp(position)) / wavelength_mm
     parts = min(max(int(waves / PART_WAVES), min(int(waves / SHORT_WAVES), FEWEST_PARTS)), MOST_PARTS)

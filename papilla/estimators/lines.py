@@ -1,8 +1,8 @@
-"""Spectral lines of a whole log in the position domain: the wavelengths of what the finger slid over.
+"""Spectral lines of a whole log over position: the wavelengths of the surface under the finger.
 
-The spectrum is taken over position, not time: a surface has one wavelength whatever the velocity was. Power is pooled
+The spectrum is taken over position, not time, because a surface has one wavelength at any velocity. Power is pooled
 over the channels; a line is a peak that the background beside it (drift, rough surface, noise; see
-`papilla.estimators.background`) reaches by chance in `false_alarm` of all logs at most.
+`papilla.estimators.background`) would reach by chance in at most the share `false_alarm` of logs.
 """
 
 from dataclasses import dataclass
@@ -20,35 +20,38 @@ from papilla.estimators.spread import completed
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
-"""A wavelength is searched up to the path divided by this; a taper cannot tell longer ones from drift."""
+"""The longest wavelength that is searched is the path divided by this number; a taper cannot separate longer ones from
+drift."""
 FEWEST_STEPS = 2.2
-"""A wavelength is searched down to so many position steps; two are the aliasing limit."""
+"""The shortest wavelength that is searched has this many position steps; two are the aliasing limit."""
 TREND = 3
-"""Degree of the polynomial in position that is taken for drift."""
+"""Degree of the polynomial in position that is subtracted as drift."""
 BEYOND = 4.0
-"""The spectrum reaches to wavenumbers so many times higher than those searched, where the log shows them: a line that
-is also a harmonic, or a background, is seen there."""
+"""Factor by which the spectrum reaches beyond the searched wavenumbers, if the log shows them: it helps to recognise
+harmonics and the background."""
 
 GRID, PADDING = 8, 8
-"""Grid points in the shortest wavelength: what lies beyond the grid then folds back weaker than 2 %. And how many times
-longer the grid is made, so that a peak is seen at its top."""
+"""Grid points in the shortest wavelength: aliases from beyond the grid are then weaker than 2 %. And the factor by
+which the grid is extended with zeros, so that a peak is sampled near its top."""
 LEAST = 1e-100
-"""No reading changes by less; the square's square of more is not zero."""
+"""Smallest change of a reading; the fourth power of a larger one is not zero in floating-point numbers."""
 LONGEST_GRID = 2**19
-"""Points of the grid of a spectrum above which `latest_stretch` shortens a log: 4 million padded points a channel."""
+"""Largest number of grid points of a spectrum, above which `latest_stretch` shortens a log: 4 million padded points per
+channel."""
 
 
 @dataclass(frozen=True)
 class SpectralLine:
     """One line.
 
-    wavelength_mm, sigma_mm : and its standard deviation from the noise around the line; an error of the velocity adds
-    to it in full, 1 % for 1 %. A line with harmonics has the wavelength on which it and they agree.
+    wavelength_mm, sigma_mm : wavelength, and its standard deviation from the noise around the line; an error of the
+    velocity of 1 % adds 1 %. For a line with harmonics it is the common estimate.
     amplitude : root mean square over the channels of the amplitude of the sinusoid, in units of the readings.
-    ratio : power over the background; chance : probability of it or more from the background anywhere in the search.
-    harmonic, fundamental_mm : it may be that harmonic of a stronger line of that wavelength, or of a period that no
-    line has and loud ones share (2.36 and 1.57 mm: 4.71); else 1 and its own.
-    channels : numbers, from 0, of those in which it stands out by itself, as rarely by chance as in all together.
+    ratio : power over the background; chance : probability that the background reaches this power anywhere in the
+    search.
+    harmonic, fundamental_mm : the line may be this harmonic of a stronger line with that wavelength, or of a common
+    period of loud lines that no line has itself (2.36 and 1.57 mm: 4.71); else 1 and its own wavelength.
+    channels : numbers, from 0, of the channels in which the line alone is as significant as in all together.
     """
 
     wavelength_mm: float
@@ -63,14 +66,14 @@ class SpectralLine:
 
 @dataclass(frozen=True, eq=False)
 class LineSpectrum:
-    """The significant lines, greatest amplitude first, and what they were found in.
+    """The significant lines, largest amplitude first, and the spectrum in which they were found.
 
-    searched_mm : shortest and longest wavelength that was looked at: the part of the range asked for which the position
-    step does not alias and of which the path holds three periods.
+    searched_mm : shortest and longest wavelength that was searched: the part of the range that the position step does
+    not alias and of which the path contains three periods.
     wavenumber_per_mm, power : (n,) pooled spectrum, in units of the mean background of the channels.
-    background : (n,) expected power of noise, infinite where it cannot be told: nearer than four periods to drift, or
-    at the end of what the steps show. unused_samples, unused_channels : how many were left out because they hold no
-    number, or never change.
+    background : (n,) expected power of noise, infinite if it is not known: nearer than four periods to drift, or at the
+    end of the visible range. unused_samples, unused_channels : how many were left out because they contain no number,
+    or never change.
     """
 
     lines: tuple[SpectralLine, ...]
@@ -108,7 +111,7 @@ def find_lines(
 ) -> LineSpectrum:
     """All significant lines of readings (n,) or (n, channels) at positions (n,) in mm, greatest amplitude first.
 
-    Positions need be neither even nor rising. Rows and channels without a finite number are left out and counted.
+    Positions need not be evenly spaced or rising. Rows and channels without a finite number are left out and counted.
     Raises `InputError` for unequal lengths, fewer than 16 usable rows, no movement, no usable channel, and a range of
     which nothing can be searched.
     """
@@ -116,7 +119,7 @@ def find_lines(
     position, channels, unused_samples, used = usable(position_mm, readings)
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
-    # Less their mean, so that an offset costs no digits.
+    # Minus their mean, so that an offset costs no digits.
     strokes = completed(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
     spectrum = _spectrum(strokes, max(shortest, low / BEYOND))
     octaves = float(np.log(high / low)) * strokes.extent
@@ -135,7 +138,8 @@ def find_lines(
 
 
 def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None = None) -> int:
-    """First row (from 0) of the latest stretch of positions (n,) whose spectrum has no more than `LONGEST_GRID` points.
+    """First row (from 0) of the longest stretch at the end of positions (n,) whose spectrum has at most `LONGEST_GRID`
+    points.
 
     Raises `InputError` for no movement and an unusable range.
     """
@@ -145,20 +149,20 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
     if known.size < 2:
         raise InputError("a spectrum over position needs rows with a position")
     low = _shortest(known) if wavelength_range_mm is None else max(wavelength_range_mm[0] / BEYOND, _shortest(known))
-    # How far the path of the last rows reaches, for each row that it may begin with.
+    # For each row: the length of the path from it to the end.
     reach = np.maximum.accumulate(known[::-1]) - np.minimum.accumulate(known[::-1])
     fits = int(np.searchsorted(reach, LONGEST_GRID * low / GRID, side="right"))
     return int(rows[known.size - fits]) if fits < known.size else 0
 
 
 def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarray]:
-    """Positions and readings (n, c) of rows that a sensor may give, and of changing channels; how many rows were left
-    out, and the numbers (c,) of the channels."""
+    """Positions and readings (n, c) without unusable rows and constant channels; the number of rows left out, and the
+    numbers (c,) of the channels."""
     position, table = (checks.believable(np.asarray(own, float)) for own in (position_mm, readings))
     table = table[:, None] if table.ndim == 1 else table
     if position.ndim != 1 or table.ndim != 2 or len(table) != len(position):
         raise InputError(f"position_mm (n,) and readings (n, channels) do not fit: {position.shape}, {table.shape}")
-    # A channel without a number most of the time is dead: it must not take every row with it.
+    # A channel that mostly has no number is dead: it must not exclude every row.
     alive = np.isfinite(table).mean(axis=0) > 0.5 if len(table) else np.zeros(table.shape[1], bool)
     rows = np.isfinite(position) & np.isfinite(table[:, alive]).all(axis=1)
     if rows.sum() < 16:
@@ -171,7 +175,7 @@ def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarr
 
 
 def _shortest(position: np.ndarray) -> float:
-    """Shortest wavelength that the steps of these positions show."""
+    """Shortest wavelength that these positions can show."""
     steps = np.abs(np.diff(position))
     if not steps.any():
         raise InputError("the position never changes: there is no wavelength without movement")
@@ -179,7 +183,7 @@ def _shortest(position: np.ndarray) -> float:
 
 
 def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] | None) -> tuple[float, float]:
-    """The wavelengths that these positions allow, inside the range asked for."""
+    """The wavelengths that these positions allow, inside the requested range."""
     path = float(np.ptp(position))
     longest = path / FEWEST_PERIODS
     low, high = shortest, longest
@@ -203,7 +207,7 @@ def _spectrum(strokes: Strokes, shortest: float) -> Spectrum:
 
 
 def _spread(strokes: Strokes) -> float:
-    """Standard deviation of a line's wavenumber at line power = background.
+    """Standard deviation of a line's wavenumber if its power equals the background.
 
     The maximum of a weighted periodogram has the angular variance W0^2 sum(w^2 x^2) / (2 r sum(w^2) W2^2), with r the
     power over the background, W0 = sum w, W2 = sum w x^2 and x from the weighted middle.
@@ -216,7 +220,7 @@ def _spread(strokes: Strokes) -> float:
 
 
 def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], octaves: float) -> list[SpectralLine]:
-    """The peaks inside the searched range as lines: strongest first, the later ones may be harmonics of them."""
+    """The peaks inside the searched range as lines, strongest first; later ones may be harmonics of them."""
     lines: list[SpectralLine] = []
     fundamentals: list[tuple[Line, float]] = []
     for peak in peaks:
@@ -238,8 +242,8 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
 
 
 def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float) -> float:
-    """The wavenumber of which this peak and others as loud are or may be harmonics though no peak has it: its own where
-    there is none in the range."""
+    """The wavenumber of which this peak and others as loud are, or may be, harmonics, even if no peak has it; its own
+    if there is none in the range."""
     k, reach = peak.wavenumber, SLACK * resolution
     others = [own for own in peaks if abs(own.wavenumber - round(own.wavenumber / k) * k) > reach]
     found = fundamental_of(peak, others, reach, set(others), False)
@@ -248,23 +252,25 @@ def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float)
 
 
 def _trials(octaves: float, wavenumber):
-    """How often noise is looked at: a wavelength of any size is as likely, so each octave has as many false alarms."""
+    """Number of independent trials: wavelengths of all sizes are equally likely, so each octave has as many false
+    alarms."""
     return np.maximum(octaves * wavenumber, 1.0)
 
 
 def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
-    """All peaks that noise reaches more rarely than `false_alarm` in all trials, greatest first; used : the channels'
+    """All peaks that noise would reach less often than `false_alarm` in all trials, largest first; used : the channels'
     numbers."""
     power, each, resolution = spectrum.power, np.maximum(spectrum.each, 1e-300), spectrum.resolution
     tops = spectrum.tops(1, len(power) - 1)
-    # A line that a few channels show is lost in the mean with others: the most telling one counts, for as many trials.
+    # A line that few channels show disappears in the mean with others: the most significant channel counts, with as
+    # many trials as channels.
     alone = np.array([background(own, tops, resolution).chance(own[tops]) for own in each])
     chance = 2 * np.minimum(background(power, tops, resolution).chance(power[tops]), len(used) * alone.min(axis=0))
     rare = false_alarm / _trials(octaves, tops * spectrum.step)
     tops, chance, shown = tops[chance < rare], chance[chance < rare], (alone < rare)[:, chance < rare]
     level = background(power, tops, resolution)
     ratio = power[tops] / level.power
-    # Channels that share their noise count as often as the scatter of the power says, not as they are many.
+    # Channels with common noise count according to the scatter of the pooled power, not according to their number.
     sigma = _spread(strokes) / np.sqrt(ratio * np.minimum(level.freedom / 2, len(used)))
     amplitude = np.sqrt(np.mean(spectrum.each[:, tops], axis=0)) / (0.5 * float(strokes.weight.sum()))
     rows = (own.tolist() for own in (spectrum.vertices(tops), ratio, amplitude, chance, sigma))

@@ -1,4 +1,4 @@
-"""Peaks of a spectrum: where their tops are, which may be harmonics of which, and what they say of it together."""
+"""Peaks of a spectrum: the place of their tops, which may be harmonics of which, and their common wavenumber."""
 
 import math
 from collections.abc import Sequence
@@ -9,11 +9,12 @@ from papilla.estimators.spectrum import Line
 
 MOST_HARMONICS = 12
 SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
-"""How far from a multiple a peak may be: so many sigmas of the difference plus a part of the resolution."""
+"""How far a peak may be from a multiple: so many sigmas of the difference plus a share of the resolution."""
 
 
 def vertex(powers: Sequence[float] | np.ndarray) -> float:
-    """Where a line's top is, in steps from the middle of three powers: of the parabola through their logarithms."""
+    """Place of a line's top, in steps from the middle of three powers: that of the parabola through their
+    logarithms."""
     if not min(powers) > 0:
         return 0.0
     left, middle, right = map(math.log, powers)
@@ -32,10 +33,10 @@ def order_of(peak: Line, fundamental: Line, resolution: float) -> int:
 
 
 def with_harmonics(fundamental: Line, peaks: list[Line], resolution: float) -> Line:
-    """The fundamental with the wavenumber that it and its weaker harmonics give together, by inverse variance.
+    """The fundamental with the common wavenumber of itself and its weaker harmonics, weighted by inverse variance.
 
-    The n-th harmonic knows the wavenumber n times better for the same power. Where they disagree by more than their
-    sigmas the sigma grows by as much (Birge's ratio): a period that drifts along the path does that.
+    The n-th harmonic determines the wavenumber n times better at the same power. If they disagree by more than their
+    sigmas, sigma grows in proportion (Birge's ratio); a period that drifts along the path does that.
     """
     values, sigmas = [fundamental.wavenumber], [fundamental.sigma]
     for peak in sorted(peaks):

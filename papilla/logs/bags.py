@@ -20,7 +20,7 @@ from papilla.tables import BLOCK, Table
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 MOST_CELLS = 64
-"""Numbers of an array in a message that become columns."""
+"""Largest number of elements of an array in a message that become columns."""
 
 
 def is_bag(path: Path) -> bool:
@@ -120,7 +120,8 @@ def _fields(value: Any, name: str) -> Iterator[str]:
 
 
 def _getter(name: str) -> Callable[[Any, int], float]:
-    """What takes a number by its name from a message, NaN where it is not there; a time in s after a start in ns."""
+    """A function that takes a number by its name from a message, NaN if it is missing; a time in s since a start in
+    ns."""
     steps = [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", name)]
 
     def get(value: Any, start: int) -> float:

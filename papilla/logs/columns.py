@@ -21,7 +21,7 @@ SD_ALONE = (
     "microstrain. What all gauges have in common papilla identify finds from S_d, too; "
     "papilla.calibrate.published_form.fit_quadratic fits the published quadratic to it"
 )
-MOST_NAMED = 40  # Columns that a message lists
+MOST_NAMED = 40  # Largest number of columns that a message lists
 
 
 def open_log(

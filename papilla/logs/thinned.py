@@ -3,11 +3,11 @@
 import numpy as np
 
 BINS = 1000
-"""Bins that a log is thinned to, up to twice as many: more than a picture has pixels."""
+"""Number of bins of a thinned log (up to twice as many): more than a picture has pixels."""
 
 
 class Thinned:
-    """Lowest and highest value (bins, columns) of rows that come block by block; NaN only where a bin has no number.
+    """Lowest and highest value (bins, columns) of rows that arrive block by block; NaN only if a bin has no number.
 
     Bins are of equally many rows, the last few excepted. Whenever there are twice `BINS`, neighbours are joined.
     """
@@ -19,7 +19,7 @@ class Thinned:
         self._bins = 0
 
     def add(self, rows: np.ndarray) -> None:
-        """Take in the next rows (n, columns)."""
+        """Add the next rows (n, columns)."""
         if not len(rows):
             return
         starts = np.arange(0, len(rows), self._every)

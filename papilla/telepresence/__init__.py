@@ -1,4 +1,5 @@
-"""Telepresence: parameters of a texture travel, and the display makes touch of them and of the hand's own motion.
+"""Telepresence: parameters of a texture are sent, and the display synthesises the touch from them and the hand's own
+motion.
 
 Every name is imported on first use.
 """

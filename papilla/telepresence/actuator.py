@@ -1,4 +1,4 @@
-"""What shakes the operator's fingertip: its stroke, its band, its roll-off and the volts it takes."""
+"""The actuator at the operator's fingertip: stroke, band, roll-off and voltage."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from papilla import checks
 
 FADE = 0.05
-"""Share of the band, at its upper end, over which a component is faded out."""
+"""Share of the band, at its upper end, over which a component fades out."""
 
 
 @dataclass(frozen=True)
@@ -15,12 +15,11 @@ class Actuator:
 
     Parameters
     ----------
-    name : what it is called.
-    stroke_um : greatest displacement, peak to peak, so half of it is the greatest amplitude.
-    band_Hz : frequencies up to here are displayed; components are faded out over the last 5 % before it.
-    corner_Hz : frequency at which the response has fallen by 3 dB; infinite where it is flat.
-    order : of the Butterworth magnitude that stands for the roll-off.
-    drive_V : volts that give the whole stroke (linear), 0 to `drive_V` about half of it; NaN where not known.
+    name : what it is called. stroke_um : largest displacement, peak to peak; half of it is the largest amplitude.
+    band_Hz : frequencies up to here are displayed; components are faded out over the last 5 % before it. corner_Hz :
+    frequency at which the response has fallen by 3 dB; infinite for a flat response. order : of the Butterworth
+    magnitude that models the roll-off. drive_V : voltage for the whole stroke (linear), so that half of it is the
+    middle; NaN if not known.
 
     Raises `InputError` for values that are not positive.
     """
@@ -38,32 +37,32 @@ class Actuator:
 
     @property
     def amplitude_um(self) -> float:
-        """The greatest amplitude, half of the stroke."""
+        """The largest amplitude, half of the stroke."""
         return 0.5 * self.stroke_um
 
     def response(self, frequency_Hz: float) -> float:
-        """Displacement over what the volts ask for, at this frequency: 1 / sqrt(1 + (f / corner)^(2 order))."""
+        """Ratio of the displacement to the commanded one at this frequency: 1 / sqrt(1 + (f / corner)^(2 order))."""
         return 1 / math.sqrt(1 + (frequency_Hz / self.corner_Hz) ** (2 * self.order))
 
     def passed(self, frequency_Hz: float, top_Hz: float) -> float:
-        """Share (0 to 1) of a component that is displayed where the band ends at `top_Hz`: a raised cosine."""
+        """Share (0 to 1) of a component that is displayed if the band ends at `top_Hz`: a raised cosine."""
         end = (frequency_Hz - (1 - FADE) * top_Hz) / (FADE * top_Hz)
         if end <= 0:
             return 1.0
         return 0.0 if end >= 1 else 0.5 * (1 + math.cos(math.pi * end))
 
     def volts(self, drive_um: float) -> float:
-        """Voltage for a displacement about the middle of the stroke that the roll-off has still to act on."""
+        """Voltage for a displacement about the middle of the stroke, before the roll-off."""
         return self.drive_V * (0.5 + drive_um / self.stroke_um)
 
 
 PIEZO = Actuator("piezo", stroke_um=55.0, band_Hz=300.0, corner_Hz=310.0, order=20, drive_V=150.0)
 """The stack of Okamoto et al. 2011, section 3.2.1: 55 um peak to peak at 150 V, flat to 300 Hz, -3 dB at 310 Hz.
 
-Two printed numbers fix the order: 20 is 1 dB down at 300 Hz, which is what "relatively flat" can mean.
+Two printed numbers determine the order: order 20 is 1 dB down at 300 Hz, which agrees with "relatively flat".
 """
 
 
 def icpf(stroke_um: float) -> Actuator:
-    """The ionic polymer display of Okamoto et al. 2007, 0 to 200 Hz; its stroke is not printed and has to be stated."""
+    """The ionic polymer display of Okamoto et al. 2007, 0 to 200 Hz; its stroke is not printed and must be stated."""
     return Actuator("ICPF", stroke_um=checks.positive("stroke_um", stroke_um), band_Hz=200.0)

@@ -1,4 +1,5 @@
-"""How strongly a component is displayed: from the amplitude that the sensor measured, or from g_A of its wavelength."""
+"""The amplitude of a displayed component: from the amplitude that the sensor measured, or from g_A of its
+wavelength."""
 
 import json
 import math
@@ -20,19 +21,19 @@ from papilla.tables import TableReader
 SCHEMA = "papilla.amplitude/1"
 AMPLIFIER_V_PER_MICROSTRAIN = 0.01
 GAIN_UM_PER_V = 23.8
-"""a_d of equation (9), and the amplifier before it: Okamoto et al. 2011, sections 5.2 and 3.2.3."""
+"""a_d of equation (9), and the gain of the amplifier before it: Okamoto et al. 2011, sections 5.2 and 3.2.3."""
 
 
 class Rule(Protocol):
-    """What gives a component its displacement."""
+    """A rule that gives the displacement of a component."""
 
     def __call__(self, wavelength_mm: float, amplitude_microstrain: float) -> float:
-        """Amplitude of the display in um; NaN where the rule does not hold."""
+        """Amplitude of the display in um; NaN if the rule does not apply."""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """The sensor's own amplitude times a gain, as direct feedback has it: eq. (9) of Okamoto et al. 2011.
+    """The sensor's own amplitude times a gain, as in direct feedback: eq. (9) of Okamoto et al. 2011.
 
     um_per_microstrain : displacement over reading; as printed a_d = 23.8 um/V behind 0.01 V per microstrain.
     """
@@ -48,12 +49,12 @@ class Measured:
 class PowerCurve:
     """g_A, power of the sensor's line against the wavelength: the exponential of a quartic through ln power.
 
-    Printed is a quartic of the power itself, eq. (8), of which the print at hand has lost the coefficients; where the
-    power is small such a quartic goes negative, and no power is. `as_printed` has it all the same, with its R^2.
+    The paper prints a quartic of the power itself, eq. (8), without legible coefficients. For small powers such a
+    quartic becomes negative, which a power cannot be. `as_printed` gives it nevertheless, with its R^2.
 
     Parameters
     ----------
-    wavelength_mm, power : (n,) points, five or more, positive. source : what they are from.
+    wavelength_mm, power : (n,) points, five or more, positive. source : their origin.
     """
 
     wavelength_mm: tuple[float, ...]
@@ -62,7 +63,7 @@ class PowerCurve:
 
     @cached_property
     def fit(self) -> AmplitudeFit:
-        """The quartic of ln power, with R^2 of that; its range is that of the points."""
+        """The quartic of ln power, with its R^2; its range is that of the points."""
         return fit_amplitude(self.wavelength_mm, np.log(self.power))
 
     @cached_property
@@ -72,7 +73,7 @@ class PowerCurve:
 
     @cached_property
     def greatest(self) -> float:
-        """The greatest power within the range."""
+        """The largest power within the range."""
         return float(np.exp(self.fit(np.linspace(*self.fit.wavelength_mm, 201)).max()))
 
     def __call__(self, wavelength_mm: float) -> float:
@@ -85,12 +86,12 @@ class FromWavelength:
     """Amplitude from the wavelength alone by g_A, eq. (11) of Okamoto et al. 2011.
 
     Printed: a = B g_A / P_max with B = 55 um, on an actuator whose stroke is 55 um peak to peak, and with g_A a power
-    (V^2 s). Taken: B is that stroke, so the greatest amplitude is half of it; and an amplitude goes with the root of a
-    power, which is also what direct feedback displays. `as_printed` keeps the displacement proportional to the power.
+    (V^2 s). Here B is that stroke, so the largest amplitude is half of it; and the amplitude is proportional to the
+    root of a power, as in direct feedback. `as_printed` keeps the displacement proportional to the power.
 
     Parameters
     ----------
-    g_A : power of the line against the wavelength. largest_um : amplitude at its greatest power.
+    g_A : power of the line against the wavelength. largest_um : amplitude at its largest power.
     as_printed : whether the displacement is proportional to the power.
     """
 
@@ -99,7 +100,7 @@ class FromWavelength:
     as_printed: bool = False
 
     def __call__(self, wavelength_mm: float, amplitude_microstrain: float = math.nan) -> float:
-        """The amplitude in um; NaN outside the wavelengths that g_A was fitted over."""
+        """The amplitude in um; NaN outside the wavelengths for which g_A was fitted."""
         low, high = self.g_A.fit.wavelength_mm
         if not low <= wavelength_mm <= high:
             return math.nan
@@ -111,7 +112,7 @@ COLUMNS = ("wavelength_mm", "power")
 
 
 def read_curve(path: str | PathLike | None = None) -> PowerCurve:
-    """g_A from the points of a file; without one, from those that papilla ships, of sliding scenes.
+    """g_A from the points in a file; without a file, from the shipped points of sliding scenes.
 
     The file: a table (CSV) with the columns `wavelength_mm` and `power`, five rows or more; or the same in JSON, with
     `schema` "papilla.amplitude/1" and `source`. Raises `FileFormatError` and `FileAccessError`.

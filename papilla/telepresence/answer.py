@@ -1,4 +1,4 @@
-"""What a display does at one instant, and what a quantity of a message is worth."""
+"""The output of a display at one instant, and the trust in a quantity of a message."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ from papilla.status import Named, Status
 
 
 class Trust(Named):
-    """What may be done with a quantity of a message.
+    """How far a quantity of a message may be used.
 
     HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator
     adds a remark to "ok": not identifiable, some channels left out, slid one way only.
@@ -19,7 +19,7 @@ class Trust(Named):
 
 
 class DisplayStatus(Status):
-    """What became of the display; those that begin with "ok" show what was asked for."""
+    """Status of the display; those that begin with "ok" mean that it shows the intended texture."""
 
     OK = 0, "ok"
     NO_MESSAGE = 1, "nothing was heard of a texture yet: the output is zero"
@@ -30,12 +30,12 @@ class DisplayStatus(Status):
     TOO_FAST = 6, "the hand moves a component out of the band: it is faded out"
     LIMITED = 7, "the amplitudes are scaled down to the stroke of the actuator"
     CLIPPED = 8, "the signal is beyond the stroke of the actuator, which cuts it"
-    CLOCK = 9, "the time did not go on: the output is held"
+    CLOCK = 9, "the time did not advance: the output is held"
 
 
 class Shown(NamedTuple):
     """displacement_um of the skin, drive_V of the actuator, frequency_Hz and wavelength_mm of the strongest component
-    (NaN where there is none or it is not known), gain (0 to 1) of the fading, status (a `DisplayStatus` value)."""
+    (NaN if there is none or it is not known), gain (0 to 1) of the fading, status (a `DisplayStatus` value)."""
 
     displacement_um: float
     drive_V: float

@@ -1,4 +1,4 @@
-"""One wavelength component of a texture, as it is estimated, sent and displayed."""
+"""One wavelength component of a texture, in estimates, messages and displays."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 class Component:
     """A line of the texture.
 
-    wavelength_mm, amplitude_microstrain : of the line. Their sigma: standard deviations, NaN where not known.
+    wavelength_mm, amplitude_microstrain : of the line. Their sigma: standard deviations, NaN if not known.
     """
 
     wavelength_mm: float
@@ -18,7 +18,7 @@ class Component:
 
     @property
     def usable(self) -> bool:
-        """Whether there is something to display."""
+        """Whether the component can be displayed."""
         return 0 < self.wavelength_mm < math.inf and 0 <= self.amplitude_microstrain < math.inf
 
 

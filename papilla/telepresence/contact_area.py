@@ -1,7 +1,7 @@
-"""The contact area that a softness display is commanded: that of the finger at this force on this modulus.
+"""The commanded contact area of a softness display: that of the finger at this force on this modulus.
 
-People judge softness by how the contact area grows with the force, so a display that controls the area under the
-operator's finger shows a modulus by it.
+People judge softness by the growth of the contact area with the force, so a display can present a modulus by the area
+under the operator's finger.
 """
 
 import math
@@ -22,11 +22,11 @@ COLUMNS = ("force_N", "modulus_MPa", "contact_area_mm2")
 
 @dataclass(frozen=True, eq=False)
 class ContactArea:
-    """Contact area over force and modulus, interpolated linearly in the logarithms of all three; nothing outside.
+    """Contact area over force and modulus, interpolated linearly in the logarithms of all three; NaN outside.
 
     Parameters
     ----------
-    force_N (m,), modulus_MPa (k,) : rising. area_mm2 : (k, m), NaN where there is none.
+    force_N (m,), modulus_MPa (k,) : rising. area_mm2 : (k, m), NaN if there is none.
 
     Raises `InputError` for other shapes, axes that do not rise, and fewer than two values of either.
     """
@@ -45,7 +45,7 @@ class ContactArea:
 
     @classmethod
     def of_presses(cls, force_N: ArrayLike, modulus_MPa: ArrayLike, area_mm2: ArrayLike) -> "ContactArea":
-        """From presses (n,) on a grid of forces and moduli, in any order, as a sweep has them."""
+        """From presses (n,) on a grid of forces and moduli, in any order, as in a sweep."""
         force, modulus, area = (np.asarray(values, float) for values in (force_N, modulus_MPa, area_mm2))
         forces, moduli = np.unique(force), np.unique(modulus)
         table = np.full((moduli.size, forces.size), math.nan)
@@ -67,7 +67,7 @@ class ContactArea:
             raise FileFormatError(f"{path}: {error}") from error
 
     def __call__(self, force_N: float, modulus_MPa: float, modulus_sigma_MPa: float = 0.0) -> tuple[float, float]:
-        """(area, its standard deviation) in mm2; NaN outside the table and where force or modulus are not known."""
+        """(area, its standard deviation) in mm2; NaN outside the table or if force or modulus are not known."""
         (column, along), (row, across) = _cell(self.force_N, force_N), _cell(self.modulus_MPa, modulus_MPa)
         if math.isnan(along + across):
             return math.nan, math.nan

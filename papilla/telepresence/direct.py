@@ -1,6 +1,6 @@
-"""Direct feedback, the local model's comparison: the sensor's signal itself, displayed when it arrives.
+"""Direct feedback, for comparison with the local model: the sensor's signal itself is displayed when it arrives.
 
-Equations (3) and (9) of Okamoto et al. 2011: y_m(t) = a_d y_s(t - T) = a_d G(x_m(t - 2 T)), late by the round trip.
+Equations (3) and (9) of Okamoto et al. 2011: y_m(t) = a_d y_s(t - T) = a_d G(x_m(t - 2 T)), delayed by the round trip.
 """
 
 import math
@@ -12,11 +12,11 @@ from papilla.telepresence.answer import DisplayStatus, Shown
 from papilla.telepresence.safety import Fader, Safety
 
 COUPLING_HZ = 10.0
-"""Corner of the amplifier's coupling where a finger is pressed: pressing is far slower than any texture."""
+"""Corner frequency of the amplifier's coupling for a pressed finger: pressing is far slower than any texture."""
 
 
 class HighPass:
-    """A Butterworth filter of second order, sample by sample, that leaves the texture of a pressed gauge's reading."""
+    """A second-order Butterworth high-pass, sample by sample, which keeps the texture in a pressed gauge's reading."""
 
     def __init__(self, rate_Hz: float, corner_Hz: float = COUPLING_HZ):
         k = math.tan(math.pi * corner_Hz / rate_Hz)
@@ -26,7 +26,7 @@ class HighPass:
         self._one = self._two = 0.0
 
     def __call__(self, reading: float) -> float:
-        """The filtered reading; a constant is nothing from the first sample on."""
+        """The filtered reading; a constant gives 0 from the first sample on."""
         if self._first is None:
             self._first = reading
         value = reading - self._first
@@ -39,13 +39,13 @@ class HighPass:
 class DirectFeedback:
     """A display of readings in the order in which the link gives them out; the last one is held until the next.
 
-    The actuator cuts what its stroke cannot follow, and the status says so; its roll-off is not made good. It decays
-    when readings stop, as the local model does.
+    The actuator clips signals beyond its stroke, and the status says so; its roll-off is not compensated. The output
+    decays when readings stop, as with the local model.
 
     Parameters
     ----------
-    actuator : that is driven. um_per_microstrain : a_d times the amplifier, 23.8 um/V x 0.01 V as printed.
-    safety : when and how the output fades.
+    actuator : of the display. um_per_microstrain : a_d times the gain of the amplifier, 23.8 um/V x 0.01 V as printed.
+    safety : limits of the output.
     """
 
     def __init__(
@@ -60,17 +60,17 @@ class DirectFeedback:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything; the output begins at zero."""
+        """Forget everything; the output starts at zero."""
         self._fader, self._reading = Fader(self.safety), 0.0
         self._heard_s = self._time_s = math.nan
 
     def hear(self, time_s: float, reading_microstrain: float) -> None:
-        """Take a reading that arrived at `time_s`; one that is not finite is left out."""
+        """Take a reading that arrived at `time_s`; a non-finite one is ignored."""
         if math.isfinite(reading_microstrain):
             self._reading, self._heard_s = reading_microstrain, time_s
 
     def update(self, time_s: float) -> Shown:
-        """What the display does now."""
+        """The output of the display now."""
         dt = min(0.005, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
         self._time_s = time_s
         alive = time_s - self._heard_s <= self.safety.hold_s

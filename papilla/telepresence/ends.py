@@ -1,8 +1,8 @@
-"""The ends of a telepresence loop, each of which steps once a control period: hand, sensor and display.
+"""The ends of a telepresence loop: hand, sensor and display. Each steps once per control period.
 
     hand  -- HandReading, 250 Hz -->  sensor  -- Parameters, 50 Hz -->  display
 
-Hand and display stand at the operator, the sensor where the finger touches. A `Wire` carries their messages: a
+Hand and display are at the operator's side, the sensor is where the finger touches. A `Wire` carries their messages: a
 simulated one in `papilla.telepresence.loop`, UDP in `papilla.telepresence.processes`.
 """
 
@@ -20,24 +20,24 @@ from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.sources import Source
 
 CATCH_UP = 4
-"""Samples that one control period takes at most."""
+"""Largest number of samples that one control period takes."""
 
 
 class Wire(Protocol):
-    """What carries messages to the other end and back."""
+    """Carries messages to the other end and back."""
 
     def now_ns(self) -> int:
-        """The clock of this end."""
+        """The clock of this end, in ns."""
 
     def send(self, make: Callable[[Header], Message]) -> None:
-        """Send the message that `make` makes under the next header."""
+        """Send the message that `make` builds with the next header."""
 
     def receive(self) -> list[Heard]:
         """What has arrived, oldest first."""
 
 
 class Timer:
-    """Tells a control period in which it is time again, at a rate that need not divide that of the periods."""
+    """Shows in which control periods something is due, at a rate that need not divide that of the periods."""
 
     def __init__(self, rate_Hz: float, period_s: float = 1 / RATE_HZ):
         self._wait_s, self._last_s = 1 / rate_Hz - 0.5 * period_s, -math.inf
@@ -51,7 +51,7 @@ class Timer:
 
 
 class HandEnd:
-    """The operator's hand: its motion stands for the encoder of a slider. start_mm : where it begins."""
+    """The operator's hand; its motion replaces the encoder of a slider. start_mm : its first place."""
 
     def __init__(
         self, wire: Wire, model: LocalModel, motion: Motion, *, start_mm: float = 0.0, period_s: float = 1 / RATE_HZ
@@ -60,7 +60,7 @@ class HandEnd:
         self._timer = Timer(HAND_HZ, period_s)
 
     def step(self, now: float) -> float:
-        """Where the hand is now (mm); when it is time, this is sent to the sensor and given to the display."""
+        """The hand's place now (mm); when it is due, the place is sent to the sensor and given to the display."""
         place = float(self._motion.place_mm(now)) + self._start_mm
         if self._timer.due(now):
             force = float(self._motion.force_N(now))
@@ -71,9 +71,9 @@ class HandEnd:
 
 
 class SensorEnd:
-    """The sensor, whose source follows the hand: samples go into the estimators, what they find is sent.
+    """The sensor, whose source follows the hand: samples go into the estimators, and their results are sent.
 
-    sample : the last one of this period, None where there was none. heard_s : when the hand was last heard.
+    sample : the last one of this period, None if there was none. heard_s : time of the last message of the hand.
     """
 
     def __init__(
@@ -90,12 +90,12 @@ class SensorEnd:
         self.heard_s = -math.inf
 
     def step(self, now: float) -> None:
-        """Follow the hand, take the samples of now, and, when it is time, send what is known of them."""
+        """Follow the hand, take the present samples and, when it is due, send the estimates."""
         for heard in self._wire.receive():
             self.heard_s = now
             self._source.hear(heard)
         self.sample = None
-        # Samples that came late are made up for, some in one period.
+        # Late samples are caught up, several in one period.
         for _ in range(CATCH_UP):
             sample = self._source.sample(now, self._wire.now_ns())
             if sample is None:
@@ -109,7 +109,7 @@ class SensorEnd:
 
 
 class DisplayEnd:
-    """The display: learns the texture from messages. message : the last one; age_ns : how old it was when it came."""
+    """The display: learns the texture from messages. message : the last one; age_ns : its age at arrival."""
 
     def __init__(self, wire: Wire, model: LocalModel):
         self._wire, self._model = wire, model
@@ -117,7 +117,7 @@ class DisplayEnd:
         self.age_ns = math.nan
 
     def step(self, now: float) -> Shown:
-        """What the display does now."""
+        """The output of the display now."""
         for heard in self._wire.receive():
             if isinstance(heard.message, Parameters):
                 self.message, self.age_ns = heard.message, heard.age_ns

@@ -1,8 +1,8 @@
 """Accepts messages that are authentic, well-formed, new, and from the peer's present run; counts and drops all others.
 
-Each run of a process is a session with a random number. A session is accepted once it echoes a number that we sent in
-the last seconds. A datagram that was recorded earlier, or forged, cannot do that, with or without a key. A peer that
-was killed and started again is therefore accepted after one round trip, and the clocks need not agree.
+Each run of a process is a session with a random number. A session is accepted after it echoes a number that we sent in
+the last seconds. A recorded or forged datagram cannot do that, with or without a key. A restarted peer is therefore
+accepted after one round trip, and the clocks need not agree.
 """
 
 import hmac
@@ -20,14 +20,14 @@ from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, d
 MAC_BYTES = 16
 SHORTEST_KEY = 16
 FRESH_NS = 5 * 10**9
-"""How old an echo may be to prove that a session is of now."""
+"""Largest age of an echo that proves that a session is current."""
 SHORTEST_TRIPS = 64
-"""Round trips of which the shortest tells the offset of the clocks."""
+"""Number of round trips of which the shortest gives the offset of the clocks."""
 
 
 @dataclass(eq=False)
 class Counts:
-    """Datagrams: accepted, and those that were dropped, by cause."""
+    """Numbers of datagrams: accepted, and dropped for each cause."""
 
     accepted: int = 0
     foreign: int = 0
@@ -40,15 +40,15 @@ class Counts:
 
     @property
     def dropped(self) -> int:
-        """All that were not accepted."""
+        """All datagrams that were not accepted."""
         return sum(getattr(self, field.name) for field in fields(self)) - self.accepted
 
 
 class Offset:
     """Offset of the peer's clock from ours, from the shortest of the last round trips (as in NTP, RFC 5905).
 
-    Right to half of that round trip: to nothing where both ways take as long. A peer whose clock jumps is noticed when
-    three trips in a row contradict what is known, and learnt anew.
+    The error is at most half of that round trip, and zero if both ways take equally long. If three consecutive trips
+    contradict the offset, the peer's clock has jumped, and the offset is learnt again.
     """
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class Offset:
         self._contradicted = 0
 
     def learn(self, round_trip_ns: int, offset_ns: int) -> None:
-        """Take what one message tells."""
+        """Use the round trip of one message."""
         if not 0 <= round_trip_ns <= FRESH_NS:
             return
         if self._trips:
@@ -80,8 +80,8 @@ class Offset:
 
 
 class Heard(NamedTuple):
-    """A message, when it came on our clock, when it was sent on the peer's, and how old it was (NaN where the offset
-    of the clocks is not known yet), all in ns."""
+    """A message with its time of arrival on our clock, its time of sending on the peer's clock, and its age (NaN if the
+    offset of the clocks is not known yet), all in ns."""
 
     message: Message
     arrived_ns: int
@@ -90,7 +90,7 @@ class Heard(NamedTuple):
 
 
 class Gate:
-    """Headers of what goes out, and the judgement of what comes in. No sockets: `udp.Endpoint` has them.
+    """Makes headers of outgoing messages, and checks incoming ones. It has no sockets; `udp.Endpoint` has them.
 
     key : shared secret of at least 16 bytes, for HMAC-SHA256 (cut to 16 bytes) before every message; None: none.
     Raises `InputError` for a shorter key.
@@ -106,7 +106,7 @@ class Gate:
         self._candidate: tuple[Header, int] | None = None
 
     def header(self, now_ns: int) -> Header:
-        """The header of the next message; it echoes the peer, or, before there is one, who may be it."""
+        """The header of the next message; it echoes the peer or, before a session is accepted, the candidate."""
         self._sequence += 1
         echo = (0, 0, 0)
         if (last := self._peer or self._candidate) is not None:
@@ -122,7 +122,7 @@ class Gate:
         return hmac.digest(self._key or b"", data, "sha256")[:MAC_BYTES]
 
     def admit(self, datagram: bytes, now_ns: int) -> Heard | None:
-        """The message of a datagram of the peer's address, or None: then its cause has been counted."""
+        """The message of a datagram from the peer's address, or None; then the cause has been counted."""
         counts, data = self.counts, datagram
         if len(datagram) > MAX_BYTES:
             counts.oversize += 1
@@ -143,7 +143,8 @@ class Gate:
         return self._judge(message, now_ns)
 
     def _judge(self, message: Message, now_ns: int) -> Heard | None:
-        """Accept a decoded message or count why not: its session must be proven by an echo, its number new."""
+        """Accept a decoded message or count the reason against it: its session must be proven by an echo, its number
+        new."""
         header, counts = message.header, self.counts
         proven = header.echo_session == self.session and 0 <= now_ns - header.echo_ns <= FRESH_NS
         if header.session == self.session:

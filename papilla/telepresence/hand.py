@@ -1,4 +1,4 @@
-"""The operator's hand between two readings of its position: continuous, extrapolated, and never far."""
+"""The operator's hand between two readings of its position: continuous and extrapolated for a short time."""
 
 import math
 from dataclasses import dataclass
@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from papilla import checks
 
 HORIZON_S = 0.012
-"""How long a position is carried on at its last speed: three periods of 250 Hz; then the hand is taken to rest."""
+"""Time for which a position is extrapolated at the last speed, three periods of 250 Hz; then the hand counts as
+resting."""
 BLEND_S = 0.002
-"""Time constant with which a wrong extrapolation is made good after the next reading."""
+"""Time constant with which the error of an extrapolation is removed after the next reading."""
 FASTEST_MM_S = 2000.0
-"""No hand that feels a texture moves faster: a greater step of the position is a new place, not a movement."""
+"""Largest speed of a hand that feels a texture: a larger step of the position is a new place, not a movement."""
 
 
 @dataclass(eq=False)
 class HandState:
-    """Last reading (time_s, place_mm, velocity_mm_s), and how far what was shown then was off (off_mm)."""
+    """Last reading (time_s, place_mm, velocity_mm_s), and the error of the extrapolation at that time (off_mm)."""
 
     time_s: float = math.nan
     place_mm: float = math.nan
@@ -26,9 +27,9 @@ class HandState:
 class Hand:
     """Position of the hand at any time from readings that come at 250 Hz or more.
 
-    Between readings it moves on at the velocity of the last two, carried on from between them by the change since the
-    one before, for `HORIZON_S` at most. A reading that shows it to be elsewhere is approached within `BLEND_S`, so the
-    position never jumps, but for a step that no hand makes: then it begins anew there.
+    After a reading the position is extrapolated for at most `HORIZON_S`, with the velocity from the last two readings,
+    corrected by its last change. The error that the next reading shows is removed within `BLEND_S`, so the position
+    does not jump. A step that no hand can make starts again at the new place.
     """
 
     def __init__(self):
@@ -40,7 +41,7 @@ class Hand:
         self._before = math.nan
 
     def read(self, time_s: float, position_mm: float) -> None:
-        """Take a reading; one that is not finite, absurdly far or not later than the last is counted and left out."""
+        """Take a reading. One that is not finite, absurdly far, or not later than the last is counted and ignored."""
         known = self.state
         if not (math.isfinite(time_s) and abs(position_mm) <= checks.LARGEST):
             self.ignored += 1
@@ -59,13 +60,13 @@ class Hand:
             return
         velocity = mean
         if math.isfinite(self._before):
-            # A difference is the velocity half a step ago: its own change carries it to now.
+            # A difference is the velocity half a step ago; its own change extrapolates it to now.
             velocity += 0.5 * (mean - self._before)
         self._before = mean
         self.state = HandState(time_s, position_mm, velocity, self.at(time_s)[0] - position_mm)
 
     def at(self, time_s: float) -> tuple[float, float]:
-        """(position_mm, velocity_mm_s) at a time not before the last reading; NaN and 0 where there was none."""
+        """(position_mm, velocity_mm_s) at a time not before the last reading; NaN and 0 without a reading."""
         known = self.state
         since = max(0.0, time_s - known.time_s)
         if since > HORIZON_S:
@@ -81,15 +82,15 @@ class Hand:
 
 
 SLEW = 0.25
-"""Most by which the playing of a remote hand's movement runs faster or slower than time."""
+"""Largest relative change of speed when a remote hand's movement is played out."""
 CATCH_UP_S = 0.05
 
 
 class RemoteHand:
-    """The hand as it is followed at the other end: readings are played out on the sender's clock, late by the link.
+    """The hand as seen at the other end: readings are played out on the sender's clock, delayed by the link.
 
-    A delay that falls makes the movement run up to 25 % faster until it is caught up; one that rises makes it slower,
-    or wait where nothing newer is known. It never jumps.
+    If the delay falls, the movement runs up to 25 % faster until it has caught up; if it rises, the movement runs
+    slower, or waits for new readings. It never jumps.
     """
 
     def __init__(self):
@@ -99,13 +100,13 @@ class RemoteHand:
         """Time on the sender's clock that is played out now."""
 
     def read(self, time_s: float, sent_s: float, position_mm: float) -> None:
-        """Take a reading that was sent at `sent_s` (sender's clock) and arrived at `time_s` (ours)."""
+        """Take a reading that was sent at `sent_s` (sender's clock) and arrived at `time_s` (our clock)."""
         self.hand.read(sent_s, position_mm)
         if sent_s == self.hand.state.time_s:
             self._ahead_s = sent_s - time_s
 
     def at(self, time_s: float) -> tuple[float, float]:
-        """(position_mm, velocity_mm_s) at a time that does not go back; NaN and 0 where nothing was heard."""
+        """(position_mm, velocity_mm_s) at a time that does not decrease; NaN and 0 without a reading."""
         wanted = time_s + self._ahead_s
         since, self._time_s = time_s - self._time_s, time_s
         off = wanted - self.playing_s

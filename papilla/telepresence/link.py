@@ -1,4 +1,4 @@
-"""A simulated link: delay, loss, reordering, duplication and a cap of bandwidth, each from a seed of its own."""
+"""A simulated link: delay, loss, reordering, duplication and limited bandwidth, each with its own random numbers."""
 
 import heapq
 import math
@@ -11,23 +11,22 @@ from papilla import checks
 from papilla.errors import InputError
 
 OVERTAKES_S = 0.02
-"""Within this time after a reordered datagram those sent later may arrive before it."""
+"""Time after a reordered datagram within which later ones may arrive before it."""
 HEADER_BYTES = 28
 """IPv4 and UDP headers of a datagram."""
 
 
 @dataclass(frozen=True)
 class LinkModel:
-    """What a link does to datagrams, one way.
+    """Effects of a link on datagrams, one way.
 
     Parameters
     ----------
-    one_way_ms, one_way_sd_ms : delay, normal and truncated at 0 (a negative draw is drawn again).
-    redraw_Hz : how often the delay is drawn; order is kept in between as in a queue (FIFO).
-    jitter_ms : standard deviation of extra wait of each datagram (half-normal); order is kept.
-    loss, reordering, duplication : shares of the datagrams, 0 to 1.
-    bandwidth_bytes_s : cap, headers included; what does not fit waits in the queue.
-    queue_s : longest wait for the cap; what would wait longer is lost, as in a full buffer.
+    one_way_ms, one_way_sd_ms : delay, normal and truncated at 0 (a negative draw is drawn again). redraw_Hz : rate at
+    which a new delay is drawn; datagrams keep their order as in a queue (FIFO). jitter_ms : standard deviation of extra
+    wait of each datagram (half-normal); order is kept. loss, reordering, duplication : shares of the datagrams, 0 to 1.
+    bandwidth_bytes_s : limit, headers included; datagrams beyond it wait in a queue. queue_s : longest wait; a datagram
+    that would wait longer is lost, as in a full buffer.
 
     Raises `InputError` for values out of range.
     """
@@ -54,7 +53,7 @@ class LinkModel:
 
 
 class Delivery(NamedTuple):
-    """sent_s, arrived_s and what was sent."""
+    """sent_s, arrived_s and the content."""
 
     sent_s: float
     arrived_s: float
@@ -64,8 +63,8 @@ class Delivery(NamedTuple):
 class Link:
     """One way of a link, datagram by datagram: `send` and `receive` with times that do not go back.
 
-    Every cause has its own random numbers and draws them for every datagram, so changing the loss leaves the delays as
-    they were. `sent`, `lost`, `bytes_sent` count.
+    Every effect has its own random numbers and draws them for every datagram, so a changed loss does not change the
+    delays. `sent`, `lost`, `bytes_sent` count.
     """
 
     def __init__(self, model: LinkModel, seed: int):
@@ -115,7 +114,7 @@ class Link:
             heapq.heappush(self._waiting, (arrives, self.sent, Delivery(time_s, arrives, content)))
 
     def receive(self, time_s: float) -> list[Delivery]:
-        """What has arrived until now, in the order of arrival."""
+        """The datagrams that have arrived by now, in the order of arrival."""
         found = []
         while self._waiting and self._waiting[0][0] <= time_s + 1e-9:
             found.append(heapq.heappop(self._waiting)[2])

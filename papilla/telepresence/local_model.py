@@ -1,9 +1,9 @@
-"""The local model: what the texture would do to the operator's skin, synthesised from the hand's own motion.
+"""The local model: the vibration of the texture at the operator's skin, synthesised from the hand's own motion.
 
 y(t) = sum A_i sin(2 pi x(t) / lambda_i), equations (6), (7) and (10) of Okamoto et al. 2011 (Adv. Robot. 25,
-doi:10.1163/016918611X574713), f = v / lambda of Okamoto et al. 2007. Written out, the printed sine jumps by
-2 pi x (1/lambda - 1/lambda') when a new wavelength arrives; here the phase is the integral of dx / lambda, which is the
-same for a constant wavelength and continuous for any other.
+doi:10.1163/016918611X574713), f = v / lambda of Okamoto et al. 2007. The phase of the printed sine jumps by 2 pi x
+(1/lambda - 1/lambda') when a new wavelength arrives. Here the phase is the integral of dx / lambda, which is the same
+for a constant wavelength and always continuous.
 """
 
 import math
@@ -19,19 +19,19 @@ from papilla.telepresence.hand import FASTEST_MM_S, Hand
 from papilla.telepresence.safety import Fader, Safety
 
 RAMP_S = 0.02
-"""Time in which an amplitude may go from zero to the greatest."""
+"""Time in which an amplitude may rise from zero to the largest."""
 BELOW_HALF_RATE = 0.4
-"""Frequencies beyond this share of the output rate are not displayed, whatever the actuator can."""
+"""Share of the output rate above which frequencies are not displayed, whatever the actuator can do."""
 LONGEST_STEP = 5
-"""Output periods after which an update counts as late: the movement of the hand since then is left out."""
+"""Number of output periods after which an update counts as late: the movement of the hand since then is ignored."""
 GREATEST = 8
-"""Components that a model may have."""
+"""Largest number of components of a model."""
 
 
 @dataclass(eq=False)
 class Oscillator:
-    """A component that is displayed: its wavelength_mm, the amplitude that the skin should feel (goal_um), that of the
-    drive now (now_um, what it would be without roll-off), and its phase in turns."""
+    """A displayed component: its wavelength_mm, the intended amplitude at the skin (goal_um), the present amplitude of
+    the drive (now_um, before the roll-off), and its phase in turns."""
 
     wavelength_mm: float
     goal_um: float = 0.0
@@ -40,20 +40,19 @@ class Oscillator:
 
 
 class LocalModel:
-    """A display that needs only what the texture is: `learn` that, `move` the hand, `update` at the output rate.
+    """A display that needs only parameters of the texture: `learn` them, `move` the hand, `update` at the output rate.
 
-    The drive is continuous whatever comes: phases are integrals, amplitudes and the fading have bounded slopes. A
-    component whose frequency leaves the band fades out and its phase never advances faster than the band's end, so
-    nothing aliases.
-    Amplitudes that the stroke cannot hold are scaled down together, not clipped.
+    The drive is always continuous: phases are integrals, and amplitudes and fading have bounded slopes. A component
+    whose frequency leaves the band fades out, and its phase advances at most at the end of the band, so there is no
+    aliasing. Amplitudes beyond the stroke are scaled down together, not clipped.
 
     Parameters
     ----------
-    actuator : that is driven. rule : displacement of a component from its wavelength and measured amplitude.
+    actuator : of the display. rule : displacement of a component from its wavelength and measured amplitude.
     components : N, how many are displayed; the paper's experiments have 1.
     rate_Hz : of the output, at least 1000.
-    compensate : whether the roll-off of the actuator is made good within the band (the paper keeps to where it is
-        flat). safety : when and how the output fades.
+    compensate : whether the roll-off of the actuator is compensated within the band (the paper uses only its flat
+        part). safety : limits of the output.
 
     Raises `InputError` for unusable values.
     """
@@ -78,17 +77,17 @@ class LocalModel:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everything; the output begins at zero."""
+        """Forget everything; the output starts at zero."""
         self.hand, self._fader = Hand(), Fader(self.safety)
         self._oscillators: list[Oscillator] = []
         self._heard_s = self._time_s = self._place_mm = math.nan
         self._held: Shown | None = None
 
     def learn(self, time_s: float, components: tuple[Component, ...], trust: Trust = Trust.OK) -> None:
-        """Take what a message that arrived at `time_s` says of the texture.
+        """Take the texture from a message that arrived at `time_s`.
 
-        HELD: what is known stays (the sensor stands still). UNKNOWN: there is no texture, its amplitude goes to zero.
-        A component without a usable wavelength or amplitude, or outside the rule's range, is not displayed.
+        HELD: the texture stays the same (the sensor stands still). UNKNOWN: there is no texture, and the amplitude goes
+        to zero. A component without a usable wavelength or amplitude, or outside the rule's range, is not displayed.
         """
         if math.isfinite(time_s):
             self._heard_s = time_s
@@ -102,7 +101,8 @@ class LocalModel:
         self._assign(wanted)
 
     def _assign(self, wanted: list[tuple[float, float]]) -> None:
-        """Give each wanted (wavelength, amplitude) the oscillator nearest in wavelength; the others go to zero."""
+        """Give each wanted (wavelength, amplitude) the oscillator with the nearest wavelength; the others fade to
+        zero."""
         free = list(self._oscillators)
         for oscillator in free:
             oscillator.goal_um = 0.0
@@ -116,12 +116,12 @@ class LocalModel:
             chosen.wavelength_mm, chosen.goal_um = wavelength, amplitude
 
     def move(self, time_s: float, position_mm: float, force_N: float = math.nan) -> None:
-        """Take a reading of the hand's position and, where there is one, of the pressing force."""
+        """Take a reading of the hand's position and, if there is one, of the pressing force."""
         self.hand.read(time_s, position_mm)
         self._fader.press(force_N)
 
     def update(self, time_s: float) -> Shown:
-        """What the display does now; times must rise, one that does not changes nothing."""
+        """The output of the display now; times must rise, and a time that does not changes nothing."""
         since = time_s - self._time_s
         if not math.isfinite(time_s) or -1.0 < since <= 0:
             held = self._held or Shown(0.0, self.actuator.volts(0.0), math.nan, math.nan, 0.0, 0)
@@ -139,8 +139,8 @@ class LocalModel:
         return self._held
 
     def _moved(self, time_s: float, since: float) -> tuple[float, float]:
-        """(way since the last update in mm, speed in mm/s); no way where the update is late or the place none that a
-        hand reaches in that time."""
+        """(path since the last update in mm, speed in mm/s); no path if the update is late or if no hand could reach
+        the place in that time."""
         place, velocity = self.hand.at(time_s)
         moved = place - self._place_mm
         self._place_mm = place
@@ -149,7 +149,7 @@ class LocalModel:
         return moved, abs(moved) / since
 
     def _condition(self, time_s: float) -> DisplayStatus:
-        """What silences the display now, or OK."""
+        """The reason why the display must be silent now, or OK."""
         if math.isnan(self._heard_s):
             return DisplayStatus.NO_MESSAGE
         if not 0 <= time_s - self._heard_s + 1e-9 <= self.safety.hold_s:
@@ -159,7 +159,7 @@ class LocalModel:
         return DisplayStatus.PRESSED if self._fader.pressed else DisplayStatus.OK
 
     def _sound(self, moved: float, speed: float, dt: float, gain: float) -> tuple[Shown, DisplayStatus]:
-        """The sum of the oscillators, moved on; and what limits it."""
+        """The sum of the oscillators after this step, and the status of the limit that applies."""
         actuator, top, status = self.actuator, self.top_Hz, DisplayStatus.OK
         goals, responses = [], []
         for one in self._oscillators:

@@ -28,21 +28,21 @@ from papilla.telepresence.texture import Texture
 from papilla.telepresence.touch import Soft, Touch
 
 PROGRESS_ROWS = 250
-"""Control periods between two calls of `progress`."""
+"""Number of control periods between two calls of `progress`."""
 
 
 @dataclass(frozen=True)
 class Set:
-    """What is simulated.
+    """The simulated scene.
 
     Parameters
     ----------
-    texture : under the sensor. motion : of the hand. seconds : how long.
+    texture : under the sensor. motion : of the hand. seconds : duration.
     uplink, downlink : one way each, hand to sensor and sensor to display.
     noise_microstrain : standard deviation of a reading. components : of the local model.
     parameters_Hz : messages to the local model a second. seed : of noise and links.
     start_mm : place of the texture under the hand's 0.
-    soft : what is under the texture, and the calibrated finger that feels it; None: one gauge, the texture alone.
+    soft : specimen under the texture, and the calibrated finger that presses on it; None: one gauge, the texture alone.
     """
 
     texture: Texture
@@ -63,7 +63,7 @@ class Set:
 
 
 class Headers:
-    """Headers of one end of a simulated link, as long as those of a real run; nobody has to prove anything by them."""
+    """Headers of one end of a simulated link, as long as real ones; they prove nothing, because the link is trusted."""
 
     def __init__(self, number: int):
         self._session, self._sequence = 2**62 + number, itertools.count(1)
@@ -91,7 +91,7 @@ class SimulatedWire:
         self._out.send(self.time_s, message, len(encode(message)))
 
     def receive(self) -> list[Heard]:
-        """What has arrived; what was overtaken or came twice is left out, as `gate.Gate` does."""
+        """The messages that have arrived; overtaken and duplicate ones are left out, as by `gate.Gate`."""
         found = []
         for sent, arrived, message in self._into.receive(self.time_s):
             if sent > self._newest_s:
@@ -101,17 +101,17 @@ class SimulatedWire:
 
 
 class DirectEnd:
-    """Direct feedback, and the sensor's raw samples on their way to it."""
+    """Direct feedback, with the sensor's raw samples on their way to it."""
 
     def __init__(self, scene: Set, link: Link, feedback: DirectFeedback):
         self._texture, self._link, self._feedback, self._headers = scene.texture, link, feedback, Headers(2)
-        # The force on a pressed gauge reads far more than a texture: the amplifier's coupling takes it away
+        # The force changes a pressed gauge's reading far more than a texture; the amplifier's coupling removes it
         self._coupled = HighPass(RATE_HZ) if scene.soft else float
         self._newest_s, self._shown = -math.inf, (math.nan, math.nan)
 
     def step(self, now: float, sensor: SensorEnd, source: TouchSource) -> tuple[float, ...]:
-        """displacement_um and status of now; of the displayed sample the wavelength (mm) under the sensor, and how long
-        ago (ms) the hand was there."""
+        """displacement_um and status now; for the displayed sample, the wavelength (mm) under the sensor and the time
+        (ms) since the hand was there."""
         if sensor.sample is not None:
             reading = self._coupled(sensor.sample[1])
             size = len(encode(Samples(self._headers.next(now), 1_000_000, (reading,))))
@@ -130,15 +130,15 @@ def run(
     direct: DirectFeedback | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Record:
-    """Simulate the loop: both displays hear the same sensor over links of the same model and seed.
+    """Simulate the loop: both displays receive the same sensor over links of the same model and seed.
 
-    `progress` is called now and then with the seconds that are done, and all.
+    `progress` is called now and then with the simulated and the total seconds.
 
-    Raises `InputError` where the strokes leave a recorded texture, and where the force leaves the calibrated range.
+    Raises `InputError` if the strokes leave a recorded texture, or if the force leaves the calibrated range.
     """
     model = LocalModel(components=scene.components) if local is None else local
     seeds = np.random.SeedSequence(scene.seed).generate_state(3).tolist()
-    # The same seed: the delays of both are the same at any time, each has losses of its own datagrams.
+    # With the same seed both links have the same delays at any time; each loses its own datagrams.
     up, down = Link(scene.uplink, seeds[0]), {name: Link(scene.downlink, seeds[1]) for name in ("local", "direct")}
     there, here = SimulatedWire(down["local"], up, 1), SimulatedWire(up, down["local"], 0)
     touch = Touch(scene.texture, scene.noise_microstrain, scene.soft)
@@ -168,7 +168,7 @@ def run(
 
 
 def _record(scene: Set, time, hand, displays: tuple[np.ndarray, np.ndarray], down: dict[str, Link], messages) -> Record:
-    """A run as arrays; displays: rows of `Shown` of the local model, and those of `DirectEnd.step`."""
+    """A run as arrays; displays : rows of `Shown` of the local model, and results of `DirectEnd.step`."""
     local, direct = displays
     shown = dict(zip(Shown._fields, local.T, strict=True))
     payload = {name: link.bytes_sent for name, link in down.items()}

@@ -1,4 +1,4 @@
-"""What an ideal observer finds in a displayed signal: how late it is, and which wavelength it has for the hand."""
+"""Measures of a displayed signal by an ideal observer: its delay, and its wavelength for the hand's motion."""
 
 import math
 from typing import NamedTuple
@@ -7,25 +7,27 @@ import numpy as np
 
 LAG_WINDOW_S, FELT_WINDOW_S = 0.25, 0.25
 SLOW = 0.3
-"""Share of the greatest speed below which no wavelength is looked for."""
+"""Share of the largest speed below which no wavelength is estimated."""
 SILENT = 0.05
-"""Of the greatest rms of a window: below it nothing is felt."""
+"""Share of the largest rms of a window below which nothing is felt."""
 
 NEAR_S, BROAD_S = 0.15, 0.02
-"""How far from the common lag a window's may be, and over how much of a lag windows agree: delays change."""
+"""Largest difference of a window's lag from the common one, and range of lags over which windows agree: delays vary."""
 LEAST_TURNS, LEAST_COHERENCE = 2.0, 0.35
-"""Of a window: periods of the texture that the hand must pass, and share of the signal that must fit (a sine: 1)."""
+"""Smallest number of periods of the texture in a window, and smallest share of the signal that the fit explains (1 for
+a sine)."""
 STEADY = 0.2
-"""Share of the greatest speed by which the speed must change within a window that tells a lag."""
+"""Share of the largest speed by which the speed must change in a window that determines a lag."""
 
 
 def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: float = -0.05) -> float:
-    """How late a displayed signal is behind the hand: the shift that makes it fit the texture under the hand best.
+    """Delay of a displayed signal behind the hand: the shift with which it fits the texture under the hand best.
 
-    In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from `earliest_s` to `longest_s`. To and
-    fro fit alike, so one window fits half a stroke later too; their sum does not, where strokes differ. The answer is
-    the median over windows of the best lag within 0.15 s of the best of that sum. NaN where nothing is displayed,
-    nothing of the texture is in it, or the speed never changes: a steady sine fits at any lag.
+    In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from `earliest_s` to `longest_s`. Both
+    directions of a stroke fit equally well, so a single window also fits half a stroke later; the sum over windows does
+    not, if strokes differ. The result is the median over windows of the best lag within 0.15 s of the best lag of that
+    sum. NaN if nothing is displayed, if the signal does not contain the texture, or if the speed never changes, because
+    a steady sine fits at any lag.
 
     Parameters
     ----------
@@ -44,7 +46,7 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
             continue
         if np.abs(np.diff(passed[begin : begin + size])).sum() < LEAST_TURNS:
             continue
-        # `correlate` conjugates its second argument; the signal is real, so nothing changes.
+        # `correlate` conjugates its second argument, which has no effect on a real signal.
         score = np.abs(np.correlate(wave[around], part - part.mean(), "valid"))[::-1]
         if score.max() * math.sqrt(2) > LEAST_COHERENCE * size * part.std():
             scores.append(score / score.max())
@@ -62,7 +64,7 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
 
 
 class Felt(NamedTuple):
-    """(m,) times of windows, the wavelength felt there (NaN where nothing is displayed) and its truth, both in mm."""
+    """(m,) times of windows, the felt wavelength (NaN if nothing is displayed) and the true one, both in mm."""
 
     time_s: np.ndarray
     wavelength_mm: np.ndarray
@@ -84,14 +86,14 @@ class Felt(NamedTuple):
 def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> Felt:
     """The strongest line of what is displayed over the hand's own path, in windows of 0.25 s, each a quarter later.
 
-    It is what "frequency over own speed" tells an observer who knows his movement exactly, also where it changes.
-    Windows in which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out; in one of
-    which a quarter is silent nothing is felt.
+    An ideal observer, who knows the own movement exactly, would obtain it from speed over frequency. Windows in which
+    the hand is slower than 30 % of its peak, or the true wavelength changes, are left out; in a window with a quarter
+    of silence nothing is felt.
 
     Parameters
     ----------
     shown, place_mm, truth_mm : (n,) displacement, position of the hand, wavelength under it. rate_Hz : of all.
-    range_mm : wavelengths that are looked for.
+    range_mm : range of wavelengths.
     """
     signal, place, truth = (np.asarray(values, float) for values in (shown, place_mm, truth_mm))
     size, speed = round(FELT_WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz

@@ -1,7 +1,7 @@
-"""What travels: a few quantities, each with its unit, standard deviation and status, in at most `MAX_BYTES`.
+"""The messages: a few quantities, each with its unit, standard deviation and status, in at most `MAX_BYTES`.
 
 Messages are msgspec structs in MessagePack. The unit of a quantity is the tag of its type, so a message in other units
-does not decode. Numbers are bounded, hence finite; what is missing is null, never NaN.
+cannot be decoded. Numbers are bounded, so they are finite; a missing value is null, never NaN.
 """
 
 import math
@@ -15,7 +15,7 @@ from papilla.telepresence.components import Component
 
 VERSION: Literal[1] = 1
 MAX_BYTES = 1200
-"""A datagram that no usual path has to cut."""
+"""Largest datagram, which no usual network path fragments."""
 MAX_LINES, MAX_SAMPLES = 8, 100
 
 _Value = Annotated[float, Meta(ge=-1e9, le=1e9)]
@@ -28,7 +28,7 @@ class _Sent(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc
 
 
 class Quantity(_Sent, frozen=True):
-    """value and sigma (null where there is none), status : a `Trust`."""
+    """value and sigma (null if there is none), status : a `Trust`."""
 
     value: _Value | None
     sigma: _Sigma | None
@@ -36,35 +36,35 @@ class Quantity(_Sent, frozen=True):
 
 
 class Length(Quantity, frozen=True, tag="mm"):
-    """In mm."""
+    """A length in mm."""
 
 
 class Strain(Quantity, frozen=True, tag="uE"):
-    """In microstrain."""
+    """A strain in microstrain."""
 
 
 class Modulus(Quantity, frozen=True, tag="MPa"):
-    """In MPa."""
+    """A modulus in MPa."""
 
 
 class Ratio(Quantity, frozen=True, tag="1"):
-    """Of no dimension, as a coefficient of friction."""
+    """A dimensionless number, such as a coefficient of friction."""
 
 
 class Area(Quantity, frozen=True, tag="mm2"):
-    """In mm2."""
+    """An area in mm2."""
 
 
 class Force(Quantity, frozen=True, tag="N"):
-    """In N."""
+    """A force in N."""
 
 
 class Header(_Sent, frozen=True):
-    """Who speaks, which message it is, and what shows that he hears us.
+    """The sender's run, the number of the message, and the proof that the sender receives ours.
 
     version : of the messages. session : random, of the sender's run. sequence : counts from 1 in it. sent_ns : on the
     sender's clock. echo_session, echo_ns : session and sent_ns of the last message that the sender had from the
-    receiver (0 where none). held_ns : how long before sent_ns that came.
+    receiver (0 for none). held_ns : time from its arrival to sent_ns.
     """
 
     version: Literal[1]
@@ -84,7 +84,7 @@ class Line(_Sent, frozen=True):
 
 
 class Parameters(_Sent, frozen=True, tag="P"):
-    """From the sensor: what is touched. `texture` is the `Trust` of the lines, strongest first."""
+    """From the sensor: properties of the touched surface. `texture` is the `Trust` of the lines, strongest first."""
 
     header: Header
     texture: Annotated[int, Meta(ge=0, le=2)]
@@ -106,7 +106,7 @@ class Parameters(_Sent, frozen=True, tag="P"):
 
 
 class HandReading(_Sent, frozen=True, tag="H"):
-    """From the display: where the hand is, and how hard it presses where that is measured."""
+    """From the display: place of the hand and, if it is measured, its force."""
 
     header: Header
     position: Length
@@ -114,7 +114,7 @@ class HandReading(_Sent, frozen=True, tag="H"):
 
 
 class Samples(_Sent, frozen=True, tag="S"):
-    """From the sensor, for direct feedback: readings of one gauge at even times, the last of them at sent_ns."""
+    """From the sensor, for direct feedback: readings of one gauge at equal time steps, the last one at sent_ns."""
 
     header: Header
     period_ns: _Count
@@ -133,19 +133,19 @@ encode = _encoder.encode
 
 
 def decode(data: bytes) -> Message:
-    """The message of these bytes; raises `msgspec.MsgspecError`, or another ValueError, for all that is none."""
+    """The message in these bytes; raises `msgspec.MsgspecError`, or another ValueError, for anything else."""
     return _decoder.decode(data)
 
 
 def quantity(kind: type[_Any], value: float, sigma: float = math.nan, trust: Trust = Trust.OK) -> _Any:
-    """A quantity of a number that may be NaN, which is then unknown."""
+    """A quantity from a number that may be NaN, which means unknown."""
     if not math.isfinite(value):
         return kind(None, None, int(Trust.UNKNOWN))
     return kind(value, sigma if math.isfinite(sigma) else None, int(trust))
 
 
 def lines_of(components: tuple[Component, ...]) -> tuple[Line, ...]:
-    """Components as they travel."""
+    """Components in the form of messages."""
     return tuple(
         Line(
             quantity(Length, own.wavelength_mm, own.wavelength_sigma_mm),

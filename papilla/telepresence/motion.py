@@ -1,4 +1,4 @@
-"""The motion of the operator's hand, in a simulation and where no encoder is at hand."""
+"""The motion of the operator's hand, in a simulation or if there is no encoder."""
 
 import math
 from dataclasses import dataclass
@@ -10,22 +10,22 @@ from numpy.typing import ArrayLike
 from papilla import checks
 
 HAND_HZ, RATE_HZ = 250.0, 1000.0
-"""Positions and control periods a second: Okamoto et al. 2011, section 3."""
+"""Positions and control periods per second: Okamoto et al. 2011, section 3."""
 PARAMETERS_HZ = 50.0
-"""Messages of the sensor a second, unless stated."""
+"""Default number of the sensor's messages per second."""
 WANDER_HZ = 0.31
-"""How often the rate of the strokes wanders."""
+"""Frequency with which the rate of the strokes varies."""
 PRESS_SWING, PRESS_HZ = 0.4, 0.6
-"""By how much and how often the pressing force swings."""
+"""Size and frequency of the variation of the pressing force."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """What the hand does: strokes to and fro of this peak speed and rate, or, at 0 Hz, one at a constant speed.
+    """Motion of the hand: strokes to and fro with this peak speed and rate or, at 0 Hz, one stroke at a constant speed.
 
-    The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s, of which the rate wanders
-    by 10 % and back every 3.2 s as a hand's does. Strokes that repeat exactly would look the same half a stroke later.
-    It presses with `press_N` on the mean, which swings by 40 % every 1.7 s.
+    The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s, whose rate varies by 10 %
+    with a period of 3.2 s, as for a hand. Exactly repeating strokes would look the same half a stroke later. The mean
+    force is `press_N`; it varies by 40 % with a period of 1.7 s.
     """
 
     peak_mm_s: float = 197.0

@@ -1,4 +1,5 @@
-"""A page to play with: hand, grating, sliders for delay and loss, and what both displays do; one file, no network."""
+"""A page for trying: hand, grating, sliders for delay and loss, and the output of both displays; one file, no
+network."""
 
 import json
 from importlib.resources import files
@@ -26,9 +27,9 @@ def settings(
     bytes_direct: float,
     actuator: Actuator = PIEZO,
 ) -> dict[str, Any]:
-    """What the page begins with, and the limits of its local model, which are those of `LocalModel`.
+    """Initial values of the page, and the limits of its local model, which are those of `LocalModel`.
 
-    bytes_local, bytes_direct : of one message. A hand at constant speed makes strokes of one a second on the page.
+    bytes_local, bytes_direct : of one message. A hand at constant speed makes one stroke per second on the page.
     """
     safety, strokes = Safety(), motion.strokes_Hz or 1.0
     return {
@@ -59,7 +60,7 @@ def settings(
 
 
 def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
-    """Write the page that begins with these `settings`; raises `FileAccessError`."""
+    """Write the page with these initial `settings`; raises `FileAccessError`."""
     here = files("papilla")
     text = (here / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
     text = text.replace(STYLE, (here / "data" / "page.css").read_text(encoding="utf-8"))

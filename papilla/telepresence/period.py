@@ -1,4 +1,4 @@
-"""A control loop that keeps its period, and counts how well; in memory that does not grow."""
+"""A control loop with a fixed period and statistics of its timing, in memory that does not grow."""
 
 import math
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 
 class Spread:
-    """Times between 1 us and 10 s in 400 bins that grow by 4 %; quantiles are right to that."""
+    """Histogram of times between 1 us and 10 s in 400 bins that grow by 4 %, which is the accuracy of quantiles."""
 
     LOW_S, RATIO, NUMBER = 1e-6, 10 ** (7 / 400), 400
 
@@ -22,7 +22,7 @@ class Spread:
         self.greatest_s = max(self.greatest_s, seconds)
 
     def quantile_s(self, share: float) -> float:
-        """The time that this share does not exceed; NaN of nothing."""
+        """The time that this share of the times does not exceed; NaN without any."""
         left = share * self.number
         for place, count in enumerate(self._bins):
             left -= count
@@ -34,8 +34,8 @@ class Spread:
 class Period:
     """Ticks on an even grid of time: `for now_s in period.ticks(seconds)`.
 
-    work : time between a tick and asking for the next; busy : of that, what this thread had the processor.
-    missed : ticks that had to be left out because the one before took too long.
+    work : time from a tick to the request for the next one; busy : processor time of this thread in it. missed : number
+    of ticks that were left out because the one before took too long.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The two ends as processes: a sensor that follows a remote hand, and a display that feels what the sensor finds."""
+"""The two ends as processes: a sensor that follows a remote hand, and a display of the sensor's estimates."""
 
 import math
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from papilla.telepresence.sources import Source
 from papilla.telepresence.udp import Endpoint
 
 LIVE_HZ = 4.0
-"""How often the live line is renewed."""
+"""Seconds between two updates of the live line."""
 
 
 class Live(NamedTuple):
@@ -42,9 +42,9 @@ def run_sensor(
     report: Report = lambda live: None,
     period: Period | None = None,
 ) -> Period:
-    """Sample a source at 1 kHz and send what the estimators find, until it is over or so many seconds have passed.
+    """Sample a source at 1 kHz and send the estimates, until the source ends or so many seconds have passed.
 
-    Returns what the period kept.
+    Returns the `Period`.
     """
     period = Period() if period is None else period
     sensor, live = SensorEnd(endpoint, source, sensing, parameters_Hz, period.period_s), Timer(LIVE_HZ, period.period_s)
@@ -73,11 +73,11 @@ def run_display(
     keep: Callable[[float, float, Shown, Parameters | None], None] = lambda now, place, shown, message: None,
     period: Period | None = None,
 ) -> Period:
-    """Send where the hand is at 250 Hz and display the texture under it at 1 kHz.
+    """Send the place of the hand at 250 Hz and display the texture under it at 1 kHz.
 
     The motion stands for the encoder of the operator's slider. `keep` is called in every period with the time, the
-    hand's position, what is displayed, and the last message: its modulus, friction and contact area are for displays of
-    those. Returns what the period kept.
+    hand's position, the output, and the last message, whose modulus, friction and contact area are for other displays.
+    Returns the `Period`.
     """
     period = Period(1 / model.rate_Hz) if period is None else period
     hand, display = HandEnd(endpoint, model, motion, period_s=period.period_s), DisplayEnd(endpoint, model)
@@ -97,7 +97,7 @@ def run_display(
 
 
 def _softness(message: Parameters) -> str:
-    """Modulus and contact area of a message, where it has them, with their standard deviations."""
+    """Modulus and contact area of a message, if it has them, with their standard deviations."""
     quantities = [(message.modulus, "MPa"), (message.area, "mm²")]
     known = [(one.value, one.sigma, unit) for one, unit in quantities if one is not None and one.value is not None]
     return "".join(f"{value:.3g} ± {sigma or math.nan:.1g} {unit}, " for value, sigma, unit in known)

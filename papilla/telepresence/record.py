@@ -1,4 +1,4 @@
-"""The record of a simulated loop, and what it shows: lag, felt wavelength, how soon a new texture is displayed."""
+"""The record of a simulated loop, and its measures: lag, felt wavelength, delay of a new texture."""
 
 import itertools
 import math
@@ -12,14 +12,14 @@ from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import RATE_HZ
 
 SETTLE_S = 1.0
-"""Of the beginning, left out of every measure."""
+"""Time at the beginning that no measure uses."""
 
 
 class Record(NamedTuple):
     """(n,) a row per ms: time_s, hand_mm and truth_mm (wavelength under the hand); displacement in um of each display;
-    wavelength_mm of the local model, direct_mm that of the texture where the displayed sample was taken; status of
-    both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : how
-    long ago the hand was where the displayed sample was taken, waiting in queues included; lost : share of what was
+    wavelength_mm of the local model; direct_mm : that of the texture at the place of the displayed sample; status of
+    both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : time
+    since the hand was at the place of the displayed sample, including queues; lost : share of the messages that were
     sent down; messages (n,) : the last message that had arrived."""
 
     time_s: np.ndarray
@@ -39,12 +39,12 @@ class Record(NamedTuple):
 
     @property
     def judged(self) -> slice:
-        """Rows after the begin."""
+        """Rows after the beginning."""
         return slice(int(np.searchsorted(self.time_s, SETTLE_S)), None)
 
     @property
     def late_ms(self) -> float:
-        """The median round trip after the begin."""
+        """The median round trip after the beginning."""
         late = self.round_trip_ms[self.judged]
         return float(np.median(late[np.isfinite(late)])) if np.isfinite(late).any() else math.nan
 
@@ -61,14 +61,14 @@ class Record(NamedTuple):
         return self.local_um if which == "local" else self.direct_um
 
     def felt(self, which: str) -> Felt:
-        """`Felt` of a display: the wavelength that it has over the hand's own path."""
+        """`Felt` of a display: its wavelength over the hand's own path."""
         rows, shown = self.judged, self._displacement(which)
         return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], RATE_HZ)
 
     def crossings(self, which: str, within: float = 0.1) -> np.ndarray:
-        """(m, 2) of each time the hand comes onto another texture: for how many ms the display still has the wavelength
-        of the old one within 10 %, and after how many it has that of the new one; NaN where it has not until the next.
-        """
+        """(m, 2) for each time that the hand comes onto another texture: time (ms) for which the display still has the
+        old wavelength within 10 %, and time until it has the new one; NaN if it does not have it before the next
+        crossing."""
         shown = self.wavelength_mm if which == "local" else self.direct_mm
         places = np.flatnonzero(np.abs(np.diff(self.truth_mm)) > 0) + 1
         found = []
@@ -78,11 +78,11 @@ class Record(NamedTuple):
         return np.array(found).reshape(-1, 2) * 1e3 / RATE_HZ
 
     def stale_ms(self, which: str) -> float:
-        """For how long a display still has the old texture after a crossing: the median; NaN without any."""
+        """Median time for which a display still has the old texture after a crossing; NaN without crossings."""
         return _median(self.crossings(which)[:, 0])
 
     def change_ms(self, which: str) -> float:
-        """After how long a display has the new texture: the median; NaN where that is never, or without a crossing."""
+        """Median time until a display has the new texture; NaN if it never has it, or without crossings."""
         return _median(self.crossings(which)[:, 1])
 
     def statuses(self, which: str) -> dict[str, float]:
@@ -95,7 +95,7 @@ class Record(NamedTuple):
 
 
 def _median(times) -> float:
-    """The median of times, of which those that never come (NaN) are the latest; NaN where it is one of these."""
+    """The median of times, in which those that never come (NaN) count as the latest; NaN if it is one of these."""
     found = np.sort(np.where(np.isnan(times), math.inf, times))
     middle = float(found[len(found) // 2]) if len(found) else math.inf
     return middle if math.isfinite(middle) else math.nan

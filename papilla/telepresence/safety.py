@@ -1,4 +1,5 @@
-"""When the display must fall silent, and how: it fades out within a stated time and fades in again, without a step."""
+"""Limits of the display: when it must be silent, and how it fades out and in again within a stated time, without a
+step."""
 
 import math
 from dataclasses import dataclass
@@ -12,11 +13,10 @@ class Safety:
 
     Parameters
     ----------
-    hold_s : how long the last message is trusted after it arrived; then the output decays.
-    decay_s : time in which it decays linearly to exactly zero, so it is zero `hold_s + decay_s` after the last message.
-    attack_s : time in which it comes back.
-    force_limit_N : pressing force from which it decays; Okamoto et al. 2011 watch that 2 N are not exceeded.
-    force_release_N : force below which it comes back.
+    hold_s : time after a message for which it is used; then the output decays. decay_s : time in which it decays
+    linearly to exactly zero, so it is zero `hold_s + decay_s` after the last message. attack_s : time in which it rises
+    again. force_limit_N : pressing force above which it decays; in Okamoto et al. 2011 the limit is 2 N.
+    force_release_N : force below which it rises again.
 
     Raises `InputError` for values that are not positive, or a release above the limit.
     """
@@ -34,13 +34,13 @@ class Safety:
 
 
 class Fader:
-    """A gain between 0 and 1 that goes up in `attack_s` and down in `decay_s`; never by a step."""
+    """A gain between 0 and 1 that rises in `attack_s` and falls in `decay_s`, without steps."""
 
     def __init__(self, safety: Safety):
         self.safety, self.gain, self.pressed = safety, 0.0, False
 
     def step(self, dt_s: float, wanted: bool) -> float:
-        """The gain after `dt_s` more."""
+        """The gain after another `dt_s`."""
         if wanted:
             self.gain = min(1.0, self.gain + dt_s / self.safety.attack_s)
         else:
@@ -48,7 +48,7 @@ class Fader:
         return self.gain
 
     def press(self, force_N: float) -> None:
-        """Take a reading of the pressing force; one that is not finite changes nothing."""
+        """Take a reading of the pressing force; a non-finite one changes nothing."""
         if math.isfinite(force_N):
             limit = self.safety.force_release_N if self.pressed else self.safety.force_limit_N
             self.pressed = force_N > limit

@@ -15,13 +15,13 @@ from papilla.telepresence.components import Component, strongest
 from papilla.telepresence.messages import Area, Force, Header, Modulus, Parameters, Ratio, lines_of, quantity
 
 WINDOW_S = 0.2
-"""Time over which amplitudes are taken."""
+"""Time over which amplitudes are measured."""
 PERIODS = 1.5
-"""Of a line, that the window must hold."""
+"""Smallest number of periods of a line in the window."""
 CHANCE = 1e-6
-"""A further line counts where noise alone would show one as strong with less than this probability."""
+"""Probability that noise alone makes a line as strong, below which a further line is sent."""
 ALIKE = 0.02
-"""Relative difference of wavelength within which two lines are one."""
+"""Relative difference of wavelength within which two lines count as one."""
 _HELD = {
     status.code
     for status in (
@@ -36,18 +36,18 @@ _HELD = {
 class Sensing:
     """Quantities for a message from the samples of a pipeline: the texture's lines, E, friction and contact area.
 
-    The wavelength of the pipeline is the first line; of the others in its last spectrum over the path as many follow
-    as are asked for. Their amplitudes are those of sines fitted together to the last 0.2 s of the gauge that feels the
-    first one most, in microstrain. Modulus, area and friction have the status OK where their estimator says "ok", and
-    DOUBTED where it answers with a remark.
+    The wavelength of the pipeline is the first line; further lines of its last spectrum over the path follow, up to the
+    requested number. Their amplitudes (microstrain) come from a common fit of sines to the last 0.2 s of the gauge with
+    the strongest first line. Modulus, area and friction have the status OK if their estimator says "ok", and DOUBTED if
+    it adds a remark.
 
     Parameters
     ----------
     pipeline : with a velocity or a position among its columns.
-    components : lines that are sent at most.
+    components : largest number of lines that are sent.
     sample_rate_Hz : of the samples.
-    area : contact area (mm2, its sigma) of a force (N) and a modulus with its sigma (MPa), as `ContactArea` gives it;
-        None: no area is sent.
+    area : contact area (mm2, its sigma) of a force (N) and a modulus with its sigma (MPa), as from `ContactArea`; None:
+        no area is sent.
 
     Raises `InputError` for a pipeline without a path.
     """
@@ -97,7 +97,7 @@ class Sensing:
         self._count += 1
 
     def lines(self) -> tuple[tuple[Component, ...], Trust]:
-        """The texture's lines, strongest first, and what may be done with them."""
+        """The texture's lines, strongest first, and their `Trust`."""
         answer = self._answer
         if answer is None:
             return (), Trust.UNKNOWN
@@ -119,7 +119,7 @@ class Sensing:
         return strongest(tuple(lines), self.components), Trust.OK
 
     def _fit(self, wavelengths: list[float]) -> list[tuple[float, float]] | None:
-        """(amplitude, sigma) of sines of these wavelengths over the path; None where that is too short to tell."""
+        """(amplitude, sigma) of sines with these wavelengths over the path; None if the path is too short."""
         rows = self._rows[: min(self._count, self._window)]
         rows = rows[np.isfinite(rows).all(axis=1)]
         if len(rows) < 4 * len(wavelengths) + 8 or np.ptp(rows[:, 0]) < PERIODS * wavelengths[0]:
@@ -137,12 +137,12 @@ class Sensing:
         return [(float(size), sigma) for size in sizes[:, gauge]]
 
     def parameters(self, header: Header) -> Parameters:
-        """The message of now, under this header."""
+        """The present message, with this header."""
         lines, trust = self.lines()
         return Parameters(header, int(trust), lines_of(lines), **self._softness(), **self._friction())
 
     def _softness(self) -> dict[str, Any]:
-        """Force, modulus and contact area of now, as far as they are estimated."""
+        """Present force, modulus and contact area, as far as they are estimated."""
         answer = self._answer
         if answer is None or self._force is None:
             return {}
@@ -158,7 +158,7 @@ class Sensing:
         return found
 
     def _friction(self) -> dict[str, Any]:
-        """Both coefficients of now, where they are estimated."""
+        """Both present coefficients, if they are estimated."""
         found = self.pipeline.friction
         if found is None:
             return {}

@@ -1,4 +1,4 @@
-"""Sources of a sensor process's samples: a simulated texture under the remote hand, or a log that is played again."""
+"""Sources of a sensor process's samples: a simulated texture under the remote hand, or a replayed log."""
 
 import math
 from typing import Protocol
@@ -13,7 +13,7 @@ from papilla.telepresence.touch import Touch
 
 
 class Source(Protocol):
-    """Finger, arm and board, or what stands for them; a user of real ones writes his own."""
+    """Finger, arm and board, or a replacement; users of real ones write their own class."""
 
     columns: tuple[str, ...]
     gauges: int
@@ -22,19 +22,19 @@ class Source(Protocol):
         """Take a message of the display."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
-        """The sample of now, (t_s, gauges ..., columns ...); None where there is none yet, or none any more."""
+        """The present sample, (t_s, gauges ..., columns ...); None if there is none yet, or no more."""
 
     @property
     def over(self) -> bool:
-        """Whether no sample will come any more."""
+        """Whether no more samples will come."""
 
     @property
     def said(self) -> str:
-        """Its state in a few words."""
+        """The state in a few words."""
 
 
 class TouchSource:
-    """A `Touch` where the remote hand is, with the force of the remote hand; seed : of the noise."""
+    """A `Touch` at the place and with the force of the remote hand; seed : of the noise."""
 
     over = False
 
@@ -54,7 +54,7 @@ class TouchSource:
             self._force = message.force.value
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
-        """Time and row; None before a hand is heard."""
+        """Time and row; None before the first message of a hand."""
         self.place_mm, speed = self._remote.at(1e-9 * now_ns)
         if not math.isfinite(self.place_mm):
             return None
@@ -63,18 +63,18 @@ class TouchSource:
 
     @property
     def playing_s(self) -> float:
-        """The time on the hand's clock at which it was where the last sample was taken."""
+        """The time on the hand's clock at which it was at the place of the last sample."""
         return self._remote.playing_s
 
     @property
     def said(self) -> str:
-        """Where the hand is, and how hard it presses."""
+        """Place and force of the hand."""
         pressing = f", {self._force:.2f} N" if math.isfinite(self._force) else ""
         return f"hand at {self.place_mm:.1f} mm{pressing}"
 
 
 class LogSource:
-    """The rows of a log at their times, as if they were measured now; the display's hand moves by itself."""
+    """The rows of a log at their times, as if they were measured now; the display's hand does not affect them."""
 
     def __init__(self, log: TimeLog):
         optional = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
@@ -87,7 +87,7 @@ class LogSource:
         """The log does not follow the hand."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
-        """The next row, once its time has come."""
+        """The next row, when its time has come."""
         if self.over or self._rows[self._next][0] > now_s:
             return None
         self._next += 1
@@ -95,10 +95,10 @@ class LogSource:
 
     @property
     def over(self) -> bool:
-        """Whether the last row was given."""
+        """Whether the last row was passed on."""
         return self._next >= len(self._rows)
 
     @property
     def said(self) -> str:
-        """How far it is."""
+        """The progress in the log."""
         return f"row {self._next} of {len(self._rows)}"

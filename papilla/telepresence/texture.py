@@ -1,4 +1,4 @@
-"""Textures that a simulated sensor slides over: gratings, two side by side, or one that was recorded."""
+"""Textures under a simulated sensor: gratings, two side by side, or a recorded one."""
 
 import math
 from typing import Protocol
@@ -13,22 +13,22 @@ from papilla.logs import TimeLog
 
 HARMONICS = (1, 3, 5)
 SKIN_MM = 0.1
-"""Standard deviation of the Gaussian through which the skin feels a profile."""
+"""Standard deviation of the Gaussian that models the skin's averaging of a profile."""
 PASS_BAND_HZ = 400.0
-"""An amplifier's anti-aliasing filter: harmonics beyond it are not there at 1 kHz."""
+"""Cut-off of an amplifier's anti-aliasing filter: higher harmonics do not exist at 1 kHz."""
 
 LEAST_MM = 10.0
-"""Path that a recorded texture must have."""
+"""Smallest path of a recorded texture."""
 
 
 class Texture(Protocol):
     """Something that gives a reading at a place."""
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
-        """What the gauge reads there, in microstrain, moving at that speed."""
+        """Reading of the gauge at a place, in microstrain, at this speed."""
 
     def wavelength(self, place_mm: float) -> float:
-        """The true wavelength there, in mm; NaN where there is none or it is not known."""
+        """The true wavelength at a place, in mm; NaN if there is none or it is not known."""
 
 
 class GratingTexture:
@@ -41,7 +41,7 @@ class GratingTexture:
         self._sizes = [math.exp(-0.5 * (n * n - 1) * turn * turn) / n * (1, -1)[n // 2 % 2] for n in HARMONICS]
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
-        """What the gauge reads there."""
+        """Reading of the gauge at a place."""
         turn = 2 * math.pi * place_mm / self.wavelength_mm
         rate = abs(speed_mm_s) / self.wavelength_mm
         shares = (
@@ -50,7 +50,7 @@ class GratingTexture:
         return self.amplitude * sum(shares)
 
     def wavelength(self, place_mm: float) -> float:
-        """The same everywhere."""
+        """The wavelength, the same everywhere."""
         return self.wavelength_mm
 
 
@@ -64,18 +64,18 @@ class SideBySide:
         return self.left if place_mm < self.border_mm else self.right
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
-        """What the gauge reads there."""
+        """Reading of the gauge at a place."""
         return self._of(place_mm).reading(place_mm, speed_mm_s)
 
     def wavelength(self, place_mm: float) -> float:
-        """That of the texture there."""
+        """The wavelength of the texture at a place."""
         return self._of(place_mm).wavelength(place_mm)
 
 
 class RecordedTexture:
-    """Readings over the path of a log: its longest stroke in one direction; no place outside it has a reading.
+    """Readings over the path of a log: its longest stroke in one direction; there are no readings outside.
 
-    positions_mm, readings : (n,). `wavelength_mm` is the strongest line over that path, NaN where none is significant.
+    positions_mm, readings : (n,). `wavelength_mm` is the strongest line over that path, NaN if none is significant.
     Raises `InputError` for a stroke shorter than `LEAST_MM`.
     """
 
@@ -111,13 +111,13 @@ class RecordedTexture:
 
     @property
     def reach_mm(self) -> tuple[float, float]:
-        """First and last place."""
+        """First and last place of the stroke."""
         return float(self.place[0]), float(self.place[-1])
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
-        """What the gauge read there; NaN outside."""
+        """The recorded reading at a place; NaN outside."""
         return float(np.interp(place_mm, self.place, self.value, left=math.nan, right=math.nan))
 
     def wavelength(self, place_mm: float) -> float:
-        """That of the strongest line of all."""
+        """The wavelength of the strongest line."""
         return self.wavelength_mm

@@ -1,4 +1,4 @@
-"""What a simulated sensor samples: one gauge that slides over a texture, or a whole finger on a soft specimen."""
+"""Samples of a simulated sensor: one gauge that slides over a texture, or a whole finger on a soft specimen."""
 
 import math
 from bisect import bisect_left
@@ -16,15 +16,15 @@ from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.texture import Texture
 
 GAUGES_MM = 6.0
-"""From one gauge to the next along the movement, about as in the default finger."""
+"""Distance of neighbouring gauges along the movement (mm), about as in the default finger."""
 SLIP_MM_S = 1.0
-"""Friction is mu N tanh(v / this), in place of a step at rest."""
+"""Speed (mm/s) in the friction mu N tanh(v / this), which avoids a step at rest."""
 FORCE_SIGMA_N = 1e-3
-"""Noise of both forces, that which `Pipeline` expects."""
+"""Noise of both forces (N), as `Pipeline` expects it."""
 FORCES = 400
-"""Of the table of readings; between two of them a reading is on a straight line."""
+"""Number of forces in the table of readings, with linear interpolation between them."""
 SCALE_SIGMA = 1e-3
-"""The sensor's arm has an encoder: its path is right to 0.1 %."""
+"""Relative error of the path: the sensor's arm has an encoder."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +52,9 @@ class Soft:
         checks.within("friction", self.friction, 0, 10)
 
     def readings(self) -> tuple[np.ndarray, np.ndarray]:
-        """Forces (n,) in N, and readings (n, g) of the press in microstrain; none in the air.
+        """Forces (n,) in N, and readings (n, g) of the press in microstrain; zero in the air.
 
-        Raises `InputError` where the calibration has none at this modulus.
+        Raises `InputError` if the calibration has none at this modulus.
         """
         forces = np.geomspace(*self.calibration.domain["force_N"], FORCES)
         readings = self.calibration.predict_readings(forces, np.full(FORCES, self.modulus_MPa))
@@ -66,9 +66,9 @@ class Soft:
 class Touch:
     """Rows of a sensor under a hand: readings of its gauges, then `columns`.
 
-    Without a `Soft`, one gauge over the texture and the place. With one, all gauges: the press at the apex as the
-    calibration has it, and the texture, which reaches one gauge after the other; then force, place and tangential
-    force. `texture` is what is touched, noise_microstrain the standard deviation of a reading.
+    Without a `Soft`: one gauge over the texture, and the place. With a `Soft`: all gauges, with the press at the apex
+    from the calibration and the texture, which reaches one gauge after the other; then force, place and tangential
+    force. `texture` is the touched one, noise_microstrain the standard deviation of a reading.
 
     Raises `InputError` for a noise out of range, and as `Soft.readings`.
     """
@@ -86,9 +86,9 @@ class Touch:
             self._forces, self._readings = forces.tolist(), readings.tolist()
 
     def row(self, place_mm: float, speed_mm_s: float, force_N: float, normal: Sequence[float]) -> tuple[float, ...]:
-        """What is sampled at a place, a speed and a pressing force; normal : `numbers` standard normal numbers.
+        """The sample at a place, a speed and a pressing force; normal : `numbers` standard normal numbers.
 
-        Readings are NaN where the texture or the calibration has none.
+        Readings are NaN if the texture or the calibration has none.
         """
         texture, noise = self.texture, self._noise
         if self.soft is None:
@@ -101,7 +101,7 @@ class Touch:
         return *gauges, force_N + FORCE_SIGMA_N * normal[-2], place_mm, pull
 
     def _pressed(self, force_N: float) -> Sequence[float]:
-        """Readings of all gauges under a force (N), on a straight line between tabulated forces; NaN outside."""
+        """Readings of all gauges under a force (N), linear between tabulated forces; NaN outside."""
         after = bisect_left(self._forces, force_N)
         if not (force_N >= 0 and after < len(self._forces)):
             return [math.nan] * self.gauges
@@ -112,7 +112,7 @@ class Touch:
         return [a + share * (b - a) for a, b in zip(self._readings[after - 1], self._readings[after], strict=True)]
 
     def sensing(self, components: int = 1) -> Sensing:
-        """The estimators for these rows, which know the noise, and that the path is an encoder's."""
+        """The estimators for these rows, with their noise and the accuracy of an encoder's path."""
         soft = self.soft
         pipeline = Pipeline(
             None if soft is None else soft.calibration,

@@ -10,7 +10,7 @@ from papilla.telepresence.gate import Gate, Heard
 from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
 
 MOST_AT_ONCE = 64
-"""Most datagrams that one call reads, so that a flood cannot stop a control period."""
+"""Largest number of datagrams that one call reads, so that a flood cannot stop a control period."""
 
 
 class Address(NamedTuple):
@@ -36,10 +36,10 @@ class Endpoint:
 
     Parameters
     ----------
-    listen, peer : where we are heard, and the only address that is heard. key : see `Gate`.
-    clock : ns that never go back.
+    listen, peer : our address, and the only address from which datagrams are accepted. key : see `Gate`.
+    clock : in ns, never decreasing.
 
-    Raises `FileAccessError` where the address cannot be used, `InputError` for a host that is not known.
+    Raises `FileAccessError` if the address cannot be used, `InputError` for an unknown host.
     """
 
     def __init__(
@@ -68,23 +68,23 @@ class Endpoint:
         self._socket.close()
 
     def now_ns(self) -> int:
-        """Our clock."""
+        """Our clock, in ns."""
         return self._clock()
 
     def send(self, make: Callable[[Header], Message]) -> None:
-        """Send the message that `make` makes under our next header; what the system does not take is counted."""
+        """Send the message that `make` builds with our next header; a message that the system refuses is counted."""
         datagram = self.gate.seal(encode(make(self.gate.header(self._clock()))))
         try:
             self._socket.sendto(datagram, self._peer)
         except OSError:
-            # No route, no peer yet, a full buffer: a datagram may be lost anyway.
+            # No route, no peer yet, or a full buffer: a datagram may be lost anyway.
             self.unsent += 1
             return
         self.sent += 1
         self.bytes_sent += len(datagram)
 
     def receive(self) -> list[Heard]:
-        """What has arrived and is let in, oldest first."""
+        """The accepted messages that have arrived, oldest first."""
         found = []
         for _ in range(MOST_AT_ONCE):
             try:
@@ -92,7 +92,7 @@ class Endpoint:
             except BlockingIOError:
                 break
             except OSError:
-                # The peer's port is closed (ICMP): said of what we sent, not of what comes.
+                # The peer's port is closed (ICMP): this concerns what we sent, not what arrives.
                 continue
             if sender[:2] != self._peer[:2]:
                 self.gate.counts.foreign += 1

@@ -34,7 +34,7 @@ def test_what_reads_more_over_the_same_noise_tells_the_modulus_better(found):
     text = "\n".join(found.verdicts)
     assert "Standard deviation of E, median over the domain: strong is better (strong" in text
     assert re.search("d ln S_d / d ln E: (strong and weak|weak and strong) are alike", text)
-    assert "strong tells the modulus better than weak over 100 % of the domain" in text
+    assert "strong determines the modulus better than weak in 100 % of the domain" in text
 
 
 def test_the_uncertainty_is_the_calibration_s_own(found, both):
@@ -74,7 +74,7 @@ def test_fewer_than_two_and_the_same_twice_are_refused(both):
 def test_a_missing_value_is_told(found):
     blind = replace(found.rows[1], sigma=np.inf, reach=(Reach("g1", 1.0, 0.0, 0.0, 12.0),))
     said = _verdicts([replace(found.rows[0], reach=blind.reach), blind])
-    assert "weak none)" in said[0] and said[-1].endswith("strong 12 mm², weak 12 mm²; a smaller field is finer.")
+    assert "weak none)" in said[0] and said[-1].endswith("strong 12 mm², weak 12 mm²; a smaller one is finer.")
 
 
 def test_page_and_table_hold_the_rows(found, both, tmp_path):

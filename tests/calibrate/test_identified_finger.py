@@ -106,9 +106,7 @@ def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
         return job.Calibrated(with_identification(calibration(), finger), log, job.Recovery(force, modulus, modulus))
 
     monkeypatch.setattr(job, "calibrate_finger", swept)
-    with pytest.raises(
-        InputError, match="press 10 is beside the apex, where S_d is another: papilla identify takes it"
-    ):
+    with pytest.raises(InputError, match="press 10 is beside the apex, where S_d differs: papilla identify takes it"):
         job.calibrate_bench(replace(log, x_mm=np.arange(10) == 9), Finger.default())
     done = job.calibrate_bench(log, Finger.default())
     assert done.bench.finger.identified.presses == 10 and done.bench.finger.outer.modulus > 0.1

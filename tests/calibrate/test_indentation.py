@@ -42,7 +42,7 @@ def test_a_table_of_presses_is_a_model_and_nothing_beyond_it(made_up):
     forces = np.geomspace(0.06, 0.9, 12)
     assert model(0.3, forces) == pytest.approx(forces**0.7, rel=1e-3)
     assert np.isnan(model(9.0, forces)).all() and np.isnan(model(0.3, np.array([0.01]))).all()
-    with pytest.raises(InputError, match="leaves what the model"):
+    with pytest.raises(InputError, match="leaves the range of the indentation model"):
         fit_indentation(forces * 10, forces**0.7, model)
 
 

@@ -83,7 +83,7 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     assert made["positions"] == [(finger, 0, "stick")]
     calibration = done.calibration
     assert calibration.ridge_pitch_mm == 1.2
-    assert any(note.startswith("friction is not known: stick is taken") for note in calibration.notes)
+    assert any(note.startswith("friction is not known: stick is assumed") for note in calibration.notes)
     assert calibration.mesh["scatter_sha256"] == ["mesh 1", "mesh 2", "mesh 3"]
     assert len(done.presses) == len(DEFAULT_MODULI) * len(DEFAULT_FORCES) == calibration.provenance["presses"]
     # ln(1 + v / 1000) for v = 1 to 3: rms 0.0022. Friction, which shifts all of a mesh's presses alike, is no scatter.

@@ -90,7 +90,7 @@ def test_a_parameter_that_the_data_do_not_see_is_with_doubtsed():
     """At a strain of 1e-7 the cubic term of Yeoh is 1e-28 of the linear one."""
     stretch = 1 + np.linspace(1e-7, 2e-7, 12)
     fit = fit_material("yeoh", MaterialTests(stretch, Yeoh(0.2).nominal_stress(stretch, "uniaxial"), "uniaxial"))
-    assert {"the data do not see c2", "the data do not see c3"} <= set(fit.notes)
+    assert {"the data do not determine c2", "the data do not determine c3"} <= set(fit.notes)
     assert {"c2 did not move from its start value", "c3 did not move from its start value"} <= set(fit.notes)
     assert np.isnan(fit.stderr[1:]).all() and fit.values[0] == pytest.approx(0.2, rel=1e-6)
     assert np.isfinite(fit.stderr[0])

@@ -80,7 +80,7 @@ def test_unloading_is_left_out():
 
 def test_what_a_log_cannot_tell_is_said():
     force, depth = made(Prony((0.3,), (400.0,)), "force", noise=0.002)
-    assert any("outside of what the log can tell" in said for said in fit_relaxation(TIME, force, depth).doubts)
+    assert any("outside of what the log resolves" in said for said in fit_relaxation(TIME, force, depth).doubts)
     force, depth = made(Prony((0.004,), (2.0,)), "force", noise=0.01)
     assert fit_relaxation(TIME, force, depth).doubts
 

@@ -145,7 +145,7 @@ def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path, m
         (["--friction", "-1"], 'friction must be a number of at least 0 or "stick", got -1'),
         (["--bench", "nan.csv"], "nan.csv, line 5, column g2: expected a finite number, got nan"),
         (["--bench", "one.csv"], "one.csv has one row"),
-        (["--bench", "beside.csv"], "beside.csv: press 2 is beside the apex, where S_d is another: papilla identify"),
+        (["--bench", "beside.csv"], "beside.csv: press 2 is beside the apex, where S_d differs: papilla identify"),
         (["--bench", "few.csv"], "few.csv: the log has 4 gauges (g1, g2, g3, g4), the finger"),
         (["--out", "file.txt"], "cannot write to folder file.txt: File exists"),
         (["--out", "file.txt/below"], "cannot write to folder file.txt/below: Not a directory"),

@@ -76,7 +76,7 @@ def test_table_shows_units_and_the_status(papilla):
         (["--force", 1, "--indentation", 1], "give exactly one of --force and --indentation"),
         (["--force", 1, "--friction", "glue"], "friction must be a number of at least 0 or \"stick\", got 'glue'"),
         (["--force", 1, "--friction", -0.2], 'friction must be a number of at least 0 or "stick", got -0.2'),
-        (["--force", 1, "--friction", "stick", "--fidelity", "hertz"], "--fidelity hertz knows no friction"),
+        (["--force", 1, "--friction", "stick", "--fidelity", "hertz"], "--fidelity hertz has no friction"),
         (["--force", 0], "--force (N) must be greater than 0, got 0"),
         (["--force", "nan"], "--force (N) must be finite, got nan"),
         (["--indentation", -1], "--indentation (mm) must be greater than 0, got -1"),

@@ -76,7 +76,7 @@ def test_the_defaults_of_softness_are_usable(calibration, five_gauges):
     assert Features().bands == 8 and len(wavelet.octaves(10.0, 20.0)) == 101 and wavelet.cross_quantile() > 3.9
     assert texture.grubbs_critical(10) == pytest.approx(texture.grubbs_critical(10, 0.05))
     assert texture.concordance(LOG[0], LOG[1]).high < 1
-    with pytest.raises(InputError, match="two different labels"):
+    with pytest.raises(InputError, match="at least two different labels"):
         texture.leave_m_out([[1.0]], ["a"], 1, seed=0)
 
 

@@ -174,7 +174,7 @@ def test_a_static_coefficient_needs_a_rate_that_shows_a_breakaway(rate, told):
 def test_messages_name_what_is_not_known(rate, slow):
     plain = {"gauges": 1, "columns": ("velocity_mm_s",), "sample_rate_Hz": rate}
     text = "\n".join(Pipeline(None, **plain).messages)
-    assert ("may pose as a longer one" in text) == slow and "ridge_pitch_mm" in text and "1.5% for the scale" in text
+    assert ("may look longer" in text) == slow and "ridge_pitch_mm" in text and "1.5% for the scale" in text
     text = "\n".join(Pipeline(None, **plain, ridge_pitch_mm=0.0, scale_sigma=0.0).messages)
     assert "ridge_pitch_mm" not in text and "scale of the path" not in text
 

@@ -285,7 +285,7 @@ def test_the_command_in_short(tmp_path, capsys, monkeypatch):
     assert printed["short"] is True and printed["softness"] == []
     assert printed["plots"] == [str(tmp_path / command.PLOT)] and (tmp_path / command.PLOT).stat().st_size > 1000
     answer.show()
-    assert "; one run of a scene is no verdict" in capsys.readouterr().out
+    assert "; one run per scene is not enough for a verdict" in capsys.readouterr().out
     assert {row["scene"] for row in printed["scenes"]} == set(SMALL.scenes) and printed["costs"][0]["update_us"] == 2
 
 

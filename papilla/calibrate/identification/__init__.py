@@ -1,4 +1,4 @@
-"""Which finger made these presses: its moduli, gauges and bench, from a log, with intervals and what to doubt.
+"""Identifies a finger from a log of presses: its moduli, gauges and bench, with intervals and doubts.
 
 Names are imported on first use.
 """

@@ -1,4 +1,4 @@
-"""Is it still the same finger? New presses against a stored identification, and what moved if it is not."""
+"""Compares new presses with a stored identification: is it still the same finger, and if not, what changed?"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,13 +19,13 @@ ALARM = 0.01
 """Probability of chi-square below which a finger counts as another: the share of false alarms."""
 
 CLEAR = 6.6
-"""Rise of chi-square (1 % of one degree of freedom) from which a change is named."""
+"""Rise of chi-square (1 % of one degree of freedom) above which a change is named."""
 
 
 @dataclass(frozen=True)
 class Change:
-    """One thing that may have moved: by how much (in the scale of the fit: relative for moduli), with its standard
-    deviation, and how much of chi-square it explains."""
+    """One possible change: its size (in the scale of the fit: relative for moduli), its standard deviation, and the
+    part of chi-square that it explains."""
 
     name: str
     change: float
@@ -34,7 +34,7 @@ class Change:
 
     @property
     def words(self) -> str:
-        """In words, such as "inner_modulus_MPa -22 +- 3 %"."""
+        """The change as text, such as "inner_modulus_MPa -22 +- 3 %"."""
         if self.name.endswith("_modulus_MPa") or self.name.startswith("reading"):
             return f"{self.name} {100 * self.change:+.3g} +- {100 * self.sigma:.2g} %"
         unit = "µε" if "microstrain" in self.name else "mm"
@@ -43,9 +43,11 @@ class Change:
 
 @dataclass(frozen=True)
 class Comparison:
-    """New presses against a stored identification: chi-square of all they measured, its freedom and probability.
+    """New presses against a stored identification: chi-square of all measured values, its degrees of freedom and
+    probability.
 
-    changes : what may have moved alone, the best explanation first; readings relative to what they were.
+    changes : single changes that may explain the presses, the best explanation first; changes of readings are relative
+    to the earlier readings.
     """
 
     presses: int
@@ -78,7 +80,7 @@ def compare(
     size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Comparison:
-    """New presses of an identified finger against its identification, whose covariance counts with the noise.
+    """Compare new presses of an identified finger with its identification; its covariance is added to the noise.
 
     Raises `InputError` for a finger that was not identified, and what `identify` raises for its log.
     """
@@ -93,7 +95,7 @@ def compare(
 
 
 def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
-    """Chi-square of the measurements against the recorded vector (f,), and of each change that may explain them."""
+    """Chi-square of the measurements at the recorded vector (f,), and for each change that may explain them."""
     weights = problem.weighted(vector).weights
     assert weights is not None
     modelled = problem.modelled(vector)
@@ -106,7 +108,7 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
     columns = (weights @ moving.modelled(at).by_free).reshape(len(off), -1)
     by_name = dict(zip(moving.free, columns.T, strict=True))
     for gauge in problem.finger.gauges:
-        # A gauge that comes loose follows less, whatever it follows
+        # A gauge that comes loose responds less to every load
         parts = [f"{key}.{gauge.name}" for key in ("gain", "lever_mm")]
         by_name[f"reading of {gauge.name}"] = sum(problem.held[part] * by_name.pop(part) for part in parts)
     changes = []

@@ -1,7 +1,8 @@
-"""What to doubt of an identification: weakly determined parameters, values that priors decide, influential presses.
+"""Doubts about an identification: weakly determined parameters, values that priors decide, influential presses.
 
 `diagnose` runs a few more fits where a parameter is poorly determined (profile likelihood) and where two gauges may be
-swapped; all else follows from the Jacobian of the fit. `record` is what a design file keeps of the identification.
+swapped; all other doubts follow from the Jacobian of the fit. `record` makes the part of the identification that a
+design file keeps.
 """
 
 import math
@@ -16,28 +17,30 @@ from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_
 from papilla.identified import Identified
 
 PRIOR_DECIDES = 0.7
-"""Standard deviation after the fit over that of the prior, from which the prior rather than the presses decides."""
+"""Ratio of the standard deviation after the fit to that of the prior, above which the prior rather than the presses
+determines the value."""
 
 CORRELATED = 0.95
-"""Correlation of two nonlinear parameters from which only a combination of them is determined."""
+"""Correlation of two nonlinear parameters above which only a combination of them is determined."""
 
 POORLY = 0.15
-"""Standard deviation (relative, for logarithmic ones) from which an interval is that of the profile likelihood."""
+"""Standard deviation (relative, for logarithmic parameters) above which the interval is that of the profile
+likelihood."""
 
 INFLUENTIAL = 1.0
-"""Change of a modulus, in standard deviations, by leaving one press out, from which the press is named."""
+"""Change of a modulus, in standard deviations, when one press is left out, above which the press is named."""
 
 SWAPPED = 2 * math.log(1000)
-"""What chi-square must fall by, in what is left for each freedom, for two gauges to be swapped: one pair in a hundred
-logs, of ten pairs, beforehand."""
+"""Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: one pair
+in a hundred logs of ten pairs has it by chance."""
 
 IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
-"""What is recorded as each gauge's gain and lever."""
+"""Quantities that are recorded as each gauge's gain and lever."""
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What to doubt of an `Identification` of n presses. influence : (n,) change of the moduli, in standard deviations,
+    """Doubts about an `Identification` from n presses. influence : (n,) change of the moduli, in standard deviations,
     by leaving out each press. condition : condition number of the presses' information, columns scaled."""
 
     status: str
@@ -90,7 +93,8 @@ def diagnose(found: Identification) -> Diagnosis:
 def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identified:
     """The `[identified]` table of an identification: parameters of the finger, and the tilt at which it was pressed.
 
-    Specimens' moduli leave their covariance to the others; what all gauges have in common stands as each one's.
+    The moduli of the specimens are not recorded, but their uncertainty is part of the covariance of the others.
+    Parameters that all gauges share are recorded for each gauge.
     """
     problem = found.problem
     names, values, by_free = _recorded(found)
@@ -136,7 +140,7 @@ def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.nd
 
 
 def influence(found: Identification) -> np.ndarray:
-    """(n,) largest change of a parameter other than the gauges', in standard deviations, by leaving out a press.
+    """(n,) largest change of a parameter other than the gauges', in standard deviations, when each press is left out.
 
     One Gauss-Newton step from the fit (Cook and Weisberg, Residuals and Influence in Regression, 1982, chapter 5).
     """
@@ -166,16 +170,18 @@ def _condition(found: Identification) -> float:
 
 
 def _of_the_presses(found: Identification) -> list[str]:
-    """What the presses themselves leave open."""
+    """Doubts that follow from the choice of presses."""
     problem, log = found.problem, found.problem.log
     said = []
     inner, outer = found.values["inner_modulus_MPa"], found.values["outer_modulus_MPa"]
     if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
         said.append("all presses are one and the same scene: priors decide most results")
     elif np.ptp(log.modulus_MPa) == 0:
-        said.append("all presses are on one modulus: another, far from it, tells the finger's moduli apart from gains")
+        said.append(
+            "all presses are on one modulus: a specimen of another one, far from it, would separate moduli from gains"
+        )
     if log.stated_sd is not None:
-        said.append("S_d alone: gauges are taken to read as much as one another as the design says, and 0 in the air")
+        said.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
     if hard := int(problem.strained(inner).sum()):
         said.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
     outside = np.zeros(len(log), bool)
@@ -204,13 +210,13 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
         explained = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
         if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.prior_sigma(name):
-            said.append(f"the presses do not tell {name}: its prior decides")
+            said.append(f"the presses do not determine {name}: its prior decides")
     for name, known in problem.specimens.items():
         off = np.log(found.values[name] / problem.held[name]) / known.sigma
         if abs(off) > NORMAL:
             said.append(
                 f"the specimen of {problem.held[name]:g} MPa came out at {found.values[name]:.3g}, {abs(off):.2g} of "
-                "the standard deviations that modulus_sigma_MPa gives it"
+                "the standard deviations that modulus_sigma_MPa states"
             )
     outside = np.flatnonzero(~problem.linear)
     for one, other in combinations(outside.tolist(), 2):
@@ -248,7 +254,7 @@ def _swapped(found: Identification) -> list[str]:
 
 
 def _of_gauges(found: Identification) -> list[str]:
-    """Doubts about single gauges: that hardly follow, or whose gain and lever are not determined apart."""
+    """Doubts about single gauges: those that hardly respond, or whose gain and lever are not determined separately."""
     said: list[str] = []
     problem = found.problem
     if problem.log.stated_sd is not None:
@@ -264,23 +270,24 @@ def _of_gauges(found: Identification) -> list[str]:
         if lever in found.names:
             prior = PARAMETERS["lever_mm"].sigma * float(problem.gains[number]) if problem.gains is not None else np.inf
             if found[lever][1] > PRIOR_DECIDES * prior:
-                said.append(f"the presses do not tell lever and gain of {gauge.name} apart: the prior decides")
+                said.append(f"the presses do not separate lever and gain of {gauge.name}: the prior decides")
     return said
 
 
 def _backwards(found: Identification) -> list[str]:
-    """Gauges of negative gain: a note, no doubt, for their leads may be swapped."""
+    """Gauges with negative gain. This is a note, not a doubt, because their leads may be swapped."""
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
     turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
     return turned
 
 
 def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
-    """The share of stick where the friction was not given: a note, no doubt, for all intervals include it."""
+    """The share of stick if the friction was not stated. This is a note, not a doubt, because all intervals contain
+    it."""
     if "stick_share" not in found.names:
         return []
     low, high = intervals["stick_share"]
     return [
-        f"friction was not stated: of what stick changes the presses have {100 * found['stick_share'][0]:.0f} % "
-        f"({100 * low:.0f} to {100 * high:.0f}), which intervals take in; --friction says it"
+        f"friction was not stated: the presses have {100 * found['stick_share'][0]:.0f} % of the effect of stick "
+        f"({100 * low:.0f} to {100 * high:.0f}), which intervals contain; --friction states it"
     ]

@@ -19,19 +19,20 @@ from papilla.logs import PressLog
 from papilla.short_repr import html_table
 
 ROUNDS = 10
-"""Fits at most, each with the weights that the one before it implies."""
+"""Largest number of fits; each uses the weights that follow from the one before it."""
 
 SETTLED = 0.01
-"""Change of every parameter between two of them, in standard deviations, at which they end."""
+"""Change of every parameter between two fits, in standard deviations, below which the fits end."""
 
 OUTLYING = 4.0
-"""Weighted residual from which a reading counts less and less."""
+"""Weighted residual above which a reading counts less (Cauchy weights)."""
 
 KEPT = 3
-"""Best of the first fits that are followed to the end."""
+"""Number of the best first fits that are continued to convergence."""
 
 MISFIT = 1.5
-"""Chi-square per degree of freedom from which the model does not fit; all sigmas are then widened by its root."""
+"""Chi-square per degree of freedom above which the model does not fit; all sigmas are then multiplied by its square
+root."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +41,8 @@ class Identification:
 
     problem : presses, model and weights of the last fit. vector : (f,) in the scale of the fit (logarithms, for
     logarithmic parameters), and covariance (f, f) in it. chi_square, freedom : of the presses' weighted residuals.
-    rival : cost of the next best minimum above this one, None where all starts came to the same. asked : what was freed
-    because the presses asked for it, in a sentence; empty where nothing was.
+    rival : cost of the next best minimum above this one; None if all starts ended in the same minimum. asked : a
+    sentence on the parameters that were freed because the presses do not fit otherwise; empty if there are none.
     """
 
     problem: Problem
@@ -60,7 +61,7 @@ class Identification:
         """Parameters with their standard deviations as a table, for notebooks."""
         rows = [(name, *self[name], PARAMETERS[kind(name)].unit) for name in self.names]
         title = f"Identification from {len(self.problem.log)} presses"
-        return html_table(title, rows, ("parameter", "value", "sigma (of a modulus or gain a fraction)", "unit"))
+        return html_table(title, rows, ("parameter", "value", "sigma (relative, for moduli and gains)", "unit"))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -69,7 +70,7 @@ class Identification:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """All parameters in their units, held ones among them."""
+        """All parameters in their units, including those that were held."""
         return self.problem.values(self.vector)
 
     @cached_property
@@ -84,7 +85,7 @@ class Identification:
 
     @cached_property
     def finger(self) -> Finger:
-        """The design with what was identified: moduli, gains and levers, and where the gauges are."""
+        """The design with the identified moduli, gains, levers and places of the gauges."""
         values = self.values
         found = with_moduli(self.problem.finger, values["outer_modulus_MPa"], values["inner_modulus_MPa"])
         gauges = []
@@ -104,23 +105,24 @@ class Identification:
         return replace(self.finger, identified=record, bench=bench)
 
     def at(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
-        """(n, c) what other presses by forces (n,) on specimens of moduli (n,) measure, zeros included."""
+        """(n, c) predicted measurements of other presses by forces (n,) on specimens of moduli (n,), zeros included."""
         return self.other_presses(force_N, modulus_MPa).modelled(self.vector).values
 
     def other_presses(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> Problem:
-        """The problem of other presses (n,) on the first shape of specimen: what they measure, and its derivatives."""
+        """The problem of other presses (n,) on the first shape of specimen, to predict their measurements and
+        derivatives."""
         problem, n = self.problem, len(force_N)
         deep = None if problem.log.indentation_mm is None else np.ones(n)
         return problem.of(PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep))
 
     @cached_property
     def residuals(self) -> np.ndarray:
-        """(n, c) what was measured less what the finger measures: readings in microstrain, then indentation in mm."""
+        """(n, c) measured minus modelled values: readings in microstrain, then indentation in mm."""
         return self.problem.measured - self.problem.modelled(self.vector).values
 
 
 def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:
-    """Fit a problem from several starts, each with the weights that the fit before it implies."""
+    """Fit a problem from several starts; each fit is repeated with the weights that follow from it."""
     if progress is not None:
         progress("identifying")
     first = problem.weighted()
@@ -134,17 +136,17 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
 
 
 def solved_from(problem: Problem, vector: np.ndarray) -> Identification:
-    """The fit of a problem that starts at a vector (f,), followed to its end."""
+    """The fit of a problem from one start vector (f,), continued to convergence."""
     _, last, found = _followed(problem, vector)
     return _judged(last, found, None)
 
 
 def starts_of(problem: Problem) -> list[np.ndarray]:
-    """Where the nonlinear parameters start, and each a standard deviation of its prior to either side."""
+    """Start values of the nonlinear parameters, and for each parameter one prior standard deviation to both sides."""
     outside = ~problem.linear
     middle = problem.start[outside]
     names = [name for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
-    # What is known well, or moves little, starts where it is
+    # A parameter that is known well, or has a small effect, starts only at its prior
     widths = np.diag([PARAMETERS[kind(name)].sigma for name in names])
     widths = widths[[kind(name) not in (*MOVES, *OF_THE_LOG, "common_gain") for name in names]]
     return [middle, *(middle + widths), *(middle - widths)]
@@ -180,7 +182,7 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:
-    """Fits of rising cost without those that came to one that is there."""
+    """Fits in order of rising cost, without those that ended in a minimum that is already in the list."""
     kept: list[tuple[float, np.ndarray]] = []
     for cost, vector in found:
         if all(abs(cost - other) > 1e-3 * (1 + other) for other, _ in kept):
@@ -189,7 +191,7 @@ def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.nda
 
 
 def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
-    """Fit again with the weights that each fit implies, until they no longer matter."""
+    """Fit again, each time with the weights that follow from the last fit, until they no longer change the result."""
     for _ in range(ROUNDS):
         problem = problem.weighted(vector).downweighted(vector, OUTLYING)
         before = vector
@@ -201,9 +203,9 @@ def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.
 
 
 def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
-    """Inverse of the information of presses and priors; columns are scaled first, for they have many units.
+    """Inverse of the information of presses and priors. Columns are scaled first, because they have different units.
 
-    That the ratio of the moduli keeps to the family, the last residual, is no information.
+    The last residual, which keeps the ratio of the moduli inside the family, does not count as information.
     """
     jacobian = problem.jacobian(vector)[:-1]
     size = np.linalg.norm(jacobian, axis=0)
@@ -211,7 +213,8 @@ def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
 
 
 def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identification:
-    """The result of a fit: covariance, chi-square and freedom; sigmas are widened where the model does not fit."""
+    """The result of a fit: covariance, chi-square and degrees of freedom; sigmas are widened if the model does not
+    fit."""
     priors = len(problem.free) + 1
     residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)
     of_presses = residuals[:-priors]

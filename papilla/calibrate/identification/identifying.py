@@ -1,4 +1,5 @@
-"""`identify`: poses the problem of a log of presses, fits it, and frees what the presses ask for."""
+"""`identify`: states the problem of a log of presses, fits it, and frees further parameters if the presses do not fit
+otherwise."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -17,16 +18,17 @@ from papilla.logs import PressLog
 from papilla.specimen import Friction, Specimen
 
 MOST_FREED = 2
-"""Parameters that presses may ask for: with more, a fit would only be bent to what else is wrong."""
+"""Largest number of parameters that are freed in this way: with more, the fit would only absorb other errors."""
 
 LEAST_FALL = 0.3
-"""Share by which each must lower chi-square."""
+"""Share by which each freed parameter must lower chi-square."""
 
 TRIED = 3
-"""Likely ones of which each is tried."""
+"""Number of likely parameters of which each is tried."""
 
 ALIKE = 3.84
-"""Chi-square up to which another explains presses as well: 95 % of one degree of freedom."""
+"""Difference of chi-square up to which another parameter explains the presses as well: 95 % of one degree of
+freedom."""
 
 
 def identify(
@@ -44,17 +46,18 @@ def identify(
 ) -> Identification:
     """Identify a finger of known geometry from presses on specimens of known modulus.
 
-    Places of gauges and a tilt are held, unless freed: or unless the model does not fit the presses otherwise, and does
-    with one or two of them free, which the identification then says (`asked`).
+    Places of gauges and tilt are held unless `free` names them. If the model does not fit the presses, but fits with
+    one or two of them free, these are freed, and the identification says so (`asked`).
 
     Parameters
     ----------
     finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
     free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
         are indentations. fix : values (in their units) at which parameters are held.
-    specimen : what was pressed where the log does not say; its modulus does not count. noise : of the presses.
-        friction : as for `papilla.fem.press`. Where they are None, those of the finger's `bench`.
-    size_mm : elements at the contact. processes : that measure large strain at the same time, where it is not known.
+    specimen : what was pressed, if the log does not say it; its modulus is ignored. noise : of the presses. friction :
+        as for `papilla.fem.press`. If they are None, those of the finger's `bench` are taken.
+    size_mm : elements at the contact. processes : number of processes that measure large strain at the same time, if it
+    is not known.
 
     Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
     than a fit needs, and what `papilla.fem.reduction.family.family` raises.
@@ -70,16 +73,16 @@ def identify(
 def freed(
     found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Callable[[str], None] | None
 ) -> Identification:
-    """An identification with what its presses ask for freed, where the model then fits and did not before.
+    """The identification after freeing further parameters, if the model did not fit before and fits then.
 
-    held : parameters that stay what they are.
+    held : parameters that must not be freed.
     """
     if not _misfit(found) or found.problem.log.stated_sd is not None:
         return found
     try:
         best = replace(found, problem=_moving(found.problem, size_mm, progress))
     except InputError:
-        return found  # No contact or gauge of this finger can be moved as far
+        return found  # Neither contacts nor gauges of this finger can be moved that far
     names: list[str] = []
     alike: list[str] = []
     while _misfit(best) and len(names) < MOST_FREED:
@@ -103,7 +106,7 @@ def freed(
 
 
 def _with_free(found: Identification, name: str) -> Identification:
-    """The fit with one more parameter free, from where it was."""
+    """The fit with one more parameter free, started from the earlier fit."""
     free = linear_last((*found.names, name))
     at = dict(zip(found.names, found.vector.tolist(), strict=True))
     return solved_from(replace(found.problem, free=free), np.array([at.get(one, 0.0) for one in free]))
@@ -114,7 +117,7 @@ def _misfit(found: Identification) -> bool:
 
 
 def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], None] | None) -> Problem:
-    """The problem with what contacts beside the apex and moved gauges change."""
+    """The problem with the changes by contacts beside the apex and by moved gauges."""
     if all(shape.off_apex is not None for shape in problem.shapes):
         return problem
     relatives = family_of(problem.finger, size_mm=size_mm, progress=progress)
@@ -122,7 +125,7 @@ def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], N
 
 
 def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
-    """Places and tilts that are neither free nor held and that these presses could tell."""
+    """Places and tilts that are neither free nor held, and that these presses could determine."""
     found = []
     for name in names_of(problem.finger):
         if kind(name) not in MOVES or name in problem.free or name in held:
@@ -140,7 +143,7 @@ def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
 
 
 def _gain(found: Identification, name: str) -> float:
-    """By how much chi-square and priors would fall with one more parameter free, to first order (Rao's score test)."""
+    """Fall of chi-square plus priors with one more parameter free, to first order (Rao's score test)."""
     problem = replace(found.problem, free=(*found.names, name))
     vector = np.append(found.vector, 0.0)
     residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)

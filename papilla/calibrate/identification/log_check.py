@@ -1,4 +1,4 @@
-"""What a log of presses must be for a finger to be identified from it: its gauges and its units."""
+"""Checks that a log of presses fits a finger: its gauges and its units."""
 
 import numpy as np
 
@@ -8,13 +8,14 @@ from papilla.finger import Finger
 from papilla.logs import PressLog
 
 SOFT_MPA, RUBBER_MPA = 5.0, 100.0
-"""Where all specimens are harder than the first, or one is harder than the second, the moduli are not in MPa."""
+"""If all specimens are harder than the first value, or one is harder than the second, the moduli are not in MPa."""
 
 LEAST_MICROSTRAIN = 0.5
 """Readings that are all smaller than this are strains, not microstrain."""
 
 EITHER_WAY = 2.0
-"""Factor by which the inner modulus may differ from the design's for presses to be taken as within the model."""
+"""Factor by which the inner modulus may differ from the design's when a press is checked against the range of the
+model."""
 
 
 def refuse(log: PressLog, finger: Finger) -> None:
@@ -47,7 +48,8 @@ def refuse(log: PressLog, finger: Finger) -> None:
 
 
 def refuse_beyond(problem: Problem) -> None:
-    """Raise `InputError` for a press that no finger like this one could take: its force is likely in another unit."""
+    """Raise `InputError` for a press that no finger like this one could withstand: its force is probably in another
+    unit."""
     log, values = problem.log, problem.held
     inside = np.zeros(len(log), bool)
     for factor in (1 / EITHER_WAY, 1.0, EITHER_WAY):
@@ -66,5 +68,5 @@ def refuse_beyond(problem: Problem) -> None:
 
 
 def _sizes(log: PressLog) -> str:
-    """The remarks on units, with the maps that mend them, as the end of a sentence."""
+    """The remarks on units, with maps that correct them, as the end of a sentence."""
     return "".join(f"; {remark}" for remark in log.sizes)

@@ -1,4 +1,4 @@
-"""The errors of measured presses by their cause: stated, or estimated from presses that were repeated."""
+"""Errors of measured presses by their cause: stated, or estimated from repeated presses."""
 
 from dataclasses import dataclass, fields
 
@@ -10,11 +10,11 @@ class Noise:
     """Standard deviations of the errors that are not in the model, each independent from press to press.
 
     readings_microstrain : of a gauge. force : relative; all gauges of a press share it. indentation_mm : of the stage.
-    model, depth : relative errors of the model in what gauges feel (twice as much in curvature) and in an indentation,
-    besides the response's own error; they are alike in all presses (`problem.PATTERNS`). On a dome of one's own strain
-    was 0.1 to 1.7 % off an independent code at finite strain, curvature 0.2 to 4 %, an indentation 0.5 to 2 %, most of
-    it by the mesh of 1 mm.
-    beyond : added to `model` where a press strains the finger more than was measured at finite strain.
+    model, depth : relative errors of the model in gauge strain (twice as much in curvature) and in indentation, besides
+    the error of the response; they are similar in all presses (`problem.PATTERNS`). On a user's dome, strain differed
+    from an independent code at finite strain by 0.1 to 1.7 %, curvature by 0.2 to 4 %, indentation by 0.5 to 2 %,
+    mostly because of the mesh of 1 mm.
+    beyond : added to `model` if a press strains the finger more than the range of large strain that was measured.
     repeats : degrees of freedom of repeated presses from which the first three were estimated; 0 if they are stated.
     """
 
@@ -33,6 +33,6 @@ class Noise:
 
     @property
     def words(self) -> str:
-        """In words, and where it is from."""
+        """The noise in words, and whether it is stated or estimated."""
         parts = f"readings {self.readings_microstrain:.3g} µε, force {100 * self.force:.2g} %"
         return f"{parts}, {f'estimated from {self.repeats} repeats' if self.repeats else 'as stated'}"

@@ -1,4 +1,4 @@
-"""What a fit of a finger may vary: each parameter with its unit, prior and bounds, in one table."""
+"""Parameters that a fit of a finger may vary: each with its unit, prior and bounds, in one table."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,10 +15,10 @@ from papilla.tables import closest
 class Parameter:
     """One parameter of a finger or its bench.
 
-    sigma : one standard deviation of its prior about where it starts; of a logarithmic one, of its natural logarithm.
-    low, high : bounds, as differences from where it starts (in the logarithm, for a logarithmic one).
-    each_gauge : there is one for every gauge, named "name.g1" and so on. linear : the readings are linear in it.
-    source : what prior and bounds are taken from.
+    sigma : standard deviation of its prior about the start value; for a logarithmic parameter, that of its natural
+    logarithm. low, high : bounds, as differences from the start value (of the logarithm, for a logarithmic parameter).
+    each_gauge : True if there is one for every gauge, named "name.g1" and so on. linear : True if the readings are
+    linear in it. source : where prior and bounds come from.
     """
 
     unit: str
@@ -49,29 +49,31 @@ PARAMETERS: dict[str, Parameter] = {
     "place_mm": Parameter("mm", 1.0, -1.5, 1.5, f"one gauge towards greater x, {_BY_HAND}", each_gauge=True),
     "tilt_x_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about x, {_BY_EYE}"),
     "tilt_y_deg": Parameter("deg", 1.5, -3.0, 3.0, f"of the finger about y, {_BY_EYE}"),
-    "stick_share": Parameter("", 0.5, -0.5, 0.5, "0 without friction, 1 stuck; silicones rub anywhere between"),
+    "stick_share": Parameter("", 0.5, -0.5, 0.5, "0 without friction, 1 stuck; silicones may lie anywhere between"),
     "common_gain": Parameter("", 3.0, -9.2, 9.2, "all gains and levers over the design's", logarithmic=True),
     "common_lever_mm": Parameter("mm", 0.87, -2.0, 1.0, "all levers over gains, besides the design's"),
-    "specimen_modulus": Parameter("MPa", 0.1, -0.5, 0.5, "what modulus_sigma_MPa of the log says", logarithmic=True),
+    "specimen_modulus": Parameter("MPa", 0.1, -0.5, 0.5, "modulus_sigma_MPa of the log", logarithmic=True),
 }
-"""All parameters. Gains have next to no prior; that of a lever is its ratio to the gain, whatever the gain is. There is
-a modulus for each specimen of which the log says how well it is known, and a share of stick where friction is not."""
+"""All parameters. Gains have next to no prior; the prior of a lever is on its ratio to the gain. Each specimen whose
+log states an uncertainty of its modulus has a modulus parameter. There is a share of stick if the friction is not
+stated."""
 
 MOVES = ("row_along_mm", "row_across_mm", "place_mm", "tilt_x_deg", "tilt_y_deg")
-"""What moves contacts and gauges against each other: 0 unless freed or fixed."""
+"""Parameters that move contacts relative to gauges: 0 unless they are freed or fixed."""
 
 OF_THE_LOG = ("specimen_modulus", "stick_share")
-"""What a fit has or has not by what was said of the presses: nobody asks for it by name."""
+"""Parameters that the data and the stated friction determine to be free or not: no user names them."""
 
 OF_THE_BENCH = ("tilt_x_deg", "tilt_y_deg", "specimen_modulus", "stick_share")
-"""What is no part of the finger: another bench has another."""
+"""Parameters that belong to the bench, not to the finger."""
 
 LEVER_PER_GAIN_MM = -0.5
-"""Middle of the prior of lever over gain; `PARAMETERS` has its standard deviation, that of -2 to 1 mm, all alike."""
+"""Mean of the prior of lever over gain; `PARAMETERS` has its standard deviation, that of a uniform distribution from -2
+to 1 mm."""
 
 
 def names_of(finger: Finger) -> tuple[str, ...]:
-    """The names of all parameters of a finger and its bench, gauge by gauge where there is one for each."""
+    """The names of all parameters of a finger and its bench, with one name per gauge where each gauge has its own."""
     gauges = [gauge.name for gauge in finger.gauges]
     return tuple(
         name
@@ -82,12 +84,12 @@ def names_of(finger: Finger) -> tuple[str, ...]:
 
 
 def linear_last(names: Iterable[str]) -> tuple[str, ...]:
-    """Names in their order, those that readings follow linearly after the others."""
+    """The names in their order, but linear parameters after the others."""
     return tuple(sorted(names, key=lambda name: PARAMETERS[kind(name)].linear))
 
 
 def kind(name: str) -> str:
-    """The entry of `PARAMETERS` of a parameter's name."""
+    """The entry of `PARAMETERS` for a parameter's name."""
     return name.split(".", 1)[0]
 
 
@@ -97,7 +99,7 @@ def plain_value(name: str, value: float) -> bool:
 
 
 def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, float]:
-    """Where each parameter of a finger starts: what its design says, in the parameter's unit."""
+    """Start value of each parameter of a finger, from its design, in the parameter's unit."""
     found = {
         "outer_modulus_MPa": finger.outer.modulus,
         "inner_modulus_MPa": finger.inner.modulus,
@@ -113,7 +115,8 @@ def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, fl
 
 
 def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
-    """The parameters that names stand for, "gain" for those of all gauges; raises `InputError` for unknown ones."""
+    """The parameters that `asked` stands for ("gain" for those of all gauges). Raises `InputError` for unknown
+    names."""
     known, found = names_of(finger), []
     for name in asked:
         if name in known:
@@ -144,5 +147,5 @@ def scaled(name: str, value: float) -> float:
 
 
 def physical(name: str, value: float) -> float:
-    """The value in its unit of a parameter in the scale of the fit."""
+    """The value, in its unit, of a parameter that is given in the scale of the fit."""
     return math.exp(value) if PARAMETERS[kind(name)].logarithmic else value

@@ -1,4 +1,5 @@
-"""From a log of presses and a design to the problem that a fit solves: what is free, and the responses it needs."""
+"""States the problem of a fit, from a log of presses and a design: which parameters are free, and which responses it
+needs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -30,13 +31,14 @@ from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_c
 from papilla.workers import workers
 
 SIZE_MM = 1.0
-"""Element size at the contact for identifications: S_d is within 0.6 % of that on meshes half as fine."""
+"""Element size at the contact for identifications: S_d differs by 0.6 % at most from that on elements of half the
+size."""
 
 MOST_UNKNOWN = 0.3
-"""Relative standard deviation of a specimen's modulus above which it is refused."""
+"""Relative standard deviation of a specimen's modulus above which the log is refused."""
 
 THICKER = 1.2
-"""Factor between the thicknesses that the response is made for, where the thickness is free."""
+"""Factor between the thicknesses for which responses are made, if the thickness is free."""
 
 
 def problem_of(
@@ -50,7 +52,7 @@ def problem_of(
     size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Problem:
-    """The problem that `identify` poses, not yet weighted; arguments as there."""
+    """The problem that `identify` solves, not yet weighted; for the arguments see there."""
     refuse(log, finger)
     held = checked_values(fix or {}, finger)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
@@ -79,8 +81,8 @@ def problem_of_record(
     size_mm: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Problem:
-    """The problem of presses of an identified finger, `free` of its recorded parameters being free; it starts at their
-    recorded values. Raises `InputError` where the record is of other gauges."""
+    """The problem of presses of an identified finger, with the recorded parameters `free` starting at their recorded
+    values. Raises `InputError` if the record has other gauges."""
     record, bench = finger.identified, finger.bench
     assert record is not None
     unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
@@ -94,7 +96,7 @@ def problem_of_record(
 
 
 def specimens_of(log: PressLog) -> dict[str, Known]:
-    """The specimens of whose moduli a log says how well they are known, as parameters by name."""
+    """The specimens whose log states an uncertainty of their modulus, as parameters by name."""
     if log.modulus_sigma_MPa is None:
         return {}
     on = np.zeros(len(log)) if log.on is None else log.on
@@ -120,12 +122,13 @@ def specimens_of(log: PressLog) -> dict[str, Known]:
 
 
 def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
-    """How far (mm) parameter values move a gauge from its design's place, along and across the interface."""
+    """Displacement (mm) of a gauge from its designed place, along and across the interface, by the parameter values."""
     return values.get("row_along_mm", 0.0) + values.get(f"place_mm.{gauge}", 0.0), values.get("row_across_mm", 0.0)
 
 
 def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
-    """The design of a finger whose gauges parameter values have moved: from there they count."""
+    """The design with the gauges at their places before the parameter values moved them: displacements count from
+    there."""
     gauges = []
     for gauge in finger.gauges:
         back = [
@@ -138,7 +141,8 @@ def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
 def family_of(
     finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Callable[[str], None] | None = None
 ) -> FingerFamily:
-    """The family of a finger's geometry, the same whatever its moduli, gains and levers: it is reduced once."""
+    """The family of a finger's geometry. It is the same for all moduli, gains and levers, so the geometry is reduced
+    once."""
     gauges = tuple(replace(gauge, membrane_gain=1.0, lever_mm=0.0) for gauge in finger.gauges)
     plain = replace(finger, name="", gauges=gauges, bench=Bench(), ridges=None, identified=None)
     if finger.outer.material is None and finger.inner.material is None:
@@ -153,15 +157,16 @@ def ensure_physics(
     processes: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> None:
-    """Make the tables of large strain that presses of a finger need whatever its moduli are; with and without friction,
-    if nothing is said of it."""
+    """Make the tables of large strain that presses of a finger need at any moduli; with and without friction, if the
+    friction is not stated."""
     ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
     with workers(processes, progress) as start:
         begin_large_strain(finger, ends, start, ratios=SPANNING, progress=progress)()
 
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
-    """The parameters that a fit varies, in the order of the table; raises `InputError` for what no press can tell."""
+    """The parameters that a fit varies, in the order of the table. Raises `InputError` for parameters that the presses
+    cannot determine."""
     usual = ["outer_modulus_MPa", "inner_modulus_MPa"]
     if log.stated_sd is None:
         usual += ["gain", "lever_mm", "zero_microstrain"]
@@ -195,15 +200,17 @@ def shapes_of(
     size_mm: float | None,
     progress: Callable[[str], None] | None,
 ) -> tuple[Shape, ...]:
-    """The specimens' shapes of a log with the responses to them of a finger's family; with and without friction where
-    nothing is said of it and large strain is known with both.
+    """The shapes of specimens in a log, each with the responses of a finger's family to it; with and without friction,
+    if the friction is not stated and large strain is known for both.
 
-    touched : what was pressed where the log does not say.
+    touched : what was pressed, if the log does not say it.
     """
     if "thickness_mm" in free and not isinstance(touched, Block):
-        raise InputError(f"thickness_mm is that of a block, and the presses are on a {touched.words}")
+        raise InputError(f"thickness_mm is the thickness of a block, but the presses are on a {touched.words}")
     if "thickness_mm" in free and len(log.specimens) > 1:
-        raise InputError(f"thickness_mm is that of one block, and the presses are on {len(log.specimens)} specimens")
+        raise InputError(
+            f"thickness_mm is the thickness of one block, but the presses are on {len(log.specimens)} specimens"
+        )
     relatives = family_of(finger, size_mm=size_mm, progress=progress)
     if any(one.curvature == (0.0, 0.0) for one in log.specimens or (touched,)):
         ensure_physics(finger, friction, progress=progress)
@@ -233,7 +240,7 @@ def shapes_of(
 def with_moves(
     shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Callable[[str], None] | None = None
 ) -> tuple[Shape, ...]:
-    """The shapes with what contacts off the apex and moved gauges change in the presses on each of them."""
+    """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
     return tuple(
         replace(
             shape,

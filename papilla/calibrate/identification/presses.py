@@ -1,4 +1,5 @@
-"""What presses do to the gauges of a finger: the responses of its family, mixed as a vector of parameters says."""
+"""Response of the gauges of a finger to presses: the responses of its family, mixed according to a vector of
+parameters."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,19 +15,19 @@ from papilla.logs import PressLog
 from papilla.specimen import Friction, Specimen, friction_words
 
 NOT_TOLD = "not told"
-"""Of the friction of presses: those with and without are mixed."""
+"""Friction of presses if it is not stated: responses with and without it are mixed."""
 
 LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
-"""What every press depends on, by the logarithm; the last by itself."""
+"""Quantities on whose logarithms every press depends; the last one alone is the ratio of moduli."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
     """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm).
 
-    responses : one a thickness; where friction is not known those that stick, then those without friction, of which
-    `stick_share` is mixed.
-    off_apex : what contacts off the apex and moved gauges change; None where there are none.
+    responses : one per thickness; if the friction is not known, first those with stick, then those without friction;
+    `stick_share` mixes them.
+    off_apex : changes by contacts beside the apex and by moved gauges; None if there are none.
     """
 
     rows: np.ndarray
@@ -37,12 +38,12 @@ class Shape:
 
     @property
     def friction_open(self) -> bool:
-        """Whether presses with and without friction are mixed by their share."""
+        """Whether responses with and without friction are mixed."""
         return len(self.responses) > max(len(self.thicknesses), 1)
 
     @property
     def friction(self) -> Friction:
-        """Of the presses: Coulomb's coefficient, "stick", or `NOT_TOLD`."""
+        """Friction of the presses: Coulomb's coefficient, "stick", or `NOT_TOLD`."""
         return NOT_TOLD if self.friction_open else friction_words(self.responses[0].friction)
 
 
@@ -56,9 +57,9 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class FeltBy:
-    """What n presses do to g gauges (n, q, g) and how deep they go (n,) in mm, with derivatives of both by name.
+    """Gauge values (n, q, g) and indentations (n,) in mm of n presses, with the derivatives of both by parameter name.
 
-    changed : (n, q, g) how much of it comes from contacts off the apex and from moved gauges.
+    changed : (n, q, g) the part of the gauge values that comes from contacts beside the apex and from moved gauges.
     """
 
     values: np.ndarray
@@ -71,7 +72,7 @@ class FeltBy:
 def felt_by(
     shapes: tuple[Shape, ...], log: PressLog, moduli: np.ndarray, values: Mapping[str, float], gauges: tuple[str, ...]
 ) -> FeltBy:
-    """Presses of a log on specimens of moduli (n,) by a finger and bench of these parameter values."""
+    """The presses of a log, on specimens of moduli (n,), by a finger and bench with these parameter values."""
     inner, outer = values["inner_modulus_MPa"], values["outer_modulus_MPa"]
     ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
     shape_of = (len(log), len(QUANTITIES), len(gauges))
@@ -108,15 +109,17 @@ def felt_by(
 
 
 def places(log: PressLog) -> np.ndarray:
-    """(n, 2) touch-down points in mm; the apex where the log does not say."""
+    """(n, 2) touch-down points in mm; the apex if the log states none."""
     at = [getattr(log, axis) for axis in ("x_mm", "y_mm")]
     return np.column_stack([np.zeros(len(log)) if one is None else one for one in at])
 
 
 def rolled(limits: MoveLimits, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-    """How far (2,) in mm the tilt of the finger moves the contact along x and y, and by a degree about y and x.
+    """Displacement (2,) in mm of the contact along x and y by the tilt of the finger, and its derivative per degree
+    about y and x.
 
-    A finger that is turned about y (from z to x) is touched where its skin faces the specimen: at smaller x.
+    A finger that is turned about y (from z to x) touches with the part of the skin that then faces the specimen: at
+    smaller x.
     """
     per_degree = np.radians(1.0) * np.array([-1.0, 1.0]) * limits.rolling
     tilt = np.array([values["tilt_y_deg"], values["tilt_x_deg"]])
@@ -131,7 +134,7 @@ def _move(
     values: Mapping[str, float],
     gauges: tuple[str, ...],
 ) -> None:
-    """Add what contacts off the apex and moved gauges change, of the presses on one shape."""
+    """Add the changes by contacts beside the apex and by moved gauges, for the presses on one shape."""
     off_apex, rows = shape.off_apex, shape.rows
     assert off_apex is not None
     offset, per_degree = rolled(off_apex.limits, values)
@@ -166,13 +169,13 @@ def _move(
 
 
 def needs_places(log: PressLog, free: tuple[str, ...], held: Mapping[str, float]) -> bool:
-    """Whether contacts and gauges have to be moved for a log and its parameters."""
+    """Whether the log and the parameters require contacts or gauges to be moved."""
     moved = any(value != 0 for name, value in held.items() if name.split(".")[0] in MOVES)
     return moved or bool(places(log).any()) or any(name.split(".")[0] in MOVES for name in free)
 
 
 def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None:
-    """Raise `InputError` for contacts that are too far from the apex, or a tilt that no press could tell."""
+    """Raise `InputError` for contacts too far from the apex, or for a tilt that no press could determine."""
     left = np.full(2, limits.reach)
     for axis, name in enumerate(("tilt_y_deg", "tilt_x_deg")):
         if name in free:
@@ -188,7 +191,8 @@ def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None
 
 
 def _between(thicknesses: tuple[float, ...], thickness: float) -> tuple[np.ndarray, np.ndarray]:
-    """Weights of the responses at their thicknesses, and their derivatives by the thickness's logarithm (Lagrange)."""
+    """Weights of the responses at their thicknesses, and their derivatives by the logarithm of the thickness
+    (Lagrange)."""
     if len(thicknesses) < 2:
         return np.ones(1), np.zeros(1)
     nodes, at = np.log(thicknesses), np.log(thickness)

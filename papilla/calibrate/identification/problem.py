@@ -1,8 +1,9 @@
 """`Problem`: measured presses and a family of fingers as weighted residuals of parameters, with their Jacobian.
 
-Readings are linear in gains, levers and zeros, which are solved for inside of a fit over the others (variable
+Readings are linear in gains, levers and zeros, which are solved inside a fit over the other parameters (variable
 projection, Golub and Pereyra 2003, doi:10.1088/0266-5611/19/2/201; its Jacobian after Kaufman 1975,
-doi:10.1007/BF01932995). An error of force moves all that a press measures together, and is weighted so.
+doi:10.1007/BF01932995). An error of the force changes all values of a press together; the weights contain this
+correlation.
 """
 
 from collections.abc import Mapping
@@ -22,45 +23,46 @@ from papilla.specimen import Friction
 from papilla.units import MICROSTRAIN
 
 MISSING = 1e9
-"""Standard deviation, in that of a channel, of what a press did not measure."""
+"""Standard deviation for values that a press did not measure, relative to the channel's own."""
 
 BEYOND = 0.01
-"""By how much the logarithm of the moduli's ratio leaves the family for one standard deviation."""
+"""Distance of ln of the moduli's ratio from the family that counts as one standard deviation."""
 
 FIRST_EXPONENT = 0.67
-"""Of readings over force before the model tells it: Hertz's."""
+"""Exponent of readings over force until the model gives a better one: Hertz's."""
 
 LEAST_GAIN, MOST_GAIN = 1e-4, 2.0
-"""Gains below the first are those of a foil that feels nothing, and none is above the second."""
+"""Gains below the first value are those of a foil that does not respond; no gain is above the second."""
 
 LEVERS_PER_GAIN_MM = np.linspace(-2.0, 1.0, 13)
-"""Levers over gains among which the largest gain that readings may come from is looked for."""
+"""Ratios of lever to gain among which the largest possible gain is searched."""
 
 CANCELLING = 0.2
-"""Share of the largest of these readings below which strain and curvature are not taken to cancel."""
+"""Share of the largest of these readings below which strain and curvature are not assumed to cancel."""
 
 
 MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
-"""Where priors are about another value than 0, or for a logarithmic parameter, than where it starts."""
+"""Means of priors that are not 0 or, for a logarithmic parameter, not the start value."""
 
 PATTERNS = 6
-"""The error of the model is smooth in force and modulus, a parabola in both. So however many presses there are, they
-average it no better than so many independent ones."""
+"""Number of independent errors of the model: the error is smooth in force and modulus, a parabola in both. More presses
+than this do not average it further."""
 
 CURVED = 2.0
-"""How much more a change of curvature is off than a strain."""
+"""Relative error of the curvature over that of the strain."""
 
 ASIDE_PER_MM2 = 3e-4
-"""Relative one sigma of an indentation a mm beside the apex, which is taken to be that at the apex; with its square."""
+"""Relative standard deviation of an indentation 1 mm beside the apex, which is assumed to equal that at the apex; it
+grows with the square of the distance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Modelled:
-    """What presses of a parameter vector measure: n presses, c channels (gauges, or S_d alone, in microstrain, and
+    """Modelled measurements for a parameter vector: n presses, c channels (gauges, or S_d alone, in microstrain, and
     indentation in mm).
 
     values : (n, c). by_free : (n, c, f) derivatives by the free parameters in the scale of the fit. by_ln_force (n, c).
-    by_ln_modulus : (n, c), by the specimen's. unsure : (n, c) standard deviations of what the model is off by.
+    by_ln_modulus : (n, c), by the specimen's. unsure : (n, c) standard deviations of the model's error.
     """
 
     values: np.ndarray
@@ -74,11 +76,11 @@ class Modelled:
 class Problem:
     """Presses of a log on a finger of one geometry; n presses, g gauges, f free parameters.
 
-    held : every parameter's value in its unit, those of the free ones where they start. free : names, those that
-    readings do not follow linearly first. specimens : those whose moduli are parameters, by their names.
-    candidates : whether the presses are not made yet, and each stands alone.
-    weights : (n, c, c) whiten what a press measures, robust (n, c) weigh it.
-    gains : (g,) about as large as the gauges', for the prior of the levers.
+    held : every parameter's value in its unit; for the free ones the start value. free : names, the nonlinear ones
+    first. specimens : those whose moduli are parameters, by name. candidates : True if the presses have not been made
+    yet and each is judged alone.
+    weights : (n, c, c) whiten the values of a press; robust (n, c) are their weights.
+    gains : (g,) approximate gains, for the prior of the levers.
     """
 
     log: PressLog
@@ -97,12 +99,12 @@ class Problem:
 
     @cached_property
     def linear(self) -> np.ndarray:
-        """(f,) bool: which free parameters the readings follow linearly."""
+        """(f,) bool: the free parameters in which the readings are linear."""
         return np.array([PARAMETERS[kind(name)].linear for name in self.free], bool)
 
     @cached_property
     def start(self) -> np.ndarray:
-        """(f,) where the free parameters start, in the scale of the fit."""
+        """(f,) start values of the free parameters, in the scale of the fit."""
         return np.array([scaled(name, self.held[name]) for name in self.free])
 
     @cached_property
@@ -114,16 +116,16 @@ class Problem:
         return self.start + low, self.start + high
 
     def prior_sigma(self, name: str) -> float:
-        """Standard deviation of a parameter's prior, in the scale of the fit; of a lever, in its gain."""
+        """Standard deviation of a parameter's prior, in the scale of the fit; for a lever, relative to its gain."""
         return self.specimens[name].sigma if name in self.specimens else PARAMETERS[kind(name)].sigma
 
     def prior_middle(self, name: str) -> float:
-        """Middle of a parameter's prior, in the scale of the fit: where a logarithmic one starts."""
+        """Mean of a parameter's prior, in the scale of the fit; for a logarithmic parameter the start value."""
         started = PARAMETERS[kind(name)].logarithmic
         return scaled(name, self.held[name]) if started else MIDDLES.get(kind(name), 0.0)
 
     def moduli(self, values: Mapping[str, float]) -> np.ndarray:
-        """(n,) moduli in MPa of what was pressed."""
+        """(n,) moduli of the specimens in MPa."""
         found = self.log.modulus_MPa.astype(float)
         for name, known in self.specimens.items():
             found[known.rows] = values[name]
@@ -135,21 +137,21 @@ class Problem:
         return {**self.held, **{name: physical(name, value) for name, value in found}}
 
     def of(self, log: PressLog) -> "Problem":
-        """The problem of other presses on the first shape of specimen, each for itself; not weighted."""
+        """The problem of other presses on the first shape of specimen, each judged alone; not weighted."""
         shape = replace(self.shapes[0], rows=np.arange(len(log)))
         nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in self.specimens.items()}
         return replace(self, log=log, shapes=(shape,), specimens=nobody, candidates=True, weights=None, robust=None)
 
     @property
     def friction(self) -> Friction:
-        """That of the presses on the first shape."""
+        """Friction of the presses on the first shape."""
         return self.shapes[0].friction
 
     # ---- what presses measure
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """(n, c) readings in microstrain, then indentations in mm where there are any; NaN where there is none."""
+        """(n, c) readings in microstrain, then indentations in mm, if there are any; NaN where a value is missing."""
         read = self.log.readings if self.log.stated_sd is None else self.log.stated_sd[:, None]
         return read if self.log.indentation_mm is None else np.column_stack([read, self.log.indentation_mm])
 
@@ -165,12 +167,12 @@ class Problem:
 
     @property
     def reading_count(self) -> int:
-        """How many of them there are."""
+        """Number of channels that are readings."""
         return len(self.reading_names)
 
     @property
     def reading_noise(self) -> float:
-        """Standard deviation of one of them, in microstrain."""
+        """Standard deviation of one reading, in microstrain."""
         one = self.noise.readings_microstrain
         return one if self.log.stated_sd is None else one / self.gauge_count**0.5
 
@@ -180,7 +182,7 @@ class Problem:
         return len(self.finger.gauges)
 
     def modelled(self, vector: np.ndarray) -> Modelled:
-        """What presses of a parameter vector (f,) in the scale of the fit measure."""
+        """Modelled measurements for a parameter vector (f,) in the scale of the fit."""
         values = self.values(vector)
         felt, g = self.felt(values), self.gauge_count
         mix = self._mix(values)
@@ -219,18 +221,19 @@ class Problem:
 
     @cached_property
     def _together(self) -> np.ndarray:
-        """(n,) presses at the place of each: what moving is off by is the same in all, so that they count as one."""
+        """(n,) number of presses at the same place as each: they share the error of moved contacts, so they count as
+        one for it."""
         if self.candidates:
             return np.ones(len(self.log))
         _, which, counts = np.unique(places(self.log), axis=0, return_inverse=True, return_counts=True)
         return counts[which]
 
     def felt(self, values: Mapping[str, float]) -> FeltBy:
-        """What gauges feel of the presses, how deep they go, and its derivatives, by parameter values."""
+        """Gauge values and indentations of the presses, and their derivatives, for parameter values."""
         return felt_by(self.shapes, self.log, self.moduli(values), values, self.gauges)
 
     def _mix(self, values: Mapping[str, float]) -> np.ndarray:
-        """(q, g) of what gauges feel in readings in microstrain."""
+        """(q, g) weights of the gauges' values in readings in microstrain."""
         gain, lever = (np.array([values[f"{name}.{one}"] for one in self.gauges]) for name in ("gain", "lever_mm"))
         return np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
 
@@ -239,7 +242,7 @@ class Problem:
         return mix if which == "common_gain" else np.array([0 * mix[0], mix[0]])
 
     def _measurable(self, every: Modelled) -> Modelled:
-        """Of all gauges and the indentation what the log has: S_d for the gauges, or no indentation."""
+        """The channels that the log has: S_d in place of the gauges, or no indentation."""
         g, log = self.gauge_count, self.log
         parts = [every.values, every.by_free, every.by_ln_force, every.by_ln_modulus, every.unsure]
         if log.stated_sd is not None:
@@ -256,7 +259,7 @@ class Problem:
     # ---- residuals
 
     def residuals(self, vector: np.ndarray) -> np.ndarray:
-        """(m,) weighted: what was measured less what presses of a vector (f,) measure, then the priors."""
+        """(m,) weighted: measured minus modelled values for a vector (f,), then the priors."""
         return self.linearised(vector)[0]
 
     def jacobian(self, vector: np.ndarray) -> np.ndarray:
@@ -264,13 +267,13 @@ class Problem:
         return self.linearised(vector)[1]
 
     def linearised(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Both."""
+        """Residuals and Jacobian together."""
         modelled = self.modelled(vector)
         residuals = np.concatenate([self._weighted(self._off(modelled))[:, 0], self._prior(vector)])
         return residuals, np.vstack([self._weighted(-modelled.by_free), self._prior_slope(vector)])
 
     def solved(self, outside: np.ndarray) -> np.ndarray:
-        """The vector (f,) of the best linear parameters, at given values of the others."""
+        """The vector (f,) with the best linear parameters, at given values of the others."""
         vector = self.start.copy()
         vector[~self.linear] = outside
         if self.linear.any():
@@ -287,17 +290,17 @@ class Problem:
         return residuals, outer - inner @ (inner.T @ outer)
 
     def _off(self, modelled: Modelled) -> np.ndarray:
-        """(n, c, 1) what was measured less what was modelled, zero where nothing was measured."""
+        """(n, c, 1) measured minus modelled values; zero where nothing was measured."""
         return np.nan_to_num(self.measured - modelled.values)[:, :, None]
 
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
-        """Rows (n, c, k) whitened, weighed and flat: (n c, k)."""
+        """Rows (n, c, k), whitened, weighted and flattened: (n c, k)."""
         assert self.weights is not None and self.robust is not None, "a problem is weighted before it is solved"
         return ((self.weights @ rows) * self.robust[:, :, None]).reshape(-1, rows.shape[2])
 
     @cached_property
     def _prior_rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """(p, f) and (p,): the priors as rows . vector - target, in their standard deviations."""
+        """(p, f) and (p,): the priors as rows . vector - target, divided by their standard deviations."""
         rows, target = np.zeros((len(self.free), len(self.free))), np.zeros(len(self.free))
         gauges = [gauge.name for gauge in self.finger.gauges]
         for place, name in enumerate(self.free):
@@ -325,7 +328,8 @@ class Problem:
         return np.append(rows @ vector - target, self.beyond(vector) / BEYOND)
 
     def _prior_slope(self, vector: np.ndarray) -> np.ndarray:
-        """(p + 1, f) derivatives of the priors, the last of them that of the moduli's ratio beyond the family."""
+        """(p + 1, f) derivatives of the priors; the last row is that of the penalty on ratios of moduli outside of the
+        family."""
         last = np.zeros(len(self.free))
         if self.beyond(vector):
             for name, sign in (("outer_modulus_MPa", 1.0), ("inner_modulus_MPa", -1.0)):
@@ -334,7 +338,7 @@ class Problem:
         return np.vstack([self._prior_rows[0], last])
 
     def beyond(self, vector: np.ndarray) -> float:
-        """How far the logarithm of outer over inner modulus lies outside of the family."""
+        """Distance of ln(outer / inner modulus) from the range of the family."""
         values = self.values(vector)
         ratio = values["outer_modulus_MPa"] / values["inner_modulus_MPa"]
         return float(np.log(ratio / np.clip(ratio, *RATIO_LIMITS)))
@@ -342,7 +346,7 @@ class Problem:
     # ---- weights
 
     def weighted(self, vector: np.ndarray | None = None) -> "Problem":
-        """The problem with the weights that a vector (f,) implies; without one, with those that the readings do."""
+        """The problem with the weights that follow from a vector (f,); without a vector, from the readings."""
         if vector is None:
             slope = FIRST_EXPONENT * np.nan_to_num(self.measured)
             weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
@@ -354,7 +358,7 @@ class Problem:
         return replace(self, weights=self._whitener(modelled.by_ln_force, modelled.unsure), gains=gains)
 
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:
-        """(g,) largest gains that readings of this size may come from, over the levers of the prior."""
+        """(g,) largest gains that could give readings of this size, over the levers of the prior."""
         if self.log.stated_sd is not None:
             return np.ones(self.gauge_count)
         moved = self.log.readings - self.log.readings.mean(axis=0)
@@ -365,7 +369,8 @@ class Problem:
         return size / np.maximum(least, size / MOST_GAIN + np.finfo(float).tiny)
 
     def _whitener(self, slope: np.ndarray, unsure: np.ndarray) -> np.ndarray:
-        """(n, c, c) what makes each press's errors independent and of one; slope : (n, c) by ln force."""
+        """(n, c, c) matrices that make the errors of each press independent with variance one; slope : (n, c) by ln
+        force."""
         noise = self.noise
         spread = np.full(self.measured.shape, self.reading_noise**2)
         spread[:, self.reading_count :] = noise.indentation_mm**2
@@ -376,14 +381,15 @@ class Problem:
         return np.linalg.inv(np.linalg.cholesky(covariance))
 
     def strained(self, inner: float) -> np.ndarray:
-        """(n,) bool: presses that strain a finger of this inner modulus (MPa) more than was measured."""
+        """(n,) bool: presses that strain a finger of this inner modulus (MPa) beyond the measured range of large
+        strain."""
         most = np.full(len(self.log), np.inf)
         for shape in self.shapes:
             most[shape.rows] = min(one.strained for one in shape.responses)
         return self.log.force_N / inner > most
 
     def _model_errors(self, inner: float) -> np.ndarray:
-        """(n, 1 + q g) relative errors of what the model says of each press: indentation, then what the gauges feel."""
+        """(n, 1 + q g) relative errors of the model for each press: indentation, then the gauges' values."""
         found = np.zeros((len(self.log), 1 + 2 * self.gauge_count))
         alike = 1.0 if self.candidates else max(1.0, len(self.log) / PATTERNS) ** 0.5
         felt = np.repeat(self.noise.model * np.array([1.0, CURVED]), self.gauge_count)
@@ -393,7 +399,7 @@ class Problem:
         return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
 
     def downweighted(self, vector: np.ndarray, outlying: float) -> "Problem":
-        """The problem with each weighted reading counting less from `outlying` on (Cauchy's weights)."""
+        """The problem in which a weighted reading counts less if it exceeds `outlying` (Cauchy's weights)."""
         assert self.weights is not None
         whitened = (self.weights @ self._off(self.modelled(vector)))[:, :, 0]
         return replace(self, robust=1 / np.sqrt(1 + (whitened / outlying) ** 2))

@@ -1,12 +1,12 @@
 """Interval of a weakly determined parameter from its profile likelihood.
 
-Quantity: the values x of one parameter at which chi-square, all other parameters fitted again, is within 3.84 of its
-least value: chi2_p(x) = min over the others of chi2(x, others) <= chi2_p(best) + 1.96^2 (Venzon and Moolgavkar 1988,
+Quantity: the values x of one parameter at which chi-square, with all other parameters fitted again, is within 3.84 of
+its minimum: chi2_p(x) = min over the others of chi2(x, others) <= chi2_p(best) + 1.96^2 (Venzon and Moolgavkar 1988,
 doi:10.2307/2347496). The covariance at the best fit is a parabola through that curve and misleads where the curve is
-flat on one side. The curve is walked outwards in steps of 0.75 standard deviations, each fit beginning at the end of
-the last one and at the starts of a whole fit (far out there may be another valley), until it rises above the level; the
-crossing is found by Brent's method. Priors are part of chi-square. Without the prior of the parameter itself the curve
-says whether the presses close the interval, or the prior does (`Profile.verdict`). Cost: a fit each step.
+flat on one side. The curve is walked outwards in steps of 0.75 standard deviations, each fit starting at the end of the
+last one and at the start values of a whole fit (far out there may be another minimum), until it rises above the level.
+Brent's method finds the crossing. Priors are part of chi-square. The curve without the prior of the parameter itself
+shows whether the presses or the prior limit the interval (`Profile.verdict`). Cost: one fit per step.
 """
 
 from dataclasses import dataclass, replace
@@ -22,21 +22,22 @@ NORMAL = 1.959964
 """Half width of a 95 % interval, in standard deviations."""
 
 CLOSE_TO_BOUND = 1e-3
-"""Share of the range between its bounds within which a parameter is at one of them."""
+"""Share of the range between its bounds within which a parameter counts as being at a bound."""
 
 RATIO = "the ratio of the moduli"
 
 STEP, STEPS, EXACT = 0.75, 12, 0.005
-"""Step (standard deviations) and largest number of steps on each side, and accuracy of an end (standard deviations)."""
+"""Step, in standard deviations; largest number of steps on each side; and accuracy of an end, in standard
+deviations."""
 
 
 @dataclass(frozen=True)
 class Profile:
     """The 95 % interval of a parameter (in its unit), where chi-square with all others fitted rises by 3.84.
 
-    verdict : of the presses without the parameter's own prior: "bounded", "one-sided" or "flat", as chi-square rises
-    that far before its bounds on both sides, on one or on none; the prior then closes the interval. cut_off_by : what
-    is at its bound where the interval ends, which is then too short.
+    verdict : without the parameter's own prior, "bounded", "one-sided" or "flat": chi-square rises that far before the
+    bounds on both sides, on one, or on none; in the last two cases the prior limits the interval. cut_off_by :
+    parameters that are at a bound where the interval ends, which is then too short.
     """
 
     name: str
@@ -47,7 +48,7 @@ class Profile:
 
     @property
     def doubts(self) -> list[str]:
-        """What to doubt of the interval, a sentence each."""
+        """Doubts about the interval, a sentence each."""
         known, said = f"{self.lower:.3g} to {self.upper:.3g}", []
         if self.verdict != "bounded":
             where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
@@ -59,7 +60,7 @@ class Profile:
 
 
 def profile(found: Identification, name: str) -> Profile:
-    """The profile of a parameter that readings do not follow linearly; costs a fit a step."""
+    """The profile of a nonlinear parameter; each step costs a fit."""
     place = found.names.index(name)
     best, sigma = float(found.vector[place]), float(found.sigma[place])
     excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
@@ -91,7 +92,7 @@ def profile(found: Identification, name: str) -> Profile:
 
 
 class _Curve:
-    """Least chi-square with one parameter held at a value in the scale of the fit; what was found is kept."""
+    """Least chi-square with one parameter held at a value in the scale of the fit; results are kept."""
 
     def __init__(self, found: Identification, name: str):
         self._problem, self._name = found.problem, name
@@ -101,8 +102,8 @@ class _Curve:
         self.at_bounds: dict[float, list[str]] = {}
 
     def __call__(self, value: float, *, anywhere: bool = False) -> float:
-        """Chi-square, priors and the parameter's own included; the fit starts where the last one ended and, to find its
-        way `anywhere`, where a fit of all begins: far out there may be another valley."""
+        """Chi-square including all priors. The fit starts where the last one ended and, with `anywhere`, also at the
+        start values of a whole fit, because far out there may be another minimum."""
         if value not in self.without_prior:
             free = tuple(one for one in self._problem.free if one != self._name)
             held = {**self._problem.held, self._name: physical(self._name, value)}
@@ -116,8 +117,8 @@ class _Curve:
 
 
 def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
-    """What is at its bound in a vector (f,): parameters that readings do not follow linearly, and the ratio; a share of
-    stick may be none or all."""
+    """Names of what is at a bound in a vector (f,): nonlinear parameters and the ratio of moduli. A share of stick may
+    be 0 or 1."""
     low, high = problem.bounds
     near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
     named = [

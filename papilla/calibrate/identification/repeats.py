@@ -1,8 +1,8 @@
-"""Noise of a bench, estimated from presses that were repeated.
+"""Noise of a bench, estimated from repeated presses.
 
-What repeated presses differ by is noise alone: what the model is off by is the same in all of them. It is estimated by
-restricted maximum likelihood (Patterson and Thompson 1971, doi:10.1093/biomet/58.3.545), for an error of force moves
-all channels of a press together; what was stated counts as `STATED_FREEDOM` repeats.
+Repeated presses differ by noise alone, because the model has the same error in all of them. Restricted maximum
+likelihood estimates the noise (Patterson and Thompson 1971, doi:10.1093/biomet/58.3.545), because an error of the force
+changes all channels of a press together. The stated noise counts as `STATED_FREEDOM` repeats.
 """
 
 from dataclasses import replace
@@ -16,14 +16,15 @@ from papilla.calibrate.identification.presses import places
 from papilla.calibrate.identification.problem import Modelled, Problem
 
 SAME_FORCE = 1.02
-"""Factor between the forces of presses that repeat one another; their own forces are in what the model says of each."""
+"""Largest ratio of forces between presses that count as repeats; the model accounts for the difference of their
+forces."""
 
 STATED_FREEDOM = 4.0
 
 
 def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
-    """The noise of a problem's presses, estimated from repeated ones at a fitted vector (f,); where none are repeated,
-    or rows are samples of touches (`t_s`) that share their error of force, it is what was stated."""
+    """The noise of a problem's presses, estimated from repeated ones at a fitted vector (f,); the stated noise, if no
+    press is repeated or if the rows are samples of touches (`t_s`), which share an error of force."""
     groups = _groups(problem) if problem.log.t_s is None else []
     if not groups:
         return problem.noise
@@ -35,7 +36,8 @@ def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
     freedom = sum(len(contrasts) for contrasts, _ in parts)
 
     def minus_twice_log_likelihood(ln_variance: np.ndarray) -> float:
-        """Of the logarithms of the variances: readings, force and, if measured, indentation."""
+        """Minus twice the log likelihood, as a function of the logarithms of the variances: readings, force and, if
+        measured, indentation."""
         variance = np.exp(ln_variance)
         own = np.full(problem.measured.shape[1], variance[0])
         own[problem.reading_count :] = variance[-1]
@@ -46,7 +48,7 @@ def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
             total += float(np.einsum("kc,cd,kd->", contrasts, np.linalg.inv(covariance), contrasts))
         return total
 
-    # Far from what was stated a bench is another one: 1/1000 to 1000 times
+    # Bounds: noise from 1/1000 to 1000 times the stated one
     start = 2 * np.log(stated)
     sides = [(one - 2 * np.log(1e3), one + 2 * np.log(1e3)) for one in start]
     found = np.exp(minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", bounds=sides).x / 2)
@@ -58,7 +60,7 @@ def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
 
 
 def _groups(problem: Problem) -> list[np.ndarray]:
-    """Rows of presses of one condition, two or more each."""
+    """Rows of presses under one condition, two or more in each group."""
     log = problem.log
     on = np.zeros(len(log)) if log.on is None else log.on
     keys = np.column_stack([log.modulus_MPa, places(log), on])
@@ -78,6 +80,6 @@ def _groups(problem: Problem) -> list[np.ndarray]:
 
 
 def _contrasts(problem: Problem, modelled: Modelled, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Independent differences (m - 1, c) of m repeated presses, and the mean slope (c,) by ln force."""
+    """Independent differences (m - 1, c) of m repeated presses, and the mean derivative (c,) by ln force."""
     off = (problem.measured - modelled.values)[rows]
     return helmert(len(rows)) @ off, modelled.by_ln_force[rows].mean(axis=0)

@@ -1,1 +1,1 @@
-"""The page that says what a calibration is, how good it is, and what to doubt."""
+"""The pages about a calibration, a comparison and an identification."""

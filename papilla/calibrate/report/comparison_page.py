@@ -1,4 +1,4 @@
-"""One page on a comparison: what is better at what, a table, maps of the uncertainty of E, receptive fields."""
+"""The page of a comparison: verdicts, a table, maps of the uncertainty of E, receptive fields."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,7 +38,7 @@ def _fields(finger: Finger, name: str) -> Markup:
 
 
 def write_comparison_table(path: str | Path, found: Comparison) -> None:
-    """Write what is told of each as CSV, a row each; raises `FileAccessError`."""
+    """Write the figures of each candidate as CSV, a row each; raises `FileAccessError`."""
     rows = [row.to_json() for row in found.rows]
     columns = {key: [row[key] for row in rows] for key in rows[0] if key != "reach"}
     columns["press_ms"] = [np.nan if value is None else value for value in columns["press_ms"]]

@@ -1,4 +1,4 @@
-"""What the report says of a calibration: figures for its tables and sentences, from the calibration's own data."""
+"""Figures for the report's tables and sentences, computed from the calibration's own data."""
 
 import math
 from collections import Counter
@@ -14,9 +14,9 @@ from papilla.calibration.published import SPECIMENS_MPA
 from papilla.units import gf_to_newton, newton_to_gf
 
 FORCE_ERROR = 0.01
-"""Relative error of force whose cost is stated."""
+"""Relative error of the force whose effect on E is stated."""
 FORCE_N = 0.5
-"""Where that cost is stated, inside the domain."""
+"""Moduli at which this effect is stated, if inside the domain."""
 SLOPE_FORCE_N = gf_to_newton(50.0)
 SLOPE_MODULI = (0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0)
 CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
@@ -25,7 +25,7 @@ MAP_POINTS = 48
 
 @dataclass(frozen=True, eq=False)
 class AnswerMap:
-    """What the calibration answers to its own S_d over the domain; f forces, m moduli.
+    """Answers of the calibration to its own S_d over the domain; f forces, m moduli.
 
     force_N (f,), modulus_MPa (m,), relative_sigma (f, m), status (f, m) as `SoftnessStatus` numbers.
     """
@@ -47,16 +47,17 @@ class AnswerMap:
 
     @property
     def identified(self) -> np.ndarray:
-        """(f, m) whether the modulus can be told."""
+        """(f, m) whether the modulus can be determined."""
         return self.status == SoftnessStatus.OK
 
     @property
     def share(self) -> float:
-        """Share of the (logarithmic) domain in which the modulus can be told."""
+        """Share of the (logarithmic) domain in which the modulus can be determined."""
         return float(self.identified.mean())
 
     def hardest(self) -> tuple[float, float | None, float]:
-        """A force (N) amid the domain, the hardest modulus (MPa) that can be told there, and its relative sigma."""
+        """A force (N) in the middle of the domain, the hardest modulus (MPa) that can be determined there, and its
+        relative sigma."""
         row = len(self.force_N) // 2
         told = np.flatnonzero(self.identified[row])
         if not len(told):
@@ -65,7 +66,7 @@ class AnswerMap:
 
 
 def share_with_known_friction(calibration: Calibration) -> float | None:
-    """`AnswerMap.share` if the friction were known; None where it is."""
+    """`AnswerMap.share` if the friction were known; None if it is known."""
     surface = calibration.surface
     if surface.uncertainty.friction is None:
         return None
@@ -74,7 +75,7 @@ def share_with_known_friction(calibration: Calibration) -> float | None:
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
-    """A force (N), and what an error of `FORCE_ERROR` in it adds up to: the published moduli and sigma_E / E."""
+    """A force (N); the published moduli; and the sigma_E / E that an error of `FORCE_ERROR` in the force causes."""
     force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
     rows = []
     for modulus in SPECIMENS_MPA:
@@ -86,7 +87,8 @@ def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float
 
 
 def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, float, float | None]]]:
-    """A force (N), 50 gf or the middle of the domain, and by modulus: d ln S_d / d ln E, mesh scatter, scatter of E."""
+    """A force (N), 50 gf or the middle of the domain; and per modulus: d ln S_d / d ln E, mesh scatter, scatter of
+    E."""
     low, high = calibration.domain["force_N"]
     force = SLOPE_FORCE_N if low <= SLOPE_FORCE_N <= high else (low * high) ** 0.5
     scatter = calibration.surface.uncertainty.scatter_at(force)
@@ -123,20 +125,20 @@ def largest_reading(sweep: Sweep) -> float:
 
 
 def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:
-    """How often each status occurs: presses of the sweep, shares of the answers over the domain."""
+    """Number of presses of the sweep with each status, and shares of the domain with each status of the answer."""
     kinds = Counter(map(_kind, done.presses.status))
     answered = Counter(SoftnessStatus(int(code)).sentence for code in answers.status.ravel())
     return kinds.most_common(), [(kind, count / answers.status.size) for kind, count in answered.most_common()]
 
 
 def _kind(sentence: str) -> str:
-    """A status without its figures: what comes before the first colon or comma, and "converged" for what did."""
+    """A status without its figures: the text before the first colon or comma; "converged" for a converged press."""
     head, _, said = sentence.partition(": ")
     return "converged" if said.startswith("converged") else head.split(",")[0]
 
 
 def provenance(calibration: Calibration) -> list[tuple[str, object]]:
-    """Finger, mesh, versions and when, a row each."""
+    """Finger, mesh, versions and date, a row each."""
     facts = {f"finger: {key}": value for key, value in calibration.finger.items() if value}
     facts |= {f"mesh: {key}": value for key, value in calibration.mesh.items()} | calibration.provenance
     rows = []
@@ -150,14 +152,16 @@ def provenance(calibration: Calibration) -> list[tuple[str, object]]:
 
 
 class QuadraticError(NamedTuple):
-    """The refitted quadratic's modulus against the surface's: relative rms where it answers, and how much that is."""
+    """Errors of the refitted quadratic's modulus relative to the surface's: relative rms where it has an answer, and
+    the share of the domain with an answer."""
 
     rms: float
     answered: float
 
 
 def quadratic_error(calibration: Calibration) -> QuadraticError:
-    """Of the domain of the compact form, so that both forms of five coefficients are compared on the same presses."""
+    """`QuadraticError` over the domain of the compact form, so that both forms of five coefficients are compared on the
+    same presses."""
     form = calibration.compact
     if form is None:
         return QuadraticError(math.nan, 0.0)

@@ -1,4 +1,4 @@
-"""One page on an identification: parameters with intervals, measured against identified, residuals, what to doubt."""
+"""One page on an identification: parameters with intervals, measured and identified values, residuals, doubts."""
 
 from itertools import combinations
 from os import PathLike
@@ -16,7 +16,7 @@ from papilla.view.page import environment, image, number, plain
 CURVE_POINTS = 60
 TOLD_CORRELATION = 0.9
 MOST_NAMED = 8
-"""Presses and correlations that the page lists, the largest first."""
+"""Largest number of presses and correlations on the page; the largest are listed first."""
 
 
 def write_identification(path: str | PathLike, found: Identification, diagnosis: Diagnosis) -> None:
@@ -27,7 +27,7 @@ def write_identification(path: str | PathLike, found: Identification, diagnosis:
 
 
 def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
-    """What the page shows, by the names that its template has."""
+    """The values of the page by their names in the template."""
     return {
         "diagnosis": diagnosis,
         "noise": found.problem.noise.words,
@@ -44,7 +44,8 @@ def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def weighted_residuals(found: Identification) -> np.ndarray:
-    """(n, c) residuals in the standard deviations that noise gives each reading, force error apart."""
+    """(n, c) residuals divided by the standard deviations that the noise gives each reading, without the error of the
+    force."""
     noise = found.problem.noise
     unsure = found.problem.modelled(found.vector).unsure
     own = np.full(unsure.shape, found.problem.reading_noise)
@@ -72,7 +73,7 @@ def _held(found: Identification, diagnosis: Diagnosis) -> list[str]:
 
 
 def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
-    """Of each gauge: rms residual, the same weighted, and how often its sign changes with rising force."""
+    """For each gauge: rms residual, weighted rms residual, and number of changes of its sign with rising force."""
     problem, order = found.problem, np.lexsort((found.problem.log.force_N, found.problem.log.modulus_MPa))
     weighted, rows = weighted_residuals(found), []
     for k, name in enumerate(problem.reading_names):

@@ -1,6 +1,6 @@
-"""report.html: one self-contained page that says what a calibration is, how good it is, and what to doubt.
+"""report.html: one self-contained page on a calibration, its accuracy and its doubts.
 
-Its words and tables stand in `templates/`; figures come from `facts`, pictures from here.
+Text and tables are in `templates/`; `facts` computes the figures, this module draws the pictures.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from papilla.units import gf_to_newton
 from papilla.view.page import either, environment, image
 
 SHOWN_FORCE_N, SHOWN_MODULUS_MPA = 0.588, 0.51
-"""The press of the strain-field picture: 60 gf on the middle one of the published specimens."""
+"""The press in the picture of the strain field: 60 gf on the middle one of the published specimens."""
 CURVE_POINTS = 80
 ALT = {
     "sd_against_force": "S_d against force, a curve per modulus",
@@ -48,10 +48,10 @@ def write_report(
     ----------
     finger : the design; needed for the strain field and the mesh.
     seconds : how long the calibration took.
-    progress : called with a line of text before something takes long (the strain field, unless it is in the cache).
+    progress : called with a line of text before a long step (the strain field, unless it is in the cache).
 
-    Raises `InputError` for a calibration from a sweep without its finger, `FileAccessError` where the file cannot be
-    written, and what the strain field's model raises.
+    Raises `InputError` for a calibration from a sweep without its finger, `FileAccessError` if the file cannot be
+    written, and what the model of the strain field raises.
     """
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
@@ -83,7 +83,7 @@ def write_report(
 
 
 def symbols(text: str) -> Markup:
-    """A sentence of the calibration with its symbols set as the page sets them."""
+    """A sentence of the calibration with symbols formatted as on the page."""
     set_as = {"S_d": "S<sub>d</sub>", "f2": "f²", "E2": "E²"}
     said = str(escape(text))
     for written, shown in set_as.items():
@@ -92,7 +92,7 @@ def symbols(text: str) -> Markup:
 
 
 def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[str], None] | None) -> dict:
-    """What a model alone has: the figures of its mesh, and the picture of its strain field."""
+    """Content that needs the finger's model: figures of its mesh, and the picture of its strain field."""
     if done.reduced is None or finger is None:
         return {"quality": None, "strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
@@ -106,7 +106,8 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
 
 
 def _bench(done: Calibrated) -> dict | None:
-    """Of a finger that was identified from measured presses: their picture and residuals, and what was told."""
+    """Content about a finger that was identified from measured presses: their picture and residuals, and the
+    diagnosis."""
     if done.bench is None:
         return None
     from papilla.calibrate.report.identification_page import parts

@@ -1,4 +1,4 @@
-"""Objectives of studies: a registered function each, one file each; importing this package registers all of them.
+"""Objectives of studies: one registered function per file; importing this package registers all of them.
 
 They are imported by name, because the keys of stored records contain the code that is imported.
 """

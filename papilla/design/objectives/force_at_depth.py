@@ -1,4 +1,4 @@
-"""Force at a depth: how stiff the finger feels."""
+"""Force at a depth: the stiffness of the finger."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from papilla.errors import InputError
 
 @objective("force_at_depth", "less", "N", "force on the hardest specimen at the scene's depth_mm, stuck")
 def force_at_depth(look: Look) -> float:
-    """Between the forces of the scene's grid; raises `InputError` for a depth that these do not reach."""
+    """Interpolated between the forces of the scene's grid; raises `InputError` for a depth outside of their range."""
     force, modulus = look.scene.grid
     hardest = modulus == modulus.max()
     depth = look.depths[1][hardest]

@@ -1,4 +1,4 @@
-"""Which share of the scene is identifiable at all."""
+"""The share of the scene in which the modulus is identifiable."""
 
 import numpy as np
 

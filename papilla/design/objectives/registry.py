@@ -1,4 +1,4 @@
-"""The register of objectives: a function of a `Look`, which way is better, its unit, and what it needs."""
+"""The register of objectives: a function of a `Look`, the better direction, its unit, and its requirements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Better = Literal["less", "more"]
 
 @dataclass(frozen=True)
 class Objective:
-    """A number of a design in a scene. words : what it is; gauges : how many a design needs at least."""
+    """A number that characterises a design in a scene. words : description; gauges : smallest number of gauges."""
 
     name: str
     better: Better
@@ -22,7 +22,7 @@ class Objective:
 
     @property
     def sign(self) -> float:
-        """By which its values are multiplied so that less is better."""
+        """Factor that makes smaller values better."""
         return 1.0 if self.better == "less" else -1.0
 
 

@@ -7,5 +7,5 @@ from papilla.design.scene import rms_or_worst
 
 @objective("sigma_force_depth", "less", "1", "expected sigma of ln E from force and indentation over the scene")
 def sigma_force_depth(look: Look) -> float:
-    """Worst or rms over the scene, as that says."""
+    """Worst or rms over the scene, as the scene states."""
     return rms_or_worst(look.scene, look.sigma_depth)

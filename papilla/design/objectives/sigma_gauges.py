@@ -7,5 +7,5 @@ from papilla.design.scene import rms_or_worst
 
 @objective("sigma_gauges", "less", "1", "expected sigma of ln E from all gauges and force over the scene", gauges=2)
 def sigma_gauges(look: Look) -> float:
-    """Worst or rms over the scene, as that says."""
+    """Worst or rms over the scene, as the scene states."""
     return rms_or_worst(look.scene, look.sigma_gauges)

@@ -1,4 +1,4 @@
-"""Signal of the gauges over their noise."""
+"""Ratio of the gauges' signal to their noise."""
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from papilla.design.objectives.registry import objective
 
 @objective("signal_over_noise", "more", "1", "least S_d over the scene over the noise of a sample of it", gauges=2)
 def signal_over_noise(look: Look) -> float:
-    """Least over forces, specimens and friction; the noise of S_d is that of a gauge over the root of their number."""
+    """Smallest ratio over forces, specimens and friction; the noise of S_d is that of a gauge over the root of their
+    number."""
     noise = look.scene.gauge_noise_microstrain / np.sqrt(len(look.finger.gauges))
     return float(look.sd.min() / noise)

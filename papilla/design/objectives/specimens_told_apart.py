@@ -1,4 +1,4 @@
-"""How many specimens of the scene's range can be told apart."""
+"""Number of specimens in the scene's range that can be distinguished."""
 
 import numpy as np
 
@@ -9,6 +9,6 @@ from papilla.design.objectives.registry import objective
 
 @objective("specimens_told_apart", "more", "1", "specimens whose 95 % intervals (all gauges) do not overlap", gauges=2)
 def specimens_told_apart(look: Look) -> float:
-    """One, and the range of ln E over the mean width of an interval; sigma as rms over the forces of the scene."""
+    """One plus the range of ln E over the mean width of an interval; sigma is the rms over the forces of the scene."""
     sigma = np.sqrt(np.mean(look.sigma_gauges**2, axis=0))
     return 1.0 + float(np.trapezoid(1 / (2 * NORMAL_FACTOR * sigma), np.log(look.scene.points[1])))

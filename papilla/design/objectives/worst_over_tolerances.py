@@ -1,4 +1,4 @@
-"""Sigma of ln E of what is built, not of what is drawn: the worst over tolerances."""
+"""Sigma of ln E of the manufactured finger instead of its design: the worst over tolerances."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,9 +16,9 @@ from papilla.finger import Finger
 
 @objective("worst_over_tolerances", "less", "1", "sigma_gauges, the worst over the scene's tolerances", gauges=2)
 def worst_over_tolerances(look: Look) -> float:
-    """Of the design and of its neighbours with one tolerance each at its end.
+    """The worst of the design and of neighbours in which one tolerance each is at its limit.
 
-    Gauges are shifted and turned with alternating signs, since a common shift is like a touch elsewhere.
+    Gauges are shifted and turned with alternating signs, because a common shift equals a touch at another place.
     """
     found = [rms_or_worst(look.scene, one.sigma_gauges) for one in (look, *_neighbours(look))]
     return max(found)
@@ -49,7 +49,7 @@ def _softer(finger: Finger, layer: str, factor: float) -> Finger:
 
 
 def _thicker(look: Look, change: float) -> Iterator[Look]:
-    """Looks at neighbours whose skin is thicker and thinner: other geometries."""
+    """Looks at neighbours with a thicker and a thinner skin, which are other geometries."""
     for side in (change, -change):
         thickness = float(look.finger.shape.outer[-1]) - float(look.finger.shape.interface[-1]) + side
         skin = {"shape.skin_mm": thickness}

@@ -1,4 +1,4 @@
-"""What is known of the friction in one direction: its kinetic coefficient, block by block, and its last breakaway."""
+"""State of the friction in one direction: its kinetic coefficient, block by block, and its last breakaway."""
 
 import math
 from dataclasses import dataclass
@@ -9,23 +9,26 @@ import numpy as np
 from papilla.estimators.friction.offset import EXPONENT, Block, Stroke
 
 SCATTER, SCATTER_BLOCKS, MEMORY_BLOCKS = 0.04, 4.0, 25.0
-"""Prior relative scatter of mu from block to block, the number of blocks that it counts for, and the blocks over which
-scatter is averaged."""
+"""Prior relative scatter of mu from block to block, the number of blocks that this prior counts as, and the number of
+blocks over which scatter is averaged."""
 LEAST_SCATTER = 1e-3
-"""Least relative scatter of mu: the linearity of a good force sensor."""
+"""Smallest relative scatter of mu: the linearity of a good force sensor."""
 WANDER = 0.03
 """Relative standard deviation of the change of mu in 1 s of sliding; it grows with the root of the time."""
 GATE, CHANGE_BLOCKS = 5.0, 3
-"""A block GATE scatters off the mean is an outlier; CHANGE_BLOCKS outliers in a row are a change of friction."""
+"""A block that is GATE scatters away from the mean is an outlier; CHANGE_BLOCKS consecutive outliers are a change of
+friction."""
 SLOW_BLOCKS = 100.0
-"""Blocks that the slow mean of mu is taken over."""
+"""Number of blocks over which the slow mean of mu is taken."""
 MEDIAN = 5
-"""Samples whose median is a candidate for the peak of a breakaway: a single faulty sample never is one."""
+"""Number of samples whose median is a candidate for the peak of a breakaway, so that a single faulty sample cannot be
+one."""
 _FIVES = np.arange(MEDIAN)
 
 
 class Peak(NamedTuple):
-    """Pull and normal force in N where a start pulls most, by their `ratio` less its noise; and the pull's sigma."""
+    """Pull and normal force in N at the moment when a start pulls most, by the `ratio` minus its noise; and the pull's
+    sigma."""
 
     ratio: float = -math.inf
     pull: float = math.nan
@@ -37,10 +40,10 @@ class Peak(NamedTuple):
 class Direction:
     """One direction, s = 1 or -1.
 
-    pull, normal : means of s T and N, from `blocks` since the last change. variance : of a block's mu about the mean;
-    error : deviation of the last block; age : sliding since then, s. log_normal, log_variance : mean and variance of
-    ln N. slow_mu : slow mean of mu. stroke : sums over the last stroke. outliers : (s T, N) of the last blocks, if they
-    contradict the mean. peak : of a start under way; breakaway : of the last start.
+    pull, normal : means of s T and N, over `blocks` since the last change. variance : of a block's mu about the mean;
+    error : deviation of the last block; age : time of sliding since then, s. log_normal, log_variance : mean and
+    variance of ln N. slow_mu : slow mean of mu. stroke : sums over the last stroke. outliers : (s T, N) of the last
+    blocks, if they contradict the mean. peak : of the present start; breakaway : of the last start.
     """
 
     s: int
@@ -63,13 +66,15 @@ class Direction:
         return (self.pull - self.s * offset) / self.normal
 
     def model_variance(self, mu: float) -> float:
-        """Variance of mu, the offset apart: scatter, lag behind a change, force and time since the last block."""
+        """Variance of mu without the part of the offset: scatter, lag behind a change, force, and time since the last
+        block."""
         relative = LEAST_SCATTER**2 + EXPONENT**2 * self.log_variance + WANDER**2 * self.age
         return self.variance + self.error**2 + relative * mu**2
 
     def take(self, block: Block, samples: int, offset: float, gain: float) -> bool | None:
-        """Take a block of so many samples, with at least this gain: True where it was learnt, None where it is left out
-        because it contradicts the mean, False where the third such block in a row began the means anew."""
+        """Take a block of `samples` samples, with at least this gain. Returns True if it was learnt, None if it was
+        left out because it contradicts the mean, and False if it was the third such block in a row, so that the means
+        begin again."""
         taken, mu = [(self.s * block.tangential, block.normal)], self.mu(offset)
         error = self.s * (block.tangential - offset) / block.normal - mu
         outlier = self.blocks and error**2 > GATE**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
@@ -102,7 +107,8 @@ class Direction:
         self.stroke = Stroke(ratio, inverse, logs + log, spread, blocks)
 
     def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
-        """Keep where a start pulls most, of samples (n, 3): medians of five, less twice the noise, over the force."""
+        """Keep the moment when a start pulls most, from samples (n, 3): medians of five, minus twice the noise, over
+        the force."""
         normal = np.maximum(window[MEDIAN // 2 : len(window) - MEDIAN // 2, 1], least_N)
         pulls = np.sort(self.s * window[:, 0][_FIVES + np.arange(len(normal))[:, None]], axis=1)
         middle, spread = pulls[:, MEDIAN // 2], pulls[:, -1] - pulls[:, MEDIAN // 2]

@@ -1,13 +1,14 @@
-"""Static and kinetic friction in both directions from tangential and normal force, the sensor's offset removed.
+"""Static and kinetic friction in both directions, from tangential and normal force, without the sensor's offset.
 
 The model of steady sliding is T = T0 + s mu N, with the direction s = 1 or -1 and the offset T0 of the sensor. Samples
-are taken in blocks of 40 ms; the trimmed means of a block give mu = s (T - T0) / N.
+are collected in blocks of 40 ms; the trimmed means of a block give mu = s (T - T0) / N.
 
-A regression of T over N for both unknowns fails: mu itself changes with load, speed, wear and place, and T0 takes up
-the change. So T0 is learnt apart, only from what shows it: air, turns and rests (`offset`). mu is a mean over 0.1 s of
-sliding (`direction`); it is kept as means of s T and N, without T0, and so follows a new T0 at once. The sigma of mu
-holds the scatter from block to block, the error of the last block and the sigma of T0. While nothing shows T0, mu is
-about T / N with the sigma that the prior of T0 gives it, and the status says so (ADR 0010, 0028).
+A regression of T over N for both unknowns fails: mu itself changes with load, speed, wear and place, and the regression
+attributes the change to T0. So T0 is learnt separately, only from what shows it: air, turns and rests (`offset`). mu is
+a mean over 0.1 s of sliding (`direction`); it is kept as means of s T and N, without T0, and so follows a new T0 at
+once. The sigma of mu holds the scatter from block to block, the error of the last block and the sigma of T0. As long as
+nothing shows T0, mu is about T / N with the sigma that follows from the prior of T0, and the status says so (ADR 0010,
+0028).
 
 The static coefficient is the greatest median of five samples, (T - T0) / N, between rest and steady sliding.
 """
@@ -25,27 +26,30 @@ from papilla.estimators.friction.offset import Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
 
 BLOCK_S, TRIMMED = 0.04, 0.1
-"""Length of a block; its means leave out this share of the greatest and of the least samples, so single faults too."""
+"""Length of a block; and the share of the largest and of the smallest samples that its means leave out, at least one of
+each."""
 MEMORY_S = 0.1
-"""Sliding over which mu is averaged: a change is followed to 5 % of itself in 0.3 s."""
+"""Time of sliding over which mu is averaged: after 0.3 s a change is followed up to 5 % of itself."""
 SETTLE_S, SETTLE_MM, SIGN_MM_S = 0.1, 1.5, 5.0
 """Time and path from a start or a turn to steady sliding, while the skin shears and the breakaway passes; a velocity of
-exactly 1 or -1 is a mere sign, and counts as SIGN_MM_S."""
+exactly 1 or -1 is only a sign, and counts as SIGN_MM_S."""
 NO_PULL = 0.25
-"""Share of the slow mean of mu below which a finger rests whatever its velocity says."""
+"""Share of the slow mean of mu below which a finger counts as resting, whatever its velocity."""
 SURE, PRIOR_SURE = 0.08, 0.02
-"""Relative sigma of mu up to which it is ok; and the part of it by the offset up to which the prior alone is enough."""
+"""Relative sigma of mu up to which it is ok; and the part of it by the offset up to which the prior of the offset is
+enough."""
 REST_NOISES, NOISE_SAMPLES, LEAST_MM_S = 4.0, 200.0, 1e-6
 """The finger rests below REST_NOISES standard deviations of a block's velocity, whose noise is averaged over
 NOISE_SAMPLES; and always below LEAST_MM_S."""
 REST_SHARE, TOP_MM = 0.02, 50.0
-"""It rests too below this share of the greatest speed on the last TOP_MM: an encoder's noise grows with its speed."""
+"""The finger also rests below this share of the largest speed on the last TOP_MM, because an encoder's noise grows with
+its speed."""
 THIRD_DIFFERENCE, TAIL = 3.016, 10
-"""Median size of third differences of white noise of standard deviation 1; and samples of earlier blocks that they are
-taken with, because a block may have one sample."""
+"""Median size of third differences of white noise of standard deviation 1; and number of samples of earlier blocks that
+are used as well, because a block may have one sample."""
 STATIC_HZ, START_SCATTER = 400.0, 0.03
-"""Sampling rate from which a breakaway of 15 ms is seen; and relative standard deviation of a start's greatest pull,
-because the skin gives way place by place."""
+"""Sampling rate above which a breakaway of 15 ms is visible; and relative standard deviation of the largest pull of a
+start, because the skin gives way place by place."""
 NO_CONTACT, NOT_SLIDING, BAD_INPUT = (
     FrictionEstimate(status=int(status))
     for status in (FrictionStatus.NO_CONTACT, FrictionStatus.NOT_SLIDING, FrictionStatus.BAD_INPUT)
@@ -54,13 +58,13 @@ NO_CONTACT, NOT_SLIDING, BAD_INPUT = (
 
 @dataclass
 class FrictionState:
-    """All that the estimator remembers.
+    """State of the estimator.
 
-    samples : (T, N, v) of the block that is being filled; tail : the last ones before it. directions : towards
-    positive and negative velocities. top : greatest recent speed, mm/s; noise : standard deviation of the velocity's
-    noise, mm/s, from `known` samples. heading : 1, -1, or 0 at rest; last : the last that was not 0. settling : blocks
-    since the start; slid : mm since. standing : whether it was in contact before the start. remark : CHANGED, OUTLIER,
-    NO_PULL or OK. answer : to the samples of the next block.
+    samples : (T, N, v) of the block that is being filled; tail : the last ones before it. directions : towards positive
+    and negative velocities. top : greatest recent speed, mm/s; noise : standard deviation of the velocity's noise,
+    mm/s, from `known` samples. heading : 1, -1, or 0 at rest; last : the last one that was not 0. settling : blocks
+    since the start; slid : mm since the start. standing : whether there was contact before the start. remark : CHANGED,
+    OUTLIER, NO_PULL or OK. answer : for the samples of the next block.
     """
 
     offset: Offset
@@ -80,7 +84,7 @@ class FrictionState:
 
 
 def _middle(values: tuple[float, ...]) -> list[float]:
-    """Sorted values without the greatest and the least."""
+    """Sorted values without the largest and the smallest share."""
     cut = math.ceil(TRIMMED * len(values)) if len(values) >= MEDIAN else 0
     return sorted(values)[cut : len(values) - cut]
 
@@ -90,32 +94,32 @@ def _mean(values: list[float]) -> float:
 
 
 def _noise(values: tuple[float, ...]) -> float:
-    """Standard deviation of white noise in values (n,): third differences hold it and next to nothing of a movement,
-    and their median no fault."""
+    """Standard deviation of white noise in values (n,): third differences contain it and almost nothing of a movement,
+    and their median ignores single faults."""
     fours = zip(values, values[1:], values[2:], values[3:], strict=False)
     sizes = sorted(abs(a - d + 3 * (c - b)) for a, b, c, d in fours)
     return sizes[len(sizes) // 2] / THIRD_DIFFERENCE if sizes else 0.0
 
 
 class Friction(Stream):
-    """Streaming coefficients of friction; one sample is (tangential_N, force_N, velocity_mm_s).
+    """Online estimate of friction coefficients; one sample is (tangential_N, force_N, velocity_mm_s).
 
-    tangential_N is positive where friction opposes a positive velocity_mm_s, of which the sign is enough.
+    tangential_N is positive if friction opposes a positive velocity_mm_s; the sign of the velocity is enough.
 
-    Kinetic: of the last 0.1 s of steady sliding; the answer changes every 40 ms. A block that contradicts the mean is
-    left out, and the third in a row is a change of friction, from which the direction is learnt anew.
-    Static: (T - offset) / N where it is greatest from coming to rest until steady sliding, of medians of five samples;
-    of the last start of each direction. There is none below 400 Hz, where a breakaway may fall between the samples, and
-    none of a start that nowhere pulls as much as the sliding after it.
+    Kinetic: mean over the last 0.1 s of steady sliding; the answer changes every 40 ms. A block that contradicts the
+    mean is left out; the third one in a row is a change of friction, and the direction is learnt again. Static: largest
+    (T - offset) / N from rest to steady sliding, over medians of five samples, for the last start in each direction.
+    There is none below 400 Hz, because a breakaway may fall between the samples, and none if a start never pulls as
+    much as the sliding after it.
 
     Parameters
     ----------
     sample_rate_Hz : of the stream.
-    rest_mm_s : speed below it is rest; None takes it from the noise of the velocity. A speed below 2 % of the greatest
-        recent one is rest too.
-    contact_N : normal force below it is no contact; it ends a start.
-    memory_mm : slid path that mu is averaged over; None: 0.1 s of sliding.
-    offset_sigma_N : standard deviation of what the tangential sensor reads without a load.
+    rest_mm_s : a lower speed is rest; None derives it from the noise of the velocity. A speed below 2 % of the largest
+        recent one is rest, too.
+    contact_N : a smaller normal force is no contact; it ends a start.
+    memory_mm : path of sliding over which mu is averaged; None: 0.1 s of sliding.
+    offset_sigma_N : standard deviation of the tangential sensor's reading without a load.
 
     Raises `InputError` for unusable values.
     """
@@ -146,7 +150,7 @@ class Friction(Stream):
 
     @property
     def coefficients(self) -> tuple[FrictionEstimate, FrictionEstimate]:
-        """What is known of each direction: velocity > 0, velocity < 0."""
+        """Estimates for each direction: velocity > 0, velocity < 0."""
         forward, backward = self._memory.directions
         return self._answer(forward), self._answer(backward)
 
@@ -185,7 +189,7 @@ class Friction(Stream):
         if heading and not self._idle(heading, block):
             directions = self._sliding(heading, block)
         else:
-            # The end of a stroke does not belong to the next start.
+            # The end of a stroke is not part of the next start.
             directions = [direction for direction in memory.directions if direction.s != memory.heading]
             memory.heading, memory.standing = 0, True
             offset.at_rest(block)
@@ -195,7 +199,7 @@ class Friction(Stream):
                 direction.start(samples, block.noise, offset.all.value_N, self._contact)
 
     def _heading(self, velocities: tuple[float, ...], mean: float) -> int:
-        """1, -1, or 0 at rest or where the block holds a turn."""
+        """1, -1, or 0 at rest or if the block contains a turn."""
         memory, size = self._memory, self._size
         memory.known = min(memory.known + size, max(NOISE_SAMPLES, size))
         memory.noise += (_noise(velocities) - memory.noise) * size / memory.known
@@ -211,7 +215,8 @@ class Friction(Stream):
         return memory.settling * self._block_s > SETTLE_S and memory.slid > SETTLE_MM
 
     def _idle(self, heading: int, block: Block) -> bool:
-        """Whether hardly anything pulls though the velocity says sliding: a start, or a rest that it does not show."""
+        """Whether hardly anything pulls although the velocity shows sliding: a start, or a rest that the velocity does
+        not show."""
         memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
         least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
         known = offset.observed or offset.prior.variance_N2 < least**2
@@ -225,7 +230,7 @@ class Friction(Stream):
             direction.peak = Peak()
 
     def _sliding(self, heading: int, block: Block) -> list[Direction]:
-        """Take a block of a start or of steady sliding; the directions that start: one, or none."""
+        """Take a block of a start or of steady sliding; returns the directions that begin to slide: one, or none."""
         memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
         if heading != memory.heading:
             if memory.heading:
@@ -240,7 +245,7 @@ class Friction(Stream):
         if not self._settled():
             return [direction]
         if not before:
-            # The start is over. A finger that came down in motion has no breakaway.
+            # The start is over. A finger that touched while moving has no breakaway.
             if memory.standing:
                 direction.breakaway = direction.peak._replace(sigma=math.hypot(direction.peak.sigma, block.noise))
             memory.standing = True
@@ -260,7 +265,7 @@ class Friction(Stream):
         return []
 
     def _answer(self, direction: Direction) -> FrictionEstimate:
-        """What is known of a direction."""
+        """The answer for a direction."""
         if not direction.blocks:
             return NOT_SLIDING
         (offset, variance), peak, nothing = self._memory.offset.all, direction.breakaway, math.nan

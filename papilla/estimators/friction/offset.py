@@ -1,7 +1,8 @@
-"""Offset T0 of the tangential force: what the sensor reads without a load, from air, turns and rests.
+"""Offset T0 of the tangential force (the reading without a load), from air, turns and rests.
 
-Steady sliding one way does not separate T0 from friction. A regression of T over N seems to, but errs by many times its
-own sigma, because mu changes with N (as N^(-n) for a soft contact) and by chance together with N. What does show T0:
+Steady sliding in one direction does not separate T0 from friction. A regression of T over N seems to, but its error is
+many times its own sigma, because mu changes with N (as N^(-n) for a soft contact) and by chance together with N. Three
+sources show T0:
 
 - air: T without contact;
 - turns: T0 is where mu is the same both ways, T+ / N+ - T0 / N+ = -(T- / N- - T0 / N-), but for the anisotropy of the
@@ -9,7 +10,7 @@ own sigma, because mu changes with N (as N^(-n) for a soft contact) and by chanc
 - a rest in which T differs from the sliding before and after by more than half of itself: the finger was let go. A
   finger that was held may look the same, so a rest counts only until there is air or a turn.
 
-Repetition does not lessen the error of a source, which is the same each time. So each source is one value with its
+Repetition does not reduce the error of a source, because it is the same each time. So each source is one value with its
 variance (`Source`), and T0 is their weighted mean with the prior.
 """
 
@@ -22,20 +23,20 @@ ANISOTROPY = 0.08
 EXPONENT = 0.2
 """Root mean square of the exponent n of mu ~ N^(-n): 0 for Coulomb's law, 1/3 for Hertz's area at constant shear."""
 LEAST_CHANGE = 0.02
-"""Least relative standard deviation of the change of mu from one stroke to the next."""
+"""Smallest relative standard deviation of the change of mu from one stroke to the next."""
 REST_PULL = 0.06
-"""Standard deviation of the pull that is left after the finger was let go, as a share of the friction."""
+"""Standard deviation of the pull that remains after the finger was released, as a share of the friction."""
 LET_GO, ALIKE = 0.5, 1.2
-"""The finger was let go if T differs from sliding by more than the share LET_GO of itself while the normal force stays
-within the ratio ALIKE: a finger that is held keeps most of its pull as long as it is pressed."""
+"""The finger was released if T differs from sliding by more than the share LET_GO of itself while the normal force
+stays within the ratio ALIKE: a finger that is held keeps most of its pull as long as it is pressed."""
 STEADY_BLOCKS, STEADY = 5, 0.05
-"""Nobody starts to pull yet if T changes over so many blocks by no more than this share of the difference."""
+"""A pull has not begun yet if T changes over so many blocks by no more than this share of the difference."""
 AIR_SIGMA_N, AIR_BLOCKS = 1e-3, 25.0
-"""Repeatability of a sensor's zero; blocks over which air is averaged."""
+"""Repeatability of a sensor's zero (N); number of blocks over which air is averaged."""
 TURNS_FADE = 0.7
 """Weight of earlier turns when a new one is added: zeros drift."""
 CONFLICT = 4.0
-"""Sum of squared deviations over variances above which the sources contradict each other; all variances then grow in
+"""Sum of squared deviations over variances above which sources contradict each other; all variances then grow in
 proportion."""
 
 
@@ -49,7 +50,7 @@ class Block(NamedTuple):
 
 
 class Source(NamedTuple):
-    """The offset by one source; without information the variance is infinite."""
+    """The offset by one source; without information its variance is infinite."""
 
     value_N: float = 0.0
     variance_N2: float = math.inf
@@ -66,7 +67,7 @@ class Stroke(NamedTuple):
 
 
 def combined(*readings: Source) -> Source:
-    """Weighted mean of independent readings; its variance grows where they contradict each other."""
+    """Weighted mean of independent readings; its variance grows if they contradict each other."""
     known = [reading for reading in readings if reading.variance_N2 < math.inf]
     if not known:
         return Source()
@@ -80,9 +81,10 @@ def combined(*readings: Source) -> Source:
 class Offset:
     """The offset by each source, and by all together.
 
-    air : from `air_blocks`; air_run : blocks in air in a row. moving : (T, N) of the last block of this contact that
-    moved; before : of the last one before the rest. rests : (T, N) of the last blocks at rest; rest : (T, N, change of
-    T) of the steadiest of them; let_go : the offset by it. turns : of all turns but the last, anisotropy apart.
+    air : mean of `air_blocks`; air_run : number of consecutive blocks in air. moving : (T, N) of the last moving block
+    of this contact; before : of the last one before the rest. rests : (T, N) of the last blocks at rest; rest : (T, N,
+    change of T) of the steadiest of them; let_go : the offset from it. turns : the offset from all turns except the
+    last, without the part of the anisotropy.
     """
 
     prior: Source
@@ -99,18 +101,18 @@ class Offset:
 
     @property
     def observed(self) -> bool:
-        """Whether anything but the prior shows it."""
+        """Whether anything but the prior shows the offset."""
         return self.all != self.prior
 
     def in_air(self, block: Block, samples: int) -> None:
-        """Take a block in air, of so many samples; the first may hold the end of the contact."""
+        """Take a block in air, of `samples` samples; the first block may contain the end of the contact."""
         self.air_run += 1
         if self.air_run == 1:
             return
         self.air_blocks = min(self.air_blocks + 1, AIR_BLOCKS)
         value, variance = self.air if self.air_blocks > 1 else (block.tangential, 0.0)
         error = block.tangential - value
-        # What reads as a small normal force may be a light contact, which rubs.
+        # A small normal force may be a light contact, which has friction.
         own = AIR_SIGMA_N**2 + (0.5 * block.normal) ** 2 + block.noise**2 / samples + error**2
         self.air = Source(value + error / self.air_blocks, variance + (own - variance) / self.air_blocks)
         self.all = combined(self.prior, self.air, self.turns)
@@ -126,7 +128,8 @@ class Offset:
             self.rest = (math.fsum(tangential) / STEADY_BLOCKS, math.fsum(normal) / STEADY_BLOCKS, change)
 
     def sliding(self, block: Block, forward: Stroke, backward: Stroke) -> None:
-        """Take a block of steady sliding, after which these are the last strokes of both directions."""
+        """Take a block of steady sliding; forward and backward are the last strokes of both directions, this block
+        included."""
         level, force, change = self.rest
         around = [block.tangential] if self.before is None else [block.tangential, self.before[0]]
         alike = self.before is None or 1 / ALIKE < self.before[1] / force < ALIKE
@@ -140,18 +143,19 @@ class Offset:
         self.all = combined(self.prior, self.air, turns, Source() if better else self.let_go)
 
     def keep_turns(self, forward: Stroke, backward: Stroke) -> None:
-        """Keep what the last strokes showed, before one of them begins anew."""
+        """Keep the result of the last strokes before one of them begins again."""
         self.turns, _ = self._turn(forward, backward)
 
     def _turn(self, forward: Stroke, backward: Stroke) -> tuple[Source, float]:
-        """The offset by all turns with mu the same both ways, and the variance (N^2) that the anisotropy adds."""
+        """The offset for which mu is the same in both directions in all turns, and the variance (N^2) that the
+        anisotropy adds."""
         if not (forward.blocks and backward.blocks):
             return self.turns, 0.0
         means = ([total / direction.blocks for total in direction[:4]] for direction in (forward, backward))
         (a, b, log, spread), (c, d, other, another) = means
         # mu = a - offset b = c + offset d
         offset, mu = (a - c) / (b + d), (a * d + c * b) / (b + d)
-        # From stroke to stroke mu may change as much as within one; and it may change with the force.
+        # From stroke to stroke mu may change as much as within one stroke; and it may change with the force.
         variance = (LEAST_CHANGE * mu) ** 2 + spread + another + (EXPONENT * mu * (log - other)) ** 2
         faded = Source(self.turns.value_N, self.turns.variance_N2 / TURNS_FADE)
         return combined(faded, Source(offset, variance / (b + d) ** 2)), (ANISOTROPY * mu / (b + d)) ** 2

@@ -1,4 +1,4 @@
-"""All estimators at once: samples with their times in, the documented columns out."""
+"""All estimators at once: takes samples with their times, and returns the documented columns."""
 
 from papilla.estimators.pipeline.answer import PipelineEstimate
 from papilla.estimators.pipeline.clock import path

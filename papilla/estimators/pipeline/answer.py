@@ -1,4 +1,4 @@
-"""What a pipeline answers: the documented columns of one sample, and a status in words that says why one is empty."""
+"""The answer of a pipeline: the documented columns of one sample, and a status that says in words why one is empty."""
 
 from typing import Any, NamedTuple
 
@@ -6,12 +6,12 @@ import numpy as np
 
 
 class PipelineEstimate(NamedTuple):
-    """The columns of `papilla estimate`: NaN where there is no answer, and a status that says why.
+    """The columns of `papilla estimate`: NaN if there is no answer, and a status that says why.
 
-    modulus_status, wavelength_status, friction_status : a short code of each alone, which begins with "ok" where the
-    value may be used; `Pipeline.legend` explains it. Where the frequency alone is known, wavelength_status is that of
-    the frequency. status : in words, "ok", or what is wrong with the time, the gauges and each estimator, then
-    `no <output>: <why>` of what is switched off. Of a block, arrays (n,) and lists of n strings.
+    modulus_status, wavelength_status, friction_status : a short code for each quantity, which begins with "ok" if the
+    value may be used; `Pipeline.legend` explains it. If only the frequency is known, wavelength_status is the code of
+    the frequency. status : in words, "ok", or what is wrong with the time, the gauges and each estimator, then `no
+    <output>: <why>` for each output that is switched off. Of a block, arrays (n,) and lists of n strings.
     """
 
     modulus_MPa: float | np.ndarray
@@ -29,7 +29,7 @@ class PipelineEstimate(NamedTuple):
     status: str | list[str]
 
     def __repr__(self) -> str:
-        """A line a quantity; of a block the last row and how many there are."""
+        """One line per quantity; for a block, the last row and the number of rows."""
         rows, last = "", self
         if isinstance(self.status, list):
             if not self.status:
@@ -47,4 +47,4 @@ class PipelineEstimate(NamedTuple):
 
 
 QUANTITIES = ("modulus", "wavelength", "friction")
-"""Those with a status of their own, in the order of the columns."""
+"""The quantities that have their own status, in the order of the columns."""

@@ -1,7 +1,7 @@
 """Time and path of a stream: gaps, repeats and drift of the clock, and the path from a position or a velocity.
 
-The path does not trust the nominal rate: it comes from the positions, or from the velocities over the time that really
-passed, so neither jitter nor a drifting clock bends a wavelength.
+The path does not use the nominal rate: it comes from the positions, or from the velocities over the measured time, so
+neither jitter nor a drifting clock changes a wavelength.
 """
 
 import math
@@ -10,20 +10,22 @@ from typing import NamedTuple
 from papilla.status import Status
 
 GAP_STEPS = 1.5
-"""A sample later than so many periods after the one before leaves a gap, as in `papilla.logs`."""
+"""A sample that comes this many periods after the one before leaves a gap, as in `papilla.logs`."""
 LONGEST_GAP_S = 1.0
-"""A gap longer than this is not bridged: what is touched after it may be something else, so everything begins anew."""
+"""A longer gap is not bridged: the finger may touch something else after it, so everything begins again."""
 RATE_TOLERANCE, RATE_MEMORY = 0.1, 256
-"""A mean step this fraction off the nominal one, over about so many samples, is another sampling rate."""
+"""Relative difference of the mean step from the nominal one, over about so many samples, that means another sampling
+rate."""
 BUNCH, PULL = 3, 0.1
-"""Samples with one stamp from which stamps are those of packets; part by which the spread time follows each of them."""
+"""Number of samples with one time stamp from which stamps are those of packets; and the gain with which the spread time
+follows each stamp."""
 SLOPE_S = 0.01
-"""A velocity that is made from positions, for friction, is the slope over this time: it smooths their resolution."""
+"""Time over which a velocity (for friction) is computed from positions as a slope: it smooths their resolution."""
 _NONE = math.nan
 
 
 class ClockStatus(Status):
-    """What the time of a sample says; `sentence` says it in words."""
+    """Remark on the time of a sample; `sentence` says it in words."""
 
     OK = 0, "ok"
     GAP = 1, "samples are missing before this one"
@@ -38,8 +40,8 @@ OK, GAP, REPEATED, BEGUN_ANEW, OTHER_RATE = map(int, ClockStatus)
 class Tick(NamedTuple):
     """status : a `ClockStatus`. missing : samples that are missing before this one. time_s : its time.
 
-    velocity_mm_s : of this sample, as it was measured or from positions; slope_mm_s : the same, smoothed where it is
-    from positions. place_mm : position along the path. NaN where unknown.
+    velocity_mm_s : of this sample, measured or computed from positions; slope_mm_s : the same, smoothed if it is
+    computed from positions. place_mm : position along the path. NaN if unknown.
     """
 
     status: int
@@ -56,10 +58,10 @@ _LEFT_OUT = Tick(REPEATED)
 class ClockState(NamedTuple):
     """time_s : of the last sample. known_s, place_mm, velocity_mm_s : of the last one whose place was known.
 
-    offset_mm : what is added to a stated position, NaN before the first. mean_step : fading mean of the steps that are
-    no gaps, in nominal periods; steps : their number, up to its memory. trail : (time, place) of the last `SLOPE_S`,
-    oldest first, where velocities come from positions. stamps : the last time as it was stated, how many samples
-    stated it, and the time between such times where samples come in packets, else 0.
+    offset_mm : added to each stated position, NaN before the first. mean_step : fading mean of the steps without gaps,
+    in nominal periods; steps : their number, up to the length of its memory. trail : (time, place) of the last
+    `SLOPE_S`, oldest first, if velocities come from positions. stamps : the last stated time, the number of samples
+    with it, and the time between such stamps if samples come in packets, else 0.
     """
 
     time_s: float = _NONE
@@ -84,7 +86,7 @@ class Clock:
         self.state = ClockState()
 
     def tick(self, time: float, velocity: float, position: float) -> Tick:
-        """What this sample is; without a finite time it is taken to be one period after the last."""
+        """The tick of this sample; without a finite time the sample counts as one period after the last."""
         rate, state = self._rate, self.state
         last, stamps, status, missing, mean, steps = state.time_s, state.stamps, OK, 0, state.mean_step, state.steps
         if math.isfinite(time):
@@ -101,7 +103,7 @@ class Clock:
                 self.state = state._replace(stamps=stamps)
                 return _LEFT_OUT
             else:
-                # A mean that starts from the first steps, not from the nominal one, and fades later.
+                # The mean starts with the first steps, not with the nominal one, and begins to fade later.
                 if periods < GAP_STEPS or steps < RATE_MEMORY:
                     steps = min(steps + 1, RATE_MEMORY)
                     mean += (min(periods, 2.0) - mean) / steps
@@ -136,7 +138,7 @@ class Clock:
             place = 0.0 if before != before else before + 0.5 * (start + velocity) * (time - known)
         if math.isfinite(position):
             if offset != offset:
-                # The first stated position continues the path that the velocity told until then.
+                # The first stated position continues the path that was computed from velocities until then.
                 offset = place - position if before == before and place == place else 0.0
             place = position + offset
         if place != place:

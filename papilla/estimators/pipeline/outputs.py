@@ -1,4 +1,5 @@
-"""The outputs of a pipeline: each passes what its estimator needs of a sample and fills some of the columns."""
+"""The outputs of a pipeline: each passes the needed values of a sample to its estimators and fills some of the
+columns."""
 
 import math
 from abc import ABC, abstractmethod
@@ -16,17 +17,18 @@ from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 from papilla.status import Status
 
 CONTRADICTED_SIGMAS = 3.0
-"""By which the wavelengths over the path and between the gauges differ, where one of them is wrong."""
+"""Relative difference between the wavelengths over the path and between the gauges above which one of them is wrong."""
 LIVELY_S, LIVELIER = 0.1, 4.0
-"""Without a velocity: time over which the variance of a gauge fades, and by how much more another one must have."""
+"""Without a velocity: time constant with which the variance of a gauge fades, and the ratio of variances at which
+another gauge is followed."""
 LATE_MS = 1.5
-"""Least delay that a message names; less is its error in harsh touch."""
+"""Smallest delay that a message mentions; smaller ones are within its error in harsh touch."""
 _NONE = math.nan
 
 
 class Row(NamedTuple):
-    """One sample that is not left out: readings (g) and what is wrong with them (see `GaugeHealth`), forces in N (NaN
-    where unknown), and its `Tick`."""
+    """One sample that is not left out: readings (g) and their faults (see `GaugeHealth`), forces in N (NaN if unknown),
+    and its `Tick`."""
 
     readings: tuple[float, ...]
     found: tuple[int, ...]
@@ -36,12 +38,12 @@ class Row(NamedTuple):
 
 
 def _either(answer: float, other: float, unit: str) -> str:
-    """Two values between which an answer is open, in words; empty for one that is too large to be said."""
+    """The two possible values of an answer, in words; empty if one of them is infinite or too large."""
     return f" ({answer:.4g} or {other:.4g} {unit})" if max(answer, other) < 1e4 else ""
 
 
 class Output(ABC):
-    """One or more estimators of the pipeline, each with a `state`; statuses : what their status is one of."""
+    """One or more estimators of the pipeline, each with a `state`; statuses : enumeration of their statuses."""
 
     statuses: ClassVar[type[Status]]
 
@@ -50,7 +52,7 @@ class Output(ABC):
 
     @property
     def doubted(self) -> str:
-        """What makes most of the standard deviation now, as a message; empty where there is nothing to say."""
+        """A message on the largest contribution to the standard deviation; empty if there is nothing to say."""
         return ""
 
     @abstractmethod
@@ -62,16 +64,16 @@ class Output(ABC):
         return self.statuses(status).sentence
 
     def code(self, status) -> str:
-        """The status as a short code, which begins with "ok" where the sentence does."""
+        """The status as a short code, which begins with "ok" if the sentence does."""
         return self.statuses(status).code
 
     def general(self, status):
-        """The status without what changes from sample to sample: its sentence explains its code."""
+        """The status without parts that change from sample to sample; its sentence explains the code."""
         return status
 
     @property
     def state(self) -> tuple:
-        """What the estimators remember, to be kept or to be set again."""
+        """The state of the estimators, to be kept or to be set again."""
         return tuple(one.state for one in self._estimators)
 
     @state.setter
@@ -81,11 +83,12 @@ class Output(ABC):
 
 
 class ModulusOutput(Output):
-    """modulus_MPa, modulus_sigma_MPa from S_d and, where they are of use, from every gauge; the status also says which
-    of them is wrong, and where a touch creeps unlike those that the finger was identified by.
+    """modulus_MPa, modulus_sigma_MPa from S_d and, if possible, from every gauge. The status also says which gauge is
+    wrong, and whether a touch creeps differently from those that identified the finger.
 
-    Where the readings contradict each other (over a texture they do) S_d answers, which that moves much less.
-    names : of the gauges. Raises `InputError` for a relaxation of the calibration that is none.
+    If the readings contradict each other (as over a texture), S_d answers, because it changes much less.
+
+    names : of the gauges. Raises `InputError` for an invalid relaxation in the calibration.
     """
 
     def __init__(
@@ -101,15 +104,15 @@ class ModulusOutput(Output):
 
     @property
     def doubted(self) -> str:
-        """What makes most of the modulus' standard deviation, of the last touch."""
+        """A message on the largest contribution to the modulus' standard deviation, in the last touch."""
         if isinstance(self._sd, PrintedSoftness):
-            return "modulus: by the published form, which presses of a finger do not follow; its misfit is in sigma"
+            return "modulus: by the published form, which does not fit presses of a finger; sigma contains its misfit"
         what = (self._every.dominant if self._every else "") or self._sd.dominant
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
     def take(self, row):
-        """The columns of a sample, and last the status, whether it is that of S_d because the gauges contradict each
-        other, the faults of all channels, and how the touch creeps."""
+        """The columns of a sample; last a tuple of the status, whether S_d answered because the gauges contradict each
+        other, the faults of all channels, and the remark on creep."""
         sample, by_sd, unlike = (row.readings, row.force_N, row.found), False, 0
         modulus, sigma, status, bad = *self._sd.feel(*sample), 0
         if self._every is not None:
@@ -153,8 +156,8 @@ class ModulusOutput(Output):
 class WavelengthOutput(Output):
     """frequency_Hz, wavelength_mm, wavelength_sigma_mm of all gauges, over the path and the time of the clock.
 
-    gauges : their number, or their places along the movement in mm: the phases between them know no velocity, and a
-    status says where they give another wavelength.
+    gauges : their number, or their places along the movement in mm. The phases between gauges do not depend on the
+    velocity, and a status says if they give another wavelength.
     """
 
     def __init__(self, gauges, **options):
@@ -163,22 +166,20 @@ class WavelengthOutput(Output):
 
     @property
     def doubted(self) -> str:
-        """How late velocity or position were found to be, where nobody said so."""
+        """A message on the estimated delay of velocity or position, if it was not stated."""
         late = 1e3 * self.tracker.latency_s
-        # At a constant speed a delay only shifts the surface, which no reading shows.
+        # At a constant speed a delay only shifts the surface, which no reading can show.
         unknown = abs(late) < 3e3 * self.tracker.latency_sigma_s
         if self._stated is not None or abs(late) < LATE_MS or unknown:
             return ""
-        return (
-            f"wavelength: velocity or position were found to be {late:.1f} ms behind the readings, which is allowed for"
-        )
+        return f"wavelength: velocity or position are {late:.1f} ms behind the readings (estimated), which is corrected"
 
     def take(self, row):
-        """The columns of a sample, and last the status, whether the phases between the gauges contradict, and the two
-        values of an ambiguous one."""
+        """The columns of a sample; last a tuple of the status, whether the phases between the gauges contradict it, and
+        the two values of an ambiguous wavelength."""
         tick = row.tick
         found = self.tracker.follow(tick.time_s, tick.place_mm, tick.velocity_mm_s, row.readings)
-        # The phases' wavelength is NaN where they say nothing, and then contradicts nothing.
+        # The wavelength from the phases is NaN if they give none, and then contradicts nothing.
         spread = math.hypot(found.wavelength_sigma_mm, found.wavelength_by_phase_sigma_mm)
         contradicted = abs(found.wavelength_by_phase_mm - found.wavelength_mm) > CONTRADICTED_SIGMAS * spread
         open_ = found.status == TrackingStatus.AMBIGUOUS and not contradicted
@@ -188,7 +189,7 @@ class WavelengthOutput(Output):
     def sentence(self, status):
         """The status in words."""
         code, contradicted, either = status
-        remark = ", but the phases between the gauges tell another wavelength: the velocity may be wrong"
+        remark = ", but the phases between the gauges give another wavelength: the velocity may be wrong"
         return TrackingStatus(code).sentence + either + remark * contradicted
 
     def code(self, status):
@@ -201,10 +202,11 @@ class WavelengthOutput(Output):
 
 
 class FrequencyOutput(Output):
-    """frequency_Hz without a velocity, `lag_s` ago: of the gauge that changes most, which one chirp tracker follows.
+    """frequency_Hz without a velocity, `lag_s` ago, from the gauge that changes most.
 
-    A tracker for each gauge would cost as many times more. It wants samples evenly in time: those that are missing
-    before one are taken as missing. Another gauge is followed where it changes `LIVELIER` times more.
+    One chirp tracker follows this gauge, because one for each gauge would cost several times more. The tracker needs
+    evenly spaced samples, so missing ones are passed on as missing. Another gauge is followed if it changes `LIVELIER`
+    times more.
     """
 
     def __init__(self, gauges: int, rate_Hz: float):
@@ -227,7 +229,7 @@ class FrequencyOutput(Output):
         frequency, *_, status = self._tracker.update((row.readings[self._followed],))
         either = ""
         if status == ChirpStatus.AMBIGUOUS:
-            # In steps of 0.1 Hz: a new sentence for every sample would cost more than the sample.
+            # In steps of 0.1 Hz, because a new sentence for every sample would cost more than the sample.
             either = _either(round(frequency, 1), round(self._tracker.other_Hz, 1), "Hz")
         return frequency, (status, either)
 
@@ -237,7 +239,7 @@ class FrequencyOutput(Output):
         return ChirpStatus(code).sentence + either
 
     def code(self, status):
-        """The status as a short code, which is none of a wavelength."""
+        """The status as a short code, different from those of a wavelength."""
         return "frequency alone" + f", {ChirpStatus(status[0]).code}" * bool(status[0])
 
     def general(self, status):
@@ -245,7 +247,7 @@ class FrequencyOutput(Output):
         return status[0], ""
 
     def _faded(self, moments: tuple[float, float], reading: float) -> tuple[float, float]:
-        """Fading mean and variance of a gauge after one more reading; one that is missing does not change."""
+        """Fading mean and variance of a gauge after one more reading; a missing one does not change them."""
         mean, power = moments
         off = reading - mean
         if off != off:
@@ -254,7 +256,7 @@ class FrequencyOutput(Output):
 
     @property
     def state(self) -> tuple:
-        """What is remembered, to be kept or to be set again."""
+        """The state, to be kept or to be set again."""
         return self._tracker.state, self._followed, self._moments
 
     @state.setter

@@ -35,15 +35,15 @@ SOFTNESS = (*SURFACES, "compact", "quadratic", "printed", "exact")
 """Ways to a modulus: the calibrated surfaces of all gauges ("surface" is their old name) or of S_d, or a
 regression of S_d."""
 SLOW_HZ = 200.0
-"""Below it the steps of usual movements come near the wavelengths of usual textures."""
+"""Sampling rate below which the steps of usual movements are nearly as long as the wavelengths of usual textures."""
 _NONE = math.nan
 _PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 9)}
-"""Which of the columns an output fills."""
+"""The columns that each output fills."""
 _NOTHING = (_NONE,) * 9
 
 
 class PipelineState(NamedTuple):
-    """What the clock, the watch over the gauges and each running estimator, by its output, remember."""
+    """State of the clock, of the health of the gauges, and of each running estimator by its output."""
 
     clock: ClockState
     health: HealthState
@@ -130,7 +130,7 @@ class Pipeline(Stream):
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._gauges, self._names = len(named), named
         self.columns = ("t_s", *named, *columns)
-        # Where a sample has each of `OPTIONAL`; what it has not is the NaN that is put after it.
+        # Column of each of `OPTIONAL` in a sample; a missing one points to the NaN that is appended.
         self._at = tuple(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
@@ -189,7 +189,7 @@ class Pipeline(Stream):
             self._outputs["wavelength"] = wavelength
             if rate < SLOW_HZ:
                 self._notes.append(
-                    "wavelength: one below two steps of the path is not seen at this rate and may pose as a longer one"
+                    "wavelength: one below two steps of the path is not visible at this rate and may look longer"
                 )
             if path["ridge_pitch_mm"] is None:
                 self._notes.append(
@@ -199,7 +199,7 @@ class Pipeline(Stream):
             if path["scale_sigma"] > 0:
                 self._notes.append(
                     f"wavelength: its standard deviation holds {path['scale_sigma']:.1%} for the scale of the path "
-                    "(scale_sigma), which is mostly all of it"
+                    "(scale_sigma), which is most of it"
                 )
             return
         self.off["wavelength"] = "no column velocity_mm_s or position_mm"
@@ -226,7 +226,7 @@ class Pipeline(Stream):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Names of what is estimated."""
+        """Names of the outputs."""
         return tuple(self._outputs)
 
     @property
@@ -237,19 +237,20 @@ class Pipeline(Stream):
 
     @property
     def friction(self) -> FrictionEstimate | None:
-        """The last answer of friction, with its standard deviations; None where there is none yet."""
+        """The last answer of friction, with its standard deviations; None if there is none yet."""
         output = self._outputs.get("friction")
         return output.last if self._codes and isinstance(output, FrictionOutput) else None
 
     @property
     def sentences(self) -> dict[str, str]:
-        """What each output says of the last sample: its status alone, or why it is switched off."""
+        """The sentence of each output on the last sample: its status, or why it is switched off."""
         found = zip(self._outputs.items(), self._codes, strict=False)
         return {name: output.sentence(code) for (name, output), code in found} | self.off
 
     @property
     def faults(self) -> dict[str, int]:
-        """How many samples so far the clock or a gauge found fault with, by what it says: `g2 missing` and the like."""
+        """Number of samples so far with each fault of the clock or of a gauge, by its sentence: `g2 missing` and the
+        like."""
         found: Counter[str] = Counter()
         for (time, gauges), count in self._faults.items():
             for text in [ClockStatus(time).sentence] * bool(time) + health.words(gauges, self._names):
@@ -258,7 +259,7 @@ class Pipeline(Stream):
 
     @property
     def messages(self) -> tuple[str, ...]:
-        """What is switched off and why, and what runs otherwise than at 1 kHz; one line each."""
+        """Messages on what is switched off and why, and what differs from the behaviour at 1 kHz; one line each."""
         doubted = [output.doubted for output in self._outputs.values() if output.doubted]
         if packet := self._clock.state.stamps[2]:
             doubted.append(f"time: packets of samples share one time every {1e3 * packet:.3g} ms: spread evenly")
@@ -304,7 +305,7 @@ class Pipeline(Stream):
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
     def _said(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
-        """The code of each of `QUANTITIES`, and a sentence of all that the time, gauges and estimators say."""
+        """The code of each of `QUANTITIES`, and one sentence with the remarks on time, gauges and estimators."""
         if time == REPEATED:
             left_out = ClockStatus.REPEATED
             for own in self.legend.values():
@@ -321,7 +322,8 @@ class Pipeline(Stream):
         return *(self._code(name, told) for name in QUANTITIES), "; ".join([*live, *off])
 
     def _code(self, quantity: str, told: dict[str, Any]) -> str:
-        """The code of a quantity, which is written into the legend; of one that is off, why, up to the first comma."""
+        """The code of a quantity, which is added to the legend; for one that is switched off, the reason up to the
+        first comma."""
         source = "frequency" if quantity == "wavelength" and "frequency" in told else quantity
         why = self.off.get(quantity, "")
         if source not in told:

@@ -1,1 +1,1 @@
-"""The methods of the papers, apart from the product's own: roughness as printed and corrected, wavelets, textiles."""
+"""The methods of the papers, separate from papilla's own: roughness as printed and corrected, wavelets, textiles."""

@@ -1,9 +1,9 @@
-"""Young's modulus from force and depth, the way that the 2006 paper's estimate from the strains is to replace.
+"""Young's modulus from force and depth: the method that the 2006 paper's estimate from strains replaces.
 
-Equations (6) to (8) of that paper share the approach w of two equal spheres as w_o / w_f = E_f / E_o. A layered finger
-on a block is no such pair. The depths of the calibration's sweep, which hold w_f and w_o of this finger and specimen,
-take their place: E is the modulus whose depth at this force is the measured one. For specimens much harder than the
-finger w is nearly w_f, and E is not identifiable.
+Equations (6) to (8) of that paper divide the approach w of two equal spheres as w_o / w_f = E_f / E_o. A layered finger
+on a block is not such a pair. So the depths of the calibration's sweep, which contain w_f and w_o of this finger and
+specimen, are used instead: E is the modulus whose depth at this force is the measured one. For specimens much harder
+than the finger w is nearly w_f, and E is not identifiable.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from papilla.calibration import IDENTIFIABLE, SoftnessStatus
 from papilla.errors import InputError
 
 FINE = 400
-"""Moduli and forces of the table that is looked up: linear interpolation between them errs by less than 1e-4."""
+"""Moduli and forces of the look-up table: the error of linear interpolation between them is less than 1e-4."""
 
 
 @dataclass(frozen=True)
 class DepthErrors:
-    """Standard deviations: of depth (mm) and force (N) as the log shows them; of the depth at which contact is counted
-    to begin (mm), as a stage finds it; and of the model's depth, as the verified bound of 0.5 % says."""
+    """Standard deviations: of depth (mm) and force (N), from the log; of the depth at which contact begins (mm), as a
+    stage finds it; and of the model's depth, from the verified bound of 0.5 %."""
 
     depth_mm: float = 1e-3
     force_N: float = 1e-3
@@ -29,9 +29,9 @@ class DepthErrors:
 
 
 class ForceDepth:
-    """Modulus by force (N) and depth (mm) from contact; the specimen is of the thickness of the sweep's.
+    """Modulus from force (N) and depth (mm) since contact; the specimen has the thickness of the sweep's.
 
-    force_N, modulus_MPa, depth_mm : (n,) of the presses of a sweep, a full grid. Raises `InputError` for another.
+    force_N, modulus_MPa, depth_mm : (n,) of the presses of a sweep, a full grid. Raises `InputError` if it is not full.
     """
 
     def __init__(self, force_N: np.ndarray, modulus_MPa: np.ndarray, depth_mm: np.ndarray):
@@ -46,13 +46,13 @@ class ForceDepth:
         self.force_N = float(forces[0]), float(forces[-1])
         self._force = np.linspace(np.log(forces[0]), np.log(forces[-1]), FINE)
         self._modulus = np.linspace(np.log(moduli[known][0]), np.log(moduli[known][-1]), FINE)
-        # Rising along both axes: of softer specimens, last, the depth is larger
+        # Rising along both axes: a softer specimen, last, has a larger depth
         self._depth = spline(self._force, self._modulus)[:, ::-1]
 
     def process(
         self, force_N: np.ndarray, depth_mm: np.ndarray, errors: DepthErrors
     ) -> tuple[np.ndarray, np.ndarray, list[SoftnessStatus]]:
-        """Modulus (n,) and its standard deviation in MPa, NaN where there is none, and n statuses."""
+        """Modulus (n,) and its standard deviation in MPa, NaN if there is none, and n statuses."""
         low, high = self.force_N
         finite = np.isfinite(force_N) & np.isfinite(depth_mm)
         force = np.log(np.clip(np.where(finite, force_N, low), low, high))

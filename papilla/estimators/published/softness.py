@@ -30,7 +30,7 @@ FORMS: tuple[Form, ...] = get_args(Form)
 BEYOND = 1.5
 """How far a regression of the three specimens is believed beyond the hardest of them, as a factor."""
 COMPARED_GF = tuple(range(10, 101, 10))
-"""Forces at which a calibration is compared with (9), to find the scale of its S_d."""
+"""Forces at which a calibration is compared with (9) to find the scale of its S_d."""
 
 
 class PrintedSoftness(Stream):
@@ -101,7 +101,7 @@ class PrintedSoftness(Stream):
     def _take_refitted(self, calibration: Calibration) -> None:
         inverse = calibration.inverse
         if inverse.modulus_MPa is None:
-            raise InputError("the calibration's quadratic nowhere rises with the modulus: it has no inverse")
+            raise InputError("the calibration's quadratic rises with the modulus nowhere, so it has no inverse")
         self._inverse, self.scale, self.misfit = inverse, 1.0, calibration.forward.rms
         self._forward = tuple(map(float, calibration.forward.coefficients))
         self._range = inverse.modulus_MPa
@@ -121,7 +121,7 @@ class PrintedSoftness(Stream):
     def _take_printed(self, form: Form, calibration: Calibration | None, scale: float | None) -> None:
         self._inverse = PUBLISHED_INVERSE if form == "printed" else exact_inverse()
         self._forward, self._force_gf = PUBLISHED_FORWARD, PUBLISHED_FORCE_GF
-        # Three coefficients for three moduli are an interpolation between them, and nothing beyond.
+        # A refitted quadratic through three moduli only interpolates between them, and does not hold beyond.
         self._range = (0.5 * SPECIMENS_MPA[0], BEYOND * SPECIMENS_MPA[-1])
         self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
@@ -171,7 +171,7 @@ class PrintedSoftness(Stream):
         return SoftnessEstimate(found.modulus_MPa, found.sigma_MPa, int(status))
 
     def _evaluate(self, sd: float, force: float) -> SoftnessEstimate:
-        """The modulus behind S_d, in units of the form, at a force in gf."""
+        """The modulus for S_d, in units of the form, at a force in gf."""
         if self._compact is not None:
             return self._evaluate_compact(self._compact, sd, force)
         per_sd, per_f2, per_f, constant = map(float, self._inverse.coefficients)
@@ -181,7 +181,7 @@ class PrintedSoftness(Stream):
         if not low <= modulus <= high:
             softest = float(quadratic(self._forward, force, low))
             return SoftnessEstimate(status=int(SoftnessStatus.SOFTER if sd < softest else SoftnessStatus.HARDER))
-        # dE = (k0 dS_d + (2 k1 f + k2) df) / (2 sqrt(...)), and S_d misses the form besides
+        # dE = (k0 dS_d + (2 k1 f + k2) df) / (2 sqrt(...)), plus the misfit of S_d to the form
         root = max(math.sqrt(square), 1e-12)
         along_sd, along_force = per_sd / (2 * root), (2 * per_f2 * force + per_f) / (2 * root)
         sigma = math.hypot(along_sd * self.scale * self._noise, along_force * self._force_sigma, along_sd * self.misfit)

@@ -6,15 +6,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 MOST_MISSING = 0.1
-"""Fraction of a window: with more missing samples than this it has no spectrum."""
+"""Fraction of missing samples above which a window has no spectrum."""
 
 
 @dataclass(eq=False)
 class Window:
     """The last `count` samples of `channels`; NaN is missing, and holds the value before.
 
-    Once it is full, `push` says every `hop` samples that there is a new window to transform. extra : number of further
-    channels, whose values are stored unchanged.
+    Once it is full, `push` returns True every `hop` samples, when there is a new window to transform. extra : number of
+    further channels, whose values are stored unchanged.
     """
 
     channels: int
@@ -27,16 +27,16 @@ class Window:
     _still: list[int] = field(init=False)
     _place: int = 0
     gaps: int = 0
-    """Samples in the window of which a value is missing."""
+    """Number of samples in the window of which a value is missing."""
 
     def __post_init__(self) -> None:
-        # Each sample is written twice, a window apart: any window is then one contiguous piece.
+        # Each sample is written twice, a window apart, so that any window is one contiguous piece.
         self._ring = np.zeros((self.channels + self.extra, 2 * self.count))
         self._missing, self._until = [False] * self.count, self.count
         self._last, self._still = [0.0] * self.channels, [0] * self.channels
 
     def push(self, sample: Sequence[float]) -> bool:
-        """Take one value of each channel; whether there is a new window to transform."""
+        """Take one value of each channel; returns whether there is a new window to transform."""
         place, count, gap = self._place, self.count, False
         for channel, value in enumerate(sample):
             if channel < self.channels:
@@ -63,5 +63,5 @@ class Window:
 
     @property
     def dead(self) -> bool:
-        """Whether a channel has one value all over the window."""
+        """Whether a channel is constant over the window."""
         return max(self._still) >= self.count - 1

@@ -1,7 +1,7 @@
 """Creep of the silicone in a touch, compared with the touches that identified the finger.
 
 The equivalent force is the force that would give the same strain at once; its ratio to the force says how far the
-silicone has crept (`references.Prony.strained`). Outside the range of that ratio in the identifying touches, readings
+silicone has crept (`references.Prony.strained`). If this ratio leaves the range of the identifying touches, readings
 differ from the calibration, and a remark says so.
 """
 
@@ -23,7 +23,7 @@ WORDS = (
 
 
 class CreepState(NamedTuple):
-    """Time and force of the last sample, and the (terms,) forces that have not crept away yet."""
+    """Time and force of the last sample, and, for each term, the part of the force (N) that has not relaxed yet."""
 
     time_s: float
     force_N: float
@@ -36,7 +36,7 @@ class Creep:
     Parameters
     ----------
     relaxation : of a calibration's finger: shares, times_s, and crept, the range of that ratio in the touches that it
-        was identified by. least_N : forces below it are not judged.
+        was identified by. least_N : smaller forces are not judged.
 
     Raises `InputError` for a relaxation that is not of these numbers.
     """
@@ -54,7 +54,8 @@ class Creep:
         self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
 
     def feel(self, time_s: float, force_N: float) -> int:
-        """Take a sample; 0, or the index in `WORDS` of how it differs. A sample without a force is not judged."""
+        """Take a sample. Returns 0, or the index in `WORDS` of the difference. A sample without a force is not
+        judged."""
         before = self.state
         step = time_s - before.time_s
         if force_N != force_N or step <= 0:

@@ -1,4 +1,4 @@
-"""Errors that are constant in a touch and unknown, of finger, sensors and specimen: one standard deviation each."""
+"""Unknown errors of finger, sensors and specimen that are constant during a touch: one standard deviation for each."""
 
 import math
 from dataclasses import dataclass, fields
@@ -8,7 +8,7 @@ from papilla.errors import InputError
 from papilla.specimen import THICKNESS_MM
 
 THIN_MM = 3.0
-"""Thickness that stands for 1.7 standard deviations below an unknown one."""
+"""Thickness that lies 1.7 standard deviations below the mean if the thickness is unknown."""
 SHIFT_PER_FORCE, SHIFT_POWER = 10.2, 0.72
 """A bonded block h mm thick instead of h0 presses like one whose ln E is higher by 10.2 f^0.72 (h^-1.5 - h0^-1.5), f in
 N: presses of the default finger, 0.05-0.72 MPa, 3 to 20 mm, within 0.1 or a tenth of it."""

@@ -1,4 +1,4 @@
-"""What is known of a touch, and what one slot of its samples says: the values that the fitter passes about."""
+"""Values that the fitter passes on: the state of a touch, and what one slot of its samples adds."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from papilla.estimators.spread import Pieces
 BENT_PLACE = 0.2
 """A step of 1 mm bends the readings as much as a step of ln force by this much."""
 ODD = 20.0
-"""A sample whose squared misfit is this many times the average one is examined by itself."""
+"""If the squared misfit of a sample is this many times the average one, the sample is examined alone."""
 
 
 class Linear(NamedTuple):
@@ -24,10 +24,11 @@ class Linear(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """What the channels `rows` of samples near a contact say, noise apart: `split` (2 + k, k) times a sample's, less
-    `origin`, is the steps to its own ln force and place, and the rest (k,), whitened, that no contact explains.
+    """Linear model, for the channels `rows`, of samples near a contact: `split` (2 + k, k) times a sample's, less
+    `origin`, gives the steps to its own ln force and place, and the whitened residual (k,) that no contact explains.
 
-    reach : (lowest, highest) of each step for which that holds; slack : by how much each may differ within a slot.
+    reach : (lowest, highest) of each step for which the model holds; slack : largest difference of each step within a
+    slot.
     """
 
     linear: Linear
@@ -38,25 +39,25 @@ class Tangent(NamedTuple):
     slack: tuple[float, ...]
 
     def steps(self, y: np.ndarray, reach, usual: float) -> tuple[float, float] | None:
-        """Steps to a sample (c + 1,); None where the tangent does not hold for it: steps beyond `reach`, or a rest
-        whose square is above the usual."""
+        """Steps to a sample (c + 1,). None if the tangent does not hold for it: steps beyond `reach`, or a squared
+        residual above the usual."""
         force, place, *rest = (self.split @ y[self.rows] - self.origin).tolist()
         (low, high), (left, right) = reach
         within = low <= force <= high and left <= place <= right
         return (force, place) if within and sum([one * one for one in rest]) <= usual else None
 
     def about(self, steps: tuple[float, float]) -> tuple[tuple[float, float], ...]:
-        """The part of the reach for samples that share a slot with a first sample, which has these steps."""
+        """The part of `reach` for samples that share a slot with a first sample, given by its steps."""
         each = zip(steps, self.slack, self.reach, strict=True)
         return tuple([(max(low, step - slack), min(high, step + slack)) for step, slack, (low, high) in each])
 
 
 class FilterState(NamedTuple):
-    """Everything known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: samples learnt in each cell of
-    force; node: where slopes (c + 1, m) are taken; offset: by how much ln force and place of the filter differ from
-    those of noise alone.
+    """Everything known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: number of samples learnt in
+    each cell of force; node: contact at which the slopes (c + 1, m) are evaluated; offset: difference of ln force and
+    place between the filter and the fit of noise alone.
 
-    If noise alone is wrong: ln_force, place_mm: of the last slot; linear: the linearisation near it; information,
+    For the fit of noise alone: ln_force, place_mm: of the last slot; linear: the linearisation near it; information,
     score, square: of the least squares for h - anchor; freedom: degrees of freedom of `square`; samples: number learnt.
     """
 
@@ -78,7 +79,7 @@ class FilterState(NamedTuple):
 
     @property
     def usual(self) -> float:
-        """Largest squared misfit of a sample that is like those before."""
+        """Largest squared misfit of a sample that agrees with those before."""
         return ODD * (1 + self.square / max(self.freedom, 1.0))
 
 
@@ -92,21 +93,21 @@ class Residuals(NamedTuple):
     misfit: float
 
     def misfits_without(self, sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
-        """Misfits of the others when each of some sets of channels is left out, in one piece."""
+        """Misfits of the other channels when each of some sets of channels is left out, computed in one piece."""
         yield
         places = [np.searchsorted(self.rows, own) for own in sets]
         return (self.misfit - shares_of(self.weighted, self.precision, places)).tolist()
 
     def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
-        """By how much these channels differ from what the others expect, and the variances of that (whitened)."""
+        """Difference of these channels from what the others predict, and its variance (whitened)."""
         at = np.searchsorted(self.rows, rows)
         covariance = np.linalg.inv(self.precision[np.ix_(at, at)])
         return covariance @ self.weighted[at], np.diag(covariance)
 
 
 def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray]) -> np.ndarray:
-    """(..., s) part of the squared misfits that goes when each of s sets of channels is left out: weighted (..., k),
-    precision (..., k, k)."""
+    """(..., s) part of the squared misfits that disappears when each of s sets of channels is left out: weighted (...,
+    k), precision (..., k, k)."""
     shares = np.empty((*weighted.shape[:-1], len(sets)))
     for size in {len(own) for own in sets}:
         which = [number for number, own in enumerate(sets) if len(own) == size]
@@ -118,8 +119,9 @@ def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray
 
 
 class NoiseFit(NamedTuple):
-    """Fit of a mean of `samples` in which nothing but noise is wrong: information, score and square of h - anchor, the
-    square at the best h so far (here), degrees of freedom (own), ln force and place, and the linearisation used."""
+    """Fit of a mean of `samples` under the assumption that only noise is present: information, score and square of h -
+    anchor, the square at the best h so far (here), degrees of freedom (own), ln force and place, and the linearisation
+    used."""
 
     information: float
     score: float

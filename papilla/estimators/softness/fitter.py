@@ -1,4 +1,5 @@
-"""One Kalman filter for every kind of softness: the modulus of a touch, and every error that is unknown but constant.
+"""One Kalman filter for every kind of softness: the modulus of a touch, and every unknown error that is constant during
+the touch.
 
 State x = (h, theta) with mean and covariance P, constant during a touch. h is a scale of ln E on which readings change
 along straight lines; theta are the `Doubts`, the zeros of the gauges and the errors of the calibration, each in its
@@ -13,10 +14,10 @@ only when force, place or ln E have moved by `NODE`. And errors of gains are not
 return whenever a force returns. So R holds an error for each cell of force, and a cell that is pressed again adds only
 the information that is new (`_own_errors`).
 
-The answer is the fit of noise alone while it explains the readings, because no other is sharper; otherwise it is the
-filter's. Sigma is always the filter's, and grows where the gauges contradict each other (`widening`). A linearisation
-costs 35 microseconds, learning a slot 100. Where readings do not change with the modulus, sigma says so (ADR 0016,
-0030).
+The answer is the fit of noise alone as long as it explains the readings, because no other fit has a smaller error;
+otherwise it is the filter's. Sigma is always the filter's, and grows where the gauges contradict each other
+(`widening`). A linearisation costs 35 microseconds, learning a slot 100. Where readings do not change with the modulus,
+sigma says so (ADR 0016, 0030).
 """
 
 import math
@@ -33,16 +34,16 @@ BESIDE_SHARE = 0.017
 """All readings fall by this share 1 mm beside the apex across the row of gauges, and with the square of the distance:
 0.4 to 3 % by gauge and load in presses of the default finger (the rest is within the gauges' gains)."""
 SHAPE_ERROR = 0.4
-"""Relative error, per factor of e of the force, of how the effect of the thickness grows with force."""
+"""Relative error of the exponent with which the effect of the thickness grows with force."""
 SPREAD_FORCE = 0.5
-"""Prior standard deviation of a sample's ln force about that of the one before (that of its place is the reach of the
-calibration): so wide that it has next to no weight."""
+"""Prior standard deviation of a sample's ln force about that of the one before (for the place it is the reach of the
+calibration): so wide that the prior has almost no weight."""
 BENT, NEAR = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
 first a sample is linearised again at its new contact; below the second the linearisation of another sample is used."""
 LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
-"""Samples of a slot lie within LEVEL of the same measure; a tangent holds for steps FAR times as long; noise alone may
-move a sample by JITTER standard deviations."""
+"""Samples of a slot lie within LEVEL of the same measure; a tangent is valid for steps FAR times as long; noise alone
+moves a sample by up to JITTER standard deviations."""
 NODE = (0.05, 0.3, 0.3)
 """H is evaluated again after ln force, place (mm) or ln E have changed by this much. Evaluated where noise puts each
 sample, H would create information that no reading holds."""
@@ -53,9 +54,9 @@ SLOT, SHARE = 64, 8
 """A slot holds at most SLOT samples, and at most one in SHARE of those learnt so far: a touch that has just begun is
 learnt sample by sample."""
 LEAST_NOISE = 1e-6
-"""Least noise, over the greatest reading and force: below it there is only rounding."""
+"""Smallest noise relative to the largest reading and force; below it there is only rounding."""
 STEPS = 6
-"""Gauss-Newton steps at most."""
+"""Largest number of Gauss-Newton steps."""
 ZERO_WALK, CREEP_WALK = 1e-4, 1e-2
 """Zeros and creep change slowly: after n samples exp(-n WALK / 2) of what was known of them is left."""
 SURE, SLACK = 5.0, 0.05
@@ -64,7 +65,7 @@ deviations: noise itself is known to some per cent only."""
 STATED = 1.0
 """Weight of the stated standard deviations in `widening`, as a number of squared errors of average size."""
 PRIOR_REACH = 0.25
-"""Prior standard deviation of h, over its range: a first estimate may lie beyond the calibrated moduli."""
+"""Prior standard deviation of h relative to its range: a first estimate may lie beyond the calibrated moduli."""
 
 
 class Fitter:
@@ -135,7 +136,8 @@ class Fitter:
         return parts
 
     def _distances(self):
-        """dh / d ln E at the calibrated nodes, at the middle force: root of one sample's information about ln E."""
+        """dh / d ln E at the calibrated nodes, at the middle force: square root of the information of one sample about
+        ln E."""
         nodes = self.surfaces.ln_nodes
         slopes = []
         for node in nodes.tolist():
@@ -145,7 +147,7 @@ class Fitter:
         return np.array(slopes), float(nodes[0]), 1 / float(nodes[1] - nodes[0])
 
     def _ln_modulus(self, h: float) -> tuple[float, float]:
-        """ln E at h, and dh / d ln E there; beyond the calibrated moduli their end's."""
+        """ln E at h, and dh / d ln E there; beyond the calibrated moduli, the values at their end."""
         values = self.curve.values
         return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
 
@@ -165,7 +167,7 @@ class Fitter:
         return H
 
     def linear(self, ln_force: float, place: float, h: float, thickness: float = 0.0) -> Linear:
-        """The channels at the nearest calibrated contact; thickness: its error, in standard deviations."""
+        """The channels at the nearest calibrated contact; thickness: its error in standard deviations."""
         ln_modulus, slope = self.ln_modulus(h)
         ln_force, place = self.inside(ln_force, place)
         return Linear((ln_force, place, h, thickness), *self._channels(ln_force, place, ln_modulus, slope, thickness))
@@ -191,7 +193,8 @@ class Fitter:
         return expected, H, B
 
     def prior(self, zero_share: float) -> FilterState:
-        """The filter before the first sample, the zeros being known to a share of their standard deviation."""
+        """The filter before the first sample; `zero_share` is the part of the zeros' standard deviations that is still
+        unknown."""
         mean, variance = np.zeros(self.size), np.ones(self.size)
         for name in ("the zero of the gauges", "the offset of the force"):
             variance[self.columns[name]] = zero_share**2
@@ -200,30 +203,30 @@ class Fitter:
         return FilterState(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / CELL)))
 
     def _own_errors(self, H: np.ndarray, pressed: np.ndarray, ln_force: float, samples: float):
-        """Variances (k,) of what a mean of `samples` reads in its cell of force, noise and the cell's own error: as
-        they are, and such that only new information counts where the cell was pressed before; and the cell."""
+        """Variances (k,) of a mean of `samples` in its cell of force, from noise and the cell's own error: the full
+        ones, and those with which only new information counts if the cell was pressed before; and the cell."""
         cell = min(max(int((ln_force - self.low) / CELL), 0), len(pressed) - 1)
         before, slopes = float(pressed[cell]), H[:, self._shaped]
         own = SHAPE**2 * np.einsum("km,km->k", slopes, slopes)
         plain, after = own + 1 / samples, before + samples
-        # Information of all samples of the cell, less that of those before.
+        # Information of all samples of the cell minus that of the earlier ones.
         new = (own + 1 / before) * (own + 1 / after) * (before * after / samples) if before else plain
         return plain, new, cell
 
     def bend(self, linear: Linear, ln_force: float, place: float, h: float, thickness: float) -> float:
-        """How far a contact is from a linearisation, as the squared step of ln force that bends the readings so."""
+        """Distance of a contact from a linearisation, as the squared step of ln force with the same nonlinearity."""
         at, there, known, thick = linear.at
         along = (h - known + (thickness - thick) * self._shift_sigma * math.exp(SHIFT_POWER * at)) / self.top
         return (ln_force - at) ** 2 + (BENT_PLACE * (place - there)) ** 2 + along * along
 
     def moved(self, linear: Linear, steps) -> tuple[float, float]:
-        """ln force and place after steps from a linearisation, in units of their spread."""
+        """ln force and place after steps from a linearisation; steps are in units of their spread."""
         at, there, *_ = linear.at
         return at + SPREAD_FORCE * steps[0], there + self.surfaces.reach * steps[1]
 
     def noise_fit(self, y: np.ndarray, rows: np.ndarray, state: FilterState, count: int = 1) -> NoiseFit:
-        """Fit of a mean (c + 1,) of `count` samples of the channels `rows` in which only noise is wrong: least squares
-        for its own force and place, and with these eliminated the normal equation of h."""
+        """Fit of a mean (c + 1,) of `count` samples of the channels `rows`, assuming noise alone: least squares for its
+        own force and place; with these eliminated, the normal equation of h."""
         h, white, near = self.h_of_noise(state), (y * self.whiten)[rows], state.linear is not None
         linear = state.linear or self.linear(state.ln_force, state.place_mm, h)
         greatest = float(np.abs(white).max()) * math.sqrt(count)
@@ -262,12 +265,12 @@ class Fitter:
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)
 
     def slot(self, state: FilterState) -> int:
-        """How many samples are learnt together."""
+        """Number of samples that are learnt together."""
         return min(int(state.samples) // SHARE, SLOT)
 
     def weighed(self, rows, innovation, H: np.ndarray, B: np.ndarray, P: np.ndarray, R):
-        """Residuals of an innovation (k,) of variances R with H (k, m), B (2, k) and the covariance P (m, m) of x; and
-        P H'."""
+        """Residuals of an innovation (k,) with variances R, slopes H (k, m) and B (2, k), and covariance P (m, m) of x;
+        and P H'."""
         PH = P @ H.T
         S = H @ PH + B.T @ B
         S.flat[:: len(rows) + 1] += R
@@ -276,8 +279,8 @@ class Fitter:
         return Residuals(weighted, precision, rows, float(innovation @ weighted)), PH
 
     def residuals(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit | None = None) -> Residuals:
-        """Residuals of a mean (c + 1,) of samples of the channels `rows` against the filter. Without a fit it is a
-        sample that may be faulty: it is linearised where the last one lay."""
+        """Residuals of a mean (c + 1,) of samples of the channels `rows` against the filter. Without `fit` the sample
+        may be faulty, so it is linearised at the contact of the last one."""
         white = (y * self.whiten)[rows]
         linear = self._first(white, state, fit)
         return self._against(white, rows, self._near(state, linear), linear, fit.samples if fit else 1)[0]
@@ -286,8 +289,8 @@ class Fitter:
         self, y: np.ndarray, rows: np.ndarray, known: FilterState, fit: NoiseFit, keep=1.0, limit=math.inf
     ) -> tuple[Residuals, FilterState]:
         """The `residuals` of a mean (c + 1,) of samples of the channels `rows`, and the filter after it: unchanged
-        where the misfit is above `limit`. The fit of noise alone is added to those before, of which each sample leaves
-        a share `keep`."""
+        where the misfit is above `limit`. The fit of noise alone is added to the earlier ones, whose weight each sample
+        multiplies by `keep`."""
         white, samples, state = (y * self.whiten)[rows], fit.samples, known
         linear, greatest = self._first(white, state, fit), float(np.abs(white).max())
         for step in range(STEPS):
@@ -319,11 +322,11 @@ class Fitter:
         )  # fmt: skip
 
     def _unknowns(self, state: FilterState) -> tuple[float, float]:
-        """h, within what is calibrated, and the thickness of the filter."""
+        """h of the filter, limited to the calibrated range, and its thickness."""
         return min(max(float(state.mean[0]), 0.0), self.top), float(state.mean[1])
 
     def _first(self, white: np.ndarray, state: FilterState, fit: NoiseFit | None) -> Linear:
-        """The first linearisation for whitened channels: that of the fit, if it is near enough."""
+        """The first linearisation for whitened channels: that of the fit if it is near enough."""
         unknowns = self._unknowns(state)
         at, place = (fit.ln_force, fit.place_mm) if fit else (state.ln_force, state.place_mm)
         at, place = at + state.offset[0], place + state.offset[1]
@@ -346,7 +349,7 @@ class Fitter:
     def _corrected(
         self, state: FilterState, PH: np.ndarray, residuals: Residuals, samples: int, keep: float
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and covariance of x after a Kalman correction, and after the time of its samples has passed."""
+        """Mean and covariance of x after a Kalman correction and after the drift during its samples."""
         faded = self._faded_by(samples)
         covariance = state.covariance - PH @ residuals.precision @ PH.T
         covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
@@ -357,12 +360,12 @@ class Fitter:
         return faded * (state.mean + PH @ residuals.weighted), covariance
 
     def h_of_noise(self, state: FilterState) -> float:
-        """h of the fit of noise alone; before the first sample, that of the start."""
+        """h from the fit of noise alone; before the first sample, the start value."""
         step = state.score / state.information if state.information > 0 else 0.0
         return min(max(state.anchor + step, 0.0), self.top)
 
     def _near(self, state: FilterState, linear: Linear) -> FilterState:
-        """The filter with a node near a linearisation."""
+        """The filter with its node near a linearisation."""
         if state.node is not None:
             (at, place, h, _), (before, there, known, _) = linear.at, state.node.at
             far = at - before, place - there, (h - known) / self.ln_modulus(h)[1]
@@ -378,8 +381,8 @@ class Fitter:
         return h, sigma
 
     def widening(self, state: FilterState) -> float:
-        """Factor by which sigma grows where readings contradict each other more than the stated errors of gains and
-        calibration allow: root of the sum of squares of the errors found, over its expectation."""
+        """Factor by which sigma grows if readings contradict each other more than the stated errors of gains and
+        calibration allow: root of the sum of squares of the estimated errors, divided by its expectation."""
         found, known = state.mean[self._shaped], 1 - SHAPE**2
         left = known - state.covariance.diagonal()[self._shaped]
         return math.sqrt(max((STATED * known + float(found @ found)) / (STATED * known + float(left.sum())), 1.0))
@@ -393,7 +396,7 @@ class Fitter:
         return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
 
     def dominant(self, state: FilterState) -> str:
-        """The error that makes most of sigma: the one whose knowledge would lower it most."""
+        """The largest contribution to sigma: the error whose knowledge would lower sigma most."""
         P = state.covariance
         taken = {"noise": 0.0}
         for name, own in self.columns.items():
@@ -403,11 +406,11 @@ class Fitter:
         return max(taken, key=lambda name: taken[name])
 
     def least_reading(self) -> np.ndarray:
-        """(c,) smallest |reading| in microstrain at the lowest force, over the moduli."""
+        """(c,) smallest |reading| in microstrain at the lowest force, over all moduli."""
         nodes = self.surfaces.ln_nodes.tolist()
         return np.abs([self.surfaces.at(self.low, node, 0.0).reading for node in nodes]).min(axis=0)
 
     def inside(self, ln_force: float, place: float) -> tuple[float, float]:
-        """The nearest calibrated contact, to linearise at."""
+        """The nearest calibrated contact, at which to linearise."""
         reach = self.surfaces.reach
         return min(max(ln_force, self.low), self.high), min(max(place, -reach), reach)

@@ -1,16 +1,16 @@
 """Young's modulus of what the finger presses on, sample by sample, from every gauge against its own surface.
 
-Five gauges and a force are six equations for two unknowns, modulus and force (and the place, if it is asked for), so a
-poor force sensor costs little and a bad channel shows. The misfit of a sample is r' S^-1 r, r its residuals against
-the filter of the touch and their covariance S (`fitter`). Without the channels A it falls to
+Five gauges and a force are six equations for two unknowns, modulus and force (and the place, if it is unknown). So a
+poor force sensor costs little, and a bad channel can be recognised. The misfit of a sample is r' S^-1 r, r its
+residuals against the filter of the touch and their covariance S (`fitter`). Without the channels A it falls to
 
     misfit - r_A' (S^-1)_AA^-1 r_A,   with r_A = (S^-1 r)_A,
 
 so every set of suspects costs one small inverse. A sample whose misfit passes 40 starts a search: does another modulus
-explain it, as after a lift that the force did not show? Else, which single channel, or pair, explains it when left out?
-Suspects that explain it about equally well are all left out. The search is spread over the next samples, none of which
-is answered or learnt, because one sample may cost 0.5 ms. Where nothing explains the readings again and again, as over
-a texture, all of them are distrusted for a while instead of blaming one.
+explain it, as after a lift that the force did not show? If not, which single channel, or pair, explains it when left
+out? Suspects that explain it about equally well are all left out. The search is spread over the next samples, none of
+which is answered or learnt, because one sample may cost 0.5 ms. Where nothing explains the readings again and again, as
+over a texture, all of them are distrusted for a while instead of blaming one.
 """
 
 import math
@@ -35,37 +35,40 @@ from papilla.estimators.spread import Pieces, Spread, completed
 
 @dataclass(frozen=True)
 class BlameRules:
-    """Tuned numbers of who is to blame when channels contradict each other. Misfits are squares in standard deviations
-    of a sample of six channels, with at most five degrees of freedom."""
+    """Tuned numbers for deciding which channels are at fault when channels contradict each other. Misfits are squares
+    in standard deviations of a sample of six channels, with at most five degrees of freedom."""
 
     least_channels: int = 3
-    """Readings and force: two unknowns, and one channel that can contradict."""
+    """Smallest number of channels, readings and force: two unknowns, and one channel that can contradict."""
     contradicts: float = 40.0
-    """Misfit of a sample above which something is wrong: 1e-7 of good samples."""
+    """Misfit of a sample above which something is wrong; 1e-7 of good samples exceed it."""
     agrees: float = 20.0
-    """Misfit below which the remaining channels agree: 1e-3 of good samples are above."""
+    """Misfit below which the remaining channels agree; 1e-3 of good samples exceed it."""
     margin: float = 10.0
-    """Suspects without whom the fit is as good as the best by this much cannot be told apart: a likelihood of e^-5."""
+    """Difference of misfit within which two suspects cannot be distinguished from the best: a likelihood ratio of
+    e^-5."""
     explained: float = 25.0
-    """Squared residual up to which a flipped sign or another gauge's place explains a reading."""
+    """Squared residual up to which a reversed sign or exchanged gauges explain a reading."""
     fits_again: float = 16.0
-    """Squared residual of a sample up to which a channel that was left out fits again."""
+    """Squared residual of a sample up to which an excluded channel fits again."""
     back_after: int = 10
-    """Samples in a row that a channel must fit again to be used again."""
+    """Number of consecutive samples that an excluded channel must fit before it is used again."""
     unexplained: int = 80
-    """Distrust that a contradiction adds for which no channel is to blame, in good samples that make up for it."""
+    """Distrust added by a contradiction for which no channel is at fault, as a number of good samples that outweigh
+    it."""
     trusted: int = 200
-    """Distrust above which there is no answer and no gauge is blamed: over a texture all contradict each other."""
+    """Distrust above which there is no answer and no gauge is at fault: over a texture all gauges contradict each
+    other."""
     most_patience: int = 1920
-    """Greatest distrust when again and again nothing explains the readings: 2 s at 1 kHz."""
+    """Largest distrust if again and again nothing explains the readings: 2 s at 1 kHz."""
 
 
 RULES = BlameRules()
 
 
 class Search(NamedTuple):
-    """A search for what explains a sample (c + 1,) with these faults, spread over the next samples: its residuals
-    against the filter of the touch (known), or, in the first sample of a touch, against the best first fit."""
+    """A search for an explanation of a sample (c + 1,) with these faults, spread over the next samples: its residuals
+    against the filter of the touch (known) or, for the first sample of a touch, against the best first fit."""
 
     y: np.ndarray
     faults: tuple[int, ...]
@@ -74,8 +77,8 @@ class Search(NamedTuple):
     known: bool
 
     def run(self, of: "GaugeSoftness") -> Pieces[tuple]:
-        """The status of a force that is out of the domain; faults of the channels to blame; and the filter with which
-        the sample is to be learnt: None where nothing explains it. Nothing is remembered of it before its end."""
+        """Returns the status of a force outside the domain; the faults of the channels at fault; and the filter with
+        which the sample is learnt, or None if nothing explains it. Nothing of the search is stored before its end."""
         return of.explained(self)
 
 
@@ -98,7 +101,7 @@ class GaugeEstimate(NamedTuple):
 
     @property
     def sentence(self) -> Any:
-        """The status in words, and which channels were left out why: a string, or a list of them."""
+        """The status in words, and which channels were left out and why: a string, or a list of them."""
         if isinstance(self.status, np.ndarray):
             columns = (self.status, self.left_out, self.channels)
             return [_words(*map(int, row)) for row in zip(*columns, strict=True)]  # type: ignore[arg-type]
@@ -106,21 +109,21 @@ class GaugeEstimate(NamedTuple):
 
 
 class GaugeSoftness(Touch):
-    """Streaming modulus from all gauges; one sample is (g1, ..., gg, force_N), readings in microstrain.
+    """Online estimate of the modulus from all gauges; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
-    A force or a reading that is NaN is left out of its sample; a gauge that is stuck, saturated or contradicts the
-    others is left out as long as it is, and the answer says which. Touches are expected at the apex: elsewhere the
-    readings fit no modulus, and there is no answer, unless the position is an unknown too (`position_sigma_mm`).
+    A force or reading that is NaN is left out of its sample. A gauge is left out as long as it is stuck, saturated or
+    contradicts the others, and the answer names it. Touches are expected at the apex: elsewhere the readings fit no
+    modulus, and there is no answer, unless the position is an unknown too (`position_sigma_mm`).
 
     Parameters
     ----------
     calibration, gauge_sigma, doubts, contact_force_N, saturation, stuck_samples : as `Softness`.
-    force_sigma_N : standard deviation of the force's noise, N, > 0; inf where there is no force sensor.
+    force_sigma_N : standard deviation of the force's noise, N, > 0; inf without a force sensor.
     position_sigma_mm : contacts lie anywhere along the finger (x, at y = 0), with this standard deviation about the
-        apex, > 0, inf where nothing is known; every sample has its own position. The calibration must know contact
+        apex, > 0, inf if nothing is known; every sample has its own position. The calibration must know contact
         positions, and one channel more is needed. None: at the apex.
 
-    Raises `InputError` for unusable values, and for gauges whose surfaces are cut differently.
+    Raises `InputError` for unusable values, and for gauges whose surfaces have different cells.
     """
 
     answer = GaugeEstimate
@@ -188,16 +191,17 @@ class GaugeSoftness(Touch):
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
     def _contradict(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, residuals: Residuals):
-        """A sample that what was learnt does not explain: a bad channel, another specimen, or an unknown cause."""
+        """Handle a sample that the fit so far does not explain: a bad channel, another specimen, or an unknown
+        cause."""
         if self._trusted():
             self._memory.search = Spread(Search(y, faults, residuals, state, True))
         else:
-            # What was learnt is not trusted either: after a while, from the beginning.
+            # The earlier samples are not trusted either: after a while the touch begins again.
             self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
 
     def _search(self, search: Spread) -> GaugeEstimate:
-        """Do the next piece of a search; no sample is learnt, and none has an answer, before its end."""
+        """Do the next piece of a search. Until its end no sample is learnt and none has an answer."""
         found = search.advance(self)
         if found is None:
             return self._refused(SoftnessStatus.MISFIT, search.task.faults)
@@ -205,7 +209,7 @@ class GaugeSoftness(Touch):
         return self._conclude(search.task.y, search.task.faults, *found)
 
     def explained(self, search: Search) -> Pieces[tuple]:
-        """See `Search.run`."""
+        """The result of `Search.run`; see there."""
         y, faults, residuals, state, known = search
         rows, anew, begun = self._of(faults), residuals, state
         if known:
@@ -234,7 +238,7 @@ class GaugeSoftness(Touch):
         return None, named, state
 
     def _conclude(self, y, faults: tuple[int, ...], outside, named: dict[int, int], state) -> GaugeEstimate:
-        """Take what a search found."""
+        """Use the result of a search."""
         memory = self._memory
         if outside:
             return self._refused(outside, faults)
@@ -250,7 +254,7 @@ class GaugeSoftness(Touch):
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
     def _trusted(self, samples: int = 0) -> bool:
-        """Whether the gauges are trusted, after so many more samples that nothing contradicts."""
+        """Whether the gauges are trusted, after `samples` more samples without a contradiction."""
         memory = self._memory
         if samples and memory.distrust:
             memory.distrust = max(memory.distrust - samples, 0)
@@ -258,13 +262,14 @@ class GaugeSoftness(Touch):
         return memory.distrust <= RULES.trusted
 
     def _distrust(self) -> None:
-        """Forget the touch and wait, half as long again each time until good samples come in between."""
+        """Forget the touch and wait; the wait grows by half each time until there are good samples in between."""
         memory = self._memory
         memory.filter, memory.distrust = None, memory.patience
         memory.patience = min(memory.patience + memory.patience // 2, RULES.most_patience)
 
     def _to_blame(self, rows: np.ndarray, misfits, single: bool = False) -> Pieces[tuple[int, ...] | None]:
-        """Channels without which the others agree; None where there are none, or too few are left to contradict.
+        """Channels without which the others agree. None if there are none, or if too few channels would be left to
+        detect a contradiction.
 
         misfits : a function of sets of channels: misfits of the others when each set is left out. One channel is tried
         before two, and gauges that mirror each other (one amplifier, one batch of foil) count as one.
@@ -282,7 +287,7 @@ class GaugeSoftness(Touch):
             able = [own for own in stage if len(channels) - len(own) >= self._least]
             left = yield from misfits(able)
             found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < RULES.agrees)
-            # A pair that holds a channel which explains as much by itself is not suspected.
+            # A pair is not suspected if one of its channels alone explains as much.
             suspects = [
                 own
                 for left, own in found
@@ -295,7 +300,7 @@ class GaugeSoftness(Touch):
         return None
 
     def _named(self, y: np.ndarray, blamed: tuple[int, ...], state: FilterState) -> dict[int, int]:
-        """The fault of each blamed channel: a flipped sign, two gauges in each other's place, else a contradiction."""
+        """The fault of each channel at fault: a reversed sign, two exchanged gauges, or else a contradiction."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
         rest, variance = self._fitter.residuals(y, rows, state).expected(*blamed)
         scale = self._fitter.noise[list(blamed)]
@@ -350,7 +355,7 @@ class GaugeSoftness(Touch):
         self._memory.faults, self._memory.returning = tuple(faults), tuple(returning)
 
     def _beyond(self, y: np.ndarray, state: FilterState) -> SoftnessStatus | None:
-        """The status of a force that all sensors place outside the domain, where readings are not calibrated."""
+        """The status for a force that all sensors place outside the domain, where readings are not calibrated."""
         low, high = self._fitter.surfaces.force_N
         force = float(y[-1]) if self._sensed else math.nan
         if state.ln_force <= self._fitter.low and not force >= low:
@@ -358,12 +363,12 @@ class GaugeSoftness(Touch):
         return SoftnessStatus.FORCE_ABOVE if state.ln_force >= self._fitter.high and not force <= high else None
 
     def _watched(self, found: tuple[int, ...], force: float) -> tuple[int, ...]:
-        """Faults of this sample: those that stand, and what the readings by themselves show."""
+        """Faults of this sample: those that persist, and those that the readings show by themselves."""
         memory, before = self._memory, self._memory.found
         if found != before:
             memory.found = found
             if any(new == STUCK and old != STUCK for new, old in zip(found, before or self._clean, strict=False)):
-                # A gauge has just turned out to be stuck: what was learnt with it, and whom it had blamed, is void.
+                # A gauge has just been recognised as stuck: samples learnt with it, and faults found with it, are void.
                 memory.filter, memory.faults, memory.distrust = None, self._clean, 0
         if not found and force - force == 0.0:
             return memory.faults
@@ -372,7 +377,7 @@ class GaugeSoftness(Touch):
         return tuple([new or old for new, old in zip(now, memory.faults, strict=True)])
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
-        """The channels that are used with such faults, kept with the faults' code for the next time."""
+        """The channels that are used with these faults; kept by the code of the faults."""
         known = self._used.get(faults)
         if known is None:
             used = [not fault for fault in faults[:-1]] + [self._sensed and not faults[-1]]
@@ -380,7 +385,7 @@ class GaugeSoftness(Touch):
         return known[0]
 
     def _refused(self, status: SoftnessStatus, faults: tuple[int, ...]) -> GaugeEstimate:
-        """No modulus, and why."""
+        """An estimate without a modulus, with the reason as its status."""
         return GaugeEstimate(math.nan, math.nan, math.nan, int(status), self._used[faults][1], self._gauges + 1)
 
 

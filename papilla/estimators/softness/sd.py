@@ -1,4 +1,4 @@
-"""Young's modulus of what the finger presses on, sample by sample, from S_d and force: one reading instead of many."""
+"""Young's modulus of the touched specimen, sample by sample, from S_d and force: one reading instead of many."""
 
 import math
 from dataclasses import replace
@@ -18,7 +18,7 @@ from papilla.estimators.softness.touch import Touch
 from papilla.estimators.spread import completed
 
 NOISE_REACH = 4.0
-"""Sigmas of the force by which a measured force may lie outside the domain, when S_d says that it is inside."""
+"""Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
 
 
 class SoftnessEstimate(NamedTuple):
@@ -38,21 +38,20 @@ class SoftnessEstimate(NamedTuple):
 
 
 class Softness(Touch):
-    """Streaming modulus; one sample is (g1, ..., gg, force_N), readings in microstrain.
+    """Online estimate of the modulus; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     Parameters
     ----------
-    calibration : of the same gauges in the same order.
-    gauge_sigma : standard deviation of a gauge's noise, microstrain, > 0.
-    force_sigma_N : standard deviation of the force's noise, N.
-    doubts : what else is not known exactly; all of it is in the modulus' sigma.
+    calibration : of the same gauges in the same order. gauge_sigma : standard deviation of a gauge's noise,
+    microstrain, > 0. force_sigma_N : standard deviation of the force's noise, N. doubts : all other uncertain
+    quantities; the modulus' sigma contains them.
     memory_s : time constant of forgetting; inf remembers until contact is lost.
-    sample_rate_Hz : what a sample is in time; matters for a finite memory only.
-    contact_force_N : with force and readings below it there is no contact, and what was learnt is dropped.
+    sample_rate_Hz : sampling rate; only used with a finite memory.
+    contact_force_N : with force and readings below it there is no contact, and the touch is forgotten.
     saturation : |reading| in microstrain from which a gauge is saturated.
-    stuck_samples : a gauge that repeats itself so often while another moves is stuck.
+    stuck_samples : a gauge that repeats its reading this often while another moves is stuck.
 
-    Raises `InputError` for unusable values, and for a calibration whose S_d nowhere rises with the modulus.
+    Raises `InputError` for unusable values, and for a calibration whose S_d rises with the modulus nowhere.
     """
 
     answer = SoftnessEstimate
@@ -119,6 +118,6 @@ class Softness(Touch):
         return SoftnessEstimate(*self._modulus()[:3])
 
     def _sd(self, moved: list[float]) -> float:
-        """S_d of the readings less their zeros; for so few, numpy costs several times as much."""
+        """S_d of the readings minus their zeros, without numpy, which takes several times as long for so few values."""
         mean = sum(moved) / self._gauges
         return math.sqrt(sum([(value - mean) ** 2 for value in moved]) / self._gauges)

@@ -15,20 +15,20 @@ from papilla.estimators.softness.fitter import BENT, SPREAD_FORCE, Fitter
 from papilla.estimators.spread import Pieces
 
 STEPS, STEPS_A_PIECE = 15, 3
-"""Gauss-Newton steps at most, and those that are done with one sample."""
+"""Largest number of Gauss-Newton steps, and the number done within one sample."""
 TRIED = 4
-"""Sets of suspects that are fitted, the likeliest first, when a first sample fits badly."""
+"""Number of sets of suspects, the likeliest first, that are fitted if a first sample fits badly."""
 MODULI, PLACES, FORCES = 7, 9, 9
 """Nodes of the table of contacts over h, place and ln force, from the best of which Gauss-Newton starts."""
 WIDE = 4.0
-"""A first sample may lie this many times further from its node than a sample from the one before it."""
+"""How many times further from its node a first sample may lie than a later sample from the one before it."""
 
 
 Fitted = Pieces[tuple[Residuals, FilterState]]
 
 
 class Start:
-    """Finds the first filter of a fitter's touches; makes its table when it is made."""
+    """Finds the first filter of a touch; its table is made with the object."""
 
     def __init__(self, fitter: Fitter):
         self._fitter = fitter
@@ -48,8 +48,8 @@ class Start:
         self._table(np.arange(fitter.channels + math.isfinite(fitter.noise[-1])))
 
     def _table(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Of some channels, at all n nodes: precision (n, k, k), and its root as (n k, k), with what that makes of the
-        channels expected there (n k,)."""
+        """For some channels, at all n nodes: precision (n, k, k), its square root as (n k, k), and the product of this
+        root with the channels expected there (n k,)."""
         key = tuple(rows.tolist())
         if key not in self._tables:
             root = np.linalg.inv(np.linalg.cholesky(self._covariances[:, rows[:, None], rows]))
@@ -65,8 +65,8 @@ class Start:
         return np.einsum("nk,nk->n", left, left)
 
     def __call__(self, y: np.ndarray, rows: np.ndarray, prior: FilterState) -> Fitted:
-        """A sample's own misfit, and the filter that begins with it: from the best node of the table, Gauss-Newton for
-        h, force and place with `prior` for the rest."""
+        """The misfit of a first sample, and the filter that begins with it: Gauss-Newton from the best node of the
+        table for h, force and place, with `prior` for the other unknowns."""
         return self._settled(y, rows, prior, int(self.misfits(y, rows).argmin()))
 
     def misfits_without(self, y: np.ndarray, rows: np.ndarray, prior: FilterState):
@@ -91,7 +91,7 @@ class Start:
         """Gauss-Newton from a node of the table."""
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
-        # A prior of the place counts here and for no later sample.
+        # A prior of the place counts for this sample and for no later one.
         wide = np.array([WIDE, fitter.position_sigma / reach if self._known else WIDE])
         far = np.array([1.0, 1.0 / reach if reach else 0.0])
         most = max(float(np.abs(white).max()), 1.0)

@@ -1,4 +1,4 @@
-"""What a finger's channels read at a contact (force, modulus, x), with slopes, as the calibration has it."""
+"""Readings of a finger's channels at a contact (force, modulus, x), with slopes, from the calibration."""
 
 import math
 from typing import NamedTuple
@@ -12,11 +12,13 @@ from papilla.errors import InputError
 SAME = 1e-6
 """Relative difference up to which two surfaces count as one: gauges that mirror each other share their errors."""
 LEAST_SLOPE = 1e-3
-"""Of the steepest dh / d ln E: h is a mere scale, and must rise where readings hardly do."""
+"""Smallest slope of h relative to the steepest dh / d ln E: h is only a scale, and must rise even if readings hardly
+change."""
 
 
 class Expected(NamedTuple):
-    """(c,) readings in microstrain of c channels at a contact, and their slopes in ln E, force (N) and x (mm)."""
+    """(c,) expected readings in microstrain of c channels at a contact, and their slopes by ln E, force (N) and x
+    (mm)."""
 
     reading: np.ndarray
     along_modulus: np.ndarray
@@ -25,11 +27,11 @@ class Expected(NamedTuple):
 
 
 class GaugeSurfaces:
-    """The readings of every gauge; with `anywhere`, also beside the apex.
+    """Expected readings of every gauge; with `anywhere`, also beside the apex.
 
-    groups : number of the group of each gauge, those that mirror each other are in one. friction_known : whether
-    presses have the friction of the calibration.
-    Raises `InputError` where the gauges' surfaces are cut differently, or contacts beside the apex are not known.
+    groups : number of each gauge's group; gauges that mirror each other are in one group. friction_known : whether
+    presses have the friction of the calibration. Raises `InputError` if the gauges' surfaces have different cells, or
+    if the calibration has no contacts beside the apex.
     """
 
     def __init__(self, calibration: Calibration, anywhere: bool):
@@ -63,7 +65,7 @@ class GaugeSurfaces:
             self._friction = spline_of(known).at
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
-        """What is read within the domain."""
+        """Expected readings at a contact within the domain."""
         force = math.exp(ln_force)
         per_force, along_x = self._apex(ln_force, ln_modulus), self._nothing
         if self._moved is not None:
@@ -73,12 +75,12 @@ class GaugeSurfaces:
         return Expected(reading, along_modulus, per_force[0, 0] + per_force[1, 0], along_x)
 
     def error(self, ln_force: float) -> np.ndarray:
-        """(c,) one sigma of the calibration, friction apart, microstrain / N."""
+        """(c,) one sigma of the calibration without the part of friction, microstrain / N."""
         force = math.exp(ln_force)
         return np.array([gauge.uncertainty.sigma_at(force) for gauge in self._calibration.gauges])
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
-        """(c,) what readings change where there is no friction, if it is not known, microstrain / N."""
+        """(c,) change of the readings without friction, if friction is not known, microstrain / N."""
         return self._nothing if self.friction_known else self._friction(ln_force, ln_modulus)[0, 0]
 
     def place_error(self, x: float) -> np.ndarray:
@@ -87,7 +89,7 @@ class GaugeSurfaces:
 
 
 class SdSurface:
-    """S_d of all gauges as the only reading; raises `InputError` where it does not rise with the modulus."""
+    """S_d of all gauges as the only reading; raises `InputError` if it does not rise with the modulus."""
 
     channels, reach, groups = 1, 0.0, (0,)
 
@@ -104,30 +106,30 @@ class SdSurface:
         self.ln_nodes = np.log(own.modulus_axis.nodes)[low : high + 1]
 
     def usable(self, ln_force: float) -> tuple[float, float]:
-        """First and last ln E between which S_d rises at a force; (inf, -inf) where it does not."""
+        """First and last ln E between which S_d rises at a force; (inf, -inf) if it does not rise."""
         low, high = self._surface.usable_nodes(ln_force)
         axis = self._surface.surface.modulus_axis
         return (axis.start + axis.step * low, axis.start + axis.step * high) if low < high else (math.inf, -math.inf)
 
     def at(self, ln_force: float, ln_modulus: float, x: float) -> Expected:
-        """What is read within the domain."""
+        """Expected readings at a contact within the domain."""
         (value, a), (slope, _) = self._spline(ln_force, ln_modulus)
         sd = np.exp(value)
         return Expected(sd, sd * a, sd * slope * math.exp(-ln_force), np.zeros(1))
 
     def error(self, ln_force: float) -> np.ndarray:
-        """(1,) one sigma of the calibration, friction apart, microstrain / N."""
+        """(1,) one sigma of the calibration without the part of friction, microstrain / N."""
         force, middle = math.exp(ln_force), float(self.ln_nodes[len(self.ln_nodes) // 2])
         return self._surface.uncertainty.sigma_at(force) * self.at(ln_force, middle, 0.0).reading / force
 
     def without_friction(self, ln_force: float, ln_modulus: float) -> np.ndarray:
-        """(1,) what S_d changes where there is no friction, if it is not known, microstrain / N."""
+        """(1,) change of S_d without friction, if friction is not known, microstrain / N."""
         share = self._surface.uncertainty.friction_at(ln_force, ln_modulus)
         return self.at(ln_force, ln_modulus, 0.0).reading * (share * math.exp(-ln_force))
 
 
 def _groups(tables: np.ndarray) -> tuple[int, ...]:
-    """Number of the group of each gauge: those whose surfaces are the same are in one."""
+    """Number of each gauge's group; gauges with the same surface are in one group."""
     groups: list[int] = []
     for number, table in enumerate(tables):
         like = (groups[k] for k in range(number) if np.abs(tables[k] - table).max() <= SAME * np.abs(table).max())

@@ -1,14 +1,14 @@
-"""What both estimators of softness share: contact, zeros in the air, slots of samples, and the answer of a fit.
+"""Common part of both estimators of softness: contact, zeros in the air, slots of samples, and the answer of a fit.
 
 A touch is a filter (`filter_state`, `fitter`) that begins where a first sample fits best (`start`) and lives until
 contact is lost. At 1 kHz most samples repeat the one before, so samples that lie near each other are summed in a slot,
-and the filter learns the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot is
-still answered: its own force and place are read off a tangent, y - y_0 = B (force, place), which is one small matrix
-product. A sample beyond the tangent's reach, or with a large misfit, closes the slot.
+and the filter learns the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot
+still gets its own answer: a tangent, y - y_0 = B (force, place), gives its force and place by one small matrix product.
+A sample beyond the tangent's reach, or with a large misfit, closes the slot.
 
 In the air the readings are zeros. Means of 20 samples are learnt as zeros, each only when the next one agrees, so that
-the begin of a press is never taken for a zero. Whether it is air is judged by force and readings together: either alone
-may be a zero that has drifted.
+the beginning of a press is never learnt as a zero. Force and readings together decide whether the finger is in the air,
+because either alone may be a zero that has drifted.
 """
 
 import math
@@ -34,31 +34,33 @@ class TouchRules:
     """Tuned numbers of contact, air and answers."""
 
     largest_errors: float = 60.0
-    """Squared length of the unknown errors, each in its standard deviations, above which the fit is not trusted."""
+    """Squared norm of the estimated errors, each divided by its standard deviation, above which the fit is not
+    trusted."""
     air_share: float = 0.5
-    """Standard deviation of a zero that was seen in the air, over that of one that was not: it drifts in the touch."""
+    """Standard deviation of a zero that was measured in the air, relative to an unknown one: it drifts during the
+    touch."""
     rest_samples: int = 20
     """Samples whose mean is compared with the next such mean: a period of 50 Hz at 1 kHz."""
     rest_share: float = 0.05
     """Two means agree within noise and this share of a zero's standard deviation. A press of 10 mN/s moves the middle
     gauge by 10 microstrain from one to the next, a twentieth of the 200 microstrain that its zero may be off."""
     rest_limit: float = 4.0
-    """Mean square over the channels, in these units, up to which two means agree."""
+    """Mean square difference over the channels, in these units, up to which two means agree."""
     zero_samples: float = 100.0
     """Time constant of the zeros in the air."""
     light_samples: int = 50
-    """Samples in a row with a force below that of contact after which drifted readings count as air."""
+    """Number of consecutive samples with a force below that of contact after which drifted readings count as air."""
     largest_drift: float = 8.0
-    """Drift of a zero, in its standard deviations, up to which that holds."""
+    """Largest drift of a zero, in its standard deviations, for this rule."""
     patience: int = 480
-    """Good samples that make up for the first time that nothing explains the readings."""
+    """Number of good samples that outweigh the first time that nothing explains the readings."""
 
 
 RULES = TouchRules()
 
 
 class Rest(NamedTuple):
-    """Samples in the air that are not yet learnt: their sum (g + 1,) and number, and the mean before them, if any."""
+    """Samples in the air that are not yet learnt: their sum (g + 1,) and number, and the earlier mean, if any."""
 
     total: np.ndarray | float = 0.0
     samples: int = 0
@@ -66,8 +68,8 @@ class Rest(NamedTuple):
 
 
 class Slot(NamedTuple):
-    """Samples that are learnt together: their sum (c + 1,), their number, the (lowest, highest) steps from the tangent
-    that they may have, the faults that all of them have, and the fit of their mean once there are enough."""
+    """Samples that are learnt together: their sum (c + 1,) and number, the (lowest, highest) steps from the tangent
+    that they may have, the faults that all of them have, and the fit of their mean once there are enough samples."""
 
     total: np.ndarray
     samples: int
@@ -77,8 +79,8 @@ class Slot(NamedTuple):
 
 
 class TouchEstimate(NamedTuple):
-    """The modulus and its sigma in MPa (NaN where there is none), and the status; by how much ln force and place (mm)
-    of the filter differ from those of noise alone, and the standard deviation of the place."""
+    """The modulus and its sigma in MPa (NaN if there is none) and the status; the difference of ln force and place (mm)
+    between the filter and the fit of noise alone; the standard deviation of the place."""
 
     modulus: float
     sigma: float
@@ -90,15 +92,15 @@ class TouchEstimate(NamedTuple):
 
 @dataclass(eq=False)
 class TouchState:
-    """All that an estimator of softness remembers: the gauges' health; the zeros of the channels (microstrain, and N),
-    for how many samples they were seen in the air, and the samples of the air that are not yet learnt; the filter of
-    this touch (None in the air), and the samples that it has not yet learnt.
+    """State of an estimator of softness: health of the gauges; zeros of the channels (microstrain, and N), the number
+    of samples in the air from which they come, and samples in the air that are not yet learnt; the filter of this touch
+    (None in the air), and the samples that it has not yet learnt.
 
-    faults, returning : per channel (g gauges and the force) the standing `Fault`, and good samples in a row since.
-    found : faults that the last sample's readings showed by themselves. distrust : good samples that are needed before
-    the gauges are trusted again; patience : what distrust becomes when nothing explains the readings. dominant : the
-    error that made most of sigma in the last touch. light : samples in a row with a force below that of contact.
-    search : the search under way for what explains a sample, if any.
+    faults, returning : per channel (g gauges and the force) the persistent `Fault`, and the number of consecutive good
+    samples since. found : faults that the last sample's readings showed by themselves. distrust : number of good
+    samples needed before the gauges are trusted again; patience : value of distrust when nothing explains the readings.
+    dominant : largest contribution to sigma in the last touch. light : number of consecutive samples with a force below
+    that of contact. search : the running search for an explanation of a sample, if any.
     """
 
     health: HealthState
@@ -118,14 +120,14 @@ class TouchState:
 
     @property
     def information(self) -> float:
-        """Information of noise alone about h in this touch; 0 where there is none."""
+        """Information about h in this touch, from noise alone; 0 if there is none."""
         return self.filter.information if self.filter else 0.0
 
 
 class Touch(Stream):
     """Base of the estimators; `gauges` readings and a force make a sample.
 
-    A sample without an answer (status says why) leaves what was learnt untouched, except that lost contact ends it.
+    A sample without an answer (the status says why) does not change the state, except that lost contact ends the touch.
     """
 
     _memory: TouchState
@@ -138,7 +140,7 @@ class Touch(Stream):
         self._healthy = self._health.state
         self._low = max(self._contact, fitter.surfaces.force_N[0])
         self._lowest = fitter.least_reading() * (self._contact / fitter.surfaces.force_N[0])
-        # S_d has the noise and the zero of a gauge over the root of their number.
+        # S_d has the noise and the zero error of a gauge divided by the root of the number of gauges.
         each = np.append(np.full(gauges, math.sqrt(gauges / fitter.channels)), 1.0)
         self._zero_noise = each * fitter.noise[[0] * gauges + [-1]]
         self._zero_sigma = each * ([fitter.doubts.zero_microstrain] * gauges + [fitter.doubts.force_offset_N])
@@ -169,14 +171,14 @@ class Touch(Stream):
 
     @property
     def dominant(self) -> str:
-        """The error that makes most of the modulus' sigma in the last touch, in words; empty before it."""
+        """The largest contribution to the modulus' sigma in the last touch, in words; empty before the first one."""
         return self._fitter.dominant(self._memory.filter) if self._memory.filter else self._memory.dominant
 
     def _in_contact(self, y: np.ndarray, rows: np.ndarray, sample: tuple[float, ...], good: bool) -> bool:
         """Whether a finger touches; in the air the touch is forgotten, and zeros are learnt from good samples.
 
-        y (c + 1,) : readings and force less their zeros; rows : the readings that are in use. A light force alone does
-        not end a touch, nor does a zero of the force that is off begin one: the readings have to agree.
+        y (c + 1,) : readings and force minus their zeros; rows : the readings that are in use. A light force alone does
+        not end a touch, and a wrong zero of the force does not begin one: the readings must agree.
         """
         memory = self._memory
         if y[-1] >= self._low:
@@ -185,14 +187,14 @@ class Touch(Stream):
             self._lose_contact(sample, good)
             return False
         if memory.rest.samples or memory.rest.before is not None:
-            # What was just taken for the air may have been the begin of the press.
+            # The latest samples in the air may have been the beginning of the press.
             memory.rest = Rest()
         return True
 
     def _is_away(self, moved: np.ndarray, least: np.ndarray, force: float) -> bool:
-        """Whether a finger is in the air whose force (less its zero) is below those that are calibrated: readings (less
-        their zeros) are below those of contact, so that the force is a zero; or, for a long time, the force is below
-        that of contact and the readings are what zeros may have drifted by."""
+        """Whether a finger, whose force (minus its zero) is below the calibrated range, is in the air. Either its
+        readings (minus their zeros) are below those of contact; or for a long time the force is below that of contact
+        and the readings are within the possible drift of zeros."""
         memory = self._memory
         memory.light = 0 if force >= self._contact else memory.light + 1
         square, drift = float(moved @ moved), RULES.largest_drift * self._fitter.doubts.zero_microstrain
@@ -200,7 +202,7 @@ class Touch(Stream):
         return square < float(least @ least) or (long and square < len(moved) * drift * drift)
 
     def _lose_contact(self, sample: tuple[float, ...], good: bool) -> None:
-        """Contact is lost: what was learnt of the touch is dropped, and in the air the zeros are learnt."""
+        """End the touch: forget what was learnt of it, and in the air learn the zeros."""
         memory = self._memory
         memory.slot = None
         if memory.filter is not None:
@@ -213,35 +215,36 @@ class Touch(Stream):
             memory.rest = self._rested(total / samples, before) if full else Rest(total, samples, before)
 
     def _rested(self, mean: np.ndarray, before: np.ndarray | None) -> Rest:
-        """Learn the zeros (g + 1,) of the mean before, if the one after it agrees; what is then not yet learnt."""
+        """Learn the zeros (g + 1,) from the earlier mean if the next one agrees; returns what is then not yet
+        learnt."""
         memory, count = self._memory, RULES.rest_samples
         if before is not None:
             noise = self._zero_noise**2 / count
             apart = (mean - before) ** 2 / (2 * noise + (RULES.rest_share * self._zero_sigma) ** 2)
             if apart.mean() <= RULES.rest_limit:
-                # Kalman gain of one more mean: zeros that are known exactly are not learnt from noise.
+                # Kalman gain of one more mean: exactly known zeros do not change by noise.
                 zeros, variance = np.array(memory.zeros), self._zero_sigma**2
                 zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
                 memory.zeros, memory.airborne = tuple(zeros.tolist()), min(memory.airborne + count, RULES.zero_samples)
         return Rest(before=mean)
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
-        """Readings and force less their zeros; in plain numbers, as arrays cost more for so few."""
+        """Readings and force minus their zeros; plain numbers, because arrays are slower for so few values."""
         return [value - zero for value, zero in zip(sample, self._memory.zeros, strict=True)]
 
     def _unknown(self) -> FilterState:
-        """The filter at the begin of a touch."""
+        """The filter at the beginning of a touch."""
         return self._fitter.prior(RULES.air_share if self._memory.airborne >= RULES.zero_samples / 2 else 1.0)
 
     def _outside(self, fit: NoiseFit) -> SoftnessStatus | None:
-        """The status of a contact outside what is calibrated."""
+        """The status of a contact outside the calibrated range."""
         fitter = self._fitter
         if not fitter.low <= fit.ln_force <= fitter.high:
             return SoftnessStatus.FORCE_BELOW if fit.ln_force < fitter.low else SoftnessStatus.FORCE_ABOVE
         return SoftnessStatus.OFF_REACH if abs(fit.place_mm) > fitter.surfaces.reach else None
 
     def _of(self, faults: tuple[int, ...]) -> np.ndarray:
-        """The channels that are used with such faults."""
+        """The channels that are used with these faults."""
         return self._all
 
     @abstractmethod
@@ -250,14 +253,14 @@ class Touch(Stream):
 
     @abstractmethod
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit):
-        """The answer after a mean of samples of a touch that is known already, and its fit."""
+        """The answer after a mean of samples of a known touch, and its fit."""
 
     @abstractmethod
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]):
-        """The answer of what is known, at the force and place of noise alone."""
+        """The present answer, at the force and place from noise alone."""
 
     def _gather(self, y: np.ndarray, faults: tuple[int, ...]):
-        """The answer after one more sample: most are like the one before, and wait until their slot is full."""
+        """The answer after one more sample. Most samples resemble the one before, and wait until their slot is full."""
         memory, flushed = self._memory, False
         state, slot = memory.filter, memory.slot
         if slot and state and (slot.fit or slot.faults != faults or not self._steps(y, faults, state, slot)):
@@ -273,7 +276,7 @@ class Touch(Stream):
             odd = fit.here > state.usual or self._outside(fit)
             if odd or not flushed or self._fitter.channels == 1:
                 return self._follow(y, faults, state, fit)
-            # It is learnt with the next sample: no sample has to wait for two.
+            # It is learnt with the next sample, so that no sample has to do the work of two.
             memory.slot = Slot(y, 1, (), faults, fit)
             return self._answer(fit.ln_force, fit.place_mm, faults)
         tangent = self._near(state, rows)
@@ -282,14 +285,14 @@ class Touch(Stream):
         else:
             slot = Slot(y, 1, tangent.about(steps), faults)
         if slot.samples >= self._fitter.slot(state):
-            # The rest of it is done with the next sample: neither then costs too much.
+            # The rest is done with the next sample, so that neither takes too long.
             slot = slot._replace(fit=self._fit_of(slot, state))
         memory.slot = slot
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
     def _steps(self, y, faults: tuple[int, ...], state: FilterState, slot: Slot | None) -> tuple[float, float] | None:
-        """Steps from the tangent to a sample that is like those of the slot, or begins one; None for another."""
+        """Steps from the tangent to a sample that fits into the slot or begins one; None for any other sample."""
         if self._fitter.slot(state) <= 1:
             return None
         tangent = self._near(state, self._of(faults))
@@ -299,7 +302,7 @@ class Touch(Stream):
         return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), state, slot.samples)
 
     def _near(self, state: FilterState, rows: np.ndarray) -> Tangent:
-        """The tangent of a touch, for these channels."""
+        """The tangent of a touch for these channels."""
         known = self._tangent
         if known is None or known.linear is not state.linear or known.rows is not rows:
             assert state.linear is not None
@@ -307,12 +310,13 @@ class Touch(Stream):
         return known
 
     def _learnt(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit, **options) -> Residuals:
-        """Learn a mean of samples, with the options of `Fitter.learn`; its residuals against what was known."""
+        """Learn a mean of samples with the options of `Fitter.learn`; returns its residuals against the filter
+        before."""
         residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, **options)
         return residuals
 
     def _modulus(self) -> TouchEstimate:
-        """What is known now, worked out when the filter has changed."""
+        """The present modulus; it is computed again when the filter has changed."""
         state = self._memory.filter
         if state is None or state is not self._estimated[0]:
             self._estimated = state, self._worked_out(state)

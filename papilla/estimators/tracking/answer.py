@@ -1,4 +1,4 @@
-"""What a tracker of the wavelength answers."""
+"""The answer of a tracker of the wavelength."""
 
 from typing import Any, NamedTuple
 
@@ -8,10 +8,10 @@ from papilla.status import Status
 
 
 class TrackingStatus(Status):
-    """What became of an answer; those that begin with "ok" may be used."""
+    """Status of an answer; those that begin with "ok" may be used."""
 
     OK = 0, "ok"
-    SEARCHING = 1, "no wavelength stands out yet: what is told, if anything, is a guess"
+    SEARCHING = 1, "no wavelength stands out yet: a value, if there is one, is a guess"
     STANDSTILL = 2, "no movement: the wavelength is held"
     MISSING = 3, "the reading is missing, not finite or saturated: the wavelength is held"
     NO_VELOCITY = 4, "no finite velocity or position: the wavelength is held, the frequency is not known"
@@ -22,9 +22,9 @@ class TrackingStatus(Status):
         "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's",
     )
     CONSTANT_SPEED = 8, "ok, constant speed: a vibration of that frequency is not excluded"
-    OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the range that was asked for"
+    OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the search range"
     INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
-    AMBIGUOUS = 12, "ambiguous: a line stands out, but it may be a harmonic: what is told is a guess"
+    AMBIGUOUS = 12, "ambiguous: a line stands out, but it may be a harmonic: the value is a guess"
     LONE = 13, "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
     VAGUE = 11, "the standard deviation of the wavelength is too large"
 
@@ -48,9 +48,9 @@ class WavelengthEstimate(NamedTuple):
 
 
 class FusedEstimate(NamedTuple):
-    """What `WavelengthEstimate` holds, of all gauges together; and wavelength_by_phase_mm with its sigma, from the
-    phases between gauges (NaN where their places are unknown or the whole turns are not clear); gauges : how many
-    have readings now. Of a block, arrays (n,)."""
+    """The fields of `WavelengthEstimate` for all gauges together; and wavelength_by_phase_mm with its sigma, from the
+    phases between gauges (NaN if their places are unknown or the number of whole turns is not clear); gauges : number
+    of gauges with readings now. Of a block, arrays (n,)."""
 
     wavelength_mm: float | np.ndarray
     wavelength_sigma_mm: float | np.ndarray

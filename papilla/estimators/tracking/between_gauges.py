@@ -1,9 +1,9 @@
-"""The wavelength from the phases between gauges: a distance d apart they differ by 2 pi d / lambda, at any speed.
+"""The wavelength from the phases between gauges: at a distance d they differ by 2 pi d / lambda, at any speed.
 
-Phases are known up to whole turns. A velocity that is wrong by a few per cent may be wrong by whole turns over many
-wavelengths, so the tracker's wavelength alone does not tell them: it only says where to look. Gauges at uneven
-distances fit one number of turns far better than its neighbours, as the scales of a vernier do; where they do not,
-nothing is said.
+Phases are known up to whole turns. A velocity error of a few per cent may become whole turns over many wavelengths, so
+the tracker's wavelength alone does not determine the number of turns: it only limits the search. Gauges at uneven
+distances fit one number of turns far better than its neighbours, like the scales of a vernier. If no number fits
+clearly better, there is no answer.
 """
 
 import math
@@ -11,20 +11,20 @@ import math
 import numpy as np
 
 SPEED_SD, SPEED_REACH = 0.03, 0.1
-"""Relative error of a velocity: its standard deviation, and the largest that is reckoned with."""
+"""Relative error of a velocity: its standard deviation, and the largest error that is searched."""
 CLEAR = 25.0
-"""By how much the squared misfit of any other turns must be greater."""
+"""Smallest difference of squared misfit to any other number of turns."""
 UNKNOWN = math.nan, math.nan
 TURN = 2 * math.pi
 
 
 def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
-    """(wavelength, sigma) in mm from the phases of two gauges or more; NaN where the whole turns are not clear.
+    """(wavelength, sigma) in mm from the phases of two gauges or more; NaN if the number of whole turns is not clear.
 
     Parameters
     ----------
     places : (g,) along the sliding direction, mm. phases, sigmas : (g,) of the fundamental under each gauge, rad.
-    wavelength : mm, as the velocity has it.
+    wavelength : in mm, from the velocity.
     """
     base, *others = sigmas = np.asarray(sigmas, float)
     distance, phase = (np.subtract(own[1:], own[0]) for own in (places, phases))
@@ -37,20 +37,22 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     misfit = left**2 @ sigmas**-2 - (left @ sigmas**-2) ** 2 / (sigmas**-2).sum()
     speed = ((wavenumber * wavelength / TURN - 1) / SPEED_SD) ** 2
     best = int((misfit + speed).argmin())
-    # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): phases may be worse than they say, and tell turns less then.
+    # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): if phases scatter more than their sigmas, they distinguish turns
+    # less.
     ratio = max(1.0, float(misfit[best]) / (len(distance) - 1)) if len(distance) > 1 else 1.0
     price = misfit / ratio + speed
     if wavenumber[best] <= 0 or (np.delete(price, best) < price[best] + CLEAR).any():
         return UNKNOWN
-    # The first gauge's phase error is in every lag: it moves the slope by the sum of the weights, and does not average.
+    # The first gauge's phase error enters every lag: it shifts the slope by the sum of the weights, and does not
+    # average out.
     error = math.hypot(*(pull * others), base * float(pull.sum())) * math.sqrt(ratio) / stiffness
     found = TURN / float(wavenumber[best])
     return found, found**2 / TURN * error
 
 
 def _turns(distance: np.ndarray, phase: np.ndarray, wavelength: float) -> np.ndarray:
-    """(n, g - 1) all whole turns that a velocity within `SPEED_REACH` allows; a step is half a turn at the largest
-    distance."""
+    """(n, g - 1) all numbers of whole turns that a velocity within `SPEED_REACH` allows; a step is half a turn at the
+    largest distance."""
     span = float(np.abs(distance).max()) / wavelength
     steps = int(2 * SPEED_REACH * span)
     cycles = (1 + np.arange(-steps, steps + 1) / (2 * span)) / wavelength

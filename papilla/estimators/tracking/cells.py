@@ -1,4 +1,4 @@
-"""The latest path in cells: mean time, place and readings of samples that lie close together, and where strokes end."""
+"""The latest path in cells: mean time, place and readings of neighbouring samples, and the ends of strokes."""
 
 import math
 from dataclasses import dataclass, field
@@ -36,7 +36,7 @@ class Cells:
         return self.first + self.count
 
     def between(self, begin: int, end: int) -> np.ndarray:
-        """Rows of cells begin to end."""
+        """Rows of the cells from `begin` to `end`."""
         return self.rows[begin - self.first : end - self.first]
 
     def place(self, number: int) -> float:
@@ -70,7 +70,7 @@ class Cells:
         self._turn(self.end - 1, place / samples)
 
     def _turn(self, number: int, place: float) -> None:
-        """Whether a stroke ends: the path turned, or was not known for a while."""
+        """Whether a stroke ends: the path turned, or was unknown for a while."""
         if self.broken:
             self.broken = False
             self.breaks.append(number)

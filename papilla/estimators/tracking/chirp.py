@@ -1,4 +1,5 @@
-"""The frequency of what one gauge slides over at an unknown velocity: found by spectra, followed through turns.
+"""The frequency that one gauge sees when it slides over a texture at an unknown velocity: found by spectra, followed
+through turns.
 
 The reading is a periodic profile of an unknown phase, y(t) = p(phi(t)); the frequency is |dphi/dt|. In active touch it
 sweeps from 0 to some 150 Hz and back within half a second: a spectrum of any window smears the line, and a phase-locked
@@ -29,63 +30,72 @@ from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySea
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
-"""Periods of the lowest frequency in the window of the fit, and in that of a search."""
+"""Length of the window of the fit, and of that of a search, in periods of the lowest frequency."""
 HOP_S, STRIDE = 0.008, 2
-"""Between two steps of the fit; and hops that a step takes at once while a new fit catches up with the present."""
+"""Time between two steps of the fit; and number of steps that are done at once while a new fit catches up with the
+present."""
 PIECES = 6, 10
-"""Pieces of a step of the fit (which has three), and of a search, in a hop at most: a sample has a share of them, so
-that none takes long, and half of the samples are free for searches."""
+"""Largest number of pieces per hop, of a step of the fit (which has three) and of a search: each sample does a share of
+them, so that none takes long and half of the samples are free for searches."""
 SAME_TURN = 0.25
-"""Cycles by which the phase of a reading may differ from what it was before, and go on."""
+"""Largest difference (cycles) between the new and the earlier phase of a reading, for its earlier phase to stay
+valid."""
 LIVELIER = 1.6
-"""Residual over the noise from which the motion is livelier than was expected."""
+"""Ratio of residual to noise above which the motion is livelier than expected."""
 SEARCH_S, LONGEST_SEARCH = (0.1, 1.0), 400
-"""Between two searches for a better fit than one in doubt, and than one that is sure; samples that one may take."""
+"""Time between two searches for a better fit: if the present fit is in doubt, and if it is sure; and largest number of
+samples of a search."""
 HARMONIC_S = 0.1
-"""Between two tests whether the fit follows a harmonic. Half as often, more of the rows that are ok are wrong: 24 for
-11 % in the scene "quick turns", 30 for 25 % in "hand, realistic"."""
+"""Time between two tests whether the fit follows a harmonic. With half as many tests more of the "ok" rows are wrong:
+24 instead of 11 % in the scene "quick turns", 30 instead of 25 % in "hand, realistic"."""
 RIVAL = 20.0
-"""Nats by which another fit must be better than the one that is followed."""
+"""Difference in log-likelihood (nats) by which another fit must be better to replace the present one."""
 LONGEST_LAG_S, UNSEEN_S = 0.03, 0.05
-"""Longest age of an answer; in which sigma grows by e where readings are missing."""
+"""Largest age of an answer; and time constant with which sigma grows while readings are missing."""
 FORGOTTEN_S, LEARNT_S = 0.5, 0.03
-"""In which what is known of the profile and the noise fades by e; in which the liveliness may change by that."""
+"""Time constant with which the knowledge of profile and noise fades; and the one with which the liveliness may
+change."""
 LIVELY = 0.1, 100.0
-"""Least and greatest noise of the motion, as a part of the frequency a s^2 and sqrt(Hz)."""
+"""Smallest and largest process noise of the motion, relative to the frequency, in s^-2 and per sqrt(Hz)."""
 WANDERING, FIRM = 10.0, 10.0
-"""How the stiffness wanders (1/s^2) in a second, and how firmly it is held while jumps could stand for it."""
+"""Random walk of the stiffness (1/s^2) per second, and the tighter value that holds as long as jumps could explain its
+changes."""
 DOUBTED, LOST = 1.4, 6.0
-"""Residual over the noise from which a fit is not believed, and from which it is given up."""
+"""Ratio of residual to noise above which a fit is not believed, and above which it is given up."""
 PROVED = 3.0
-"""Periods that a fit must have followed."""
+"""Number of periods that a fit must have followed."""
 CLEAN, SOONER = 8, 0.8
-"""Tests in a row that must find no sign of a lower frequency after one that did, for faint harmonics come and go; and
-the part of the time between two tests by which the next one is earlier where there were too few periods."""
+"""Number of consecutive tests without a sign of a lower frequency that must follow a test with one, because faint
+harmonics come and go; and the share of the time between two tests by which the next one is earlier if there were too
+few periods."""
 VAGUE, CRAWL = 0.05, 0.25
-"""Sigma over the frequency above which, and part of its usual size below which, a wavelength is held."""
+"""Relative sigma of the frequency above which a wavelength is held, and the share of its usual frequency below which it
+is held."""
 WHITE = 0.6, 1.5
-"""Variance of readings over that of white noise with their third differences, between which nothing moves (four
-standard deviations of noise in 133 readings): there is no search then, which is what costs most."""
+"""Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
+nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
+part."""
 QUIET = 0.1
-"""Of the profile's power, that the readings must have for there to be movement."""
+"""Share of the profile's power that the readings must have for movement."""
 
 
 class ChirpTracker(Stream):
-    """Streaming frequency of a periodic surface under one gauge; one sample is (reading,) or (reading, velocity_mm_s).
+    """Online estimate of the frequency of a periodic surface under one gauge; one sample is (reading,) or (reading,
+    velocity_mm_s).
 
     A search finds lines in spectra of warped time, in which a chirp is one frequency; from the strongest of them the
     motion and the profile are fitted to the latest readings (`papilla.estimators.tracking.motion_fit`), and followed
     from then on, through reversals. The answer is that of `lag_s` ago, because the end of a window knows the frequency
-    several times worse (`references.chirp_bound`). A velocity is used for the wavelength only, |v(t - lag)| / f;
-    where the frequency is not known well, near a reversal, the wavelength is held.
+    several times worse (`references.chirp_bound`). A velocity is used for the wavelength only, |v(t - lag)| / f; if the
+    frequency is not known well, near a reversal, the wavelength is held.
 
     Parameters
     ----------
-    frequency_range_Hz : (lowest, highest) frequency at which a lock may begin; a lock is then followed below, to zero.
-        15 Hz to the lesser of 400 Hz and 0.4 sample_rate_Hz by default.
+    frequency_range_Hz : (lowest, highest) frequency at which a fit may begin; it is then followed to lower frequencies,
+        down to zero. The default is 15 Hz to the smaller of 400 Hz and 0.4 sample_rate_Hz.
     sample_rate_Hz : of the samples, which are taken to be evenly spaced.
-    lag_s : age of the answer, at most 0.03; rounded to whole samples. The default leaves a sample of a budget of 15 ms.
-    saturation : |reading| from which a reading is not one.
+    lag_s : age of the answer, at most 0.03; rounded to whole samples. The default is one sample less than 15 ms.
+    saturation : |reading| at and above which a reading is saturated.
 
     Raises `InputError` for unusable values.
     """
@@ -128,7 +138,7 @@ class ChirpTracker(Stream):
 
     @property
     def other_Hz(self) -> float:
-        """The frequency of which that of the last answer may be a harmonic, 0 for none."""
+        """The other possible frequency, of which the last answer may be a harmonic; 0 if there is none."""
         stroke, other = self._memory.stroke, self._memory.other
         return abs(float(stroke.motion[1])) * other if stroke is not None and other == other else 0.0
 
@@ -176,11 +186,11 @@ class ChirpTracker(Stream):
         return ChirpEstimate(frequency, sigma, wavelength, spread, self._status(usable, good))
 
     def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
-        """Frequency and its standard deviation in Hz, `lag_s` before each of the next samples since a step."""
+        """Frequency and its standard deviation in Hz, `lag_s` before each sample of the next step."""
         memory, known = self._memory, slice(MOTION + KNOTS)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
         variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
-        # What a jump since the youngest knot would add: there is none to take it.
+        # Add the uncertainty by a jump since the youngest knot, because no parameter describes it.
         variances += (0.3 * memory.lively * self._spacing**1.5) ** 2 * memory.swing
         return list(zip(np.abs(rates).tolist(), np.sqrt(variances).tolist(), strict=True))
 
@@ -195,7 +205,7 @@ class ChirpTracker(Stream):
         return int(ChirpStatus.AMBIGUOUS if self._memory.other else ChirpStatus.OK)
 
     def _follow(self) -> None:
-        """The next piece of a step of the fit with the readings since the last one, or its beginning."""
+        """The next piece of a step of the fit, with the readings since the last step; or the first piece."""
         memory, step = self._memory, self._memory.step
         if step is None:
             self._begin_step()
@@ -212,19 +222,20 @@ class ChirpTracker(Stream):
         if stroke is None:
             memory.since, memory.quiet = 0, self._still(0.0, 0.0)
             return
-        # A search takes a while: its fit catches up by strides so short that the motion stays within reach.
+        # A search takes some time: its fit catches up in strides that are short enough for the motion to stay within
+        # reach.
         stride = min(memory.since, STRIDE * self._hop)
         since = stride / self._rate
         motion = motion_fit.moved(stroke.motion, since)
         motion[0] -= math.floor(motion[0])
         jumps, age, trend = stroke.jumps, stroke.age + since, stroke.trend
-        # Nearer than half a spacing a jump is as good as a chirp.
+        # Nearer than half a spacing, a jump cannot be distinguished from a chirp.
         if age > 1.5 * self._spacing:
             jumps, age = np.append(0.0, jumps[:-1]), age - self._spacing
             trend = np.concatenate([trend[:2], [0.0], trend[2:-1]])
         memory.followed += abs(float(motion[1])) * since
         memory.swing += (float(motion[1]) ** 2 - memory.swing) * since / FORGOTTEN_S
-        # What was before the fit began is not known to be of the same motion.
+        # Readings from before the beginning of the fit may belong to another motion.
         memory.span = min(memory.span + stride, self._window)
         readings = self._latest(memory.since - stride).copy()
         readings[: self._window - memory.span] = math.nan
@@ -241,11 +252,11 @@ class ChirpTracker(Stream):
         self._memory.stroke, self._memory.answers = stroke, []
 
     def _swing(self, stroke: MotionFit) -> float:
-        """What the frequency (Hz) usually is."""
+        """The usual size of the frequency (Hz)."""
         return max(self._memory.swing, float(stroke.motion[1]) ** 2, 1.0) ** 0.5
 
     def _prior(self, stroke: MotionFit) -> tuple[np.ndarray, np.ndarray]:
-        """Information (31, 31) that is known before the readings of the window, and where it is centred (31,)."""
+        """Information (31, 31) before the readings of the window, and its mean (31,)."""
         memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + 1e-300
         mean, variance = memory.stiffness
         firm = FIRM * swing * abs(float(self._times[0])) ** 5 * memory.lively**2
@@ -259,7 +270,7 @@ class ChirpTracker(Stream):
         return prior, about
 
     def _learn(self, stroke: MotionFit, readings: np.ndarray) -> None:
-        """What the fit says of the noise, the motion and the profile."""
+        """Update noise, motion and profile from the fit."""
         memory, hop, residual = self._memory, self._hop, stroke.residual
         count = max(int(np.isfinite(readings).sum()) - MOTION - 4, 1)
         noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, 1e-300)
@@ -274,7 +285,7 @@ class ChirpTracker(Stream):
         found = self._grown(memory.wander, stroke.trend[-KNOTS:] / size, spread[begin : begin + KNOTS] / size**2)
         memory.wander = min(max(found * livelier, WANDER[0]), WANDER[1])
         mean, variance = memory.stiffness
-        # Of the window's readings a hop is new.
+        # One hop of the window's readings is new.
         own = max(1 / float(stroke.covariance[3, 3]) - 1 / variance, 0.0) * hop / self._window
         mean += (float(stroke.motion[3]) - mean) * own / (1 / variance + own)
         variance = 1 / (1 / variance + own) + WANDERING**2 * hop / self._rate
@@ -288,9 +299,10 @@ class ChirpTracker(Stream):
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
     def _grown(self, prior: float, found: np.ndarray, variance: np.ndarray) -> float:
-        """A standard deviation that was expected, after values (k,) were found with these variances.
+        """The expected standard deviation, updated after values (k,) were found with these variances.
 
-        Estimates under a prior scatter by its variance less their own: by more, and the prior was too narrow.
+        Estimates under a prior of variance s^2 scatter by s^2 minus their own variance. If they scatter by more, the
+        prior was too narrow.
         """
         expected = np.maximum(prior**2 - variance, 0.0)
         ratio = min(float(found @ found) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
@@ -298,13 +310,14 @@ class ChirpTracker(Stream):
         return prior * math.exp(0.5 * weight * (ratio - 1))
 
     def _still(self, noise: float, power: float) -> bool:
-        """Whether the newest readings change by no more than noise, and little beside a profile of this power."""
+        """Whether the newest readings change by no more than noise, and by little compared with a profile of this
+        power."""
         newest = self._memory.readings[max(self._memory.count - len(self._middle) // 2, 0) : self._memory.count]
         newest = newest[np.isfinite(newest)]
         return newest.size > 8 and float(newest.var()) - noise <= QUIET * power
 
     def _learn_profile(self, stroke: MotionFit, readings: np.ndarray) -> None:
-        """Add what the readings say whose phase is known best and that the window soon leaves behind."""
+        """Add those readings to the profile whose phase is known best and that will soon leave the window."""
         memory, begin, fade = self._memory, self._window // 4, 1 - self._hop / self._rate / FORGOTTEN_S
         rows = slice(begin, begin + self._hop)
         columns, _ = motion_fit.profile(*motion_fit.phase_at(stroke, self._times[rows]), self._rate)
@@ -315,7 +328,7 @@ class ChirpTracker(Stream):
         memory.about = np.linalg.solve(memory.known + least * np.eye(SHAPE), pull)
 
     def _search(self) -> None:
-        """The next piece of a search or test, or its beginning."""
+        """The next piece of a search or test, or the first piece."""
         memory, search = self._memory, self._memory.search
         if search is None:
             due = self._due()
@@ -328,7 +341,7 @@ class ChirpTracker(Stream):
         if isinstance(search.task, FrequencySearch):
             self._choose(*result)
         elif result > 0:
-            # Where there was no sign before, a single one may be noise.
+            # If there was no sign before, a single one may be noise.
             memory.other = result if memory.clean <= CLEAN else memory.other
             memory.clean = 0
         elif result == 0:
@@ -352,11 +365,11 @@ class ChirpTracker(Stream):
         return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
 
     def _periods(self, stroke: MotionFit) -> SubharmonicTest:
-        """A test on the readings whose phase is known: those of the window, and those before it without a gap."""
+        """A test on the readings with known phase: those of the window, and earlier ones without a gap."""
         memory, end = self._memory, self._memory.count - self._memory.since
         first, phases = end - memory.span, memory.phases
         now = motion_fit.phase_at(stroke, self._times[-memory.span :])[0]
-        # The phase now counts from another turn.
+        # The phase now counts from another whole turn.
         before = now - phases[first:end]
         known = before[np.isfinite(before)]
         turns = round(float(np.median(known))) if known.size else 0
@@ -368,7 +381,7 @@ class ChirpTracker(Stream):
         return SubharmonicTest(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
 
     def _moves(self, readings: np.ndarray) -> bool:
-        """Whether readings are more than drift and white noise, whose variance is that of its differences."""
+        """Whether readings contain more than drift and white noise, whose variance follows from their differences."""
         seen = np.flatnonzero(np.isfinite(readings))
         if len(seen) < 32:
             return False
@@ -379,7 +392,7 @@ class ChirpTracker(Stream):
         return not WHITE[0] < ratio < WHITE[1]
 
     def _choose(self, best: MotionFit | None, price: float) -> None:
-        """Follow the best fit of a search from now on, if it is better than the present one."""
+        """Follow the best fit of a search from now on if it is better than the present one."""
         memory, own = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_SEARCH:
             return
@@ -392,7 +405,7 @@ class ChirpTracker(Stream):
         memory.known, memory.about = np.zeros((SHAPE, SHAPE)), best.shape.copy()
         memory.stiffness, memory.lively, memory.wander = (0.0, STIFFNESS**2), FIRST_LIVELY, WANDER[0]
         memory.swing = float(best.motion[1]) ** 2
-        # It is asked as soon as it was followed for long enough.
+        # The first test follows as soon as the fit was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN, math.nan
 
 

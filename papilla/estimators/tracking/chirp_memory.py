@@ -1,4 +1,4 @@
-"""What a velocity-blind tracker answers, and what it remembers."""
+"""Answer and state of a tracker that does not know the velocity."""
 
 import math
 from dataclasses import dataclass, field
@@ -12,19 +12,19 @@ from papilla.estimators.tracking.motion_fit import SHAPE, Design, MotionFit
 from papilla.status import Status
 
 FIRST_LIVELY = 1.0
-"""Noise of the motion of a new lock, as a part of the frequency a s^2 and sqrt(Hz)."""
+"""Process noise of the motion at the beginning of a fit, relative to the frequency, in s^-2 and per sqrt(Hz)."""
 WANDER = 0.1, 10.0
-"""Least and greatest kink of the offset at a knot, as a part of the first harmonic over the window; the least first."""
+"""Smallest and largest kink of the offset at a knot, relative to the first harmonic, over the window."""
 
 
 class ChirpStatus(Status):
-    """What became of an answer."""
+    """Status of an answer."""
 
     OK = 0, "ok"
-    SEARCHING = 1, "no frequency stands out: the last one, if any, goes on in doubt, and its sigma grows"
+    SEARCHING = 1, "no frequency stands out: the last one, if any, is continued in doubt, and its sigma grows"
     QUIET = 2, "the reading does not change: standstill, or no texture"
     MISSING = 3, "the reading is missing, not finite or saturated: the motion goes on as it was"
-    AMBIGUOUS = 4, "ambiguous: what is told may be a harmonic of a lower frequency"
+    AMBIGUOUS = 4, "ambiguous: the frequency may be a harmonic of a lower one"
 
 
 class ChirpEstimate(NamedTuple):
@@ -44,8 +44,8 @@ class ChirpEstimate(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step of the fit under way, of so many new samples (stride) in the readings (m,) of its window: the last fit
-    moved on beside them, what was known before them, and the new fit, once it is solved."""
+    """A running step of the fit for `stride` new samples, in the readings (m,) of its window: the last fit extrapolated
+    over them, the information before them, and the new fit once it is solved."""
 
     design: Design
     prior: np.ndarray
@@ -57,18 +57,19 @@ class Step(NamedTuple):
 
 @dataclass(eq=False)
 class ChirpMemory:
-    """readings, phases (n,), speeds : of the latest samples, phases in cycles and NaN where not known; count : readings
-    in use; since : samples since the last step.
+    """readings, phases (n,), speeds : of the latest samples; phases in cycles, NaN if not known; count : number of
+    readings in use; since : samples since the last step.
 
-    stroke : the fit that is followed, None before; answers : frequency and sigma of each sample since the last step.
-    span : samples since it began; followed : periods since; doubt : its residual over the noise; price : of the same
-    readings as a search's. known (9, 9), about (9,) : information of the profile in units of the noise, and its values;
-    stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square
-    of the frequency; quiet : whether nothing changes, absent : by as much as the wave that is followed.
-    step : the one under way. search : a `FrequencySearch` or `SubharmonicTest` under way; rival : what its best must
-    cost less than; waited : samples since one began; idle : whether none was begun, as the readings were noise.
-    asked : samples since it was asked whether it is a harmonic, other : the frequency that it may be beside its own, 0
-    for none, NaN before the first test; clean : how often there was none since. held : wavelength and sigma.
+    stroke : the fit that is followed, None before the first; answers : frequency and sigma of each sample since the
+    last step. span : samples since it began; followed : periods since; doubt : ratio of its residual to the noise;
+    price : its cost on the readings of a search. known (9, 9), about (9,) : information of the profile in units of the
+    noise, and its values;
+    stiffness : mean and variance; lively, wander : noise of the motion and of the offset; swing : fading mean square of
+    the frequency; quiet : whether nothing changes; absent : whether the wave that is followed is missing.
+    step : the running step. search : the running `FrequencySearch` or `SubharmonicTest`; rival : cost that its best fit
+    must undercut; waited : samples since a search began; idle : True if none was begun because the readings were noise.
+    asked : samples since the last test for a harmonic; other : the other possible frequency, 0 for none, NaN before the
+    first test; clean : number of tests without a sign since. held : wavelength and sigma.
     """
 
     readings: np.ndarray

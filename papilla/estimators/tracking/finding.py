@@ -1,4 +1,4 @@
-"""What a search in the latest path finds."""
+"""Result of a search in the latest path."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,14 @@ from papilla.estimators.tracking.answer import TrackingStatus
 
 @dataclass
 class Finding:
-    """status : of this search alone. wavenumber (1/mm) and its sigma, 0 before any; extent : mm of path it rests on.
+    """status : of this search alone. wavenumber (1/mm) and its sigma, 0 before the first; extent : mm of path that was
+    used.
 
     lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
     path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
-    the fundamental in the last stroke, from path 0 on, and variance of a sample about it.
-    kept : share of the amplitude that the newest periods still have, and its sigma. hums_Hz : lines that were time's;
-    mixed : a louder one, not taken out, may be. other : wavenumber that may be the surface's instead, 0 for none.
+    the fundamental in the last stroke, from path 0 on, and variance of a sample about it. kept : share of the amplitude
+    that is left in the newest periods, and its sigma. hums_Hz : lines over time; mixed : True if a louder line that was
+    not removed may be one. other : other possible wavenumber of the surface, 0 for none.
     """
 
     status: TrackingStatus = TrackingStatus.SEARCHING

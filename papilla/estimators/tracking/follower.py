@@ -3,11 +3,13 @@
 Samples are averaged in cells of the path, lambda_min / 8 long, of which the newest 16 lambda_max are kept: the memory
 is path, not time, however slow the finger is. Every 24 cells a search (`tracking.line_search`) finds the line in them;
 one search may be wrong, so two must agree before an answer is "ok". A new surface shows in the newest periods long
-before it fills the window: every 8 cells a glance asks which share of the known line's amplitude they have, a(new) /
-a(known) < 1/2 by three sigmas means another surface, and the search begins anew on the newest path alone. Where the
-delay T of the path is unknown, x(t + T), one other T is tried after each search and the sharper line wins.
+before it fills the window: every 8 cells a short test (a glance) measures the share of the known line's amplitude in
+them: a(new) / a(known) < 1/2 by three sigmas means another surface, and the search begins again on the newest path
+alone. Where the delay T of the path is unknown, x(t + T), one other T is tried after each search and the sharper line
+wins.
 
-It is behind by the two periods that a glance needs, and is wrong where two searches in a row make the same mistake.
+The answer is late by the two periods that a glance needs. It is wrong if two consecutive searches make the same
+mistake.
 """
 
 import math
@@ -27,47 +29,48 @@ from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.search_task import GRID, Options, Task
 
 CELL = 0.125
-"""Samples closer together than this part of the shortest wavelength are averaged: 3 % off its line."""
+"""Length of a cell, relative to the shortest wavelength, in which samples are averaged: this lowers its line by 3 %."""
 SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
-"""Path that is remembered, in longest wavelengths; the least of it where the samples are dense; and what the grid of a
-spectrum is padded for."""
+"""Path that is remembered, in longest wavelengths; the smallest path if samples are dense; and the length to which the
+grid of a spectrum is padded."""
 MOST_CELLS = 1024
 HOP, SOON, MARGIN = 24, 0.125, 256
-"""Cells between two searches; the same at slow rates, as a part of the longest wavelength; cells that are kept beyond
-those of a search while it is under way."""
+"""Cells between two searches; the same at low rates, relative to the longest wavelength; and cells that are kept beyond
+those of a running search."""
 PIECES_HZ, LIGHT, MOST_PIECES = 1200.0, 1000, 2
-"""Pieces of a search in a second, at slow rates (a search has some forty). A search in fewer readings than `LIGHT` has
-shorter pieces, of which a sample does so many at most."""
+"""Pieces of a search per second at low rates (a search has some forty). A search in fewer readings than `LIGHT` has
+shorter pieces; a sample does at most `MOST_PIECES` of them."""
 STEADY, SPARE_S, SPARE, GROWN = 4, 0.15, 0.25, 0.1
 """After so many searches that agree, the least time between two of them; and, once every delay of the path was tried,
 the least path between two, as a part of the path that a search covers; the same where no glance would see another
 surface, or no search found a line: a tenth of new path hardly changes what so many searches said."""
 GLANCE, CLEARLY = 8, 3.0
-"""Cells between two glances, which ask whether the newest two periods still have the line, and so many sigmas by which
-they must not: a step of the force is soon over."""
+"""Cells between two glances, which test whether the newest two periods still contain the line; and the number of sigmas
+by which the line must be missing, because a step of the force passes quickly."""
 HUMMING = 30
-"""Searches for which a line over time is subtracted before it must be found again."""
+"""Number of searches during which a line over time is subtracted before it must be found again."""
 STILL_S = 0.2
-"""Without movement for so long the finger stands."""
+"""Time without movement after which the finger counts as standing."""
 FEWEST_STEPS = 2.2
-"""Steps of the path in a wavelength; two are the aliasing limit."""
+"""Smallest number of steps of the path per wavelength; two are the aliasing limit."""
 LONGER = 1.6
-"""Times the path in which a line was smeared, up to which more of it is tried before less."""
+"""Factor by which the path of a smeared line is extended at most before a shorter path is tried."""
 AGREED = 0.02
-"""Part of the wavelength by which two searches that agree may differ."""
+"""Largest relative difference of the wavelength between two searches that agree."""
 VAGUE = 0.025
-"""Relative sigma above which a wavelength is not "ok": two of them are 5 %."""
+"""Relative sigma above which a wavelength is not "ok": two sigmas are 5 %."""
 LATEST_S, TRIAL_S = (-0.004, 0.032), 0.002
-"""Range of the delay of the path that is tried where none is stated, and its step."""
+"""Range of delays of the path that are tried if none is stated, and the step between them."""
 LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
-"""Standard deviation of the delay before anything is known of it, and of its drift from search to search."""
+"""Standard deviation of the delay before anything is known, and of its drift from search to search."""
 SHARPER, PLAIN = 1.6, 30.0
-"""Ratio by which a line must be sharper for another delay to be taken; power over the background of a clear line."""
+"""Ratio by which lines must be sharper for another delay to be used; and the power over the background of a clear
+line."""
 
 
 class Search(NamedTuple):
-    """A search in a task, the cells begin to end, with path 0 at origin; or, where trial_s is a number, the question
-    how sharp its lines would be if the path were late by this, and how sharp they were (score)."""
+    """A search as a task, in the cells from `begin` to `end`, with path 0 at `origin`; or, if `trial_s` is a number, a
+    test how sharp its lines are if the path is late by this, compared with `score`."""
 
     task: Task
     begin: int
@@ -77,7 +80,7 @@ class Search(NamedTuple):
     score: float = 0.0
 
     def run(self) -> Pieces:
-        """The `Finding`, or how sharp the lines are."""
+        """The `Finding`, or the sharpness of the lines."""
         return LineSearch(self.task).run() if math.isnan(self.trial_s) else sharpness(self.task, self.trial_s)
 
 
@@ -127,7 +130,7 @@ class Memory:
 
 
 class Follower:
-    """Wavelength of what g gauges slide over; `advance(time_s, place_mm, readings)` takes a sample."""
+    """Wavelength of the surface under g gauges; `advance(time_s, place_mm, readings)` takes a sample."""
 
     def __init__(self, gauges: int, options: Options):
         self.options, self._gauges = options, gauges
@@ -142,7 +145,7 @@ class Follower:
         self._pieces = max(round(PIECES_HZ / options.rate_Hz), 1)
 
     def fresh(self) -> Memory:
-        """What it remembers when it knows nothing."""
+        """State without any knowledge."""
         given = self.options.latency_s
         return Memory(
             Cells(np.zeros((2 * (self._cells + MARGIN), 3 + self._gauges)), self._cell, 0.5 * self.options.low),
@@ -153,7 +156,7 @@ class Follower:
         )
 
     def remember(self, memory: Memory) -> None:
-        """Go on from this memory."""
+        """Continue from this state."""
         if memory.cells.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
             raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
         self.memory = memory
@@ -171,7 +174,7 @@ class Follower:
             memory, step = self.memory, 0.0
         if step > 0 or memory.place != memory.place:
             memory.moved_s = time
-        # Of each step by its length: how far apart the readings on the path are.
+        # Steps are weighted by their length: this gives the distance of the readings on the path.
         memory.step += (step - memory.step) * min(4 * step / self._span, 1.0)
         memory.place = place
         seen = any(map(math.isfinite, readings))
@@ -187,7 +190,7 @@ class Follower:
         return self._status()
 
     def estimate(self) -> tuple[float, float]:
-        """Wavelength and its standard deviation in mm; NaN before any."""
+        """Wavelength and its standard deviation in mm; NaN before the first."""
         wavenumber, sigma = self.memory.known
         if wavenumber <= 0:
             return math.nan, math.nan
@@ -199,13 +202,13 @@ class Follower:
             return TrackingStatus.SEARCHING
         if found in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
             return found
-        # The status of the search after a change, if it found anything, was returned above.
+        # If a search after the change found anything, its status was returned above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
         if not found.good:
             return found
         if memory.late_variance > 0 and memory.late_s >= LATEST_S[1]:
-            # The delay is beyond those that are tried, or the velocity is low-passed: the path is wrong.
+            # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
         if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
@@ -216,7 +219,7 @@ class Follower:
         return found if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
-        """Glance, do the next piece of a search, or begin one."""
+        """Do a glance, the next piece of a search, or the first one."""
         memory, end = self.memory, self.memory.cells.end
         memory.waited += 1
         if not memory.doubted and self._glance(end):
@@ -232,12 +235,12 @@ class Follower:
             memory.search = Spread(Search(self._task(begin, end), begin, end, memory.cells.place(begin)))
 
     def _spare(self) -> bool:
-        """Whether the next search can wait: many agreed, and glances would see another surface."""
+        """Whether the next search can wait: many agreed, and glances would detect another surface."""
         memory = self.memory
         return memory.glances and memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
 
     def _advance(self, search: Spread) -> None:
-        """Do the next piece of what is under way, or some of them at slow rates."""
+        """Do the next piece of the running search, or several at low rates."""
         size = self._gauges * len(search.task.task.rows)
         for _ in range(max(self._pieces, min(LIGHT // size, MOST_PIECES))):
             result = search.advance()
@@ -248,21 +251,22 @@ class Follower:
                 return self._weigh(result, search.task.score)
 
     def _glances(self, found: Finding) -> bool:
-        """Whether glances are possible: not where a search has to subtract other lines first, and not where the line is
+        """Whether glances are possible. They are not if a search must subtract other lines first, or if the line is
         weaker than the rest of the readings, which may be another wave as well as noise."""
         power = np.abs(found.amplitude) ** 2 / 2
         alone = not (found.mixed or self.memory.hums_Hz)
         return bool(found.amplitude) and alone and bool((power > found.noise).any())
 
     def _glance(self, end: int) -> bool:
-        """Test whether the newest periods still have the line (if not, a search is due); False for no test."""
+        """Test whether the newest periods still contain the line; if not, a search is due. False if there was no
+        test."""
         memory, found = self.memory, self.memory.finding
         if end - memory.glanced < GLANCE or not memory.agreed or not memory.glances:
             return False
         memory.glanced = end
         cells = memory.cells
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
-        # The phase is known only in strokes that the search saw, and until they turn.
+        # The phase is known only in strokes that the search used, and until the next turn.
         along = cells.between(begin, memory.searched)[:, 1]
         if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
             return False
@@ -278,7 +282,7 @@ class Follower:
         return True
 
     def _window_begin(self, end: int) -> int:
-        """First cell of the window that ends before cell `end`: as much path as is allowed, of this texture."""
+        """First cell of the window that ends before the cell `end`: the longest allowed path over this texture."""
         memory = self.memory
         begin = max(memory.begin, end - self._cells, memory.cells.first)
         place = memory.cells.between(begin, end)[:, 1]
@@ -289,7 +293,7 @@ class Follower:
     def _task(self, begin: int, end: int) -> Task:
         memory = self.memory
         rows = memory.cells.between(begin, end).copy()
-        # Differences are all that counts: a long path or a late hour must not cost digits.
+        # Only differences count: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         breaks = tuple(cell - begin for cell in memory.cells.breaks if begin < cell < end)
         known = memory.known[0] if memory.agreed else 0.0
@@ -297,7 +301,7 @@ class Follower:
         return Task(rows, breaks, self.options, self._grid, self._size, *late, known, memory.proved, memory.hums_Hz)
 
     def _conclude(self, found: Finding, search: Search) -> None:
-        """What a search that is done adds."""
+        """Update the state by a finished search."""
         memory, end = self.memory, search.end
         memory.searched = end
         if self.options.latency_s is None:
@@ -321,7 +325,7 @@ class Follower:
         if good:
             memory.origin = search.origin
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
-            # A surface that is found again, as where contact was lost, is known.
+            # A surface that is found again, for example after lost contact, is known.
             again = memory.changed and abs(found.wavenumber / max(memory.proved, 1e-12) - 1) < AGREED
             memory.agreed = memory.agreed + 1 if same else 1
             memory.agreed = max(memory.agreed, 3 * again)
@@ -332,19 +336,20 @@ class Follower:
                 memory.late_variance = min(found.late_variance + LATE_DRIFT_S**2, LATE_SIGMA_S**2)
         else:
             memory.agreed = 0
-            # What was known is worth more than a guess.
+            # The known wavelength is better than a guess.
             if found.wavenumber > 0 and (before <= 0 or memory.guessed):
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and found.extent < 1.1 * least:
             memory.limit = self._span
         elif lost or (found.status == TrackingStatus.INCOHERENT and found.extent > LONGER * memory.smeared):
-            # A step of the force, as where contact is found again, hides the line until it is out of the window. A line
-            # beside a long wave is smeared in less of the path than it takes to tell the two apart: then more is tried.
+            # A step of the force, for example when contact returns, hides the line until the window has passed it. A
+            # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
+            # is tried.
             memory.limit = max(0.6 * found.extent, least)
             memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
         else:
-            # Below 0 until it is seen that less of the path has no line at all.
+            # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
         if good and found.kept + SURE * found.kept_sigma < LOST:
@@ -357,14 +362,15 @@ class Follower:
         return max(HOP, spare) if self._pieces == 1 else min(max(int(along), 2), HOP)
 
     def _held(self, found: Finding) -> bool:
-        """Whether a search sees the line that many agreed on, though its phases are too disturbed to refine it."""
+        """Whether a search finds the line on which many agreed, although its phases are too disturbed for
+        refinement."""
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
         lost = found.kept + SURE * found.kept_sigma < LOST
         return found.status == TrackingStatus.INCOHERENT and memory.agreed > STEADY and near and not lost
 
     def _begin_anew(self, end: int, path: float) -> None:
-        """Another surface: only the newest path is of it."""
+        """Begin again for another surface, with the newest path alone."""
         memory = self.memory
         place = memory.cells.between(memory.cells.first, end)[:, 1]
         travelled = np.cumsum(np.abs(np.diff(place[::-1])))
@@ -372,11 +378,11 @@ class Follower:
         memory.agreed, memory.changed, memory.limit = 0, True, self._span
 
     def _weigh(self, sharp: float, score: float) -> None:
-        """Take another delay of the path where it made the lines sharper than the present one, search after search."""
+        """Use another delay of the path if it makes the lines sharper than the present one, search after search."""
         memory = self.memory
         if not sharp > 0:
             return
-        # Where no line stands out, chance alone is sharper somewhere.
+        # Without a clear line, the sharpness at another delay may be larger by chance alone.
         ratio = min((sharp + PLAIN) / (score + PLAIN), 4.0)
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)

@@ -1,10 +1,14 @@
-"""Where a velocity-blind tracker may lock: lines in spectra of warped time, and fits from the best of them.
+"""Finds the frequency without a velocity: lines in spectra of warped time, and fits that start from the best of them.
 
-A chirp of relative rate a warps time: tau = t + a t^2 / 2 counts the periods of every frequency and its harmonics
-alike, and a line that a swinging finger smears is sharp for the right a. From the best lines of seven spectra the
-motion and the profile are fitted by Gauss-Newton steps (`tracking.motion_fit`), then from multiples of the best fit's
-frequency, because a wrong multiple is fitted more easily than the right one. The fit with the lowest Bayesian price
-wins. A search has some 130 pieces of a tenth of a millisecond.
+A chirp of relative rate a warps time: in tau = t + a t^2 / 2 every frequency and its harmonics are constant. So a line
+that the swinging finger smears becomes sharp for the right a. Gauss-Newton steps (`tracking.motion_fit`) fit motion and
+profile from the best lines of seven spectra, then from multiples of the best fit's frequency, because a wrong multiple
+is found more easily than the right one. The fit with the lowest cost wins: Schwarz's criterion with a bonus for high
+frequencies, because a fit of half the frequency explains every reading as well,
+
+  cost = n ln(noise) + 2 (harmonics) ln(n) - OCTAVE log2(frequency).
+
+A search has some 130 pieces of a tenth of a millisecond.
 """
 
 import math
@@ -19,20 +23,22 @@ from papilla.estimators.tracking import motion_fit
 from papilla.estimators.tracking.motion_fit import BAND, HARMONICS, KNOTS, MOTION, SHAPE, TREND, MotionFit
 
 CHIRPS = (0.0, 2.0, -2.0, 5.0, -5.0, 9.0, -9.0)
-"""Relative chirp rates in 1/s, in the middle of the window: those of a stroke of 1 Hz over 83 % of its time."""
+"""Relative chirp rates in 1/s in the middle of the window: those of a 1 Hz stroke during 83 % of its time."""
 NOMINEES, MULTIPLES = 4, (2, 3, 1 / 2, 1 / 3)
-"""Places of the spectra that a fit is begun from, and the multiples of the best fit's frequency that are tried then."""
+"""Number of peaks of the spectra from which a fit starts, and the multiples of the best fit's frequency that are tried
+next."""
 REACHES = 0.5, 0.5, 0.75, 1.01, 1.01, 1.01
-"""Part of the window, about its middle, that each step from a nominee is fitted to."""
+"""Part of the window, about its middle, to which each step of a candidate is fitted."""
 OCTAVE = 15.0
-"""Nats by which a fit must be better than one of twice its frequency, whose every reading it can explain as well."""
+"""Bonus in the cost (nats) for each octave of the frequency: a fit of half the frequency can explain every reading as
+well."""
 STIFFNESS = 60.0
-"""Standard deviation of the stiffness (1/s^2) where nothing is known of it."""
+"""Prior standard deviation of the stiffness (1/s^2)."""
 FEWEST_PERIODS = 4.0
-"""Of the longest stroke from which it is asked whether they are those of a harmonic."""
+"""Smallest number of periods in the longest stroke for a test for a harmonic."""
 STEP, MOST_LINES = 1 / 16, 10
-"""Cycles between the points of the grid on which that is asked, at least: whole parts of one, so that what lies beyond
-falls on harmonics; and lines that are tested."""
+"""Smallest step, in cycles, of the grid of this test; it divides a cycle, so that aliases fall on harmonics; and the
+largest number of lines that are tested."""
 
 
 class FrequencySearch(NamedTuple):
@@ -45,7 +51,7 @@ class FrequencySearch(NamedTuple):
     rate_Hz: float
 
     def run(self) -> Pieces[tuple[MotionFit | None, float]]:
-        """The best fit, whose motion is that at time 0, None where none is proved; and its price."""
+        """The best fit, with its motion at time 0, or None if no fit is significant; and its cost."""
         places: list[tuple[float, np.ndarray]] = []
         for chirp in CHIRPS:
             places += yield from self._spectrum(chirp)
@@ -57,12 +63,12 @@ class FrequencySearch(NamedTuple):
                 found, cost = yield from self._fitted(motion)
                 if found is not None and cost < price:
                     best, price = found, cost
-            # A wrong multiple is fitted more easily than the right one, and leads there.
+            # A wrong multiple is found more easily than the right one, and leads to it.
             trials = [best.motion * (n, n, n, 1) for n in MULTIPLES] if best is not None and price < before else []
         return best, price
 
     def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
-        """Lines of the readings over the time that a chirp warps: their scores, and motions (4,)."""
+        """Lines of the readings over time warped by a chirp: their scores, and motions (4,)."""
         rows = np.isfinite(self.readings) & (1 + chirp * self.time > 0.1)
         if rows.sum() < 32:
             return []
@@ -82,8 +88,8 @@ class FrequencySearch(NamedTuple):
         return [(score, np.array([0.0, rate, rate * chirp, 0.0])) for score, rate in zip(scores, rates, strict=True)]
 
     def _begun(self, motion: np.ndarray) -> MotionFit | None:
-        """A fit to begin with, of a motion whose phase is that of the readings near the middle; None outside the
-        range. Its noise is the power of the readings."""
+        """A first fit for a motion, whose phase is that of the readings near the middle of the window; None outside of
+        the range. Its noise is the power of the readings."""
         seen = np.isfinite(self.readings)
         offset = float(self.readings[seen].mean())
         values = np.where(seen, self.readings - offset, 0.0)
@@ -97,8 +103,8 @@ class FrequencySearch(NamedTuple):
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
     def _fitted(self, motion: np.ndarray) -> Pieces[tuple[MotionFit | None, float]]:
-        """A fit from a motion and its price; None where it is not proved. The middle of the window comes first, where
-        a chirp is near to any motion."""
+        """A fit that starts from a motion, and its cost; None if it is not significant. The middle of the window is
+        fitted first, because there a chirp is near to any motion."""
         trial = begun = self._begun(motion)
         if trial is None or begun is None:
             return None, math.inf
@@ -119,9 +125,9 @@ class FrequencySearch(NamedTuple):
 
 
 class SubharmonicTest(NamedTuple):
-    """A test on readings (n,) at phases (n,) in cycles of the frequency that is followed: whether that is a harmonic.
+    """A test on readings (n,) at phases (n,) in cycles of the followed frequency: is it a harmonic of a lower one?
 
-    lowest : of the range of frequencies, beside the one that is followed.
+    lowest : of the range of frequencies, relative to the followed one.
     """
 
     phase: np.ndarray
@@ -129,8 +135,8 @@ class SubharmonicTest(NamedTuple):
     lowest: float
 
     def run(self) -> Pieces[float]:
-        """The other frequency that it may be, beside the one that is followed; 0 for none, NaN where there are too few
-        periods. The test is that over the path (`papilla.estimators.fundamental`)."""
+        """The other possible frequency, relative to the followed one; 0 for none, NaN if there are too few periods. The
+        test is that over the path (`papilla.estimators.fundamental`)."""
         turns = np.flatnonzero(np.diff(np.sign(np.diff(self.phase))) != 0) + 1
         window = longest_strokes(self.phase, [0, *turns.tolist(), len(self.phase)], FEWEST_PERIODS)
         if window is None:
@@ -163,7 +169,7 @@ class SubharmonicTest(NamedTuple):
 
 
 def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
-    """The best places of all spectra, which differ."""
+    """The best peaks of all spectra, without repetitions."""
     chosen: list[np.ndarray] = []
     for _, motion in sorted(places, key=lambda place: -place[0]):
         if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
@@ -172,8 +178,8 @@ def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
 
 
 def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> float:
-    """Bayes's price (Schwarz 1978, doi:10.1214/aos/1176344136) of a fit that leaves this noise in so many readings, for
-    the harmonics that there could be."""
+    """Cost of a fit that leaves this noise in `count` readings: Schwarz's criterion (1978, doi:10.1214/aos/1176344136)
+    with the number of harmonics that the rate shows, minus `OCTAVE` for each octave of its frequency."""
     rate = max(abs(float(stroke.motion[1])), 1.0)
     present = min(HARMONICS, int(BAND * rate_Hz / rate))
     return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE * math.log2(rate)

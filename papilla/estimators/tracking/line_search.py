@@ -1,17 +1,22 @@
-"""A search for the wavelength in the latest path: its lines, which of them the surface makes, and their period.
+"""Searches the latest path for the wavelength: its lines, which of them the surface makes, and their period.
 
-Readings y(x) over the path x hold the surface's lines, sum a_n exp(2 pi i n k x), with k the wavenumber that is wanted,
+Readings y(x) over the path x contain the surface's lines, sum a_n exp(2 pi i n k x), with the unknown wavenumber k, and
 lines over time (hum, resonances), drift and noise; the path itself may be late by some milliseconds. The highest peak
-of a spectrum is often wrong: it may be hum, a harmonic, or the mean of both. Hence, in this order:
+of a spectrum is often wrong: it may be hum, a harmonic, or a mixture of both. So the search does, in this order:
 
-1. lines over the path, against the background beside each, with the chance that noise makes them;
-2. for each of them: path or time? Either is credited with the energy that the other cannot explain. Where the speed
-   hardly changed they are the same wave, and only the frequency can tell (status: constant speed);
-3. the fundamental: the k of which the chosen line and the others are harmonics, be it weak or out of the range;
-4. k from the phases of all harmonics along the path (`tracking.refine`), with the delay of the path beside it.
+1. lines over the path, each compared with the background beside it, by the chance that noise makes it;
+2. path or time, for each line: either gets the energy that the other cannot explain. If the speed hardly changed both
+   are the same wave, and only the frequency can decide (status: constant speed);
+3. the fundamental: the k of which the chosen line and the others are harmonics, even if it is weak or out of range;
+4. k from the phases of all harmonics along the path (`tracking.refine`), together with the delay of the path.
 
-A search is spread over some forty samples, tens of microseconds each. It fails where a surface has no period, and
-where the path is wrong by more than a fraction of the wavelength within a stroke.
+A search is spread over some forty samples, tens of microseconds each. It fails if a surface has no period, or if the
+path is wrong by more than a fraction of the wavelength within a stroke.
+
+Example: a texture of 2 mm (k = 0.5 per mm) at speeds of 80 to 120 mm/s, with mains hum of 50 Hz. Step 1 finds peaks at
+0.5, at 1.0 (the second harmonic) and, broad, at 0.42 to 0.63 per mm (50 Hz at these speeds). Step 2 refuses the broad
+one, because a line of 50 Hz explains its energy. Step 3 finds 0.5, which divides 0.5 and 1.0. Step 4 gives 1 / k with
+its sigma.
 """
 
 import numpy as np
@@ -36,37 +41,40 @@ from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, window
 from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, forward, levelled, silenced
 
 BENT = 0.04
-"""Periods (RMS, under the taper of a stroke) by which a path must leave the straight line over time for the two to be
-told apart. Ramps at the ends of a stroke, which the taper hides, tell nothing: quick turns at a constant speed between
-them made lines of time out of the surface's."""
+"""Deviation of the path from a straight line over time, in periods (RMS under the taper of a stroke), above which lines
+over path and over time can be distinguished. Ramps at the ends of a stroke do not help, because the taper hides them:
+with quick turns and a constant speed between them, lines of the surface were taken for lines over time."""
 MOST_LINES, TIME_LINES = 8, 3
 FALSE_ALARM = 1e-4
-"""Of one search, over all wavelengths."""
+"""Probability of a false line in one search, over all wavelengths."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
-"""Energy over the background that proves a line to be the surface's, or time's; the least share of the line's own (less
-is the error of its place); and by how much time's must be more."""
+"""Energy over the background that proves a line to be one over the path, or over time; its smallest share of the line's
+energy (less comes from an error of its place); and the factor by which the energy over time must be larger."""
 MOTORS_HZ = 25.0, 90.0
-"""What motors and mounts make: at a constant speed a line there, for all that its resolution tells, with no harmonic
-beside it is not believed."""
+"""Frequencies (Hz) of motors and mounts: at a constant speed a line there, within its resolution and without a
+harmonic, is not accepted."""
 KNOWN = 0.02
-"""Of the wavenumber, by which a line may differ from the known one and be it."""
+"""Relative difference of wavenumber up to which a line counts as the known one."""
 COHERENT, SCATTERED = 0.8, 0.12
-"""Of the blocks' phases, below which a line is a hump and sought in less of the path; and their scatter beyond the
-noise, in periods, above which it is."""
+"""Coherence of the blocks' phases below which a line is smeared and searched in a shorter path; and their scatter
+beyond the noise, in periods, above which it is."""
 LOST, SURE = 0.5, 3.0
-"""Share of the amplitude, so many sigmas included, below which the newest periods show another surface."""
+"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
-"""How far the skin may trail the finger (standard deviation), and the path after a turn over which it does so anew."""
+"""Standard deviation of the distance by which the skin trails the finger, and the path after a turn over which it
+settles again."""
 KNOWN_NEAR, SETTLED = 0.1, 0.3
-"""Resolutions within which a wavenumber that was known is gone on from, and sigmas of a step that needs no other."""
+"""Distance in resolutions within which a search continues from the known wavenumber; and the step, in sigmas, after
+which no further step is needed."""
 LATE_S = 1e-4
-"""Change of the lateness from which the path is taken anew for it: less is straight in the phases."""
+"""Recompute the path when the estimated delay changes by more than this; the phases are linear in smaller changes."""
 BAND, SHOWN = 0.45, 0.4
-"""Of the sampling rate: harmonics above are expected to have been removed by anti-aliasing; and below, to be seen."""
+"""Frequencies, relative to the sampling rate: above the first an anti-aliasing filter has probably removed harmonics;
+below the second they should be visible."""
 
 
 class LineSearch:
-    """A search in a task; `run` does it and returns what was found."""
+    """A search for lines in a task; `run` does it and returns the finding."""
 
     def __init__(self, task: Task):
         self._task, self._options = task, task.options
@@ -87,11 +95,11 @@ class LineSearch:
             status = TrackingStatus.LONE
         self._hum = self._cleaned or refused
         if self._hum or not bent:
-            # Lines over time are as sharp at any delay, and at a constant speed so are all lines.
+            # Lines over time are equally sharp at any delay, and at a constant speed all lines are.
             finding.score = 0.0
         if fundamental * 1.02 < 1 / self._options.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
-        # What was known is nearer to what the phases will say than the place of a peak is.
+        # The known wavenumber is nearer to the result of the phases than the place of a peak.
         near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
         finding.other = other
         self._wavenumber, self._late = task.before if near else fundamental, task.late_s
@@ -106,7 +114,7 @@ class LineSearch:
         return (yield from self._judged(TrackingStatus.AMBIGUOUS if other else status, refused))
 
     def _line(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
-        """The strongest line that is the surface's, what it is, and whether a louder one was refused; or None."""
+        """The strongest line that is the surface's, its status, and whether a louder line was refused; or None."""
         if not (yield from self._gathered(self._task.late_s)):
             return None
         if self._task.known_hums_Hz:
@@ -119,13 +127,14 @@ class LineSearch:
         return (yield from (self._chosen_without(mains) if mains else self._chosen()))
 
     def _guess(self, wavenumber: float, status: TrackingStatus) -> Finding:
-        """The finding of a wavenumber that may not be used."""
+        """The finding for a wavenumber that may not be used."""
         self.finding.status, self.finding.wavenumber = status, wavenumber
         self.finding.sigma = 0.3 / self._strokes.extent
         return self.finding
 
     def _gathered(self, late_s: float) -> Pieces[bool]:
-        """Rows and strokes of a path that is late by this; False, and nothing changed, where there is too little."""
+        """Collect rows and strokes for a path that is late by `late_s`; returns False, without a change, if there are
+        too few."""
         window = window_of(self._task, late_s)
         if window is None:
             return False
@@ -138,7 +147,8 @@ class LineSearch:
         return [Line(hum, 1.0, 1.0, 0.0) for hum in self._task.known_hums_Hz]
 
     def _detected(self) -> Pieces[bool]:
-        """Whether there are lines over the path, within reach of what the steps and the extent show."""
+        """Find lines over the path, within the range that step and length of the path allow; returns whether there are
+        any."""
         task, finding = self._task, self.finding
         self._spectrum = spectrum = yield from spectrum_of(self._strokes, task.grid(self._place), task.size)
         if not np.isfinite(spectrum.own).any():
@@ -169,7 +179,7 @@ class LineSearch:
         return bool(self._inside)
 
     def _over_time(self) -> Pieces[None]:
-        """Lines over time, in the frequencies that lines in the range have at the speeds of the strokes."""
+        """Find lines over time at the frequencies that lines in the range have at the speeds of the strokes."""
         time = self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
         self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
@@ -204,8 +214,8 @@ class LineSearch:
         return None
 
     def _mains(self) -> list[Line]:
-        """Lines over time at mains harmonics or resonances, so loud that they bend the surface's line where the speed
-        lingers at their frequency; none where time and path are the same."""
+        """Lines over time at mains harmonics or resonances that are loud enough to shift the surface's line when the
+        speed stays near their frequency; none if time and path cannot be distinguished."""
         if self._cleaned or self._bend * self._inside[0].wavenumber < BENT:
             return []
         sure = [line for line in self._time_lines if line.chance < FALSE_ALARM]
@@ -214,7 +224,7 @@ class LineSearch:
         return [line for line in exact if line.wavenumber in self._options.hums_Hz]
 
     def _chosen_without(self, hums: list[Line]) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
-        """What `_chosen` returns of what is left of the readings without lines over time; None for no line."""
+        """The result of `_chosen` after lines over time are removed from the readings; None if no line is left."""
         self._cleaned = True
         self._strokes = yield from silenced(self._strokes, self._time, hums)
         most = max(hum.amplitude for hum in hums)
@@ -222,14 +232,14 @@ class LineSearch:
         return (yield from self._chosen()) if (yield from self._detected()) else None
 
     def _ranked(self) -> list[Line]:
-        """Lines in the range, strongest first; the one that is known comes first while nothing is much stronger."""
+        """Lines in the range, strongest first; the known one comes first unless another is much stronger."""
         before, most = self._task.before, self._inside[0].amplitude
         near = 1 / self._strokes.extent
         known = [line for line in self._inside if abs(line.wavenumber - before) < near and line.amplitude > 0.85 * most]
         return known[:1] + [line for line in self._inside if line not in known[:1]]
 
     def _origin(self, line: Line) -> Pieces[TrackingStatus]:
-        """OK for a line of the path, CONSTANT_SPEED where it may be one of time, TIME_LOCKED where it is."""
+        """OK for a line over the path, CONSTANT_SPEED if it may be one over time, TIME_LOCKED if it is."""
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
         separable = self._bend * line.wavenumber > BENT
@@ -237,24 +247,23 @@ class LineSearch:
             return TrackingStatus.OK
         if separable and time > enough and time > EXCLUDED * path:
             return TrackingStatus.TIME_LOCKED
-        # A line that a longer path separated from the mains is not theirs on a short one, as after contact was lost.
+        # If a longer path once separated a line from the mains, a short one after lost contact does not make it theirs.
         hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= KNOWN * self._task.proved
         return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
-        """The mains harmonic or resonance that a frequency is not told apart from, else itself."""
+        """The mains harmonic or resonance that a frequency cannot be distinguished from; else the frequency."""
         nearest = min(self._options.hums_Hz, key=lambda hum: abs(hum - frequency), default=frequency)
         return nearest if abs(nearest - frequency) * float(self._spans.max()) < 0.5 else frequency
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf, within: float = 1.0) -> bool:
-        """Whether a line may be the mains' or a resonance's up to a frequency, for all that the speed tells; within so
-        many resolutions."""
+        """Whether a line may be that of the mains or of a resonance up to a frequency, within so many resolutions."""
         frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), 1e-9)
         return any(abs(frequency - hum) < resolution for hum in self._options.hums_Hz if hum <= highest_Hz)
 
     def _motor_like(self, wavenumber: float) -> bool:
-        """Whether a line may be a motor's or a mount's: at their frequencies, and without a sign of the harmonics that
-        most surfaces have, though the sampling rate would show the second one."""
+        """Whether a line may come from a motor or mount: it has such a frequency, and no sign of the harmonics that
+        most surfaces have, although the sampling rate would show the second one."""
         frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), 1e-9)
         slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
         if not slowest < frequency < min(fastest, SHOWN * self._options.rate_Hz / 2):
@@ -262,8 +271,8 @@ class LineSearch:
         return min(self._spectrum.chance(order * wavenumber) for order in range(2, HARMONICS + 1)) > FALSE_ALARM
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
-        """Whether a stronger line over time may cover the fundamental of which this line is a harmonic."""
-        # The two flanks of a taper meet.
+        """Whether a stronger line over time may hide the fundamental of which this line is a harmonic."""
+        # The two flanks of a taper overlap.
         reach = 3 / self._strokes.extent
         return any(
             abs(line.wavenumber / order - hum.wavenumber) < reach
@@ -273,11 +282,11 @@ class LineSearch:
         )
 
     def _fundamental(self, chosen: Line) -> Pieces[Period]:
-        """The wavenumber of which the chosen line and others are harmonics, its own where there is no sign of it; and
-        another one that may be it."""
+        """The wavenumber of which the chosen line and others are harmonics (its own if there is no sign of a lower
+        one), and another possible wavenumber."""
         k = chosen.wavenumber
         reach = SLACK / self._strokes.extent
-        # A harmonic of the mains is theirs only where they are.
+        # A harmonic of the mains counts as theirs only if other mains lines are present.
         bent = self._bend * k > BENT
         humming = not bent and any(self._near_hum(line, max(MAINS_HZ)) for line in self._lines)
         others = no_multiples([line for line in self._lines if line.amplitude > FAINT * chosen.amplitude], k, reach)
@@ -291,7 +300,8 @@ class LineSearch:
                 own.add(line)
         found = fundamental_of(chosen, others, reach, own, self._options.ridge_pitch_mm > 0)
         if not bent and found.wavenumber == k:
-            # At a constant speed a line beside the mains, but not at them, may be the surface's: no proof, but a doubt.
+            # At a constant speed a line beside the mains, but not at their frequency, may be the surface's: not proved,
+            # only doubtful.
             apart = {line for line in others if not self._near_hum(line, within=SLACK)}
             either = fundamental_of(chosen, others, reach, own | apart, False)
             if either.loud or either.wavenumber < k:
@@ -302,12 +312,12 @@ class LineSearch:
             hinted = (k / n for n in divisors if hints(self._spectrum, self._lines, chosen, n, near, lowest))
             beside = k / 2 if lone(chosen, self._options.ridge_pitch_mm) else 0.0
             found = found._replace(other=next(hinted, beside))
-        # What many searches have agreed on is not in doubt for faint lines that come and go.
+        # Faint lines that come and go do not raise doubt about a wavenumber on which many searches agreed.
         agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
         return found._replace(other=0.0) if agreed and not found.loud else found
 
     def _unmixed(self) -> Pieces[Strokes]:
-        """The strokes without lines of time, and without the lines over the path of another texture."""
+        """The strokes without lines over time and without lines of another texture."""
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
             known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
@@ -317,7 +327,7 @@ class LineSearch:
         foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
         below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
-        # Where the speed changes, what is slow is mostly the force's, and a doubt.
+        # If the speed changes, slow changes come mostly from the force, and cause a doubt.
         one = self._bend * wavenumber < BENT and len(self._begin) == 2 and below > self._inside[0].amplitude ** 2
         return (yield from levelled(strokes, wavenumber)) if one else strokes
 
@@ -336,7 +346,7 @@ class LineSearch:
         return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
 
     def _refined(self) -> Pieces[bool]:
-        """One step of the wavenumber and of the lateness; True where another would change nothing."""
+        """One step of the wavenumber and of the delay; True if another step would change nothing."""
         task = self._task
         if abs(self._late - task.late_s) > LATE_S and (yield from self._gathered(self._late)):
             yield
@@ -362,26 +372,27 @@ class LineSearch:
         return settled and abs(self._late - task.late_s) < LATE_S
 
     def _play(self) -> np.ndarray:
-        """(m,) cycles by which a skin that trails the finger by 1 mm after a turn is behind where it then will be."""
+        """(m,) phase lag in cycles for a skin that trails the finger by 1 mm after a turn."""
         first = self._begin[:-1]
         along = np.abs(self._place - self._place[first][self._stroke])
         way = np.sign(self._place[self._begin[1:] - 1] - self._place[first])[self._stroke]
-        # Where the window begins there was no turn.
+        # There was no turn at the beginning of the window.
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
     def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
-        """The finding for a line of this status; refused : whether a louder line was refused."""
+        """The finding for a line with this status; refused : whether a louder line was refused."""
         phases, fit = self._phases, self._fit
         if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
-            # No line beside a louder one that may be time's: more path, not less, tells that one's frequency.
+            # A louder line that may be one over time leaves no answer: a longer path, not a shorter one, determines its
+            # frequency.
             status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
         finding, estimated = self.finding, self._task.late_variance > 0
-        # A velocity behind a low-pass is late too, and smaller: of strokes that swing at w by (w T)^2 / 2, two sigmas,
-        # which no reading shows.
+        # A low-passed velocity is not only late but also too small: in strokes of angular frequency w by (w T)^2 / 2,
+        # which no reading shows. This counts as two sigmas.
         smaller = 0.25 * (np.pi * self._late / self._spans.max()) ** 2 * estimated
         finding.status, finding.wavenumber = status, self._wavenumber
         finding.sigma = float(np.hypot(fit.covariance[0, 0] ** 0.5, smaller * self._wavenumber))
@@ -392,8 +403,8 @@ class LineSearch:
         return finding
 
     def _newest(self) -> Pieces[tuple[float, float]]:
-        """Share of the amplitude that the newest whole periods have, and its sigma; of as many periods as it takes to
-        miss the line, if it is missing."""
+        """Share of the amplitude in the newest whole periods, and its sigma, over as many periods as needed to detect a
+        missing line."""
         rows = slice(int(self._begin[-2]), None)
         seen, readings = self._strokes.seen[rows], self._strokes.readings[rows]
         wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
@@ -409,7 +420,7 @@ class LineSearch:
 
 
 def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
-    """How far a stroke leaves the straight line over time: root mean square in mm, under its weights (m,)."""
+    """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
     total = float(weight.sum())
     t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
     off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
@@ -417,7 +428,7 @@ def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
 
 
 def sharpness(task: Task, late_s: float) -> Pieces[float]:
-    """Power over the background of the sharpest line if the path were late by this, 0 where there is none."""
+    """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none."""
     window = window_of(task, late_s)
     if window is None:
         return 0.0

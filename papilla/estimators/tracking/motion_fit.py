@@ -1,10 +1,13 @@
-"""A periodic reading under an unknown stroke: maximum likelihood over a window, by Gauss and Newton's steps.
+"""Fits a periodic reading under an unknown stroke: maximum likelihood over a window, by Gauss-Newton steps.
 
-The phase (in cycles, t s before now) is phi + f S(t) + g C(t), with S'' = -k S and C' = S: a constant speed is k = 0, a
-sinusoidal stroke k = (2 pi / period)^2, and either is exact through its turn, where the profile is read backwards. The
-reading is an offset with a slope and the harmonics of that phase; of the first one only the cosine, which says what
-phase is. What was learned of the profile before the window is a prior (moving-horizon estimation: Rao, Rawlings & Mayne
-2003, doi:10.1109/TAC.2002.808470).
+The phase (in cycles, t s before now) is
+
+  phi + f S(t) + g C(t),    S'' = -k S,  C' = S.
+
+A constant speed is k = 0, a sinusoidal stroke k = (2 pi / period)^2; both are exact through the turn, after which the
+profile is read backwards. The reading is an offset with a slope plus harmonics of the phase. The first harmonic has
+only a cosine, which defines phase 0. The knowledge of the profile from before the window is a prior (moving-horizon
+estimation: Rao, Rawlings & Mayne 2003, doi:10.1109/TAC.2002.808470).
 """
 
 from typing import NamedTuple
@@ -14,25 +17,26 @@ import numpy as np
 HARMONICS = 5
 ORDERS = np.arange(1, HARMONICS + 1)
 BAND = 0.4
-"""Of the sampling rate: harmonics above it are expected to have been removed by anti-aliasing."""
+"""Frequency relative to the sampling rate above which an anti-aliasing filter has probably removed harmonics."""
 KNOTS = 8
-"""Moments along the window at which the chirp may jump, as a hand's does that is no sinusoid, and the offset bend."""
+"""Number of moments in the window at which the chirp may jump, because a hand is not exactly sinusoidal, and at which
+the offset may bend."""
 MOTION, TREND, SHAPE = 4, 2 + KNOTS, 2 * HARMONICS - 1
 """Parameters: phi (cycles), f (Hz), g (Hz/s), k (1/s^2); offset, slope and its changes; cosines and sines."""
 FAINT = 2.5
-"""Energy over the noise, for each parameter, that a fit must explain: noise explains one."""
+"""Energy over the noise, per parameter, that a fit must explain: noise alone explains one."""
 TURN, BENT = 0.1, 0.02
-"""Cycles by which a step may turn the phase at most; and bend it beyond what is linear in the stiffness."""
+"""Largest change of the phase by one step, in cycles; and its largest deviation from linearity in the stiffness."""
 _HELD = 1e-2
-"""1/s^2 below which a stiffness is as good as none over any window, and its series is used."""
+"""Stiffness (1/s^2) below which its effect in any window is negligible, and its series is used."""
 
 
 class MotionFit(NamedTuple):
-    """A fit.
+    """A fitted motion and profile.
 
     motion (4,) at the last reading; jumps (8,) of the chirp (Hz/s), the youngest `age` s ago, the others `spacing`
-    apart; trend (10,) : offset, its change over the window, and the change of this at each knot; shape (9,) : cosine of
-    the first harmonic, cosine and sine of each other; covariance (31, 31) of these in their order.
+    apart; trend (10,) : offset, its change over the window, and the kink at each knot; shape (9,) : cosine of the first
+    harmonic, cosine and sine of each other one; covariance (31, 31) of these in this order.
     noise : variance of a reading; residual (m,); gain : energy that the harmonics explain, in units of the noise.
     """
 
@@ -54,17 +58,17 @@ class MotionFit(NamedTuple):
 
     @property
     def knots(self) -> np.ndarray:
-        """(8,) times of the jumps, s before now."""
+        """(8,) times of the jumps, in s before now."""
         return -(self.age + self.spacing * np.arange(KNOTS))
 
     @property
     def proved(self) -> bool:
-        """Whether the harmonics explain so much that noise does not."""
+        """Whether the harmonics explain more than noise could."""
         return self.gain > FAINT * (MOTION + KNOTS + TREND + SHAPE)
 
 
 def swung(stiffness: float, time):
-    """S, C, dS/dk, dC/dk and S' at times (m,) or at one."""
+    """S, C, dS/dk, dC/dk and S' at times (m,) or at one time."""
     if abs(stiffness) < _HELD:
         cube = time**3 / 6
         quartic = cube * time / 4
@@ -77,7 +81,7 @@ def swung(stiffness: float, time):
 
 
 def moved(motion: np.ndarray, time: float) -> np.ndarray:
-    """The motion (4,) with its time zero moved `time` later."""
+    """The motion (4,) with its time zero `time` later."""
     phase, rate, chirp, stiffness = motion.tolist()
     sine, cosine, _, _, turned = swung(stiffness, time)
     return np.array([
@@ -110,13 +114,13 @@ def _phase(stroke: MotionFit, sine, cosine, turned, before: np.ndarray) -> tuple
 
 
 def profile(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of the shape (m, 9) at phases and |rates| (m,), and what they change by with the phase, a cycle."""
+    """Columns of the shape (m, 9) at phases and |rates| (m,), and their derivatives by the phase, per cycle."""
     waves = _waves(phase, speed, rate_Hz)
     return _shaped(waves), _shaped(2j * np.pi * ORDERS * waves)
 
 
 def _waves(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> np.ndarray:
-    """(m, 5) harmonics, 0 where the sampling rate does not show them."""
+    """(m, 5) harmonics; 0 if the sampling rate does not show them."""
     waves = np.empty((len(phase), HARMONICS), complex)
     waves[:, 0] = np.exp(2j * np.pi * phase)
     for order in range(1, HARMONICS):
@@ -135,8 +139,9 @@ def trend_of(time: np.ndarray, before: np.ndarray) -> np.ndarray:
 
 
 class Design(NamedTuple):
-    """A stroke beside readings: columns (m, 31) by which readings change with its parameters, 0 where none is seen;
-    residual (m,); motion (m, 12) : of the phase, by motion and jumps; seen (m,); reach : of the window, s."""
+    """The linearised model of a stroke: columns (m, 31) of derivatives of the readings by its parameters, 0 for missing
+    readings; residual (m,); motion (m, 12) : derivatives of the phase by motion and jumps; seen (m,) : readings that
+    are not missing; reach : of the window, s."""
 
     stroke: MotionFit
     columns: np.ndarray
@@ -147,7 +152,8 @@ class Design(NamedTuple):
 
 
 def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz: float) -> Design:
-    """The first half of one step from a stroke, on readings (m,), NaN where missing, at times (m,) before now."""
+    """The first half of a step from a stroke: its linearised model for readings (m,), NaN if missing, at times (m,)
+    before now."""
     seen, (_, rate, chirp, stiffness) = np.isfinite(readings), stroke.motion.tolist()
     sine, cosine, by_sine, by_cosine, turned = swung(stiffness, time)
     before = np.minimum(time[:, None] - stroke.knots, 0.0)
@@ -165,8 +171,8 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
 
 
 def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
-    """The second half: the stroke improved. prior (31, 31), about (31,) : information that is known of the parameters,
-    and where it is centred."""
+    """The second half: the improved stroke. prior (31, 31), about (31,) : prior information on the parameters, and its
+    mean."""
     stroke, jacobian, residual, motion, seen, reach = design
     values = stroke.values
     normal = jacobian.T @ jacobian / stroke.noise + prior
@@ -174,12 +180,12 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     inverse = np.linalg.inv(normal * np.multiply.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
     inverse *= np.multiply.outer(scale, scale)
     step = inverse @ (jacobian.T @ residual / stroke.noise + prior @ (about - values))
-    # Gauss and Newton's step holds where the readings are straight in the parameters.
+    # A Gauss-Newton step is valid as long as the readings are linear in the parameters.
     turn = float(np.abs((motion @ step[: MOTION + KNOTS])[seen]).max(initial=0.0))
     bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION - 1]) ** 2 / 60
     step *= min(TURN / max(turn, 1e-12), (BENT / max(bend, 1e-12)) ** 0.5, 1.0)
     values += step
-    # Where nothing is seen the columns are 0.
+    # The columns of missing readings are 0.
     waves = jacobian[:, -SHAPE:] @ values[-SHAPE:]
     power = float(waves @ waves) - float(waves.sum()) ** 2 / max(int(seen.sum()), 1)
     return stroke._replace(

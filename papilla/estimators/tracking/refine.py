@@ -1,8 +1,13 @@
-"""The phase of a line along the path, block by block, and what it says of the wavenumber: nearly maximum likelihood.
+"""The wavenumber from the phase of a line along the path, block by block: nearly maximum likelihood.
 
-In a block of whole periods the harmonics and an offset do not mix. The phases of the blocks are regressed on what may
-bend them: the wavenumber (over the path) and the lateness of the path (over the velocity). Each stroke has a phase of
-its own. Phase regression reaches the Cramér-Rao bound above a threshold (Tretter 1985, doi:10.1109/TIT.1985.1057115).
+In a block of whole periods the harmonics and an offset are orthogonal. With a trial wavenumber k_0, the phase of block
+i (in cycles) differs from the model by
+
+  phi_i = phi_stroke + (k - k_0) x_i + k T v_i,
+
+so a regression of the phases on path and velocity gives the wavenumber k and the delay T of the path. Each stroke has a
+phase of its own. Phase regression reaches the Cramér-Rao bound above a threshold (Tretter 1985,
+doi:10.1109/TIT.1985.1057115).
 """
 
 from itertools import accumulate, repeat
@@ -14,20 +19,20 @@ from papilla.estimators.spectrum import middle, slope
 from papilla.estimators.spread import Pieces
 
 BLOCKS = 24
-"""Blocks along a window at most; each of whole periods."""
+"""Largest number of blocks along a window; each has whole periods."""
 WHOLE = 0.9
-"""Of a block's length, from which its rows fill it."""
+"""Share of a block's length that its rows must cover."""
 PRESENT = 12.0
-"""Energy of a harmonic over half the noise from which it takes part: less is mostly noise fitted to itself."""
+"""Smallest energy of a harmonic, relative to half the noise, for it to take part: a smaller one is mostly noise."""
 MEDIAN_TO_SIGMA = 1.4826
 OUTLYING = 3.0
-"""Sigmas of a block's phase beyond which it counts less (Huber 1964, doi:10.1214/aoms/1177703732)."""
+"""Sigmas of a block's phase above which it counts less (Huber 1964, doi:10.1214/aoms/1177703732)."""
 
 
 class Phases(NamedTuple):
-    """cycles (b,) : each block's phase beside the fitted one, its stroke's mean not removed; information (b,) of it;
+    """cycles (b,) : difference of each block's phase from the model, with its stroke's mean; information (b,) of it;
     place (b,), regressors (b, p) : means over the block; stroke (b,). amplitude (s, g) complex: the fundamental of each
-    stroke and gauge; coherence : of the blocks, 1 where all agree."""
+    stroke and gauge; coherence : of the blocks, 1 if all agree."""
 
     cycles: np.ndarray
     information: np.ndarray
@@ -38,8 +43,8 @@ class Phases(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """step (p,) : what the phases add to the parameters; covariance (p, p), with noise and scatter of the blocks;
-    scatter : of the blocks in cycles, beyond what noise does."""
+    """step (p,) : change of the parameters; covariance (p, p), from noise and scatter of the blocks; scatter : of the
+    blocks in cycles, beyond the noise."""
 
     step: np.ndarray
     covariance: np.ndarray
@@ -50,7 +55,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     """Phases of blocks of whole periods.
 
     cycles (m,) : the model's phase; regressors (m, p) : its derivatives by the parameters; weight (m,) : of the path,
-    so that a block is evenly filled; count (m,) : samples a row stands for; readings (m, g), 0 where not seen;
+    so that a block is evenly filled; count (m,) : number of samples in a row; readings (m, g), 0 where not seen;
     stroke (m,) : number of each row's; noise (h, g) : variance of a sample at each harmonic, infinite for none.
     """
     begin = np.flatnonzero(np.diff(stroke, prepend=-1))
@@ -73,13 +78,13 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     amount, square = sums[:, :gauges], sums[:, gauges : 2 * gauges]
     total = np.add.reduceat(weight, edges)
     reach = np.maximum.reduceat(along, edges) - np.minimum.reduceat(along, edges)
-    # What is left over at the end of a stroke is no whole period.
+    # The remainder at the end of a stroke is not a whole period.
     whole = (reach + middle(np.abs(np.diff(cycles))) > WHOLE * length)[:, None]
     first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
     mean = np.add.reduceat(blocks * whole[:, :, None], first)
     mean /= np.maximum(np.add.reduceat(amount * whole, first), 1e-300)[:, None, :]
     yield
-    # Each block's noise: variance of a quadrature of its mean, per harmonic and gauge.
+    # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
     inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
     size = np.abs(mean) ** 2
@@ -102,7 +107,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
 def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]:
     """Weighted, robust regression of the blocks' phases, a mean for each stroke removed.
 
-    prior (p,) : 1 / variance of each parameter about a known value; off (p,) : that value less the present one.
+    prior (p,) : 1 / variance of each parameter about a known value; off (p,) : that value minus the present one.
     """
     weight, known = phases.information, phases.information > 0
     stroke = phases.stroke[:, None] == np.arange(phases.stroke[-1] + 1)
@@ -130,10 +135,10 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
 
 
 def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods: int) -> tuple[float, float] | None:
-    """Share of its amplitude that a line has in the newest periods, and its sigma from what is left of the readings.
+    """Share of its amplitude that a line has in the newest periods, and its sigma from the residuals of the readings.
 
     place (m,) : of one stroke; readings, seen (m, g); wanted (g,) : complex amplitude at place 0; noise (g,) : variance
-    of a sample. None for less path than one period more.
+    of a sample. None if the path is less than one period longer.
     """
     cycles = wavenumber * np.abs(place - place[-1])
     first = len(cycles) - int((cycles[::-1] > periods).argmax())
@@ -142,7 +147,7 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
     place, readings, path = place[first:], readings[first:], np.maximum(np.abs(slope(place[first:])), 1e-12)
     used = seen[first:] * path[:, None]
     total = np.maximum(used.sum(axis=0), 1e-150)
-    # A gauge that is lost has not lost the line.
+    # A gauge that is lost does not mean that its line is lost.
     weight = np.where(total > 0.5 * path.sum(), 1 / np.asarray(noise), 0.0)
     if not weight.any():
         return None

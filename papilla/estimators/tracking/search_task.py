@@ -1,4 +1,4 @@
-"""What a search for lines is given: the latest rows of the path, and what is known of them."""
+"""Input of a search for lines: the latest rows of the path, and what is known of them."""
 
 from typing import NamedTuple
 
@@ -10,15 +10,16 @@ from papilla.estimators.spectrum import longest_strokes, middle, share_of
 
 MAINS_HZ = (50.0, 60.0)
 GRID = 4
-"""Grid points in the shortest wavelength: what lies beyond then folds back weaker than a third, and not into sums."""
+"""Grid points in the shortest wavelength: aliases from beyond are then weaker than a third, and none is a sum of
+lines."""
 FEWEST_WAVES = 4.0
-"""Of the shortest wavelengths that the longest stroke must hold."""
+"""Number of shortest wavelengths that the longest stroke must contain."""
 
 
 class Options(NamedTuple):
     """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
-    scale. latency_s : how late the path is, None to have it estimated. hums_Hz : frequencies below half the rate that a
-    line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
+    scale. latency_s : delay of the path; None means that it is estimated. hums_Hz : frequencies below half the rate
+    that a line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
 
     low: float
     high: float
@@ -30,7 +31,7 @@ class Options(NamedTuple):
 
 
 def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
-    """The options, or `InputError` for what is not usable: a range must span a factor of 1.5 to 100."""
+    """The options, or `InputError` for unusable ones: a range must span a factor of 1.5 to 100."""
     low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
     if not 1.5 * low <= high <= 100 * low:
         raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
@@ -46,8 +47,8 @@ class Task(NamedTuple):
     """rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
     step, size : the grid; late_s : delay of the path behind the readings, and its variance (0: known); before : the
-    wavenumber that was known, 0 for none; proved : the one that many searches agreed on, 0 for none. known_hums_Hz :
-    frequencies of the lines over time that were found of late.
+    known wavenumber, 0 for none; proved : the one on which many searches agreed, 0 for none. known_hums_Hz :
+    frequencies of lines over time that were found recently.
     """
 
     rows: np.ndarray
@@ -62,17 +63,17 @@ class Task(NamedTuple):
     known_hums_Hz: tuple[float, ...]
 
     def highest(self, place: np.ndarray) -> float:
-        """The highest wavenumber of the range that the steps between these places show."""
+        """The highest wavenumber of the range that the distance of these places can show."""
         return min(1 / self.options.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
 
     def grid(self, place: np.ndarray) -> float:
-        """Step of the grid in mm: the path's own where that is longer. Images of a line, which even steps make, then
-        fall on the line itself, and not, folded, beside it as a line of another texture."""
+        """Step of the grid in mm: that of the path if it is longer. Even steps make images of a line; with this grid
+        they fall on the line itself, and not beside it, where they would look like another texture."""
         return max(self.step, middle(np.abs(np.diff(place))))
 
 
 class Window(NamedTuple):
-    """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : where strokes begin;
+    """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : first row of each stroke;
     readings (m, g)."""
 
     time: np.ndarray
@@ -84,7 +85,7 @@ class Window(NamedTuple):
 
 
 def window_of(task: Task, late_s: float) -> Window | None:
-    """The strokes of a task that are long enough; None where there are none.
+    """The strokes of a task that are long enough; None if there are none.
 
     The path is late: at a time t the finger is where the path says at t + late.
     """
@@ -94,7 +95,7 @@ def window_of(task: Task, late_s: float) -> Window | None:
     if late_s:
         at = time + late_s
         known = (at >= time[0]) & (at <= time[-1])
-        # Where the path turned at t + late, the finger did at t.
+        # Where the stated path turned at t + late, the finger turned at t.
         breaks = np.searchsorted(at, time[breaks]) - int(known.argmax())
         rows, place, time = rows[known], np.interp(at[known], time, place), time[known]
     found = longest_strokes(

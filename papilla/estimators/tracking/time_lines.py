@@ -1,7 +1,8 @@
-"""Lines over time (hum, resonances) beside lines over the path: which is which, and readings without the former.
+"""Lines over time (hum, resonances) beside lines over the path: separates them, and removes the former from the
+readings.
 
-A wave of wavenumber k over a path x(t) and one of frequency f over time t are the same where the speed is constant.
-Where it is not, a least-squares fit of both tells their energies apart, stroke by stroke.
+A wave of wavenumber k over a path x(t) and one of frequency f over time t are the same if the speed is constant. If it
+is not, a least-squares fit of both separates their energies, stroke by stroke.
 """
 
 import numpy as np
@@ -11,25 +12,25 @@ from papilla.estimators.spread import Pieces
 
 HARMONICS = 5
 FOREIGN = 0.7
-"""Share of its energy that a line over time may have in common with the surface's harmonics to be taken out."""
+"""Largest share of its energy that a line over time may share with harmonics of the surface if it is to be removed."""
 LOUD = 0.1
-"""Energy of a line over time, beside the surface's, from which it is taken out."""
+"""Energy of a line over time, relative to the surface's, above which it is removed."""
 LEVELLED = 6.0
-"""Half periods of a stroke from which long waves are taken out of it."""
+"""Number of half periods in a stroke from which long waves are removed from it."""
 ALIKE = 0.05
-"""Share of a line's energy that a line over time must be able to explain to be its rival."""
+"""Share of a line's energy that a line over time must be able to explain to compete with it."""
 
 
 def forward(strokes: Strokes) -> np.ndarray:
-    """(m,) place that grows along each stroke, as time does: on the way back a wave turns the other way."""
+    """(m,) place that grows along each stroke like time; on the way back the phase of a wave runs backwards."""
     first, last = strokes.begin[:-1], strokes.begin[1:] - 1
     way = np.where(strokes.place[last] < strokes.place[first], -1.0, 1.0)
     return np.repeat(way, np.diff(strokes.begin)) * strokes.place
 
 
 def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: float = 0.0) -> Pieces[Strokes]:
-    """The strokes without the lines over time (m,), but for those that the harmonics of a wavenumber make; without
-    one, less those alone that are as strong as the strongest."""
+    """The strokes without the lines over time (m,), except those that are harmonics of a wavenumber. Without a
+    wavenumber only lines about as strong as the strongest are removed."""
     if wavenumber == 0:
         most = max((line.amplitude for line in lines), default=0.0)
         lines = [line for line in lines if line.amplitude > 0.5 * most]
@@ -54,7 +55,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
             some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
             amplitude = np.linalg.solve(some, pull[used])
             energy = (np.abs(amplitude) ** 2).sum(axis=1)
-            # What is faint beside the surface's own may be its error, and does no harm.
+            # A line that is faint compared with the surface's own may be an error of it, and does no harm.
             kept = energy[count:] > LOUD * energy[:count].sum()
             foreign, amplitude = foreign[kept], amplitude[count:][kept]
         readings[rows] -= 2 * (own[foreign].T @ amplitude).real
@@ -62,15 +63,15 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
 
 
 def levelled(strokes: Strokes, wavenumber: float) -> Pieces[Strokes]:
-    """A single stroke less the mean over a period about each row, where that is louder than what is left: long waves
-    leak into blocks of few periods, and the mean over one holds no harmonic."""
+    """A single stroke minus the mean over one period about each row, if this mean is louder than the rest. Long waves
+    leak into blocks of few periods; the mean over a period contains none of the harmonics."""
     readings, half = strokes.readings.copy(), 0.5 / wavenumber
     along = np.maximum.accumulate(np.abs(strokes.place - strokes.place[0]))
     if along[-1] < LEVELLED * half or not strokes.seen.all():
         return strokes
     sums = np.zeros_like(readings)
     np.cumsum(0.5 * np.diff(along)[:, None] * (readings[1:] + readings[:-1]), axis=0, out=sums[1:])
-    # Nearer to an end than half a period the mean goes on as it does over the next half.
+    # Nearer to an end than half a period, the mean is continued linearly.
     middle, end = np.clip(along, half, along[-1] - half), along[-1]
     at = np.concatenate([middle, [half, 2 * half, end - 2 * half, end - half]])
     beyond = (along - middle) / half
@@ -87,7 +88,8 @@ def levelled(strokes: Strokes, wavenumber: float) -> Pieces[Strokes]:
 def credits_of(
     line: Line, spectrum: Spectrum, strokes: Strokes, time: np.ndarray, others: list[Line]
 ) -> Pieces[tuple[float, float]]:
-    """Energy over the background that only this line explains, and the most that only one of time's lines does."""
+    """Energy over the background that only this line explains, and the largest energy that only one line over time
+    explains."""
     turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
     atoms = np.exp(2j * np.pi * np.array(turns))
     credit = np.zeros(len(atoms))

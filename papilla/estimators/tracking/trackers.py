@@ -17,18 +17,19 @@ from papilla.estimators.tracking.search_task import checked
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
-"""A velocity or a path of a hand-held finger is right to 3 %, two standard deviations."""
+"""Relative error of the velocity or path of a hand-held finger: one standard deviation, half of 3 %."""
 SPIKE, FADING = 8.0, 100
-"""Times the mean change from sample to sample of a gauge (over so many) by which a single one is a spike."""
+"""A change this many times the mean change between samples of a gauge (over so many samples) is a spike if it is a
+single one."""
 SHARP = 0.1
-"""Standard deviation of a gauge's phase, in cycles, from which it is not compared with the others'."""
+"""Standard deviation of a gauge's phase, in cycles, above which it is not compared with the others."""
 _NO_PATH = TrackingStatus.NO_VELOCITY
 
 
 @dataclass(eq=False)
 class PathMemory:
-    """follower : its memory; samples : taken; place_mm : integral of the velocity_mm_s, of which the last is kept;
-    changes : of each gauge: last reading, mean change from one to the next, how many, and whether a spike is out."""
+    """follower : its memory; samples : taken; place_mm : integral of velocity_mm_s, whose last value is kept; changes :
+    for each gauge: last reading, mean change between samples, their number, and whether a spike was left out."""
 
     follower: Memory
     samples: int = 0
@@ -38,23 +39,25 @@ class PathMemory:
 
 
 class FusedTracker(Stream):
-    """Streaming wavelength of g gauges together; one sample is (g1, ..., gg, velocity_mm_s), evenly in time.
+    """Online estimate of the wavelength from g gauges together; one sample is (g1, ..., gg, velocity_mm_s), evenly in
+    time.
 
     A line is detected in a spectrum over the path, against the background beside it, and refined by the phases of its
     harmonics along the path (`papilla.estimators.tracking.line_search`); gauges add their power, not their readings.
 
     Parameters
     ----------
-    gauge_positions_mm : places (g,) of the gauges along the movement, with which the phases between them give the
-        wavelength too; or their number g, where the places are not known.
+    gauge_positions_mm : places (g,) of the gauges along the movement; with them, the phases between the gauges give the
+        wavelength, too. Or the number g, if the places are not known.
     wavelength_range_mm : (shortest, longest) wavelength that is searched for.
     sample_rate_Hz : of the samples.
-    scale_sigma : relative standard deviation of the velocity's scale; it is in the wavelength's in full.
-    latency_s : how late the velocity is beside the readings; None: it is estimated wherever the speed changes.
-    resonances_Hz : frequencies at which the finger or its mount rings: at a constant speed a line there is not ok.
-    ridge_pitch_mm : of the finger's own ridges, which may feel a harmonic louder than all else; 0 or None
-        where there are none or nobody knows.
-    saturation : |reading| from which a reading is not one.
+    scale_sigma : relative standard deviation of the velocity's scale; the relative error of the wavelength contains all
+    of it.
+    latency_s : delay of the velocity relative to the readings; None means that it is estimated while the speed changes.
+    resonances_Hz : resonance frequencies of the finger or its mount: at a constant speed a line there is not ok.
+    ridge_pitch_mm : of the finger's own ridges, which may amplify a harmonic above the fundamental; 0 for none, None if
+        unknown.
+    saturation : |reading| at and above which a reading is saturated.
 
     Raises `InputError` for unusable values.
     """
@@ -88,17 +91,17 @@ class FusedTracker(Stream):
 
     @property
     def latency_s(self) -> float:
-        """How late the velocity is, as it was stated or found."""
+        """Delay of the velocity, stated or estimated."""
         return self._follower.memory.late_s
 
     @property
     def latency_sigma_s(self) -> float:
-        """Standard deviation of what was found; 10 ms where the speed never changed."""
+        """Standard deviation of the estimated delay; 10 ms if the speed never changed."""
         return math.sqrt(self._follower.memory.late_variance)
 
     @property
     def other_mm(self) -> float:
-        """The other wavelength that the last search left possible, infinite for none."""
+        """The other possible wavelength after the last search; infinite if there is none."""
         other = self._follower.memory.finding.other
         return 1 / other if other else math.inf
 
@@ -125,7 +128,7 @@ class FusedTracker(Stream):
         return self.follow(memory.samples * self._dt, place, velocity, sample[:-1])
 
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]) -> Any:
-        """The estimate after one more sample at this time and place, for whoever keeps both himself."""
+        """The estimate after one more sample at this time and place, for callers that compute both."""
         readings = self._plain(readings)
         status, by_phase = self._follower.advance(time_s, place_mm, readings), UNKNOWN
         self._memory.follower = self._follower.memory
@@ -160,7 +163,7 @@ class FusedTracker(Stream):
 
 @lru_cache(maxsize=16)
 def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
-    """Wavelength and sigma from the phases (cycles) between the gauges, which are new only after a search."""
+    """Wavelength and sigma from the phases (cycles) between the gauges, which change only after a search."""
     rows = [(place, TURN * phase, TURN * sigma) for place, phase, sigma in zip(places, phases, sigmas, strict=True)]
     known = [row for row in rows if row[2] < TURN * SHARP]
     if len(known) < 2:
@@ -170,7 +173,8 @@ def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
 
 
 class SpaceTracker(FusedTracker):
-    """Streaming wavelength of one gauge; one sample is (reading, velocity_mm_s). Parameters as `FusedTracker`."""
+    """Online estimate of the wavelength from one gauge; one sample is (reading, velocity_mm_s). Parameters as
+    `FusedTracker`."""
 
     answer: ClassVar[Any] = WavelengthEstimate
 
@@ -180,7 +184,8 @@ class SpaceTracker(FusedTracker):
 
 
 class LineTracker(FusedTracker):
-    """Streaming wavelength of g channels over a known path; one sample is (g1, ..., gg, position_mm), at any rate.
+    """Online estimate of the wavelength from g channels over a known path; one sample is (g1, ..., gg, position_mm), at
+    any rate.
 
     Without times a line over time cannot be recognised: `FusedTracker` and `Pipeline` have them. Parameters as
     `FusedTracker`.

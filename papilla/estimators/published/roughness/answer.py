@@ -1,4 +1,4 @@
-"""What the published roughness estimators answer, and the sentences of its status."""
+"""Answer of the published roughness estimators, and the sentences of its status."""
 
 import math
 from typing import Any, NamedTuple
@@ -11,12 +11,12 @@ NONE = math.nan
 
 
 class RoughnessStatus(Status):
-    """What became of an answer; `sentence` says it in words."""
+    """Status of an answer; `sentence` says it in words."""
 
     OK = 0, "ok"
     WARMING_UP = 1, "the window is not full yet"
     SILENT = 2, "nothing in the window: no texture, a dead gauge, or slower than the window can see"
-    STANDSTILL = 3, "no movement, so the frequency tells nothing of a wavelength"
+    STANDSTILL = 3, "no movement, so the frequency gives no wavelength"
     NO_VELOCITY = 4, "no finite velocity: frequency only"
     GAP = 5, "samples are missing in the window; the answer, if any, is from the others"
     MISSING = 6, "the reading is missing or not finite"
@@ -31,7 +31,7 @@ OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASE
 class RoughnessEstimate(NamedTuple):
     """frequency_Hz, wavelength_mm (NaN where there is no answer), power and status: the value of a `RoughnessStatus`.
 
-    power is that of the spectral line in squared units of the reading times s; NaN of the estimators that count. Of a
+    power is that of the spectral line in squared units of the reading times s; NaN for the estimators that count. Of a
     block, arrays (n,).
     """
 
@@ -47,9 +47,9 @@ class RoughnessEstimate(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What a method finds in its window: status, and, where that is OK or GAP, what a period is.
+    """Result of a method in its window: status and, if that is OK or GAP, the period.
 
-    frequency in Hz, distance in mm travelled in one period (both NaN where there is none), and power.
+    frequency in Hz, distance in mm travelled in one period (both NaN if there is none), and power.
     """
 
     status: int

@@ -6,15 +6,16 @@ from papilla.estimators.published.roughness.answer import ALIASED, GAP, OK, SILE
 from papilla.estimators.published.roughness.impulses import MovingSum
 
 CEILING = 0.9
-"""Of the most impulses that a window can hold, one every second sample: from there on a count may be an alias."""
+"""Share of the largest number of impulses that a window can contain (one every second sample) above which a count may
+be an alias."""
 
 
 @dataclass(eq=False)
 class ImpulseCount:
-    """Counts impulses over the last `samples` and says f = count / (per_period x duration).
+    """Counts impulses over the last `samples` and computes f = count / (per_period x duration).
 
     The distance of a period is |velocity now| / f, or, `paired`, the distance travelled while counting over the number
-    of periods. fastest_mm_s : speed from which on no answer is given.
+    of periods. fastest_mm_s : speed above which there is no answer.
     """
 
     samples: int
@@ -29,7 +30,7 @@ class ImpulseCount:
         self._impulses, self._speeds = MovingSum(self.samples), MovingSum(self.samples)
 
     def find(self, impulse: float, speed: float) -> Finding:
-        """What the window says after a sample: its impulse (0: none, NaN: it cannot have one), and |velocity|."""
+        """The finding after a sample: its impulse (0: none, NaN: none possible), and |velocity|."""
         self._impulses.push(abs(impulse))
         self._speeds.push(speed)
         count, valid, moving = self._impulses.total, self._impulses.known, self._speeds.known

@@ -4,7 +4,7 @@ The paper says that A = 0.08 s minimises "the formulation of expected estimation
 follows from how the estimate is made. A wavelength w under the velocity v(t) = V sin(2 pi r t) gives the frequency
 f(t) = v(t) / w; counted over the last A it is N / A.
 
-It is of a signed count: periods passed backwards count back, where the impulses of the paper only add up.
+It holds for a signed count: periods passed backwards count negative, whereas the impulses of the paper only add up.
 
 * Counting: A f is cut to a whole number of periods; with a random phase the square of the error has the expectation
   u (1 - u), u the fractional part of A f, on average 1/6: the frequency is off by 1 / (sqrt(6) A).
@@ -32,7 +32,7 @@ def expected_error(period_s, wavelength_mm: float, peak_speed_mm_s: float, touch
     wavelength = checks.positive("wavelength_mm", wavelength_mm)
     speed = checks.positive("peak_speed_mm_s", peak_speed_mm_s)
     turns = checks.positive("touch_Hz", touch_Hz) * _periods(period_s)
-    # numpy's sinc already has the pi.
+    # numpy's sinc already contains the pi.
     delay = np.abs(1 - np.sinc(turns) * np.exp(-1j * np.pi * turns)) ** 2
     return np.sqrt(1 / (6 * _periods(period_s) ** 2) + 0.5 * (speed / wavelength) ** 2 * delay)
 

@@ -1,4 +1,4 @@
-"""Impulses in a reading: where a signal made of it goes over a multiple of its own mean size (2006 and 2007 papers)."""
+"""Impulses in a reading: a signal made of it exceeds a multiple of its own mean size (2006 and 2007 papers)."""
 
 import math
 from abc import abstractmethod
@@ -13,8 +13,8 @@ from papilla.estimators.published.roughness.stream import RoughnessStream
 class MovingSum:
     """`total` of the last `length` values and how many of them are `known`; a NaN is in neither.
 
-    A running sum keeps every rounding error it ever made. Here the sum of the values since the ring began again
-    replaces it whenever the ring is full, so none lives longer than two windows.
+    A running sum accumulates rounding errors. Here, whenever the ring is full, the sum of the values since its
+    beginning replaces it, so no error lasts longer than two windows.
     """
 
     length: int
@@ -44,7 +44,8 @@ class MovingSum:
 
 
 class Threshold(NamedTuple):
-    """Of the mean size of a signal: an impulse where it goes over `factor`, the next only after it was at `release`."""
+    """Multiples of the mean size of a signal: an impulse occurs when it exceeds `factor`, the next only after it was
+    below `release`."""
 
     factor: float
     release: float
@@ -52,7 +53,7 @@ class Threshold(NamedTuple):
 
 @dataclass(eq=False)
 class Trigger:
-    """Fires where a signal goes over a threshold of its mean size in the last `samples`."""
+    """Fires when a signal exceeds a threshold relative to its mean size over the last `samples`."""
 
     samples: int
     threshold: Threshold
@@ -64,33 +65,33 @@ class Trigger:
         self._sizes = MovingSum(self.samples)
 
     def fire(self, value: float) -> float:
-        """1 where the signal goes over the threshold, else 0; NaN where it is missing."""
+        """1 if the signal exceeds the threshold now, else 0; NaN if it is missing."""
         self._sizes.push(abs(value))
         if value != value:
             return NONE
         was, level = self._over, self.threshold.release if self._over else self.threshold.factor
-        # A running sum may be off zero by rounding; a signal that stays at zero is no impulse.
+        # Rounding may leave a running sum slightly off zero; a signal that stays at zero is not an impulse.
         self._over = value * self._sizes.known > level * max(self._sizes.total, 0.0)
         return 1.0 if self._over and not was else 0.0
 
 
 class Corpuscle(Trigger):
-    """A model Meissner corpuscle: fires where x = |d reading / dt| (2006 paper, (1)) goes over its threshold."""
+    """A model Meissner corpuscle: fires when x = |d reading / dt| (2006 paper, (1)) exceeds its threshold."""
 
     PRINTED = Threshold(factor=1.5, release=1.5)
     CORRECTED = Threshold(factor=1.2, release=1.2 * 0.8)
 
     def fire(self, reading: float) -> float:
-        """The impulse of one reading: 1 while it rises, -1 while it falls, 0 none, NaN where there can be none."""
+        """The impulse of one reading: 1 while it rises, -1 while it falls, 0 for none, NaN if there can be none."""
         step, self._last = reading - self._last, reading
         return math.copysign(super().fire(abs(step)), step)
 
 
 @dataclass(eq=False)
 class UpwardCrossings(Trigger):
-    """Fires where the signal behind a first-order high-pass goes over zero (2007 paper).
+    """Fires when the signal behind a first-order high-pass crosses zero upward (2007 paper).
 
-    Missing readings do not change the filter: the signal is assumed to go on from where it stopped.
+    Missing readings do not change the filter: the signal is assumed to continue from its last value.
     """
 
     PRINTED: ClassVar = Threshold(factor=0.0, release=0.0)
@@ -106,7 +107,7 @@ class UpwardCrossings(Trigger):
         self._gain, self._keep = 1 / (1 + tangent), (1 - tangent) / (1 + tangent)
 
     def fire(self, reading: float) -> float:
-        """The impulse of one reading, 1 or 0, NaN where it is missing."""
+        """The impulse of one reading: 1 or 0, NaN if it is missing."""
         if reading != reading:
             return super().fire(NONE)
         step, self._last = 0.0 if self._last != self._last else reading - self._last, reading
@@ -115,7 +116,7 @@ class UpwardCrossings(Trigger):
 
 
 class ImpulseMethod(NamedTuple):
-    """window_s : of the mean size, and in which impulses count. threshold : of the impulses.
+    """window_s : window of the mean size and of the count. threshold : of the impulses.
 
     paired : the wavelength is the distance travelled between the impulses, or while they were counted, not |v(t)| / f.
     """
@@ -130,7 +131,8 @@ class ImpulseStream(RoughnessStream):
 
     @abstractmethod
     def _begin(self) -> tuple[Trigger, Any]:
-        """What makes impulses, new, and what reads them: its `find` takes an impulse and |velocity| in mm/s."""
+        """Makes the objects of a new state: one makes impulses, the other one reads them (its `find` takes an impulse
+        and |velocity| in mm/s)."""
 
     def _find(self, method: tuple[Trigger, Any], reading: float, speed: float) -> Finding:
         source, reader = method

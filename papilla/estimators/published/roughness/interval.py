@@ -36,10 +36,10 @@ class ImpulseInterval(ImpulseStream):
 
 @dataclass(eq=False)
 class LastInterval:
-    """The interval between the last two impulses of any edge, or of the `same_edge`, not older than `samples`.
+    """The interval between the last two impulses of any edge, or of the `same_edge`, if it is not older than `samples`.
 
-    _since : samples and distance in mm since the last impulse of each edge (1 rising, -1 falling), while it is not
-    older than that; _interval : the same from the last impulse to the one before, 0 samples where there is none.
+    _since : samples and distance in mm since the last impulse of each edge (1 rising, -1 falling), if it is not older
+    than that; _interval : the same between the last two impulses, 0 samples if there is none.
     """
 
     samples: int
@@ -50,9 +50,9 @@ class LastInterval:
     _interval: tuple[int, float] = field(default=(0, NONE), init=False)
 
     def find(self, impulse: float, speed: float) -> Finding:
-        """What the last interval says after a sample: its impulse (1 rising, -1 falling, 0 none), and |velocity|."""
+        """The finding after a sample: its impulse (1 rising, -1 falling, 0 none), and |velocity|."""
         moved = speed / self.rate_Hz
-        # What is longer ago than a window is forgotten, so nothing grows with the stream.
+        # Impulses older than a window are forgotten, so the state does not grow with the stream.
         self._since = {edge: (age + 1, path + moved) for edge, (age, path) in self._since.items() if age < self.samples}
         if not self._since:
             self._interval = (0, NONE)

@@ -37,7 +37,7 @@ class Okamoto(ShortTimeSpectrum):
 class AmplitudeFit:
     """Amplitude as a quartic of the wavelength, the form of g_A, equation (8) of Okamoto et al. 2011.
 
-    There it is the power of the line in V^2 s over 0.8-2.0 mm, with R^2 = 0.94, at any speed of the finger.
+    In the paper it is the power of the line in V^2 s over 0.8-2.0 mm, with R^2 = 0.94, at any speed of the finger.
 
     coefficients : (5,) of wavelength^4 ... 1. r_squared : of the fit. wavelength_mm : where it holds, low and high.
     freedom : points minus coefficients; at 0 r_squared is 1 whatever was measured.

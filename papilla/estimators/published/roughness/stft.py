@@ -15,14 +15,15 @@ from papilla.estimators.published.roughness.stream import RoughnessStream
 from papilla.estimators.published.window import Window
 
 BY_MATRIX = 2**18
-"""Size of a matrix that levels, tapers and transforms a window in one product, up to which it is quicker than FFT."""
+"""Largest size of a matrix that levels, tapers and transforms a window in one product; above it an FFT is faster."""
 
 
 class Method(NamedTuple):
-    """window_s, hop_s : of the paper, 0 for one sample; taper : of so many; padding : windows in a transform.
+    """window_s, hop_s : of the paper, 0 for one sample; taper : function of the number of samples; padding : length of
+    the transform in windows.
 
-    corrected : mean and trend are removed; only lines of the wavelength range count; the peak is interpolated
-    (within 1e-3 of a line at a padding of 4); the wavelength is by the mean |v| under the taper, not by |v(t)|.
+    corrected : mean and trend are removed; only lines of the wavelength range count; the peak is interpolated (within
+    1e-3 of a line at a padding of 4); the wavelength uses the mean |v| under the taper, not |v(t)|.
     """
 
     window_s: float
@@ -82,7 +83,7 @@ class ShortTimeSpectrum(RoughnessStream):
         if not 1 <= self._hop <= count:
             raise InputError(f"hop_s must be between one sample and window_s, got {hop_s:g} s")
         self._settings += f", every {self._hop} samples"
-        # A spectrum answers with the sample that makes its window full, not with the one after.
+        # A spectrum is available with the sample that fills its window, not with the next one.
         self._full = count - 1
         self._taper = method.taper(count)
         energy = float(self._taper @ self._taper)
@@ -107,7 +108,7 @@ class ShortTimeSpectrum(RoughnessStream):
         return Finding(status, frequency, (mean_speed if self._method.corrected else speed) / frequency, power)
 
     def _spectrum(self, window: Window) -> Finding:
-        """The strongest line of a window, with the mean speed in the place of the distance."""
+        """The strongest line of a window, with the mean speed in place of the distance."""
         if window.torn:
             return Finding(GAP)
         if window.dead:
@@ -124,14 +125,14 @@ class ShortTimeSpectrum(RoughnessStream):
         if best == self._lines - 1:
             return Finding(ALIASED)
         if self._method.corrected and not low < best < high - 1:
-            # The highest line is the edge of the gate: the flank of something outside the wavelength range.
+            # The highest line is at the edge of the gate: the flank of a line outside the wavelength range.
             return Finding(SILENT)
         around = power[best - low : best - low + 3].tolist()
         place = best + vertex(around) if self._method.corrected else best
         return Finding(GAP if window.gaps else OK, place * self._line_Hz, speed, around[1] * self._to_density)
 
     def _powers(self, window: np.ndarray, first: int, last: int) -> np.ndarray:
-        """Squared magnitudes of lines first ... last - 1, where there are any, of a window (n,)."""
+        """Squared magnitudes of the lines first ... last - 1 of a window (n,), as far as they exist."""
         if self._matrix is None:
             return np.abs(self._transformed(window)[first:last]) ** 2
         parts = self._matrix[2 * first : 2 * last] @ window
@@ -139,13 +140,13 @@ class ShortTimeSpectrum(RoughnessStream):
         return parts[::2] + parts[1::2]
 
     def _transformed(self, windows: np.ndarray) -> np.ndarray:
-        """Spectra (..., lines) of windows (..., n): levelled, tapered, zeros behind."""
+        """Spectra (..., lines) of windows (..., n): levelled, tapered, padded with zeros."""
         if self._method.corrected:
             windows = windows - windows @ self._trend.T @ self._trend
         return np.fft.rfft(windows * self._taper, self._length)
 
     def _gate(self, speed: float) -> tuple[int, int]:
-        """First and one past the last line that may be the peak; without a velocity, all above 0 Hz."""
+        """First line, and one past the last line, that may be the peak; without a velocity, all above 0 Hz."""
         if not self._method.corrected or not speed < math.inf:
             return 1, self._lines
         # One line more at each end, so that a peak inside the range has both neighbours.

@@ -1,7 +1,8 @@
-"""The engine of the published roughness estimators: time, faults, warming up, state, and the last step to a wavelength.
+"""Common part of the published roughness estimators: time, faults, warming up, state, and the last step to a
+wavelength.
 
-A method only says what it finds in its window (`_find`: a frequency and the distance travelled in one period); what a
-sample is, and what becomes of the finding, is said here once for all of them.
+A method only evaluates its window (`_find`: a frequency and the distance travelled in one period); this module handles
+the samples and turns the finding into an answer, for all methods.
 """
 
 import math
@@ -20,10 +21,10 @@ DEFAULT_RANGE_MM = (0.4, 6.0)
 
 @dataclass(eq=False)
 class RoughnessMemory:
-    """settings : of the estimator that this is of, in words; method : what its method remembers.
+    """settings : of the estimator, in words; method : state of its method.
 
-    seen : samples so far, until the window is full; time_s : of the last sample, NaN before the first or where samples
-    carry no time.
+    seen : samples so far, until the window is full; time_s : of the last sample, NaN before the first or if samples
+    have no time.
     """
 
     settings: str
@@ -35,23 +36,24 @@ class RoughnessMemory:
 class RoughnessStream(Stream):
     """Base of the published estimators; one sample is (reading, velocity_mm_s) or (reading, velocity_mm_s, t_s).
 
-    reading is of one gauge, in any unit; velocity_mm_s is that of the finger over the surface, NaN where unknown. With
-    t_s a sample not later than half a period after the last is a duplicate and is left out, and one later than one and
-    a half periods makes the missing ones in between known; without it every sample is one period after the last.
+    reading is of one gauge, in any unit; velocity_mm_s is that of the finger over the surface, NaN if unknown. With
+    t_s, a sample less than half a period after the last is a duplicate and is left out, and one more than one and a
+    half periods after it shows that samples are missing in between. Without t_s every sample counts as one period after
+    the last.
 
     Parameters
     ----------
     variant : "as_printed" or "corrected".
     window_s : length of the window; None is that of the variant.
     sample_rate_Hz, saturation : of the readings; |reading| >= saturation is not used.
-    wavelength_range_mm : its low end says from which speed on the sampling rate is too low for a corrected variant to
-        answer; what is printed knows no such limit.
+    wavelength_range_mm : its low end gives the speed above which the sampling rate is too low for a corrected variant
+        to answer; the printed variants have no such limit.
 
     Raises `InputError` for unusable values.
     """
 
     VARIANTS: ClassVar[Mapping[str, Any]]
-    """What is different between "as_printed" and "corrected"; each has a window_s."""
+    """Parameters that differ between "as_printed" and "corrected"; each variant has a window_s."""
     columns = ("reading", "velocity_mm_s", "t_s")
     optional = 1
     answer = RoughnessEstimate
@@ -80,7 +82,7 @@ class RoughnessStream(Stream):
         self._saturation = float(saturation)
         # Faster than this, the shortest wavelength would be sampled less than twice a period; no paper prints a limit.
         self._fastest = math.inf if variant == "as_printed" else 0.5 * self.sample_rate_Hz * self._low
-        # So many samples are answered by "warming up".
+        # Number of samples that get the status "warming up".
         self._full = self.window_samples
         self._settings = (
             f"{type(self).__name__}, {variant}, {self._low:g} to {self._high:g} mm, "
@@ -90,15 +92,15 @@ class RoughnessStream(Stream):
         self.reset()
 
     def _prepare(self) -> None:
-        """Constants of the method; what it adds to the parameters is added to `_settings`."""
+        """Compute the constants of the method; parameters that it adds are added to `_settings`."""
 
     @abstractmethod
     def _begin(self) -> Any:
-        """What a method remembers that has seen nothing."""
+        """State of a method before the first sample."""
 
     @abstractmethod
     def _find(self, method: Any, reading: float, speed: float) -> Finding:
-        """What is found with one more sample: the reading (NaN: none) and |velocity|; method : what it remembers."""
+        """The finding with one more sample: the reading (NaN: none) and |velocity|; method : state of the method."""
 
     def _fresh(self) -> RoughnessMemory:
         return RoughnessMemory(self._settings, self._begin())
@@ -137,12 +139,12 @@ class RoughnessStream(Stream):
         return RoughnessEstimate(frequency, distance, power, status)
 
     def _missing_before(self, time: float) -> int:
-        """How many samples are missing before the one at this time, -1 for a duplicate; the clock goes on."""
+        """Number of missing samples before the one at this time, -1 for a duplicate; the clock advances."""
         if time != time:
             time = self._memory.time_s + 1 / self.sample_rate_Hz
         steps = (time - self._memory.time_s) * self.sample_rate_Hz
         if steps < 0.5:
             return -1
         self._memory.time_s = time
-        # A gap of more than two windows leaves nothing of what was before.
+        # A gap of more than two windows leaves nothing of the earlier samples.
         return min(round(min(steps, 1e9)) - 1, 2 * self.window_samples) if steps >= 1.5 else 0

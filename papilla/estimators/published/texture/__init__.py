@@ -1,4 +1,5 @@
-"""Telling fabrics apart, and their roughness from vibration: bands, concordance, outliers, nearest neighbours."""
+"""Discriminates fabrics, and estimates their roughness from vibration: bands, concordance, outliers, nearest
+neighbours."""
 
 from papilla._lazy import attach as _attach
 

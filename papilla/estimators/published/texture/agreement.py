@@ -28,9 +28,9 @@ def concordance(first, second, level: float = 0.95) -> Concordance:
 
     Interval by Fisher's transformation (Lin 1989, Biometrics 45:255, doi 10.2307/2532051, with the variance as
     corrected in Biometrics 56:324, 2000). It is asymptotic and holds for many pairs: of the four fabrics of the textile
-    paper its formula still makes 0.985 an interval of 0.78 to 1.00 at best; for fewer than ten pairs read it as a
-    lower bound of the doubt. Raises `InputError` for unequal or short columns, values that are not finite, and
-    columns that do not change.
+    paper its formula gives, at best, an interval of 0.78 to 1.00 for 0.985; for fewer than ten pairs the true interval
+    is wider. Raises `InputError` for unequal or short columns, values that are not finite, and columns that do not
+    change.
     """
     from scipy.stats import norm
 
@@ -50,7 +50,7 @@ def concordance(first, second, level: float = 0.95) -> Concordance:
     c = r * bias
     if 1 - abs(c) < 1e-12:
         return Concordance(c, c, c, r, bias, x.size)
-    # The variance of arctanh(c), multiplied out so that it also holds at r = 0, where c / r is the bias.
+    # The variance of arctanh(c), in a form that also holds at r = 0, where c / r is the bias.
     u2 = shift**2 / (sx * sy)
     room = 1 - c**2
     variance = (

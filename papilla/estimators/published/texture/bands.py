@@ -15,7 +15,8 @@ from papilla.errors import InputError
 from papilla.estimators.published.texture.agreement import Concordance, concordance
 
 STEPS_HZ = (range(1, 11), *2 * (range(1, 21),), *3 * (range(5, 51, 5),), *3 * (range(10, 101, 10),))
-"""Widths in Hz that bands 1 to 9 may have; table 2 of the paper searches these nine, the tenth is what is left."""
+"""Widths in Hz that bands 1 to 9 may have; table 2 of the paper searches these nine, the tenth band is the
+remainder."""
 HIGHEST_HZ = 500.0
 
 
@@ -24,7 +25,7 @@ class Band:
     """low_Hz, high_Hz; number : of the band in its cut of the axis, from 1; amplitude : mean over the signals.
 
     corner : the start is the lowest and the width the greatest that the grid has for this number, so a wider or lower
-    band might have won: the grid decided, not the signal. `sentence` says it.
+    band might have been better: the grid decided, not the signal. `sentence` states this.
     """
 
     low_Hz: float
@@ -50,14 +51,14 @@ class Band:
 @dataclass(frozen=True)
 class BandMatch(Band):
     """A band, and the agreement of its amplitude with the scores, both over their greatest. The interval of `agreement`
-    knows nothing of the search: the best of many bands agrees with anything (see `matching_band`)."""
+    does not account for the search: the best of many bands agrees with anything (see `matching_band`)."""
 
     agreement: Concordance
 
 
 def integral(lines: np.ndarray, edges) -> np.ndarray:
     """Integral (b, ...) of lines (n, ...), each a rectangle of width 1 around its number, between edges (b + 1,)."""
-    # The first, at 0, has half of its width.
+    # The first line, at 0 Hz, has half of its width.
     borders = np.append(0.0, np.arange(len(lines)) + 0.5)
     widths = np.diff(borders).reshape(-1, *[1] * (lines.ndim - 1))
     sums = np.concatenate([np.zeros((1, *lines.shape[1:])), np.cumsum(lines * widths, axis=0)])
@@ -126,7 +127,7 @@ def random_bands(draws: int, seed: int) -> list[tuple[int, int, int]]:
 def best_band(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]]) -> Band:
     """The band with the greatest amplitude, averaged over the signals of samples (n,) or (n, signals).
 
-    Raises `InputError` where there is no band, and for a sampling rate below 1000 Hz, which cannot show 0-500 Hz.
+    Raises `InputError` if there is no band, or for a sampling rate below 1000 Hz, which cannot show 0-500 Hz.
     """
     amplitude = _amplitudes(samples, sample_rate_Hz, bands).mean(axis=1)
     best = int(amplitude.argmax())
@@ -138,7 +139,7 @@ def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int,
     """The band whose amplitude over fabrics has the greatest concordance with scores (fabrics,) > 0.
 
     samples (n, fabrics), one record a fabric; bands as `printed_bands` (exhaustive) or `random_bands` gives them.
-    Amplitudes and scores are divided by their greatest; the textile paper says that it normalises, not how.
+    Amplitudes and scores are divided by their greatest; the textile paper normalises, but does not say how.
 
     What a match proves: with the four fabrics of the paper, spectra that differ at random by 20 % a band of 20 Hz and
     scores drawn without any relation to them, the best of the 11,770 bands of the exhaustive search still reached a

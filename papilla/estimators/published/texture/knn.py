@@ -21,19 +21,19 @@ def leave_m_out(features, labels, left_out: int, *, seed: int, splits: int = 100
     """Accuracy over random splits with `left_out` of the runs as test and the same number of each label in training.
 
     features (n, d), labels (n,). As printed (2011 Oddo): 24 runs of three gratings, M = 3, 6, ... 21, 10,000 splits,
-    features f_MP of two channel pairs, not scaled. The number of neighbours is not stated; more than one leaves
-    nothing to vote about in the worst case of one training run a label.
+    features f_MP of two channel pairs, not scaled. The number of neighbours is not stated; more than one is not
+    possible in the worst case of one training run per label.
 
-    What it measures is how well runs repeat, the speed included: f_MP = v / period, so a spread of 1, 2, 3, 5 % of the
-    speed between runs caps three gratings 10 % apart, one training run each, at about 100, 94, 82, 66 %.
-    Raises `InputError` for shapes that do not fit or splits that cannot be even.
+    It measures how well runs repeat, including their speed: f_MP = v / period, so a spread of 1, 2, 3, 5 % of the speed
+    between runs caps three gratings 10 % apart, one training run each, at about 100, 94, 82, 66 %. Raises `InputError`
+    for shapes that do not fit or splits that cannot be even.
     """
     table = np.asarray(features, float)
     names, codes = np.unique(np.asarray(labels), return_inverse=True)
     if table.ndim != 2 or len(table) != len(codes) or not np.isfinite(table).all():
         raise InputError(f"features (n, d) must be finite and fit {len(codes)} labels, got {table.shape}")
     if len(names) < 2:
-        raise InputError("there must be two different labels at least to be told apart")
+        raise InputError("there must be at least two different labels")
     counts = np.bincount(codes)
     each, rest = divmod(len(codes) - left_out, len(names))
     if rest or each < 1 or each >= counts.min():

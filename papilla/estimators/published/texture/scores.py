@@ -43,8 +43,8 @@ def grubbs_outliers(values, level: float = 0.05) -> np.ndarray:
 def normalised_scores(scores) -> np.ndarray:
     """Magnitude estimates (assessors, items) > 0 without each assessor's own scale.
 
-    Each row is divided by its geometric mean and multiplied by that of all, the usual way for magnitude estimates; the
-    textile paper says that it normalises, not how. Raises `InputError` for what is not a table of positive numbers.
+    Each row is divided by its geometric mean and multiplied by that of all, as usual for magnitude estimates; the
+    textile paper normalises, but does not say how. Raises `InputError` for what is not a table of positive numbers.
     """
     table = np.asarray(scores, float)
     if table.ndim != 2 or table.size == 0 or not (np.isfinite(table).all() and (table > 0).all()):

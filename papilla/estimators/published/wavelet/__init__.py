@@ -1,4 +1,5 @@
-"""Morlet wavelets of one channel and of pairs: frequency, time and phase of what two channels share (2011 Oddo)."""
+"""Morlet wavelets of one channel and of pairs: frequency, time and phase of the common signal of two channels (2011
+Oddo)."""
 
 from papilla._lazy import attach as _attach
 

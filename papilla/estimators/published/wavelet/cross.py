@@ -32,9 +32,9 @@ class Window:
 class Ridge:
     """f_MP (n,) in Hz: frequency of greatest cross power at each sample; magnitude (n,) there.
 
-    phase (n,) : of the first channel before the second there, in -pi ... pi. significant (n,) : the magnitude is over
-    the level of red noise; travels (n,) : and what is common to both channels does not explain it; inside (n,) : the
-    ends of the record do not reach it. strongest : sample of t_MP.
+    phase (n,) : of the first channel before the second there, in -pi ... pi. significant (n,) : the magnitude exceeds
+    the level of red noise; travels (n,) : and a cause common to both channels does not explain it; inside (n,) : far
+    enough from the ends of the record. strongest : sample of t_MP.
     """
 
     frequency_Hz: np.ndarray
@@ -56,7 +56,7 @@ class Ridge:
         )
 
     def around_strongest(self) -> Window:
-        """Statistics of f_MP over the 20 samples around t_MP; raises `InputError` where they leave the record."""
+        """Statistics of f_MP over the 20 samples around t_MP; raises `InputError` if they leave the record."""
         return self.window(self.strongest - BEFORE, self.strongest + AFTER)
 
 
@@ -64,8 +64,9 @@ class Ridge:
 class CrossWavelet:
     """Product (m, n) of the first channel's transform and the conjugate of the second's, at frequency_Hz (m,).
 
-    level (m,) : magnitude that independent red noises of the two channels exceed with 5 %; common_level (m,) : squared
-    imaginary part over the magnitude that what reaches both at once exceeds with 5 %; inside (m, n) : see `Ridge`.
+    level (m,) : magnitude that independent red noises of the two channels exceed with a probability of 5 %;
+    common_level (m,) : squared imaginary part over magnitude that a cause common to both channels exceeds with 5 %;
+    inside (m, n) : see `Ridge`.
     """
 
     frequency_Hz: np.ndarray
@@ -76,14 +77,16 @@ class CrossWavelet:
 
     @property
     def significant(self) -> np.ndarray:
-        """(m, n) whether the magnitude is over the level: its edge is the contour of the paper's figures."""
+        """(m, n) whether the magnitude exceeds the level; the edge of this region is the contour in the paper's
+        figures."""
         return np.abs(self.product) > self.level[:, None]
 
     @property
     def travels(self) -> np.ndarray:
-        """(m, n) significant, with a phase that nothing common to both channels (hum, a jolt) has.
+        """(m, n) significant, with a phase that no common cause (hum, a jolt) has.
 
-        A texture whose phase is near 0 or pi, a whole number of half periods between the channels, is mistaken for it.
+        A texture whose phase is near 0 or pi (a whole number of half periods between the channels) cannot be
+        distinguished from a common cause.
         """
         return self.significant & (self.product.imag**2 > self.common_level[:, None] * np.abs(self.product))
 
@@ -109,7 +112,7 @@ def cross_wavelet(first, second, sample_rate_Hz: float, frequency_Hz) -> CrossWa
     """Cross-wavelet of two channels (n,) of one record at frequencies (m,) in Hz.
 
     Its angle is the phase by which the first channel is ahead. Raises `InputError` for channels of unequal length and
-    for what `morlet` refuses.
+    as `morlet` does.
     """
     ones, twos = np.asarray(first, float), np.asarray(second, float)
     if ones.shape != twos.shape:

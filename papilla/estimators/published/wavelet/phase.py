@@ -6,12 +6,12 @@ from papilla import checks
 
 
 def periods_of_phase(phase, distance_mm: float, period_range_mm: tuple[float, float]) -> np.ndarray:
-    """All spatial periods in mm, longest first, that a phase in radians between elements a distance apart may mean.
+    """All spatial periods in mm, longest first, that agree with a phase (rad) between elements at a distance.
 
-    Phase = 2 pi distance / period (4), seen only up to whole turns: period = distance / (phase / 2 pi + n). It is one
+    Phase = 2 pi distance / period (4), known only up to whole turns: period = distance / (phase / 2 pi + n). It is one
     answer only for periods over twice the distance (or over the distance, when the direction of sliding is known and
-    the phase is given between 0 and 2 pi); below that every period of the range that fits is listed.
-    Raises `InputError` for a range that does not rise or a distance that is not positive.
+    the phase is given between 0 and 2 pi); below that every period of the range that fits is listed. Raises
+    `InputError` for a range that does not rise or a distance that is not positive.
     """
     distance = checks.positive("distance_mm", distance_mm)
     low, high = checks.rising("period_range_mm", period_range_mm)
@@ -22,5 +22,5 @@ def periods_of_phase(phase, distance_mm: float, period_range_mm: tuple[float, fl
 
 
 def lag_of_phase(phase, period_mm: float) -> float:
-    """Distance in mm along the movement that a phase in radians means on a surface of this period (4)."""
+    """Distance in mm along the movement that corresponds to a phase in radians on a surface of this period (4)."""
     return checks.finite("phase", phase) / (2 * np.pi) * checks.positive("period_mm", period_mm)

@@ -1,4 +1,4 @@
-"""Which wavelet power red noise does not explain (Torrence and Compo 1998, equations (16) and (31))."""
+"""Wavelet power that red noise does not explain (Torrence and Compo 1998, equations (16) and (31))."""
 
 import math
 from functools import lru_cache
@@ -10,7 +10,7 @@ from papilla import checks
 from papilla.errors import InputError
 
 ROUNDING = 1e-24
-"""Share of the power in which two channels that are the same differ."""
+"""Share of the power by which two equal channels may differ."""
 
 
 class RedNoise(NamedTuple):
@@ -21,7 +21,7 @@ class RedNoise(NamedTuple):
 
     @classmethod
     def of(cls, samples) -> "RedNoise":
-        """That of the variance and correlation of samples (n,); raises `InputError` where they never change."""
+        """The noise with the variance and correlation of samples (n,); raises `InputError` if they never change."""
         values = np.asarray(samples, float)
         values = values - values.mean()
         energy = float(values @ values)
@@ -37,7 +37,7 @@ class RedNoise(NamedTuple):
 
 @lru_cache
 def cross_quantile(level: float = 0.05) -> float:
-    """Z that the product of two chi variables of 2 degrees of freedom exceeds with this chance: 3.999 at 0.05.
+    """Z that the product of two chi variables with 2 degrees of freedom exceeds with this probability: 3.999 at 0.05.
 
     The chance is Z K1(Z), K1 a modified Bessel function. Raises `InputError` for a level outside 1e-12 ... 0.5.
     """
@@ -59,20 +59,19 @@ def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: f
 
 @lru_cache
 def _normal_quantile_squared(level: float) -> float:
-    """What the square of a standard normal variable exceeds with this chance: 3.841 at 0.05."""
+    """Value that the square of a standard normal variable exceeds with this probability: 3.841 at 0.05."""
     from scipy.special import ndtri
 
     return float(ndtri(0.5 * checks.within("level", level, 1e-12, 0.5)) ** 2)
 
 
 def common_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: float = 0.05) -> np.ndarray:
-    """Im(C)^2 / |C| (m,) of a cross-wavelet C that what reaches both channels at once exceeds with this chance.
+    """Im(C)^2 / |C| (m,) of a cross-wavelet C that a cause common to both channels exceeds with this probability.
 
-    Hum, or a jolt of the whole finger, is the same in both but for a real gain: it adds to Re C alone (Nolte et al.
-    2004, doi:10.1016/j.clinph.2004.04.029), and Im C is made of what differs. Of A = W1 / sd1 and B = +-W2 / sd2,
-    Im(A B*) = Im((A - B) B*) is normal with variance |B|^2 V / 2, V the red noise of the channels' difference.
-
-    Raises `InputError` for a channel that does not change.
+    Hum, or a jolt of the whole finger, is the same in both channels except for a real gain, so it adds to Re C alone
+    (Nolte et al. 2004, doi:10.1016/j.clinph.2004.04.029), and Im C comes from the difference of the channels. With A =
+    W1 / sd1 and B = +-W2 / sd2, Im(A B*) = Im((A - B) B*) is normal with variance |B|^2 V / 2, where V is the red noise
+    of the channels' difference. Raises `InputError` for a channel that does not change.
     """
     ones, twos = (own - own.mean() for own in (np.asarray(first, float), np.asarray(second, float)))
     energies = float(ones @ ones), float(twos @ twos)

@@ -20,8 +20,8 @@ FOURIER = (OMEGA0 + np.sqrt(2 + OMEGA0**2)) / (4 * np.pi)
 class Wavelet:
     """frequency_Hz (m,); coefficients (m, n) complex, |.|^2 = 1 on average for white noise of variance 1.
 
-    sample_rate_Hz; edge_s (m,) : so close to either end of the record what lies beyond is felt (e-folding time,
-    sqrt(2) scale).
+    sample_rate_Hz; edge_s (m,) : distance from the ends of the record within which they affect the coefficients
+    (e-folding time, sqrt(2) scale).
     """
 
     frequency_Hz: np.ndarray
@@ -43,7 +43,7 @@ class Wavelet:
 
 
 def octaves(low_Hz: float, high_Hz: float, per_octave: int = 100) -> np.ndarray:
-    """Frequencies (m,) from low to high, evenly spaced in their logarithm; 100 an octave as in the 2011 paper.
+    """Frequencies (m,) from low to high, evenly spaced in their logarithm; 100 per octave as in the 2011 paper.
 
     Raises `InputError` for frequencies that do not rise or are not positive.
     """
@@ -57,10 +57,10 @@ def octaves(low_Hz: float, high_Hz: float, per_octave: int = 100) -> np.ndarray:
 
 
 def morlet(samples, sample_rate_Hz: float, frequency_Hz) -> Wavelet:
-    """Transform of samples (n,) at frequencies (m,) in Hz; the mean is removed and zeros are put behind the record.
+    """Transform of samples (n,) at frequencies (m,) in Hz; the mean is removed and the record is padded with zeros.
 
     Raises `InputError` for samples that are not finite or fewer than 8, and for frequencies at or above half the
-    sampling rate (aliases) or below one period a record.
+    sampling rate (aliases) or below one period per record.
     """
     rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
     values = np.asarray(samples, float)
@@ -74,14 +74,14 @@ def morlet(samples, sample_rate_Hz: float, frequency_Hz) -> Wavelet:
             f"the sampling rate), got {frequency.min():.4g} to {frequency.max():.4g}"
         )
     scale = FOURIER / frequency
-    # Zeros as long as the longest wavelet keep the end of the record from reaching its beginning.
+    # Zeros as long as the longest wavelet keep the end of the record from affecting its beginning.
     reach = int(np.ceil(6 * scale.max() * rate))
     length = 1 << int(np.ceil(np.log2(values.size + reach)))
     omega = 2 * np.pi * rate * np.arange(length // 2 + 1) / length
     spectrum = np.fft.rfft(values - values.mean(), length)
     daughters = np.sqrt(2 * np.pi * scale * rate)[:, None] * np.pi**-0.25
     daughters = daughters * np.exp(-0.5 * (scale[:, None] * omega - OMEGA0) ** 2)
-    # The wavelet is analytic: only positive frequencies, the negative half of the transform stays zero.
+    # The wavelet is analytic: it has only positive frequencies, so the negative half of the transform stays zero.
     whole = np.zeros((frequency.size, length), complex)
     whole[:, : omega.size] = spectrum * daughters
     whole[:, 0] = 0.0

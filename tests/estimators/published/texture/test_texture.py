@@ -287,7 +287,7 @@ def test_splits_that_cannot_be_are_refused():
         leave_m_out(features, labels, 0, seed=0)
     with pytest.raises(InputError, match="3 neighbours need as many"):
         leave_m_out(features, labels, 21, seed=0, neighbours=3)
-    with pytest.raises(InputError, match="two different labels"):
+    with pytest.raises(InputError, match="at least two different labels"):
         leave_m_out(features, np.zeros(24), 3, seed=0)
     with pytest.raises(InputError, match="must be finite and fit 24 labels"):
         leave_m_out(features[:-1], labels, 3, seed=0)

@@ -106,7 +106,7 @@ def test_faults_are_statuses():
     assert answer.status[-1] == RidgeStatus.OK
     assert (make().process(still).status[200:] == RidgeStatus.SILENT).all()
     assert make().update(rows[0]).status == RidgeStatus.WARMING_UP
-    assert make().update(rows[0]).sentence == "the wavelets reach beyond the first sample"
+    assert make().update(rows[0]).sentence == "the wavelets extend beyond the first sample"
 
 
 def test_by_default_it_hears_a_kilohertz_from_10_to_100_hz():
