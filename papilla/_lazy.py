@@ -1,4 +1,4 @@
-"""Packages whose names are imported on first use; the names stand once, in the package's `__init__.pyi`.
+"""Packages whose names are imported on first use; the names are listed once, in the package's `__init__.pyi`.
 
 Type checkers and editors read that stub, so a misspelt name is an error there too.
 """

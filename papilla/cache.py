@@ -35,7 +35,8 @@ from papilla.files import check_writable, reason, replacing
 ENVIRONMENT = "PAPILLA_CACHE"
 
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
-"""Times for which another process may hold an entry: then this one says that it waits, and then computes it itself."""
+"""Number of times that this process waits for an entry that another one holds; it says that it waits, and then computes
+the entry itself."""
 
 PACKAGES = {
     "numpy": "numpy",

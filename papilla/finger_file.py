@@ -39,7 +39,7 @@ FORMS = {
 
 
 def _of_known_kind(shape: Any) -> Any:
-    """A shape's table; raises `InputError` for what is no table and for a kind that there is not."""
+    """A shape's table; raises `InputError` if it is not a table, or of an unknown kind."""
     if not isinstance(shape, dict):
         raise InputError(f"must be a table [shape], got {reprlib.repr(shape)}")
     if "kind" not in shape:
@@ -50,11 +50,11 @@ def _of_known_kind(shape: Any) -> Any:
 
 
 def _right_form(design: dict[str, Any], place: tuple[int | str, ...], type_: str) -> str:
-    """What follows a problem of a shape that is not written as one: the right form of the kind that was meant."""
+    """The end of a message about a shape in the wrong form: the right form of the kind that was probably meant."""
     first = str(place[0]) if place else ""
     if first != "shape" and first not in FORMS and not first.endswith("_file"):
         return ""
-    if type_ == "value_error" and len(place) > 1:  # The form is right, a measure is not
+    if type_ == "value_error" and len(place) > 1:  # The form is right; a length is wrong
         return ""
     written = repr(design.get("shape", [*design])).lower()
     files = re.search(r"surf|file|stl|ply|vtp", written)
@@ -125,7 +125,7 @@ def read_design(makes: type[Design], path: Path) -> Design:
         problem = first_of(error)
         form = _right_form(design, problem["loc"], problem["type"])
         words = in_words(problem, _TAGS)
-        # The form says it all
+        # The form alone explains the error
         raise FileFormatError(f"{path}: {words.split('; did you')[0] if form else words}{form}") from error
     return finger
 
@@ -165,7 +165,7 @@ def write_design(finger: Any, path: Path) -> None:
 
 
 def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
-    """A layer as the file has it; None for no layer."""
+    """A layer as a table of the file; None for no layer."""
     if layer is None:
         return None
     found: dict[str, Any] = {"modulus_MPa": layer.modulus, "nu": layer.nu}
@@ -189,5 +189,5 @@ def _toml(value: Any) -> str:
         return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
     if value == math.inf:
         return "inf"
-    # What JSON writes of text, booleans and finite numbers is TOML too, but for DEL
+    # JSON writes text, booleans and finite numbers like TOML, except for DEL
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

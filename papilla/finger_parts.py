@@ -11,7 +11,7 @@ from papilla.specimen import THICKNESS_MM, Block, Friction, HalfSpace, friction_
 if TYPE_CHECKING:
     from papilla.materials import Material
 
-ROUNDING = 0.005  # Relative difference between a layer's modulus and that of its card: rounding to three digits
+ROUNDING = 0.005  # Largest relative difference between a layer's modulus and that of its card: rounding to three digits
 
 
 @dataclass(frozen=True)

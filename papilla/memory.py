@@ -127,7 +127,7 @@ def available_bytes() -> int | None:
 
 
 def _of_machine() -> int | None:
-    """Bytes that the machine has left: of /proc/meminfo, else its free or whole pages; None where nothing says."""
+    """Bytes that the machine has left: from /proc/meminfo, else its free or all pages; None if neither is available."""
     try:
         lines = MEMINFO.read_text().splitlines()
         return next(1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))

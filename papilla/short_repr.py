@@ -1,5 +1,5 @@
-"""What objects show of themselves: a `__repr__` on one line for dataclasses, shapes instead of the numbers of arrays,
-and tables of HTML for notebooks."""
+"""Short representations of objects: a `__repr__` on one line for dataclasses, with shapes instead of the numbers of
+arrays, and HTML tables for notebooks."""
 
 import reprlib
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Specimens: their modulus in MPa, lengths in mm, and the mechanics that a press needs of them.
+"""Specimens: their modulus in MPa, lengths in mm, and the mechanics that a press needs.
 
 A press uses a specimen's `gap`, `compliance`, `curvature` and limits. A specimen of your own derives from `Specimen`
 and overrides what differs from a flat half-space.
@@ -17,23 +17,24 @@ if TYPE_CHECKING:
     import numpy as np
 
 THICKNESS_MM = 10.0
-"""Thickness of the block that a sweep, a calibration and the commands press on unless another is asked for."""
+"""Default thickness of the block of sweeps, calibrations and commands."""
 
 NU = 0.495
-"""Poisson's ratio of a specimen that does not say its own."""
+"""Default Poisson's ratio of a specimen."""
 
 BESIDE = 1e3
 """Gap beside a ball, in ball radii: far beyond any contact."""
 
 DEEPEST = 0.5
-"""Share of a bonded block that a press may take up before it is refused."""
+"""Largest share of a bonded block's thickness that a press may take."""
 
 EXTREME = 1e100
-"""Moduli (MPa) and lengths (mm) above this, or below its inverse, are refused: their squares leave the numbers."""
+"""Moduli (MPa) and lengths (mm) above this, or below its inverse, are refused, because their squares exceed
+floating-point numbers."""
 
 
 STICK = "stick"
-"""Friction that nothing overcomes."""
+"""The friction with which nothing slips."""
 
 Friction = float | str
 """Coulomb's coefficient between finger and specimen, 0 for none, or `STICK`."""
@@ -83,15 +84,15 @@ class Surface(Protocol):
 
 
 _OF_THE_MODULUS = {"compliance", "traction_compliance", "contact_modulus", "gap", "curvature"}
-"""Members that may depend on the modulus in another way than here, once a class of your own overrides them."""
+"""Members that may depend on the modulus in another way if a user's class overrides them."""
 
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
     """A flat, thick and wide specimen of Young's `modulus` (MPa); the base of all specimens.
 
-    What a press computes of a specimen is kept for the next one. Two specimens of one class are equal if all their
-    fields are equal; array fields are equal only if they are the same object.
+    Results that a press computes for a specimen are kept for the next press. Two specimens of one class are equal if
+    all their fields are equal; array fields are equal only if they are the same object.
     """
 
     modulus: float
@@ -152,13 +153,13 @@ class Specimen:
 
     @property
     def curvature(self) -> tuple[float, float] | None:
-        """Second derivatives (1/mm) of the gap along x and y at the origin; None where Hertz's law does not apply."""
+        """Second derivatives (1/mm) of the gap along x and y at the origin; None if Hertz's law does not apply."""
         flat = type(self).gap is Specimen.gap
         return (0.0, 0.0) if flat else None
 
     @property
     def detail(self) -> float:
-        """The largest element (mm) of a patch that still sees the specimen's shape and compliance."""
+        """The largest element (mm) of a patch that resolves the specimen's shape and compliance."""
         return math.inf
 
     def compliance(self, surface: Surface) -> "np.ndarray":
@@ -211,27 +212,28 @@ class Block(Specimen):
 
     @property
     def detail(self) -> float:
-        """Elements of 2.5 thicknesses see the layer's compliance to 1.4 %."""
+        """Elements of 2.5 thicknesses resolve the layer's compliance to 1.4 %."""
         return 2.5 * self.thickness
 
     def compliance(self, surface: Surface) -> "np.ndarray":
-        """Weak compliance (n, n) of the layer, mm3 / MPa: that of a half-space and a smooth kernel more."""
+        """Weak compliance (n, n) of the layer, mm3 / MPa: that of a half-space plus a smooth kernel."""
         from papilla.references import LayerKernel
 
         layer = surface.kernel(LayerKernel(self.thickness, self.nu, self.bonded))
         return super().compliance(surface) + layer / self.modulus
 
     def traction_compliance(self, surface: Surface) -> "np.ndarray":
-        """Weak compliance (3n, 3n) of the layer against all tractions, mm3 / MPa; nothing holds one that slides."""
+        """Weak compliance (3n, 3n) of the layer under all tractions, mm3 / MPa; raises `InputError` for a sliding
+        block, which nothing holds."""
         from papilla.references import BondedLayerGreen
 
         if not self.bonded:
-            raise InputError("friction needs a block that is bonded to its table: nothing holds one that slides")
+            raise InputError("friction needs a block that is bonded to its table: nothing holds a sliding one")
         bonded = surface.green_tractions(BondedLayerGreen(self.thickness, self.nu)) / self.modulus
         return super().traction_compliance(surface) + bonded
 
     def refuse(self, taken: float, radius: float) -> None:
-        """Raise `ContactRangeError` where more than half of the block is gone."""
+        """Raise `ContactRangeError` if the press takes more than half of the block's thickness."""
         if taken > DEEPEST * self.thickness:
             raise ContactRangeError(
                 f"the press takes {taken:.3g} mm off a block of {self.thickness:g} mm: "
@@ -276,11 +278,11 @@ class Sphere(Specimen):
 
     @property
     def detail(self) -> float:
-        """Elements of half a radius see a ball."""
+        """Elements of half a radius resolve a ball."""
         return self.radius / 2
 
     def refuse(self, taken: float, radius: float) -> None:
-        """Raise `ContactRangeError` where the ball's face would be steeper than 45 degrees at the contact's edge."""
+        """Raise `ContactRangeError` if the ball's face would be steeper than 45 degrees at the contact's edge."""
         if radius > self.radius / math.sqrt(2):
             raise ContactRangeError(
                 f"a contact of {radius:.3g} mm radius is too wide for a ball of {self.radius:g} mm radius: "
@@ -302,7 +304,7 @@ class Grating:
     """A rigid plate with straight grooves along y: `groove` and `ridge` widths and groove `depth`, in mm.
 
     Its section is a trapezoid whose flanks, `flank` mm wide each, belong to the groove; or with `form` "sine" a sine of
-    the same period and depth. A ridge has its middle at x = 0. It is for sliding scenes: a press refuses it.
+    the same period and depth. The middle of a ridge is at x = 0. Gratings are for sliding scenes; a press refuses them.
     Raises `InputError` for lengths that are not positive, and flanks that do not fit into the groove.
     """
 

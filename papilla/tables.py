@@ -26,12 +26,12 @@ from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason, replacing
 from papilla.pipes import PIPE, LiveText
 
-BLOCK = 8192  # Rows that are read at once
-_PLAIN = frozenset("0123456789+-.eE,;\nnaif")  # Signs of numbers, "nan" and "inf" among them; no spaces
+BLOCK = 8192  # Number of rows that are read at once
+_PLAIN = frozenset("0123456789+-.eE,;\nnaif")  # Characters of numbers, "nan" and "inf"; no spaces
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
-MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # More columns, or characters in the header, are no table of papilla
+MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # Larger headers are refused
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,9 @@ class Table:
 
     Parameters
     ----------
-    path : where the table was read, for messages.
-    columns : name -> (n,) float, an empty cell is NaN; or text, without the spaces around it.
-    lines : (n,) int, the line of the file that each row ends on.
-    called : what the file calls a column, where it has another name.
+    path : where the table was read, for messages. columns : name -> (n,) float, an empty cell is NaN; or text, without
+    the spaces around it. lines : (n,) int, line of the file on which each row ends. called : the file's own names of
+    columns, if they differ.
     """
 
     path: Path
@@ -107,7 +106,7 @@ class Reader(ABC):
 
 
 class TableReader(Reader):
-    """The `wanted` columns of a table of text with one header row, block by block and as often as asked for.
+    """The `wanted` columns of a text table with one header row, block by block, as often as needed.
 
     The file is UTF-8 with or without byte order mark, and may be compressed (.gz). A stream that cannot be read
     twice is copied to a temporary file. Use it as a context manager.
@@ -115,10 +114,11 @@ class TableReader(Reader):
     Parameters
     ----------
     words : wanted columns that hold text.
-    delimiter, decimal, header_line : how the table is written; None finds out, and `notes` say so where it is no comma
-        and no point.
+    delimiter, decimal, header_line : format of the table; None detects it, and `notes` mention it unless it is comma
+        and point.
 
-    names : the wanted columns in the file's order. ignored : the others, whose cells are not looked at. header : all.
+    names : the wanted columns in the file's order. ignored : the other columns, which are not read. header : all
+    columns.
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not UTF-8, no header, more than `MAX_COLUMNS`
     columns, a column name empty or twice).
@@ -150,7 +150,7 @@ class TableReader(Reader):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to say to a person about the file, a sentence each."""
+        """Remarks for the user about the file, a sentence each."""
         ignored = f"ignored columns: {', '.join(self.ignored)}" if self.ignored else ""
         return tuple(note for note in (self._written, ignored, CUT_OFF if self._cut_off else "") if note)
 
@@ -165,7 +165,7 @@ class TableReader(Reader):
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows as tables of `size` rows or less, from the first on.
 
-        Empty cells and `nan` become NaN, `inf` stays infinite; what these mean is the caller's business. Raises
+        Empty cells and `nan` become NaN, `inf` stays infinite; the caller decides what these mean. Raises
         `FileFormatError`, naming line and column: no rows, a row with too few or too many cells, text where a number
         was expected.
         """
@@ -184,7 +184,7 @@ class TableReader(Reader):
                     yield Table(self.path, columns, np.arange(before + 1, before + 1 + len(lines)))
                     empty, before = False, before + len(lines)
                     continue
-                # A quoted cell may go on in the next chunk
+                # A quoted cell may continue in the next chunk
                 rest = chain(lines, self._text) if '"' in text else lines
                 for block in self._careful(csv.reader(rest, delimiter=self.delimiter, strict=True), size, before):
                     empty = False
@@ -198,7 +198,7 @@ class TableReader(Reader):
             raise FileFormatError(f"{self.path} holds a header but no rows")
 
     def _careful(self, rows: Any, size: int, before: int) -> Iterator[Table]:
-        """Blocks of rows of `csv.reader`, whose first line comes after so many others."""
+        """Blocks of rows from `csv.reader`; `before` lines precede its first one."""
         with self._faults(rows, before):
             while taken := [(row, rows.line_num + before) for row in self._some(rows, size)]:
                 if kept := [item for item in taken if item[0]]:
@@ -207,8 +207,8 @@ class TableReader(Reader):
     def _plain(self, text: str, count: int) -> np.ndarray | None:
         """Wanted columns (columns, rows) of lines with nothing but a plain number in each cell, else None.
 
-        Ten times faster than `csv.reader`, and of most logs. What it does not understand is left to `_table`, which
-        knows empty cells, quotes and the place of a fault.
+        This is ten times faster than `csv.reader`, and suffices for most logs. `_table` handles the rest: empty cells,
+        quotes and the place of a fault.
         """
         if self._words or self.decimal == "," or self.delimiter not in ",;" or not text.isascii():
             return None
@@ -217,14 +217,14 @@ class TableReader(Reader):
         signs = np.frombuffer(text.encode(), np.uint8)
         width, line_end = len(self.header), ord("\n")
         marks = np.flatnonzero((signs == line_end) | (signs == ord(self.delimiter)))
-        # As many cells in each line as the header has, none of them empty
+        # Each line has as many cells as the header, none of them empty
         if len(marks) != count * width or (np.diff(marks, prepend=-1) == 1).any():
             return None
         if (signs[marks[width - 1 :: width]] != line_end).any() or not set(text).issubset(_PLAIN):
             return None
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("error", DeprecationWarning)  # Of older NumPy, in the place of ValueError
+                warnings.simplefilter("error", DeprecationWarning)  # Older NumPy raises this instead of ValueError
                 numbers = np.fromstring(text.replace("\n", self.delimiter)[:-1], float, sep=self.delimiter)
         except (ValueError, DeprecationWarning):
             return None
@@ -237,14 +237,14 @@ class TableReader(Reader):
         self._text.once()
 
     def _some(self, rows: Iterator[list[str]], size: int) -> Iterator[list[str]]:
-        """The next rows, up to a size; of standard input those that are there, at least one."""
+        """The next rows, at most `size`; from standard input those that are available, at least one."""
         for count, row in enumerate(rows, 1):
             yield row
             if count == size or self.live and not self._text.pending():
                 return
 
     def _dialect(self, delimiter: str | None, decimal: str | None) -> tuple[str, str, str]:
-        """A note on how it is written, the delimiter and the decimal mark; from the first two rows where not given."""
+        """A note on the format, the delimiter and the decimal mark; detected from the first two rows if not given."""
         header, first = self._lines()
         if delimiter is None:
             delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
@@ -256,7 +256,7 @@ class TableReader(Reader):
         return ", ".join(notes), delimiter, decimal
 
     def _lines(self) -> tuple[str, str]:
-        """The header's line and the one below it."""
+        """The header's line and the next one."""
         self._text.seek(0)
         with self._faults(None):
             *_, header, first = (self._text.readline(MAX_HEADER) for _ in range(self._skipped + 2))
@@ -292,7 +292,7 @@ class TableReader(Reader):
         return Table(self.path, columns, np.array(lines))
 
     def _text_fault(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> FileFormatError:
-        """The error for the first used cell that is no number."""
+        """The error for the first used cell that is not a number."""
         for row, line in zip(rows, lines, strict=True):
             for number in (one for one in self._used if self.header[one] not in self._words):
                 try:
@@ -313,10 +313,10 @@ class TableReader(Reader):
         return np.array([_number(cell) for cell in cells])
 
     def _point(self, cell: str) -> str:
-        """A number with a decimal point."""
+        """The cell of a number, with a decimal point."""
         if self.decimal == ".":
             return cell
-        # With decimal commas a point may only separate thousands, which nobody can tell from a decimal point
+        # With decimal commas a point can only separate thousands, and cannot be distinguished from a decimal point
         return "." + cell if "." in cell else cell.replace(",", ".", 1)
 
     @contextmanager
@@ -332,7 +332,7 @@ class TableReader(Reader):
             raise FileFormatError(f"{self.path}, line {self._undecodable()}: not a text file in UTF-8") from None
 
     def _undecodable(self) -> int:
-        """The first line that is not UTF-8; 0 where nobody can look again."""
+        """The first line that is not UTF-8; 0 if the file cannot be read again."""
         if self._raw is None:
             return 0
         self._raw.seek(0)
@@ -346,10 +346,10 @@ class TableReader(Reader):
 
 @contextmanager
 def table_writer(path: str | Path, names: Iterable[str]) -> Iterator[Callable[[Iterable[Any]], None]]:
-    """Writes a CSV table block by block: called with one block's columns; the file appears when all is written.
+    """Yields a function that writes one block of columns to a CSV table; the file appears when all blocks are written.
 
-    Floats become the shortest text that reads back bit for bit, NaN an empty cell. Raises `FileAccessError` where the
-    file cannot be written. `-` is standard output, which has each block at once.
+    Floats are written as the shortest text that reads back bit for bit, NaN as an empty cell. Raises `FileAccessError`
+    if the file cannot be written. `-` is standard output, which gets each block at once.
     """
     if Path(path) == PIPE:
         writer = csv.writer(sys.stdout, lineterminator="\n")
@@ -377,7 +377,7 @@ def write_table(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]) 
 
 
 def closest(name: str, known: Sequence[str]) -> str | None:
-    """The known column name that `name` is probably a slip of, or None."""
+    """The known column name that `name` is probably a misspelling of, or None."""
     folded = {candidate.lower(): candidate for candidate in known}
     match = difflib.get_close_matches(name.lower(), folded, n=1, cutoff=0.8)
     return folded[match[0]] if match else None
@@ -397,7 +397,7 @@ def _cells(values: Sequence | np.ndarray) -> Sequence:
 
 
 def _opened(path: Path) -> IO[bytes]:
-    """The file, to be read as often as needed."""
+    """The open file, which can be read as often as needed."""
     try:
         packed = path.suffix == ".gz"
         stream: Any = gzip.open(path) if packed else open(path, "rb")  # noqa: SIM115
@@ -413,7 +413,7 @@ def _opened(path: Path) -> IO[bytes]:
 
 
 def _last_byte(stream: IO[bytes]) -> bytes:
-    """The last byte of a file, b"" of an empty one."""
+    """The last byte of a file, b"" for an empty one."""
     size = stream.seek(0, io.SEEK_END)
     stream.seek(max(size - 1, 0))
     return stream.read(1)
@@ -438,7 +438,7 @@ def _check_header(path: Path, names: list[str], line: int) -> None:
 
 
 def _number(cell: str) -> float:
-    """A cell as float, NaN where it is empty; Python's 1_000 and digits of other scripts are no numbers of a table."""
+    """A cell as float, NaN if it is empty; Python's 1_000 and digits of other scripts are not accepted."""
     text = cell.strip()
     if "_" in text or not text.isascii():
         raise ValueError

@@ -1,4 +1,4 @@
-"""`prepare`: from a finger to its reduced form in one call, with all that the cache holds of it."""
+"""`prepare`: from a finger to its reduced form in one call; the cache supplies what it already has."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -24,8 +24,8 @@ def prepare(
 ) -> ReducedFinger:
     """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
 
-    A press of it that includes large strain makes the table for it the first time, in about half a minute, where none
-    ships and none is known (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
+    If no table of large strain ships or is known, the first press that includes large strain makes it, in about half a
+    minute (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
 
     Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
     """
@@ -48,14 +48,14 @@ def prepare(
 
 
 def _model(finger: Finger, mesh: LayeredMesh):
-    """The model of a finger. Its import takes a third of a second, which a press of a cached finger does without."""
+    """The model of a finger. Its import takes a third of a second, so a press of a cached finger does without it."""
     from papilla.fem.reduction.finger_model import model_of
 
     return model_of(finger, mesh)
 
 
 def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
-    """What tangential tractions add to the finger (`ReducedFinger.tangential`), from the cache."""
+    """The effect of tangential tractions on the finger (`ReducedFinger.tangential`), from the cache."""
 
     def make():
         return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))

@@ -1,4 +1,4 @@
-"""What is meshed of a finger: surfaces, flat faces, mirrors, and the closed triangulations for the mesher."""
+"""The meshed part of a finger: surfaces, flat faces, mirrors, and the closed triangulations for the mesher."""
 
 import math
 from dataclasses import dataclass
@@ -14,7 +14,8 @@ from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface
 
 FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
-"""Triangulated curved faces have edges of the largest radius over the one, or element size times the other, if more."""
+"""Edges on curved faces have the length of the largest radius over the first number, or the element size times the
+second, if that is longer."""
 
 
 @dataclass(frozen=True)
@@ -32,12 +33,13 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The part of a finger that is meshed: all of it, or the quarter that `mirrors` repeat.
+    """The meshed part of a finger: all of it, or the quarter that `mirrors` repeat.
 
     Parameters
     ----------
     low, high : (3,) smallest and largest coordinates in mm.
-    facet_mm, variant : edges of the triangulations of exact surfaces, and which of them: each has its own.
+    facet_mm, variant : edge length of the triangulations of exact surfaces, and number of the variant: each has its own
+    triangulation.
     """
 
     surfaces: dict[str, Surface]
@@ -50,13 +52,13 @@ class Body:
 
     @cached_property
     def triangulations(self) -> tuple[Triangulation, ...]:
-        """A closed triangulation of each nested body, for the mesher; those read from files are what they are."""
+        """A closed triangulation of each nested body, for the mesher; surfaces from files keep their own."""
         random = np.random.default_rng(self.variant) if self.variant else None
         return tuple(_triangulated(surface, self.facet_mm, random) for surface in self.surfaces.values())
 
     @property
     def apex(self) -> np.ndarray:
-        """The point (3,) of the skin over the origin; raises `InputError` where there is none."""
+        """The point (3,) of the skin above the origin; raises `InputError` if there is none."""
         z = self.surfaces["skin"].height(np.zeros((1, 2)))[0]
         if np.isnan(z):
             raise InputError("the outer surface has nothing above x = 0, y = 0: centre the finger there")
@@ -86,7 +88,7 @@ def body_of(finger: Finger, size_mm: float, variant: int = 0) -> Body:
 
 
 def narrowest_mm(finger: Finger) -> float:
-    """Smallest of a finger's height and half breadths, a slab's depth apart; raises what `surfaces_of` raises."""
+    """Smallest of a finger's height and half breadths, without a slab's depth; raises what `surfaces_of` raises."""
     body = body_of(finger, LARGEST_MM)
     half = (body.high - body.low) / [1 if name in body.mirrors else 2 for name in "xyz"]
     half[2] *= 2
@@ -94,7 +96,8 @@ def narrowest_mm(finger: Finger) -> float:
 
 
 def _triangulated(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
-    """A closed triangulation of a surface with edges of about `facet` mm; shifted along the surface where `random`."""
+    """A closed triangulation of a surface with edges of about `facet` mm; with `random` its points are shifted along
+    the surface."""
     if not isinstance(surface, Ellipsoid):
         from papilla.mesh.triangle_surface import TriangleSurface
 

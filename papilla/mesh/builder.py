@@ -1,4 +1,4 @@
-"""From a finger to its layered mesh: a shipped one moved, or a new one of the mesher, which is cached."""
+"""From a finger to its layered mesh: a shipped mesh that is mapped, or a new one from the mesher, which is cached."""
 
 from papilla import cache as store
 from papilla import checks
@@ -9,7 +9,7 @@ from papilla.mesh.drawing import drawn
 from papilla.mesh.layered import LayeredMesh, pack, unpack
 from papilla.mesh.references import from_reference
 
-DEFAULT_SIZE_MM = 0.7  # Element size at the contact for which the figures of the README hold
+DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 
 
 def build(
@@ -25,12 +25,12 @@ def build(
     ----------
     finger : its shape decides the geometry; `Dome` and `Slab` give a mesh that is its own mirror image in x and y.
     size_mm : edge length at the contact; it grows away from the apex (`papilla.mesh.sizing`).
-    variant : number >= 0 of an independent mesh of the same design: what differs between variants is mesh scatter.
+    variant : number >= 0 of an independent mesh of the same design: differences between variants are mesh scatter.
     progress : called with a line of text about twice a second while the mesher runs.
 
     Raises `InputError` for a size or variant out of range or a gauge off the interface, `MemoryEstimateError` for a
-    mesh that could not be pressed in the memory left, `FileAccessError` and `FileFormatError` for surface files,
-    `MeshError` where the mesher fails or its mesh must not be used.
+    mesh whose presses would need more memory than is free, `FileAccessError` and `FileFormatError` for surface files,
+    `MeshError` if the mesher fails or its mesh is unusable.
     """
     if isinstance(variant, bool) or not isinstance(variant, int) or variant < 0:
         raise InputError(f"variant must be a whole number >= 0, got {variant!r}")

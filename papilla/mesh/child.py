@@ -1,7 +1,9 @@
-"""Runs what may crash, hang or hold the interpreter's lock in a process of its own: the mesher, and VTK's file readers.
+"""Runs code that may crash, hang or hold the interpreter's lock in a separate process: the mesher, and VTK's file
+readers.
 
 pytetwild cannot be interrupted and writes a file into the working directory; VTK's readers crash on damaged files. In a
-child in a temporary folder all that becomes one clear error. Neither outlives papilla (`papilla.mesh.watchdog`).
+child process with a temporary folder all this becomes one clear error. The child does not outlive papilla
+(`papilla.mesh.watchdog`).
 """
 
 import os
@@ -17,17 +19,17 @@ from papilla.errors import FileAccessError, MeshError
 from papilla.files import reason, scratch
 from papilla.mesh import watchdog, worker
 
-TIMEOUT_S = 1800.0  # A child that has not finished by then has hung: the finest useful meshes take a few minutes
+TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
 HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
 ERROR_LINES = 3
 
 WATCHDOG, WORKER = Path(watchdog.__file__), Path(worker.__file__)
-"""Scripts: to import the package would take them longer than most of their work."""
+"""Scripts, not modules: importing the package would take longer than most of their work."""
 
 MESHER_VERSION = 1
 """Part of the key of every stored mesh, in place of the mesher's code and the versions of other packages. Raise it when
-a change of `papilla.mesh` makes meshes that should take the place of those that users have: other sizes or boundaries,
-better cells, a fault removed. Their fingers are meshed again then, and all that is computed on a mesh with them."""
+a change of `papilla.mesh` makes meshes that should replace those of users: other sizes or boundaries, better cells, a
+fault removed. Users' fingers are then meshed again, and all results on a mesh are computed again."""
 
 Progress = Callable[[str], None]
 
@@ -35,10 +37,10 @@ Progress = Callable[[str], None]
 def tetrahedralise(
     soup: Mapping[str, np.ndarray], progress: Progress | None = None, timeout_s: float = TIMEOUT_S
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 3) in mm and tetrahedra (m, 4) that fill a soup of nested closed surfaces.
+    """Points (n, 3) in mm and tetrahedra (m, 4) that fill nested closed surfaces.
 
-    `soup` holds the arrays that `papilla.mesh.worker` reads; `progress` gets a line of text about twice a second.
-    Raises what `run` raises, and `MeshError` where the mesher returns nothing.
+    `soup` has the arrays that `papilla.mesh.worker` reads; `progress` gets a line of text about twice a second. Raises
+    what `run` raises, and `MeshError` if the mesher returns nothing.
     """
     made = run("the mesher", "tetrahedralise", soup, progress, timeout_s)
     if len(made["tets"]) == 0:
@@ -53,9 +55,9 @@ def run(
     progress: Progress | None = None,
     timeout_s: float = TIMEOUT_S,
 ) -> dict[str, np.ndarray]:
-    """The arrays that `job` of the worker makes of `inputs`; `name` is what messages call it.
+    """The arrays that `job` of the worker computes from `inputs`; messages call it `name`.
 
-    Raises `MeshError` where it crashes, hangs or leaves nothing, `FileAccessError` where the temporary directory is not
+    Raises `MeshError` if it crashes, hangs or returns nothing, `FileAccessError` if the temporary directory is not
     writable. The child does not outlive the call, whatever interrupts it.
     """
     with scratch("mesh") as folder:
@@ -79,7 +81,7 @@ def run(
 def _start(folder: Path, job: str, log) -> subprocess.Popen:
     """Start the watchdog, which runs the worker's job in the folder."""
     command = [sys.executable, "-P", str(WATCHDOG), str(folder), sys.executable, "-P", str(WORKER), job]
-    # The child must find this very package, installed or not.
+    # The child must find this copy of the package, installed or not.
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
     return subprocess.Popen(
@@ -88,7 +90,8 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
 
 
 def _code_of(watchdog: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
-    """Exit code of a child, None where it takes longer than the timeout; it has ended when this returns or raises."""
+    """Exit code of a child, None if it takes longer than the timeout; the child has ended when this returns or
+    raises."""
     start = time.monotonic()
     try:
         while True:

@@ -1,4 +1,4 @@
-"""Bends the edges that lie on exact surfaces: quadratic cells then follow the surface instead of its facets."""
+"""Bends the edges that lie on exact surfaces, so that quadratic cells follow the surface instead of its facets."""
 
 from collections.abc import Iterable
 
@@ -10,16 +10,16 @@ CORNERS = np.array([[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]])
 """Local vertices of the edges of a cell."""
 
 SQUEEZED = 0.1
-"""Smallest Jacobian of a bent cell, in that of the straight one: below it the cell keeps its straight edges."""
+"""Smallest Jacobian of a bent cell relative to the straight one; below it the cell keeps its straight edges."""
 
 
 def bent_edges(
     points: np.ndarray, tets: np.ndarray, faces: Iterable[tuple[Surface, np.ndarray]]
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Edges (k, 2) that lie on the surfaces of triangles (m, 3), their middles (k, 3) there, and how many stay straight
-    because a cell would be squeezed flat or turn over.
+    """Edges (k, 2) on the surfaces of triangles (m, 3), their middles (k, 3) on these surfaces, and the number of edges
+    that stay straight because a cell would become flat or inverted.
 
-    A surface read from a file is no more exact than its facets: its edges stay straight.
+    A surface from a file is only as exact as its facets, so its edges stay straight.
     """
     edges, middles = np.empty((0, 2), dtype=int), np.empty((0, 3))
     for surface, triangles in faces:
@@ -50,7 +50,7 @@ def _smallest_jacobian(corners: np.ndarray, bow: np.ndarray) -> np.ndarray:
     share = np.vstack([np.eye(4), np.eye(4)[CORNERS].mean(axis=1), np.full((1, 4), 0.25)])
     slope = np.vstack([-np.ones(3), np.eye(3)])
     a, b = CORNERS.T
-    # A bubble 4 l_a l_b a side
+    # A bubble function 4 l_a l_b for each edge
     bubbles = 4 * (share[:, a, None] * slope[b] + share[:, b, None] * slope[a])
     straight = (corners[:, 1:] - corners[:, :1]).swapaxes(1, 2)
     bent = straight[:, None] + np.einsum("mei,qej->mqij", bow, bubbles)

@@ -1,7 +1,8 @@
-"""A new mesh by the mesher, of what no shipped mesh reaches: surfaces from files, unusual domes and slabs, references.
+"""A new mesh from the mesher, for shapes that no shipped mesh can be mapped to: surfaces from files, unusual domes and
+slabs, and the shipped meshes themselves.
 
-TetWild cannot be seeded: each call is a draw. One with flat or inverted cells, or in several parts, is thrown away and
-drawn again.
+TetWild cannot be seeded, so each call gives another mesh. A mesh with flat or inverted cells, or in several parts, is
+discarded and made again.
 """
 
 from dataclasses import replace
@@ -18,11 +19,11 @@ from papilla.mesh.sizing import Sizing, asked, grid_over, positively_oriented
 from papilla.mesh.snapping import snap
 from papilla.mesh.tagging import TaggedCells, tag
 
-DRAWS = 5  # Meshes that are drawn before a finger is given up
+DRAWS = 5  # Largest number of meshes that are made for a finger
 ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05
 """How far the mesher may move a surface: a fraction of the bounding box's diagonal, or of the element size if more."""
 
-REACH = 3.0  # Flat faces are looked for within this many envelopes of their plane
+REACH = 3.0  # Flat faces are searched within this many envelopes of their plane
 
 
 def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
@@ -41,7 +42,7 @@ def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progres
 
 
 def _draw(body: Body, sizing: Sizing, keep_bone: bool, variant: int, progress: Progress | None) -> TaggedCells:
-    """One mesh of the mesher, its cells sorted and its vertices moved onto the surfaces."""
+    """One mesh from the mesher, with its cells sorted and its vertices moved onto the surfaces."""
     diagonal = float(np.linalg.norm(body.high - body.low))
     envelope = max(ENVELOPE, ENVELOPE_SIZES * sizing.near_mm / diagonal)
     points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)
@@ -50,7 +51,7 @@ def _draw(body: Body, sizing: Sizing, keep_bone: bool, variant: int, progress: P
 
 
 def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
-    """The mesher's input; a variant has triangles of its own and a sizing grid that is shifted."""
+    """The mesher's input; each variant has its own triangles and a shifted sizing grid."""
     offsets = np.cumsum([0] + [len(vertices) for vertices, _ in body.triangulations])
     triangles = np.vstack([faces + k for (_, faces), k in zip(body.triangulations, offsets, strict=False)])
     shift = np.random.default_rng(variant).uniform(-0.5, 0.5, 3) if variant else np.zeros(3)

@@ -1,17 +1,18 @@
-"""Closed surfaces to start a finger of one's own from: a half ellipsoid on its base, as an STL file."""
+"""Closed surfaces as a starting point for a user's finger: a half ellipsoid on its base, as an STL file."""
 
 from pathlib import Path
 
 import numpy as np
 
 SUBDIVISIONS = 4
-"""Of an icosahedron's faces. A file has 130 kB, and its facets lie within 0.01 mm of the ellipsoid at the apex."""
+"""Subdivisions of an icosahedron's faces. A file has 130 kB, and its facets lie within 0.01 mm of the ellipsoid at the
+apex."""
 
 APEX_SHARE = 0.3
-"""Angle between points at the apex as a share of the mean one: facets are finest where the finger is touched."""
+"""Angle between points at the apex relative to the mean: facets are smallest where the finger is touched."""
 
 RIM_POINTS = 72
-"""Points around the edge of the base."""
+"""Number of points around the edge of the base."""
 
 
 def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -> None:
@@ -21,7 +22,7 @@ def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -
     from scipy.spatial import ConvexHull
 
     sphere = np.asarray(pv.Icosphere(nsub=SUBDIVISIONS).points, dtype=float)
-    angle = np.arccos(np.clip(sphere[:, 2], -1, 1)) / (np.pi / 2)  # From the apex 0 to the base 1
+    angle = np.arccos(np.clip(sphere[:, 2], -1, 1)) / (np.pi / 2)  # 0 at the apex, 1 at the base
     upper = angle < 1 - np.pi / RIM_POINTS  # Points closer to the base would make slivers with its edge
     angle, turn = angle[upper], np.arctan2(sphere[upper, 1], sphere[upper, 0])
     angle = np.pi / 2 * angle * (APEX_SHARE + (1 - APEX_SHARE) * angle)

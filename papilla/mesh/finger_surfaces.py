@@ -10,7 +10,7 @@ from papilla.mesh.surface_files import read_nested
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder, Surface
 
 NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
-WALK_MM = 0.25  # Step along a surface: arc lengths within 1e-4 of it
+WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4
 
 
 def surfaces_of(finger: Finger) -> dict[str, Surface]:
@@ -42,7 +42,7 @@ def _from_files(finger: Finger, shape: Surfaces) -> dict[str, Surface]:
 
 
 def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
-    """Point (3,) of the interface where the gauge sits, in mm; raises `InputError` where there is none."""
+    """Point (3,) of the interface at the gauge's site, in mm; raises `InputError` if there is none."""
     x = gauge.x_mm if gauge.x_mm is not None else _x_of_angle(finger, gauge)
     z = float(interface.height(np.array([[x, gauge.y_mm]]))[0])
     if not math.isfinite(z):
@@ -56,8 +56,8 @@ def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
 
 
 def _walked(surface: Surface, start: np.ndarray, axis: int, distance: float) -> np.ndarray:
-    """The point (3,) of a surface at a distance (mm, of either sign) from another, in its section along x (0) or y (1);
-    NaN where the surface ends before. Midpoint rule in steps of `WALK_MM`."""
+    """The point (3,) of a surface at a distance (mm, positive or negative) from another point, in the section along x
+    (0) or y (1); NaN if the surface ends before. Midpoint rule in steps of `WALK_MM`."""
     at, steps = start, max(1, math.ceil(abs(distance) / WALK_MM)) if distance else 0
     for _ in range(steps):
         half = at
@@ -74,7 +74,7 @@ def _walked(surface: Surface, start: np.ndarray, axis: int, distance: float) -> 
 
 
 def _x_of_angle(finger: Finger, gauge: Gauge) -> float:
-    """x (mm) of an ellipse parameter in the interface's section at the gauge's y."""
+    """x (mm) for an ellipse parameter in the interface's section at the gauge's y."""
     shape = finger.shape
     assert isinstance(shape, Dome | Slab) and gauge.angle_deg is not None
     half_width = shape.interface[0]
@@ -84,9 +84,10 @@ def _x_of_angle(finger: Finger, gauge: Gauge) -> float:
 
 
 def facet_deviation(surface: Surface, around: np.ndarray, reach: float) -> float:
-    """How far (mm) the facets of a surface within `reach` of a point (3,) lie from the smooth body they stand for.
+    """Distance (mm), within `reach` of a point (3,), of the facets of a surface from the smooth body that they
+    approximate.
 
-    It is 0 for exact surfaces. A contact that is not much deeper feels the facets.
+    It is 0 for exact surfaces. If the indentation is not much larger, the facets affect the contact.
     """
     own = getattr(surface, "facet_deviation", None)
     return 0.0 if own is None else float(own(around, reach))

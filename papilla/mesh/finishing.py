@@ -1,4 +1,4 @@
-"""From tagged cells on their surfaces to the mesh that is used: checked, boundaries named, edges bent, mirrored."""
+"""From tagged cells on their surfaces to the final mesh: checked, boundaries named, edges bent, mirrored."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from papilla.mesh.topology import components, paired_faces, volumes
 def finished(
     body: Body, cells: TaggedCells, size_mm: float, keep_bone: bool, progress: Progress | None = None
 ) -> LayeredMesh:
-    """The mesh of `cells`, which lie in `body` and on its surfaces; raises `MeshError` where it must not be used."""
+    """The mesh of `cells`, which lie in `body` and on its surfaces; raises `MeshError` if it is unusable."""
     boundaries = _boundaries(body, cells, keep_bone)
     refuse_unusable(LayeredMesh(cells.points, cells.tets, cells.layer, boundaries, size_mm))
     faces = [(surface, cells.on_surface[name]) for name, surface in body.surfaces.items()]

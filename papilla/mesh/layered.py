@@ -1,6 +1,6 @@
 """`LayeredMesh`: the tetrahedra of a finger with their layers and named boundaries, as immutable arrays.
 
-Of a finger with mirror planes a quarter is meshed: `mirrored` makes the whole of it, `pack` keeps the quarter alone.
+A finger with mirror planes is meshed as a quarter: `mirrored` makes the whole mesh, `pack` keeps the quarter alone.
 """
 
 import hashlib
@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-OUTER, INNER, BONE = 0, 1, 2  # Layer numbers of cells; `BONE` occurs only where the bone is meshed
+OUTER, INNER, BONE = 0, 1, 2  # Layer numbers of cells; `BONE` occurs only if the bone is meshed
 BOUNDARIES = ("skin", "interface", "base")
 """skin: free outer surface; interface: between outer and inner layer; base: clamped (base plane and rigid bone)."""
 
@@ -26,10 +26,10 @@ class LayeredMesh:
     tets : (m, 4) int, positively oriented.
     layer : (m,) int, `OUTER`, `INNER` or `BONE`.
     boundaries : name -> (k, 3) int triangles, for each name of `BOUNDARIES`.
-    size_mm : element size at the contact that was asked for.
+    size_mm : requested element size at the contact.
     mirrors : axes ("x", "y") in whose zero plane the mesh is its own exact mirror image.
-    edges, middles : (k, 2) int and (k, 3) mm, the edges that are bent and where their middles lie: a quadratic element
-        has its nodes there, and so follows the exact surface (`papilla.mesh.curving`). Other edges are straight.
+    edges, middles : (k, 2) int and (k, 3) mm, the bent edges and the positions of their middles: quadratic elements
+        have nodes there, and so follow the exact surface (`papilla.mesh.curving`). Other edges are straight.
     """
 
     points: np.ndarray
@@ -62,7 +62,7 @@ class LayeredMesh:
         return digest.hexdigest()
 
     def cell(self) -> "LayeredMesh":
-        """The part at positive coordinates that the mirrors repeat (the mesh itself where there are none)."""
+        """The part at positive coordinates that the mirrors repeat; the mesh itself without mirrors."""
         if not self.mirrors:
             return self
         axes = ["xyz".index(axis) for axis in self.mirrors]
@@ -90,7 +90,7 @@ class LayeredMesh:
         return replace(self, **lengths)
 
     def straight(self) -> "LayeredMesh":
-        """The same mesh with all edges straight, as elements of lower order have it."""
+        """The same mesh with all edges straight, for elements of lower order."""
         return replace(self, edges=self.edges[:0], middles=self.middles[:0])
 
 
@@ -125,7 +125,7 @@ def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:
 
 
 def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
-    """The mesh as named arrays for the cache and the reference meshes; of a mirrored one the cell alone."""
+    """The mesh as named arrays for the cache and the shipped files; a mirrored mesh as its cell alone."""
     cell = mesh.cell()
     return {
         "points": cell.points,
@@ -140,7 +140,7 @@ def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
 
 
 def unpack(arrays: Mapping[str, np.ndarray]) -> LayeredMesh:
-    """The mesh that was packed, bit for bit where `mirrored` made it."""
+    """The mesh that was packed; bit for bit if `mirrored` made it."""
     boundaries = {name: arrays[name] for name in BOUNDARIES}
     points, tets, layer, edges, middles = (arrays[name] for name in ("points", "tets", "layer", "edges", "middles"))
     cell = LayeredMesh(points, tets, layer, boundaries, float(arrays["size_mm"]), (), edges, middles)

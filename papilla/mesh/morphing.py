@@ -8,10 +8,13 @@ between two of them lies on exactly one ellipsoid of the family between,
 and its image has the same t and the same p_i / a_i(t) in the family of the target: p_i a'_i(t) / a_i(t). Inside the
 bone the axes are scaled. Surfaces go to surfaces and planes through the origin into themselves; the map is continuous
 and never folds, because both families are nested. A slab has the same map in its section, and its depth is scaled.
-There is no equation system and no random part: a design has one mesh, the same on every machine up to rounding.
+There is no system of equations and nothing random: a design has one mesh, the same on every machine up to rounding.
 
-Straight edges stay straight. Where a thick layer becomes a thin curved one, a cell may therefore get flat or turn over:
-the caller looks at the quality.
+Example: an outer semi-axis a_0 = 20 and an interface a_1 = 17 along z; a point on the z axis at z = 18.5 has t = 0.5.
+In a target with a'_0 = 30 and a'_1 = 20 it moves to z = 25.
+
+Straight edges stay straight. If a thick layer becomes a thin curved one, a cell may therefore become flat or inverted:
+the caller checks the quality.
 """
 
 import numpy as np
@@ -20,11 +23,11 @@ from papilla.mesh.body import Body
 from papilla.mesh.finger_surfaces import NAMES
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
-HALVINGS = 60  # Bisections of t in [0, 1]: beyond double precision
+HALVINGS = 60  # Number of bisections of t in [0, 1]: beyond double precision
 
 
 def morphed(points: np.ndarray, origin: Body, target: Body) -> np.ndarray:
-    """Points (n, 3) of the body `origin` moved into the body `target`, in mm. Both are domes, or both are slabs."""
+    """Points (n, 3) of the body `origin` mapped into the body `target`, in mm. Both are domes, or both are slabs."""
     start, end = _half_lengths(origin), _half_lengths(target)
     if np.array_equal(start, end):
         return points

@@ -1,11 +1,11 @@
-"""The meshes that ship, moved into a finger of one's own: no mesher, no draw, the same on every machine.
+"""The shipped meshes, mapped into a user's finger: without the mesher, and the same on every machine.
 
-A dome or a slab takes a shipped mesh of its kind (`papilla/data/meshes`), moved by `papilla.mesh.morphing`. Of the
-element sizes that ship it takes the coarsest whose cells at the contact are small enough once they are moved. Cells
-that are still too large for the sizing field are halved (a gauge or the contact lies elsewhere, or the finger is
-larger), then poor cells are relaxed. Where the worst cell remains below `WORST`, the answer is None: the mesher draws.
+A dome or a slab takes a shipped mesh of its kind (`papilla/data/meshes`), mapped by `papilla.mesh.morphing`. Of the
+shipped element sizes it takes the coarsest whose cells at the contact are small enough after the map. Cells that are
+still too large for the sizing field are halved (a gauge or the contact lies elsewhere, or the finger is larger), then
+poor cells are relaxed. If the worst cell stays below `WORST`, the result is None, and the mesher makes a mesh.
 
-`python -m papilla.mesh.references` draws the files anew: default results change with them.
+`python -m papilla.mesh.references` makes the files again: default results change with them.
 """
 
 from dataclasses import dataclass, replace
@@ -29,31 +29,32 @@ from papilla.mesh.tagging import TaggedCells, between
 from papilla.mesh.topology import paired_faces, volumes
 
 VARIANTS = 5
-"""Shipped meshes of each size: the first is the default, the spread of all is the mesh scatter."""
+"""Number of shipped meshes of each size: the first is the default, the spread of all is the mesh scatter."""
 
 FOLDER = DEFAULT_FINGER.parent / "meshes"
 SIZES_MM = {"dome": (2.8, 2.0, 1.4, 1.0, 0.7), "dome_bone": (2.8, 1.4, 0.7), "slab": (2.8, 1.4, 0.7)}
-"""Element sizes of the shipped meshes, the coarsest first; of fingers 20 mm tall."""
+"""Element sizes of the shipped meshes, the coarsest first, for fingers 20 mm tall."""
 
-WORST = 0.15  # Smallest mean ratio of a mesh that is used
+WORST = 0.15  # Smallest mean ratio of a usable mesh
 FLAT, HOPELESS = 0.2, 0.05
-"""Cells of a lower mean ratio are relaxed, unless their share is higher than the second: then the mesher draws."""
+"""Mean ratio below which cells are relaxed, and the share of such cells above which the mesher makes a new mesh."""
 ALMOST = 1.1
-"""Cells at the contact that are so much larger in a finger (median, in the size wanted there) than in the reference
-call for a finer shipped mesh: at 1.2 S_d of a finger of half size was 0.5 % low at 10 gf."""
+"""Size of cells at the contact (median, relative to the wanted size), compared with the reference, above which a finer
+shipped mesh is taken: at 1.2, S_d of a finger of half size was 0.5 % low at 10 gf."""
 TOO_LARGE = 1.5
-"""Cells of more than this size, in those wanted, the mean with their neighbours, are halved. Of the drawn meshes that
-ship no cell is larger."""
+"""Size relative to the wanted one, averaged with the neighbours, above which a cell is halved. The shipped meshes have
+no larger cell."""
 TOO_LARGE_EVERYWHERE = 1.2
-"""The same where the finest shipped mesh is too coarse, so that cells of the whole contact are halved: they end between
-0.95 and 1.2 sizes, as those of drawn meshes do."""
-STRETCHED = 0.55  # The longest edge counts so much as size: of drawn meshes it is up to 1.8 edges of a regular cell
-NEAREST = 100  # Cells closest to the apex, whose size is that at the contact
+"""The same if the finest shipped mesh is too coarse, so that all cells at the contact are halved: their final size is
+0.95 to 1.2 of the wanted one, like that of new meshes."""
+STRETCHED = 0.55  # Share of the longest edge that counts as a cell's size; usual: up to 1.8 edges of a regular cell
+NEAREST = 100  # Number of cells closest to the apex, whose size is that at the contact
 
 
 @dataclass(frozen=True)
 class Moved:
-    """A shipped mesh of size `shipped_mm`, moved into a finger; `halved` counts cells, `worst` is a mean ratio."""
+    """A shipped mesh of size `shipped_mm`, mapped into a finger; `halved` : number of halved cells, `worst` : smallest
+    mean ratio."""
 
     cells: TaggedCells
     shipped_mm: float
@@ -63,7 +64,7 @@ class Moved:
 
     @property
     def words(self) -> str:
-        """How the mesh was made, in a line."""
+        """Words on how the mesh was made, in a line."""
         moved = "moved" if self.moved else "not moved"
         more = f", {self.halved} cells halved for their size" if self.halved else ""
         return f"shipped mesh of {self.shipped_mm:g} mm, {moved}{more}; worst mean ratio {self.worst:.2f}"
@@ -77,7 +78,7 @@ def path_of(kind: str, size_mm: float, variant: int) -> Path:
 def from_reference(
     finger: Finger, size_mm: float, variant: int, progress: Progress | None = None
 ) -> LayeredMesh | None:
-    """The mesh of a dome or slab from a shipped one, None where the mesher has to draw.
+    """The mesh of a dome or slab from a shipped one; None if the mesher has to make it.
 
     Arguments as of `papilla.mesh.build`, and raises as it does.
     """
@@ -90,7 +91,7 @@ def from_reference(
     found = _fitted(kind, body, sizing, variant)
     if found.worst < WORST:
         if progress is not None:
-            progress(f"{found.words}, below {WORST:g}: the mesher draws a new one")
+            progress(f"{found.words}, below {WORST:g}: the mesher makes a new one")
         return None
     if progress is not None:
         progress(found.words)
@@ -98,7 +99,7 @@ def from_reference(
 
 
 def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
-    """The coarsest shipped mesh whose cells at the contact are small enough once it is moved; refined."""
+    """The coarsest shipped mesh whose cells at the contact are small enough after the map; refined."""
     for shipped_mm in SIZES_MM[kind]:
         shipped = _shipped_cell(kind, shipped_mm, variant)
         points = morphed(shipped.points, _origin(kind), body)
@@ -114,7 +115,8 @@ def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
 
 
 def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tuple[TaggedCells, int]:
-    """The moved mesh on its surfaces, cells of more than `most` sizes halved, then poor ones relaxed; and how many."""
+    """The mapped mesh on its surfaces, with cells of more than `most` sizes halved and poor ones relaxed; and the
+    number of halved cells."""
     halved = 0
     while True:
         constraints = Constraints(body, cells)
@@ -131,8 +133,8 @@ def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tup
 
 
 def relative_sizes(points: np.ndarray, tets: np.ndarray, sizing: Sizing) -> np.ndarray:
-    """(m,) size of each cell in that wanted there: the edge of the regular cell of its volume, or, where it is
-    stretched, a share of its longest edge."""
+    """(m,) size of each cell relative to the wanted one: the edge of a regular cell of the same volume or, for a
+    stretched cell, a share of its longest edge."""
     corners = points[tets]
     regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / 3)
     ends = corners[:, EDGES_OF_TET]
@@ -165,7 +167,7 @@ def _shipped(kind: str, size_mm: float, variant: int) -> LayeredMesh:
 
 @lru_cache(maxsize=8)
 def _shipped_cell(kind: str, size_mm: float, variant: int) -> LayeredMesh:
-    """The quarter that its mirrors repeat."""
+    """The quarter of a shipped mesh."""
     with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
         return unpack({**data, "mirrors": np.array("")})
 
@@ -193,7 +195,7 @@ def _origin(kind: str) -> Body:
 
 
 def ship() -> None:
-    """Draw all shipped meshes and write their files."""
+    """Make all shipped meshes and write their files."""
     from papilla.mesh.drawing import drawn
 
     for kind, sizes in SIZES_MM.items():

@@ -1,9 +1,9 @@
 """Halves cells that are too large, until none is: bisection of longest edges, without hanging vertices.
 
-Every cell that is too large asks for its longest edge to be halved. A cell of which any edge is halved has its longest
-one halved too (else it would become a sliver), which may reach its neighbours: repeated until nothing is added. All
-edges have one order, the longest first, and a cell is split at its first halved edge, then its parts at theirs. Two
-cells split the face that they share in the same order, so the parts fit.
+Every cell that is too large asks for its longest edge to be halved. If any edge of a cell is halved, its longest edge
+is halved, too (otherwise it would become a sliver), which may affect its neighbours; this is repeated until no edge is
+added. All edges have one order, the longest first. A cell is split at its first halved edge, then its parts at theirs.
+Two cells split their common face in the same order, so the parts match.
 
 Rivara, Int. J. Numer. Methods Eng. 20 (1984) 745, doi:10.1002/nme.1620200412.
 """
@@ -15,16 +15,16 @@ import numpy as np
 from papilla.mesh.tagging import TaggedCells
 
 DIGITS = 9
-"""Lengths count with so many decimals (mm) when edges are ordered: the order must not hang on rounding."""
+"""Decimals (mm) of the lengths by which edges are ordered, so that rounding does not decide the order."""
 
 NEVER = np.iinfo(np.int64).max  # Rank of an edge that is not halved
 
 
 def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
-    """`cells` with those in `chosen` (m,) bool, and neighbours where it must be, cut at their longest edges.
+    """`cells` with the cells `chosen` (m,) bool, and neighbours if necessary, cut at their longest edges.
 
-    New vertices are middles of straight edges: on a curved surface they are moved onto it by the caller. The parts of
-    cells and faces inherit layers, surfaces and planes.
+    New vertices are middles of straight edges; the caller moves them onto curved surfaces. The parts of cells and faces
+    inherit layers, surfaces and planes.
     """
     points, tets = cells.points, cells.tets
     count = len(points)
@@ -42,10 +42,10 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
     keys, ends, rank = keys[halved], ends[halved], rank[halved]
 
     def split(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The parts (k, d) of simplices (m, d), and which (k,) each comes from."""
+        """The parts (k, d) of simplices (m, d), and the number (k,) of the simplex from which each comes."""
         parent, pairs = np.arange(len(simplices)), np.array(list(combinations(range(simplices.shape[1]), 2)))
         while len(simplices):
-            # An edge that ends in a new vertex has no key among those of the old ones: it is never halved again.
+            # An edge with a new vertex is not among the old edges, so it is not halved again.
             own = _keys(simplices, count)
             place = np.searchsorted(keys, own).clip(max=len(keys) - 1)
             order = np.where((keys[place] == own) & (simplices[:, pairs].max(axis=2) < count), rank[place], NEVER)
@@ -74,7 +74,7 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
 
 
 def _keys(simplices: np.ndarray, count: int) -> np.ndarray:
-    """A number for each edge (m, pairs) of simplices (m, d), the same wherever its two ends are, for ends < count."""
+    """A number for each edge (m, pairs) of simplices (m, d), which depends only on its two ends, for ends < count."""
     pairs = np.array(list(combinations(range(simplices.shape[1]), 2)))
     ends = np.sort(simplices[:, pairs], axis=2)
     return ends[:, :, 0] * count + ends[:, :, 1]

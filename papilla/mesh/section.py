@@ -1,7 +1,7 @@
 """The finger's section at y = 0 as a structured, graded, conforming triangle mesh: the same on every machine.
 
-Columns run from the bone to the skin at constant ellipse parameter, evenly spaced in x at the skin where contact may
-spread; rows follow the layers. Ridges stand on the skin. The mesh mirrors itself in x = 0.
+Columns run from the bone to the skin at constant ellipse parameter, evenly spaced in x on the skin that may touch; rows
+follow the layers. Ridges are added to the skin. The mesh is symmetric about x = 0.
 """
 
 import math
@@ -15,16 +15,16 @@ from papilla.finger import Dome, Finger, Slab
 from papilla.mesh.layered import BONE, INNER, OUTER
 
 SIZE_MM = 0.1
-"""Length of the skin's elements in the contact patch."""
+"""Length (mm) of the skin's elements in the contact patch."""
 
 PATCH_SHARE = 0.5
-"""Share of the skin's half width over which contact may spread, and no further than the finger's patch radius."""
+"""Share of the skin's half width within which contact is possible; the finger's patch radius limits it, too."""
 
 GROWTH, COARSEST_MM, COARSEST_RAD = 1.3, 1.5, 0.1
-"""Ratio of neighbouring rows and columns away from the contact, and the largest of them."""
+"""Ratio of neighbouring rows and columns away from the contact, and the largest row and column."""
 
 MOST_NODES = 500
-"""Nodes of a contact patch: what is condensed is dense in them."""
+"""Largest number of nodes of a contact patch: the condensed matrices are dense in them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Section:
 
 
 def section_finger(finger: Finger) -> Finger:
-    """The finger extruded from its section at y = 0, where the gauges must sit.
+    """The finger extruded from its section at y = 0, in which the gauges must lie.
 
     Raises `InputError` for surface files, and for a gauge beside the section.
     """
@@ -66,16 +66,16 @@ def section_finger(finger: Finger) -> Finger:
 
 
 def patch_half_width(finger: Finger) -> float:
-    """How far (mm) from the apex contact may spread on a finger's section; raises what `section_finger` raises."""
+    """Largest distance (mm) of contact from the apex on a finger's section; raises what `section_finger` raises."""
     shape = section_finger(finger).shape
     assert isinstance(shape, Slab)
     return min(finger.patch_radius, PATCH_SHARE * shape.outer[0])
 
 
 def build_section(finger: Finger, *, size_mm: float = SIZE_MM, ridges: bool = True) -> Section:
-    """Mesh of the section, `size_mm` long elements at the skin; with the finger's ridges where it has any.
+    """Mesh of the section with elements of `size_mm` at the skin, with the finger's ridges if it has any.
 
-    Raises `InputError` for what `section_finger` refuses, and for a patch of more than `MOST_NODES` nodes.
+    Raises `InputError` as `section_finger`, and for a patch of more than `MOST_NODES` nodes.
     """
     shape = section_finger(finger).shape
     assert isinstance(shape, Slab)
@@ -135,7 +135,7 @@ def _angles(on_skin: np.ndarray, half_axis: float) -> np.ndarray:
 
 
 def _graded(length: float, first: float, largest: float) -> np.ndarray:
-    """Places from 0 to `length` whose steps grow from about `first` to at most about `largest`."""
+    """Positions from 0 to `length` whose steps grow from about `first` to at most about `largest`."""
     steps = [first]
     while sum(steps) < length:
         steps.append(min(steps[-1] * GROWTH, largest))
@@ -144,7 +144,7 @@ def _graded(length: float, first: float, largest: float) -> np.ndarray:
 
 
 def _rows(finger: Finger, shape: Slab, size: float) -> list[tuple[int, np.ndarray, tuple, tuple]]:
-    """From the inside out: layer, shares of the way across it, and the semi-axes it runs between."""
+    """Rows from the inside out: layer, relative positions across it, and the semi-axes between which it lies."""
     skin, soft = shape.outer[1] - shape.interface[1], shape.interface[1] - shape.bone[1]
     down = _graded(skin, size, COARSEST_MM / 2)
     deep = _graded(soft, down[-1] - down[-2], COARSEST_MM)
@@ -187,7 +187,7 @@ def _grid(shape: Slab, angles: np.ndarray, rows, with_core: bool):
 
 
 def _split(below: np.ndarray, above: np.ndarray, across: np.ndarray) -> np.ndarray:
-    """Two triangles a cell between two rows, the diagonals mirrored in the middle column."""
+    """Two triangles per cell between two rows; the diagonals are mirrored about the middle column."""
     a, b, c, d = below[:-1], below[1:], above[1:], above[:-1]
     left = (across[:-1] + across[1:] < 0)[:, None]
     one = np.where(left, np.column_stack([a, b, c]), np.column_stack([a, b, d]))
@@ -196,7 +196,7 @@ def _split(below: np.ndarray, above: np.ndarray, across: np.ndarray) -> np.ndarr
 
 
 def _ridges(finger: Finger, points, triangles, layer, patch, tops, size):
-    """The mesh with a block of the outer layer on each ridge's columns, and the edges of the tops."""
+    """The mesh with a block of the outer layer on the columns of each ridge, and the edges of the ridge tops."""
     assert finger.ridges is not None
     levels = np.linspace(0, finger.ridges.height, max(2, math.ceil(finger.ridges.height / size)) + 1)[1:]
     all_points, cells, spans = [points], [triangles], []

@@ -1,13 +1,14 @@
-"""The element size wanted at each place, as the background field that the mesher takes.
+"""The wanted element size at each place, as a background field for the mesher.
 
-With d the distance from the apex, depth stretched because stress decays faster downwards than the patch is wide,
+With the distance d from the apex, in which depth is stretched because stress decays faster downwards than sideways, and
+the patch radius R,
 
-    size(d) = size_mm * min(1 + GROWTH (d - FINE_ZONE R) / R, FAR), R the patch radius,
+    size(d) = size_mm * min(1 + GROWTH (d - FINE_ZONE R) / R, FAR),
 
-and size_mm inside the fine zone. It is smaller at the touch-down point, where a light press has all of its contact, and
-grows from SITE sizes at each gauge, whose grid is short against the elements that far out. The field is proportional to
-`size_mm`, so that half of it gives a mesh that is twice as fine everywhere: at the contact, at the interface and at the
-bone.
+and size_mm inside the fine zone. The size is smaller at the touch-down point, where a light press has its whole
+contact, and grows from SITE sizes at each gauge, whose grid is short compared with the elements far from the apex. The
+field is proportional to `size_mm`, so half of it gives a mesh that is twice as fine everywhere: at the contact, at the
+interface and at the bone.
 """
 
 from dataclasses import dataclass, field, replace
@@ -25,22 +26,22 @@ from papilla.mesh.topology import volumes
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
 
-GROWTH = 5.4  # Growth of the size over one patch radius, in sizes at the apex
+GROWTH = 5.4  # Growth of the size over one patch radius, in sizes of the fine zone
 TIP, TIP_ZONE = 0.6, 0.13
-"""Size at the touch-down point, in those of the fine zone, and the radius (in patch radii) of the zone of that size;
-over as much again it grows to that of the fine zone."""
+"""Size at the touch-down point relative to the fine zone, and radius (in patch radii) of the zone with this size; over
+the same distance again it grows to that of the fine zone."""
 
-SITE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and the radius of the zone of that size, as above
-FAR = 5.0  # Largest size, in sizes of the fine zone
-FAR_LIMIT_MM = 5.0  # Largest size whatever was asked for: coarser elements do not follow the default finger's surfaces
+SITE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and radius of their zone, as above
+FAR = 5.0  # Largest size, relative to the fine zone
+FAR_LIMIT_MM = 5.0  # Largest size at any size_mm: coarser elements do not follow the default finger's surfaces
 DEPTH_STRETCH = 1.4
 
-FINEST, COARSEST = 1 / 200, 1 / 4  # Element sizes that are accepted, as fractions of the finger's height
-SAMPLES = 32  # Points along each axis of the body's box in which its volume is sampled
+FINEST, COARSEST = 1 / 200, 1 / 4  # Smallest and largest size_mm, as fractions of the finger's height
+SAMPLES = 32  # Points along each axis of the body's box that sample its volume
 
 CELLS_PER_VOLUME, FEWEST_CELLS = 9.3, 2400
-"""Tetrahedra in a volume of size^3, and those that the surfaces take whatever the size: with them the seven meshes
-of the default finger from 2 to 0.25 mm (2618 to 146,068 tetrahedra) are predicted within 22 %."""
+"""Number of tetrahedra per volume of size^3, and number that the surfaces need at any size: the formula predicts the
+seven meshes of the default finger from 2 to 0.25 mm (2618 to 146,068 tetrahedra) within 22 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +79,10 @@ class Sizing:
 
 
 def asked(finger: Finger, size_mm: float, variant: int = 0) -> tuple[Body, Sizing]:
-    """What is to be meshed of a finger, and the element sizes that `size_mm` at the contact stands for.
+    """The body to mesh of a finger, and the element sizes that follow from `size_mm` at the contact.
 
     Raises what `body_of` raises, `InputError` for a size out of range or a gauge off the interface, and
-    `MemoryEstimateError` where a mesh of that size could not be pressed in the memory left.
+    `MemoryEstimateError` if presses on a mesh of that size would need more memory than is free.
     """
     body = body_of(finger, size_mm, variant)
     tall = float(body.high[2] - body.low[2])
@@ -95,7 +96,8 @@ def asked(finger: Finger, size_mm: float, variant: int = 0) -> tuple[Body, Sizin
 
 
 def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
-    """Raise `MemoryEstimateError` where the mesh that `sizing` asks for could not be pressed in the memory left."""
+    """Raise `MemoryEstimateError` if presses on the mesh that `sizing` describes would need more memory than is
+    free."""
     lines = [
         low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES for low, high in zip(body.low, body.high, strict=True)
     ]
@@ -115,12 +117,12 @@ def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
 def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points and tetrahedra (six a cube) of a regular grid that covers the box, displaced by `shift` (3,) spacings.
 
-    `shift` lies in [-0.5, 0.5]: one spacing is kept free around the box.
+    `shift` lies in [-0.5, 0.5], because the grid extends one spacing beyond the box.
     """
     counts = np.ceil((high - low) / spacing).astype(int) + 3
     places = np.argwhere(np.ones(counts, dtype=bool))
     points = low + spacing * (places - 1 + shift)
-    # Kuhn's six tetrahedra of a cube: along each axis in each order, so that neighbouring cubes fit.
+    # Kuhn's six tetrahedra of a cube, along each axis in each order, so that neighbouring cubes match.
     first = np.flatnonzero(np.all(places < counts - 1, axis=1))
     steps = permutations((counts[1] * counts[2], counts[2], 1))
     tets = np.vstack([first[:, None] + np.cumsum([0, *order]) for order in steps])
@@ -128,5 +130,5 @@ def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarr
 
 
 def positively_oriented(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """The tetrahedra with two vertices swapped wherever the volume is negative."""
+    """The tetrahedra with two vertices swapped if the volume is negative."""
     return np.where(volumes(points, tets)[:, None] < 0, tets[:, [0, 2, 1, 3]], tets)

@@ -7,7 +7,7 @@ from papilla.mesh.body import Body
 from papilla.mesh.cell_quality import mean_ratio
 from papilla.mesh.tagging import TaggedCells
 
-POOR = 0.1  # Cells of a lower mean ratio are relaxed
+POOR = 0.1  # Mean ratio below which a cell is relaxed
 SWEEPS = 30
 STEPS = (1.0, 0.5, 0.2)  # Fractions of the way to the middle of the neighbours that are tried
 
@@ -31,7 +31,7 @@ class Constraints:
         self.on_surface = on_surface
 
     def apply(self, points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-        """The points (k, 3) of the numbered vertices (k,), moved onto what these must stay on."""
+        """The points (k, 3) of the numbered vertices (k,), moved onto their surfaces and planes."""
         points = points.copy()
         for plane, mask in zip(self.body.planes, self.on_plane, strict=True):
             points[mask[vertices], plane.axis] = plane.value
@@ -43,9 +43,9 @@ class Constraints:
 
 
 def snap(body: Body, cells: TaggedCells) -> np.ndarray:
-    """The points (n, 3) of the cells, those on surfaces and planes moved exactly onto them, poor cells relaxed.
+    """The points (n, 3) of the cells: those on surfaces and planes moved exactly onto them, poor cells relaxed.
 
-    Raises `MeshError` where surfaces touch. That no cell is inverted is for the caller to check.
+    Raises `MeshError` if surfaces touch. The caller must check that no cell is inverted.
     """
     constraints = Constraints(body, cells)
     points = constraints.apply(cells.points, np.arange(len(cells.points)))
@@ -53,7 +53,7 @@ def snap(body: Body, cells: TaggedCells) -> np.ndarray:
 
 
 def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints, poor: float = POOR) -> np.ndarray:
-    """Smart Laplacian smoothing of poor cells: a move counts only if it raises the worst quality around its vertex."""
+    """Smart Laplacian smoothing of poor cells: a move is kept only if it raises the worst quality around its vertex."""
     points = points.copy()
     quality = mean_ratio(points, tets)
     order = np.argsort(tets, axis=None, kind="stable")
@@ -69,7 +69,8 @@ def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints, poor: 
 
 
 def _move(points, tets, quality, vertex, around, constraints) -> bool:
-    """Move one vertex towards the middle of its neighbours as far as that helps; `points` and `quality` follow."""
+    """Move one vertex towards the middle of its neighbours as far as this improves the quality; updates `points` and
+    `quality`."""
     ring = np.setdiff1d(tets[around], [vertex])
     towards = points[ring].mean(axis=0) - points[vertex]
     old = points[vertex].copy()

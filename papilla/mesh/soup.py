@@ -1,4 +1,4 @@
-"""Closed triangulations that the mesher gets: a quarter of each nested body of a `Dome` or a `Slab`.
+"""Closed triangulations for the mesher: a quarter of each nested body of a `Dome` or a `Slab`.
 
 A quarter is the part at x >= 0, y >= 0, closed by the mirror planes and the base plane, so that the whole mesh can be
 its exact mirror image.
@@ -8,7 +8,7 @@ import numpy as np
 
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
-SCATTER = 0.3  # Share of an edge by which `scattered` moves its ends, at most, along each axis
+SCATTER = 0.3  # Largest displacement of an edge's ends by `scattered`, as a share of the edge, along each axis
 
 Triangulation = tuple[np.ndarray, np.ndarray]
 """Vertices (n, 3) in mm and triangles (m, 3)."""
@@ -24,7 +24,8 @@ def quarter_ellipsoid(surface: Ellipsoid, divisions: int) -> Triangulation:
 
 
 def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation:
-    """The part x, y, z >= 0 of an elliptic cylinder, with `divisions` edges along the arc and as fine along y."""
+    """The part x, y, z >= 0 of an elliptic cylinder, with `divisions` edges along the arc and equally long ones along
+    y."""
     a, c = surface.axes
     end = surface.depth / 2
     layers = max(1, round(divisions * end / (np.pi / 2 * max(a, c))))
@@ -40,8 +41,8 @@ def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation
 def scattered(
     vertices: np.ndarray, triangles: np.ndarray, surface: Ellipsoid, random: np.random.Generator
 ) -> np.ndarray:
-    """The vertices (n, 3) moved by up to `SCATTER` of the shortest edge that meets there, in the flat faces that they
-    lie in and along the curved one: another triangulation of the same body."""
+    """The vertices (n, 3) moved by up to `SCATTER` of their shortest edge, within their flat or curved faces: another
+    triangulation of the same body."""
     edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     shortest = np.full(len(vertices), np.inf)
     np.minimum.at(shortest, edges, np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[:, None])
@@ -81,7 +82,7 @@ def _onto_sphere(points: np.ndarray) -> np.ndarray:
 
 
 def _onto_disc(points: np.ndarray) -> np.ndarray:
-    """Octahedral radius |x| + |y| + |z| turned into the Euclidean one: straight rims become arcs."""
+    """Octahedral radius |x| + |y| + |z| replaced by the Euclidean one: straight rims become arcs."""
     radius = np.linalg.norm(points, axis=1)
     return points * np.divide(np.abs(points).sum(axis=1), radius, out=np.zeros(len(points)), where=radius > 0)[:, None]
 

@@ -1,4 +1,4 @@
-"""The user's surface files: read, and refused with one clear line unless they can be meshed."""
+"""The user's surface files: read, and refused with one clear line if they cannot be meshed."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from pyvista import PolyData
 
 SUFFIXES = (".stl", ".ply", ".vtp")
-ZERO_LENGTH = 1e-5  # What counts as zero length, as a fraction of the outer surface's diagonal: STL keeps seven digits
+ZERO_LENGTH = 1e-5  # Length that counts as zero, in diagonals of the outer surface: STL keeps seven digits
 THINNEST = 1e-3  # Smallest accepted layer thickness, as a fraction of the same
 
 
 def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
-    """Outer, interface and bone surface from files, each strictly inside the one before; all may share a base plane.
+    """Outer, interface and bone surface from files, each strictly inside the one before; they may share a base plane.
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not a surface, open, non-manifold,
     self-intersecting, not in mm, no flat base, wrongly nested); the message names the file.
@@ -83,7 +83,8 @@ def _read(path: str) -> Triangulation:
 
 
 def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Triangulation:
-    """Equal vertices joined (STL repeats each in every triangle), vanished triangles and unused vertices removed."""
+    """Equal vertices joined (STL repeats each one in every triangle), degenerate triangles and unused vertices
+    removed."""
     vertices, number = np.unique(vertices, axis=0, return_inverse=True)
     triangles = number.ravel()[triangles]
     a, b, c = triangles.T
@@ -96,7 +97,7 @@ def _edges(triangles: np.ndarray) -> np.ndarray:
 
 
 def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """The triangles turned so that normals point out; the surface must be closed and of one piece."""
+    """The triangles oriented with normals outwards; the surface must be closed and in one piece."""
     edges = np.sort(_edges(triangles).reshape(-1, 2), axis=1)
     _, edge, counts = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     if np.any(counts == 1):
@@ -147,7 +148,7 @@ def _poly(vertices: np.ndarray, triangles: np.ndarray) -> "PolyData":
 
 
 def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, around: str, thinnest: float) -> None:
-    """Every part of `inner` lies inside `outer`, a layer apart except where both end in the base plane."""
+    """Check that every part of `inner` lies inside `outer`, with a layer between them except at a common base plane."""
     deepest = inner.vertices[:, 2].min()
     if deepest < inner.base_z - inner.tolerance:
         raise FileFormatError(f"{path}: reaches below the base of {around}, to z = {deepest:g} mm")

@@ -1,22 +1,22 @@
-"""What a surface of a finger is to meshing and gauges, and those of domes and slabs: exact level, projection, height
-and normal. Surfaces of triangles are in `papilla.mesh.triangle_surface`. All lengths in mm."""
+"""The interface of a finger's surfaces for meshing and gauges, and the exact surfaces of domes and slabs: level,
+projection, height and normal. Surfaces of triangles are in `papilla.mesh.triangle_surface`. All lengths in mm."""
 
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-SMALLEST_MM, LARGEST_MM = 1.0, 1000.0  # A finger whose longest side is outside these was hardly written in mm
+SMALLEST_MM, LARGEST_MM = 1.0, 1000.0  # Range of a finger's longest side (mm): other values are probably not in mm
 
 
 class Surface(Protocol):
-    """What meshing and gauges ask of a surface; points are (n, 3) in mm."""
+    """Functions that meshing and gauges need of a surface; points are (n, 3) in mm."""
 
     def level(self, points: np.ndarray) -> np.ndarray:
         """(n,) mm: zero on the surface, negative inside; near the surface the signed distance to first order."""
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) points exactly on the surface, near the given ones where these are near the surface."""
+        """(n, 3) points exactly on the surface, close to the given points if these are close to the surface."""
 
     def project_in_base(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) points on the curve where the surface meets the base plane, for points near that curve."""
@@ -43,7 +43,7 @@ class Ellipsoid:
         """(n,) (k - 1) / |grad k| with k = |(x/a, y/b, z/c)|: the signed distance to first order."""
         k = np.linalg.norm(points / self.semi_axes, axis=1)
         slope = np.linalg.norm(points / self.semi_axes**2, axis=1)
-        # At the centre the gradient has no direction; any of its values gives the right sign.
+        # At the centre the gradient has no direction; any value gives the right sign.
         reach = np.divide(k, slope, out=np.full(len(points), float(self.semi_axes.min())), where=slope > 0)
         return (k - 1) * reach
 
@@ -58,7 +58,7 @@ class Ellipsoid:
     project_in_base = project
 
     def height(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) z = c sqrt(1 - (x/a)^2 - (y/b)^2); NaN where that is not real."""
+        """(n,) z = c sqrt(1 - (x/a)^2 - (y/b)^2); NaN outside."""
         a, b, c = self.semi_axes
         square = 1 - (xy[:, 0] / a) ** 2 - (xy[:, 1] / b) ** 2
         return c * np.sqrt(np.where(square >= 0, square, np.nan))
@@ -71,7 +71,7 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class EllipticCylinder(Ellipsoid):
-    """The upper half of an elliptic cylinder along y with `axes` a and c; `level` does not count its ends."""
+    """The upper half of an elliptic cylinder along y with `axes` a and c; `level` ignores its ends."""
 
     depth: float
 

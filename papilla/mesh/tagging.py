@@ -1,4 +1,4 @@
-"""Sorts the mesher's output: layers by centroid, faces by the surface or plane they lie on."""
+"""Sorts the mesher's output: layers by centroid, faces by the surface or plane on which they lie."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.topology import compact, paired_faces
 
 FLAT_COSINE = 0.8
-"""A boundary face within reach of a plane lies on it where its normal is at most 37 degrees from the plane's."""
+"""A boundary face near a plane lies on it if its normal is at most 37 degrees from the plane's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +28,8 @@ class TaggedCells:
 def tag(body: Body, points: np.ndarray, tets: np.ndarray, keep_bone: bool, reach: float) -> TaggedCells:
     """Tag a raw mesh of `body`; the bone's cells are dropped unless `keep_bone`.
 
-    Cells outside the body are dropped. `reach` (mm) is how far the mesher may have moved a flat face. Raises
-    `MeshError` where a layer has no cells or a boundary face lies on nothing.
+    Cells outside the body are dropped. `reach` (mm) is the largest distance by which the mesher may have moved a flat
+    face. Raises `MeshError` if a layer has no cells or a boundary face lies on no surface or plane.
     """
     tets = tets[_inside(body, points[tets].mean(axis=1))]
     centroids = points[tets].mean(axis=1)

@@ -8,10 +8,11 @@ FACES_OF_TET = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 
 def paired_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Each distinct face (k, 3), oriented out of its first cell, and its cells (k, 2), the second -1 where none is."""
+    """Each distinct face (k, 3), oriented out of its first cell, and its cells (k, 2); the second is -1 if there is
+    none."""
     faces = np.asarray(tets, dtype=np.int64)[:, FACES_OF_TET].reshape(-1, 3)
     owner = np.repeat(np.arange(len(tets)), 4)
-    # One number a face: three of 21 bits fit into an integer
+    # One number per face: three numbers of 21 bits fit into an integer
     low, middle, high = np.sort(faces, axis=1).T
     _, first, number = np.unique((low << 42) | (middle << 21) | high, return_index=True, return_inverse=True)
     second = np.delete(np.arange(len(faces)), first)

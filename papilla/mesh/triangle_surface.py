@@ -1,4 +1,4 @@
-"""A closed triangulated surface of the user as exact geometry."""
+"""A closed triangulated surface of the user, treated as exact geometry."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,7 +11,7 @@ from papilla.short_repr import short_repr
 if TYPE_CHECKING:
     from pyvista import PolyData
 
-FEATURE_DEG = 30.0  # Normals are smoothed across edges that bend less
+FEATURE_DEG = 30.0  # Normals are smoothed across edges with a smaller angle
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class TriangleSurface:
     vertices : (n, 3) float.
     triangles : (m, 3) int.
     base_z : height of the finger's base plane; triangles within `tolerance` of it are the surface's flat base.
-    tolerance : what counts as zero length.
+    tolerance : length that counts as zero.
     """
 
     vertices: np.ndarray
@@ -75,7 +75,7 @@ class TriangleSurface:
         return foot
 
     def height(self, xy: np.ndarray) -> np.ndarray:
-        """(n,) largest z of the surface over each point of `xy` (n, 2); NaN where there is none."""
+        """(n,) largest z of the surface above each point of `xy` (n, 2); NaN if there is none."""
         from scipy.spatial import cKDTree
 
         z = np.full(len(xy), -np.inf)
@@ -106,7 +106,8 @@ class TriangleSurface:
         return normals / np.linalg.norm(normals, axis=1)[:, None]
 
     def facet_deviation(self, around: np.ndarray, reach: float) -> float:
-        """Largest distance (mm), over the facets within `reach` of a point (3,), to the smooth surface they stand for.
+        """Largest distance (mm), over the facets within `reach` of a point (3,), to the smooth surface that they
+        approximate.
 
         The quadratic surface through a facet's vertices v with normals n lies the mean of (v - c) . n / 2 above its
         centre c (Boubekeur and Alexa 2008, doi:10.1145/1409060.1409094): h^2 / (6 R) for edges h on a sphere.
@@ -133,11 +134,11 @@ def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _height_in(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """z (k,) of triangles (k, 3, 3) over points (k, 2); -inf where a point is not over its triangle."""
+    """z (k,) of triangles (k, 3, 3) above points (k, 2); -inf if a point is not above its triangle."""
     flat = corners[:, :, :2]
     ahead, behind = (np.roll(flat, shift, axis=1) for shift in (-1, -2))
     area = _cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])
     weight = _cross(ahead - xy[:, None], behind - xy[:, None]) / np.where(area == 0, np.nan, area)[:, None]
-    # A point on an edge belongs to one of its triangles whatever the rounding.
+    # Rounding must not exclude a point on an edge from both of its triangles.
     inside = weight.min(axis=1) >= -1e-9
     return np.where(inside, np.einsum("kc,kc->k", weight, corners[:, :, 2]), -np.inf)

@@ -11,12 +11,12 @@ from papilla.files import replacing
 from papilla.mesh.layered import BOUNDARIES, LayeredMesh
 
 NO_LAYER = -1
-"""`layer` of all but tetrahedra; `boundary` of these is 0, of the triangles 1, 2, 3 for skin, interface, base, of bent
-edges 4."""
+"""`layer` of cells that are not tetrahedra; `boundary` is 0 for tetrahedra, 1, 2, 3 for triangles of skin, interface,
+base, and 4 for bent edges."""
 
 
 def save(mesh: LayeredMesh, path: str | PathLike[str]) -> None:
-    """Write a mesh as VTU (binary, compressed); raises `FileAccessError` where that is not possible.
+    """Write a mesh as VTU (binary, compressed); raises `FileAccessError` if that is not possible.
 
     Cell data: `layer`, `boundary`, and, the same for every cell, `size_mm` and `mirrors` (1 for x, plus 2 for y).
     """
@@ -43,7 +43,7 @@ def save(mesh: LayeredMesh, path: str | PathLike[str]) -> None:
 def load(path: str | PathLike[str]) -> LayeredMesh:
     """Read a mesh that `save` wrote.
 
-    Raises `FileAccessError` for a missing or unreadable file, `FileFormatError` for one that holds something else.
+    Raises `FileAccessError` for a missing or unreadable file, `FileFormatError` for one with other content.
     """
     import meshio
 

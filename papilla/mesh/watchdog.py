@@ -1,7 +1,8 @@
-"""Stands between papilla and a job that it runs in a folder: `python watchdog.py FOLDER COMMAND...`.
+"""Process between papilla and a job in a folder: `python watchdog.py FOLDER COMMAND...`.
 
-papilla holds the other end of standard input and writes nothing: when that ends, however papilla ended, the job is
-killed and its folder removed. The job itself cannot watch, as it may hold the interpreter's lock for minutes.
+papilla holds the other end of standard input and writes nothing. When that end closes, for whatever reason papilla
+ended, the job is killed and its folder removed. The job itself cannot watch, because it may hold the interpreter's lock
+for minutes.
 """
 
 import os
@@ -11,14 +12,14 @@ import subprocess
 import sys
 import threading
 
-PR_SET_PDEATHSIG = 1  # Of Linux' prctl(2): the signal that a process gets when the one that started it has died
+PR_SET_PDEATHSIG = 1  # Constant of Linux' prctl(2): the signal that a process gets when its parent has died
 
 
 def keep(folder: str, command: list[str]) -> None:
-    """Run `command` in `folder` and leave with its exit code, 128 and its number more for a signal."""
+    """Run `command` in `folder` and exit with its exit code; after a signal, with 128 plus its number."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
-            # A terminal sends these to the whole group: papilla alone decides.
+            # A terminal sends these signals to the whole group; papilla alone decides.
             signal.signal(getattr(signal, name), lambda *_: None)
     job = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, preexec_fn=_die_with_parent())
     leaving = threading.Lock()
@@ -39,7 +40,7 @@ def keep(folder: str, command: list[str]) -> None:
 
 
 def _die_with_parent():
-    """On Linux, a function that makes a new process die with its parent; None elsewhere."""
+    """On Linux, a function that makes a new process end with its parent; None elsewhere."""
     if sys.platform != "linux":
         return None
     import ctypes

@@ -1,4 +1,4 @@
-"""The process of the mesher and of VTK's file readers: `python worker.py JOB`, in a folder of its own.
+"""The process of the mesher and of VTK's file readers: `python worker.py JOB`, in a separate folder.
 
 It reads `input.npz` there and leaves `output.npz`, whole or not at all.
 """
@@ -14,9 +14,9 @@ Arrays = Mapping[str, np.ndarray]
 
 
 def tetrahedralise(soup: Arrays) -> Arrays:
-    """Points (n, 3) and tetrahedra (m, 4) that pytetwild makes of a soup.
+    """Points (n, 3) and tetrahedra (m, 4) that pytetwild makes from the triangulations.
 
-    The space around the soup is meshed too: the mesher's own winding numbers fail where nested surfaces share a base.
+    The space around them is meshed, too, because the mesher's own winding numbers fail if nested surfaces share a base.
     """
     import pytetwild
 
@@ -39,7 +39,7 @@ def tetrahedralise(soup: Arrays) -> Arrays:
 def read_surface(file: Arrays) -> Arrays:
     """Vertices (n, 3) and triangles (m, 3) of a surface file with bytes `content` and name `suffix`.
 
-    VTK's readers crash on some damaged files, and print lines of their own.
+    VTK's readers crash on some damaged files, and print their own messages.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkFiltersCore import vtkTriangleFilter
@@ -67,7 +67,7 @@ def read_surface(file: Arrays) -> Arrays:
 
 
 def _limit_memory() -> None:
-    """A damaged file that asks for more memory than there is must not take it."""
+    """Limit the memory, so that a damaged file that asks for too much cannot take it."""
     from papilla.memory import available_bytes
 
     free = available_bytes()

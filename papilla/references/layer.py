@@ -31,8 +31,8 @@ DEFICIT_CUTOFF = 24.0
 """Value of Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""
 
 FAR, KNOTS = 50.0, 1500
-"""Distance over thickness beyond which the layer's displacement, decaying as exp(-0.739 r/h) or faster, is set to 0;
-and number of knots of the tables up to there."""
+"""Distance over thickness beyond which the layer's displacement, which decays as exp(-0.739 r/h) or faster, is set to
+0; and number of knots of the tables up to there."""
 
 
 @dataclass(frozen=True)

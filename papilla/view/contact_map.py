@@ -1,4 +1,4 @@
-"""The pressure between finger and specimen, seen along the contact's normal."""
+"""Map of the pressure between finger and specimen, seen along the contact's normal."""
 
 from dataclasses import dataclass
 from textwrap import fill
@@ -22,14 +22,14 @@ from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, friction_text,
 
 KPA = 1000.0
 PIXELS = 301
-LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the least peak on
-CONTACT_EDGE = 0.02  # Share of the peak pressure whose contour is the edge of a contact that is no ellipse
+LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
+CONTACT_EDGE = 0.02  # Share of the peak pressure at the edge of a contact that is not an ellipse
 
 
 def whole_patch(reduced: ReducedFinger, press: Press) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The patch of a press of `reduced` with all mirror images: xy (n, 2) mm, triangles (t, 3), pressure (n,) MPa.
 
-    Nodes on mirror planes occur once an image.
+    Nodes on mirror planes occur once in each image.
     """
     patch = reduced.patch
     if press.pressure.shape != (len(patch.xy),):
@@ -43,8 +43,8 @@ def whole_patch(reduced: ReducedFinger, press: Press) -> tuple[np.ndarray, np.nd
 class Profile:
     """The smooth pressure with the force, area and peak of a press.
 
-    centre : (2,) mm. axes : (2, 2), each column from there to the edge, mm. mean : pressure, MPa. layer_term : as in
-    `papilla.fem.pressing.hertz`.
+    centre : (2,) mm. axes : (2, 2), each column from the centre to the edge, mm. mean : pressure, MPa. layer_term : as
+    in `papilla.fem.pressing.hertz`.
     """
 
     centre: np.ndarray
@@ -64,8 +64,8 @@ class Profile:
 
 
 def contact_profile(reduced: ReducedFinger, press: Press) -> Profile | None:
-    """The profile of a press, its axes those of the pressure's second moments, which are as smooth as the gauge rows;
-    None where the contact is no ellipse."""
+    """The profile of a press; its axes follow from the second moments of the pressure. None if the contact is not an
+    ellipse."""
     xy, _, pressure = whole_patch(reduced, press)
     mass = np.tile(reduced.patch.mass, reduced.multiplicity)
     share = mass * pressure / (mass @ pressure)
@@ -82,8 +82,8 @@ def contact_profile(reduced: ReducedFinger, press: Press) -> Profile | None:
 
 
 def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
-    """Lines (k, 2) around the contact, in the contact plane: its ellipse, or where it is none the contour of a small
-    share of the peak pressure."""
+    """Lines (k, 2) around the contact, in the contact plane: its ellipse or, if it is not an ellipse, the contour of a
+    small share of the peak pressure."""
     profile = contact_profile(reduced, press)
     if profile is not None:
         return [profile.edge()]
@@ -100,10 +100,10 @@ def contact_figure(
     specimen: Specimen | None = None,
     beside: tuple[Press, Specimen] | None = None,
 ) -> Figure:
-    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it, around the place that
-    was touched; of two presses beside each other on one scale.
+    """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it, around the touch-down
+    point; two presses are drawn beside each other on one scale.
 
-    The shade is the smooth profile, dots are the nodes' own pressures; of a contact that is no ellipse, these alone.
+    The shade is the smooth profile, dots are the nodal pressures; a contact that is not an ellipse has only dots.
     """
     scenes = [(press, specimen), *([] if beside is None else [beside])]
     reach = 1.3 * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
@@ -140,7 +140,8 @@ def contact_figure(
 
 
 def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float, limit: float) -> ScalarMappable:
-    """The pressure of a press on axes of finger coordinates, `reach` mm around the touch-down point; the colours."""
+    """Draw the pressure of a press on axes of finger coordinates, `reach` mm around the touch-down point; returns the
+    colours."""
     xy, triangles, pressure = whole_patch(reduced, press)
     profile, at = contact_profile(reduced, press), np.array(reduced.at)
     shown: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": limit}

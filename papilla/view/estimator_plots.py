@@ -1,4 +1,4 @@
-"""The comparison of wavelength estimators in one picture: what is answered, what of it is false, and the errors."""
+"""The comparison of wavelength estimators in one picture: share of answers, share of false ones, and errors."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,13 +12,13 @@ from papilla.view.style import ACCENTS, FAINT, INK, MUTED, plain_log, styled, ti
 PRODUCT, BESIDE = "pipeline", "STFT over the path"
 RIGHT, FALSE = ACCENTS[0], ACCENTS[1]
 LIMITS = (1e-3, 300.0)
-"""Of the errors shown, in %; what lies beyond is drawn at its end."""
+"""Range of the errors shown, in %; errors beyond it are drawn at its end."""
 Rows = Sequence[Mapping]
 
 
 def honesty_figure(rows: Rows) -> Figure:
-    """A line a scene: shares of rows that the pipeline and a spectrum over the path answer rightly and falsely, and the
-    median error in % of every method.
+    """One line per scene: shares of rows that the pipeline and a spectrum over the path answer rightly and falsely, and
+    the median error in % of every method.
 
     rows : plain values of scene, method, kind, answered, false, median (fractions) and faults.
     """
@@ -52,7 +52,7 @@ def _shares(axes: Axes, own: Rows, places) -> None:
 
 
 def _errors(axes: Axes, rows: Rows, places: Mapping[str, int]) -> None:
-    """Dots of the median errors: the published methods in grey, each other one in a colour of its own."""
+    """Dots of the median errors: the published methods in grey, every other one in its own colour."""
     single = dict.fromkeys(row["method"] for row in rows if row["kind"] != "published")
     colors = dict(zip(single, ACCENTS, strict=False))
     for method in reversed(dict.fromkeys(row["method"] for row in rows)):

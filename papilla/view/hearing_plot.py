@@ -1,4 +1,4 @@
-"""What gauges hear of gratings: signal against wavelength, gauge by gauge, with ridges and without."""
+"""Signals of the gauges over gratings: signal against wavelength, gauge by gauge, with and without ridges."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -10,7 +10,7 @@ from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, plain_log, s
 
 
 class Heard(Protocol):
-    """A scene as `papilla.studies.grating_signals.signals_over_gratings` tells it."""
+    """A scene, as `papilla.studies.grating_signals.signals_over_gratings` returns it."""
 
     wavelength_mm: float
     pitch_mm: float
@@ -22,7 +22,7 @@ def hearing_figure(
 ) -> Figure:
     """Standard deviation of each gauge's signal against wavelength, a panel for each pitch of the ridges.
 
-    names : of the gauges. noise_microstrain : band of a gauge's noise, drawn below.
+    names : of the gauges. noise_microstrain : range of a gauge's noise, drawn as a band.
     """
     pitches = list(dict.fromkeys(scene.pitch_mm for scene in heard))
     largest = max(float(scene.rms.max()) for scene in heard)
@@ -53,7 +53,7 @@ def hearing_figure(
         loudest = literal(names[int(best.rms.argmax())])
         skin = f"with ridges of {best.pitch_mm:g} mm" if best.pitch_mm else "on smooth skin"
         titled(
-            figure, f"{best.wavelength_mm:g} mm is heard best: {best.rms.max():.3g} µε at {loudest}, {skin}",
+            figure, f"{best.wavelength_mm:g} mm gives the largest signal: {best.rms.max():.3g} µε at {loudest}, {skin}",
             f"Grey: noise of {noise_microstrain[0]:g} to {noise_microstrain[1]:g} µε. Dotted: the ridges' pitch.",
         )  # fmt: skip
     return figure

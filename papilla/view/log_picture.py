@@ -1,5 +1,5 @@
-"""A log and its estimates in one picture: what was measured above, the answers with their bands below, then the codes
-row by row and the spectrum over the path."""
+"""A log and its estimates in one picture: measured values at the top, then the answers with their bands, the codes of
+each quantity, and the spectrum over the path."""
 
 from collections.abc import Collection, Sequence
 from typing import Any
@@ -27,14 +27,15 @@ BAND = 2.0
 """Half width of the bands, in standard deviations."""
 OK, REMARK = ACCENTS[0], "#8fb8de"
 DOUBTS = ("#e3e7ec", "#f0b27a", "#cdb4db", "#a3b1c2", "#f5c6cb", "#c2410c", "#b7791f", "#7c3aed", "#be185d", "#475569")
-"""Colours of the codes that are not ok, in the order in which they come; the first is that of most logs' beginning."""
-_RANK = 1000  # A code's number in a bin: its rank, 0 ok to 2 not ok, times this, plus its number
+"""Colours of the codes that are not ok, in the order in which they occur; the first one is that at the beginning of
+most logs."""
+_RANK = 1000  # Number of a code in a bin: its rank (0 for ok to 2 for not ok) times this, plus its own number
 
 
 class LogPicture:
     """Gathers a log and its estimates block by block, thinned, and draws them.
 
-    gauges, optional : names of the columns of a block after t_s. off : the quantities that nothing is known of.
+    gauges, optional : names of the columns of a block after t_s. off : quantities without an estimate.
     """
 
     def __init__(self, gauges: Sequence[str], optional: Sequence[str], off: Collection[str]):
@@ -45,7 +46,7 @@ class LogPicture:
         self._thinned = Thinned()
 
     def add(self, block: np.ndarray, answer: Any) -> None:
-        """Take in the next rows (n, columns) and their answers, a `papilla.estimators.PipelineEstimate`."""
+        """Add the next rows (n, columns) and their answers, a `papilla.estimators.PipelineEstimate`."""
         columns = [block]
         for quantity in self._quantities:
             value_name, sigma_name, _ = ANSWERS[quantity]
@@ -149,7 +150,7 @@ def _trace(axes: Axes, time: np.ndarray, low: np.ndarray, high: np.ndarray, colo
 
 
 def _frame(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
-    """Limits that show nearly all bands: a few wide ones, at the beginning of an answer, would hide the rest."""
+    """Limits that show nearly all bands: a few wide ones at the beginning would hide the others."""
     known = np.isfinite(low) & np.isfinite(high)
     if known.any():
         bottom, top = np.percentile(low[known], 3), np.percentile(high[known], 97)
@@ -177,6 +178,6 @@ def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
 
 
 def _lower(axes: Axes, by: float) -> None:
-    """Move a panel down, to leave place for the label of the time axis above it."""
+    """Move a panel down, to make room for the label of the time axis above it."""
     box = axes.get_position()
     axes.set_position((box.x0, box.y0, box.width, box.height - by))

@@ -1,6 +1,6 @@
-"""Self-contained pages of HTML: one look for all, how numbers are set in them, pictures inline.
+"""Self-contained pages of HTML: common style, formatting of numbers, pictures inline.
 
-A page's own template stands with the package that writes it and extends `page.html` of this one; the style is
+A page's own template is in the package that writes it, and extends `page.html` of this one; the style is
 `papilla/data/page.css`.
 """
 
@@ -16,7 +16,7 @@ from papilla.view.style import narrow, svg
 
 
 def environment(package: str) -> Environment:
-    """Templates of a package and the page they extend, with the filters that set numbers."""
+    """Templates of a package and the page that they extend, with the filters that format numbers."""
     made = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("papilla.view"), PackageLoader("papilla", "data")]),
         autoescape=True,
@@ -30,7 +30,7 @@ def environment(package: str) -> Environment:
 
 
 def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
-    """A number with so many significant digits, a real minus sign and grouped thousands; "–" where there is none."""
+    """A number with so many significant digits, a real minus sign and grouped thousands; "–" for no number."""
     if value is None or not math.isfinite(value):
         return "–" if value is None or math.isnan(value) else "∞"
     plus = "+" if sign else ""
@@ -70,5 +70,5 @@ def either(pictures: Iterable[bytes], alt: str, kind: str) -> Markup:
 
 
 def data_uri(content: bytes, kind: str) -> str:
-    """The address that holds an image of a kind ("png", "svg+xml")."""
+    """The data address that contains an image of a kind ("png", "svg+xml")."""
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"

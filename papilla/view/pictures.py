@@ -1,6 +1,6 @@
 """Pictures as PNG, PDF or SVG files, by the ending of their names.
 
-What takes a model to compute is kept in the cache, so that a second call needs none.
+Results that need the finger's model are kept in the cache, so a second call does not compute them again.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,8 +29,8 @@ Progress = Callable[[str], None]
 
 
 def shown(reduced: ReducedFinger, specimen: Specimen, **scene: Any) -> Press:
-    """The press of a scene, as `papilla.fem.press` makes it, for a picture: pressures are shown node by node, so its
-    contact is solved where that would take it from Hertz."""
+    """The press of a scene, as `papilla.fem.press` makes it, for a picture. Pictures show nodal pressures, so the
+    contact is solved even if `press` would use `hertz`."""
     found = press_scene(reduced, specimen, **scene)
     return press_scene(reduced, specimen, fidelity="contact", **scene) if found.fidelity == "hertz" else found
 
@@ -52,12 +52,12 @@ def strain(
     Parameters
     ----------
     reduced : `finger` reduced on its mesh number `variant`; press : of `specimen` on it.
-    progress : called with a line of text before something takes long.
+    progress : called with a line of text before a long step.
     shown : "strain" along the layers, or a component of the stress: xx, yy, zz, xy, yz, xz or mises.
     beside : another press of `reduced` and its specimen, drawn beside it on the same scale.
 
-    Raises `InputError` where they do not belong together and for an unknown kind of file or component,
-    `FileAccessError` where the file cannot be written, and what meshing and solving raise.
+    Raises `InputError` if the arguments do not belong together and for an unknown kind of file or component,
+    `FileAccessError` if the file cannot be written, and what meshing and solving raise.
     """
     how: Any = {"kind": kind_of(path), "variant": variant, "progress": progress, "shown": shown, "beside": beside}
     write_bytes(path, strain_picture(finger, reduced, press, specimen, **how))
@@ -75,7 +75,8 @@ def strain_picture(
     shown: str = STRAIN,
     beside: tuple[Press, Specimen] | None = None,
 ) -> bytes:
-    """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same except for the file."""
+    """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same errors except for the
+    file."""
     how: Any = {"kind": kind, "variant": variant, "shown": shown, "beside": beside}
     return _pictures(finger, reduced, press, specimen, progress, **how)[0]
 
@@ -115,7 +116,7 @@ def _pictures(
         return {str(k): np.frombuffer(content(one, kind, DPI), dtype=np.uint8) for k, one in enumerate(figures)}
 
     if not all(type(one).__module__.startswith("papilla.") for _, one in scenes):
-        # Nobody knows what the code of the user's own specimen depends on.
+        # A user's own specimen class is not cached, because its code is not part of the key.
         return [one.tobytes() for one in draw().values()]
     told = [(touched, one.fidelity, one.force, one.pressure) for one, touched in scenes]
     key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told, widths)
@@ -152,8 +153,8 @@ def strain_page(
     progress: Progress | None = None,
     shown: str = STRAIN,
 ) -> None:
-    """Write a page that shows presses of a specimen as `strain` does, to turn, with a slider over them; a gauge tells
-    its reading under the pointer. It needs no connection.
+    """Write a page that shows presses of a specimen as `strain` does, as a solid that can be turned, with a slider over
+    the presses. The pointer over a gauge shows its reading. The page needs no network.
 
     Raises as `strain`, and `MissingExtraError` without plotly.
     """
@@ -174,11 +175,11 @@ def receptive(
     size_mm: float = DEFAULT_SIZE_MM,
     progress: Progress | None = None,
 ) -> None:
-    """Write the receptive field of a gauge, or maps of those of all: the skin coloured by strain of the gauge per small
-    load there.
+    """Write the receptive field of a gauge, or maps of all of them: the skin, coloured by the strain of the gauge per
+    small load at each place.
 
-    Raises `InputError` for an unknown gauge or kind of file, `FileAccessError` where the file cannot be written, and
-    what meshing and solving raise.
+    Raises `InputError` for an unknown gauge or kind of file, `FileAccessError` if the file cannot be written, and what
+    meshing and solving raise.
     """
     kind = kind_of(path)
     names = [gauge.name for gauge in finger.gauges]
@@ -222,10 +223,10 @@ def contact(
     specimen: Specimen | None = None,
     beside: tuple[Press, Specimen] | None = None,
 ) -> None:
-    """Write the contact pressure of a press of `reduced`; of two, beside each other on one scale.
+    """Write the contact pressure of a press of `reduced`; two presses are drawn beside each other on one scale.
 
-    specimen : what was pressed, for the title. Raises `InputError` where the press is not one of `reduced` and for an
-    unknown kind of file, `FileAccessError` where the file cannot be written.
+    specimen : what was pressed, for the title. Raises `InputError` if the press is not one of `reduced` and for an
+    unknown kind of file, `FileAccessError` if the file cannot be written.
     """
     from papilla.view.contact_map import contact_figure
 

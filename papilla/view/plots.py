@@ -12,9 +12,9 @@ from matplotlib.patches import Patch, Rectangle
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, literal, nice_limit, plain_log, styled
 
 PERCENT = 100.0
-CEILING = 50.0  # Uncertainty in % from which a modulus counts as not identifiable; the colour scale ends there
+CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
 SPREAD = "viridis"
-BAR = (0.84, 0.13, 0.025, 0.8)  # Place of a map's colour bar in the figure
+BAR = (0.84, 0.13, 0.025, 0.8)  # Position of a map's colour bar in the figure
 
 
 def sd_against_force(
@@ -63,7 +63,7 @@ def sd_of_presses(
 
 
 def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual: np.ndarray) -> Figure:
-    """Residuals (n, g) in standard deviations against force (n,) in N, a colour per gauge."""
+    """Residuals (n, g) in standard deviations against force (n,) in N, one colour per gauge."""
     with _plot(3.2, (0.18, 0.75)) as (figure, axes):
         axes.axhspan(-2, 2, color=FAINT, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
@@ -91,7 +91,8 @@ def uncertainty_map(
     identified: np.ndarray,
     checked: tuple[float, float, float, float] | None = None,
 ) -> Figure:
-    """sigma_E / E (force, modulus) over force in N and modulus in MPa; what is not identified (bool) is hatched.
+    """sigma_E / E (force, modulus) over force in N and modulus in MPa; regions without an identified modulus (bool) are
+    hatched.
 
     checked : (force low, high, modulus low, high) of a rectangle to draw, where recovered moduli were checked.
     """
@@ -140,7 +141,7 @@ def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray
 
 
 def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarray, title: str) -> Figure:
-    """Readings in microstrain (force, gauge) against force in N, a curve per gauge; equal ones lie on each other."""
+    """Readings in microstrain (force, gauge) against force in N, one curve per gauge; equal curves coincide."""
     with _plot(4.0, (0.14, 0.74)) as (figure, axes):
         colors = [ACCENTS[number % len(ACCENTS)] for number in range(len(names))]
         dashes = ["solid" if number <= len(names) // 2 else (0, (4, 2)) for number in range(len(names))]
@@ -152,7 +153,7 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
 
 @contextmanager
 def _plot(height: float = 4.3, place: tuple[float, float] = (0.13, 0.8)) -> Iterator[tuple[Figure, Axes]]:
-    """A figure of this height (inches), and axes with space for names on the right; place : bottom and height."""
+    """A figure of this height (inches), and axes with room for names on the right; place : bottom and height."""
     bottom, share = place
     with styled(7.2, height) as figure:
         yield figure, figure.add_axes((0.11, bottom, 0.66, share))
@@ -190,7 +191,7 @@ def _nearest(moduli: Sequence[float], modulus: float) -> int:
 
 
 def _merged(ends: list) -> list:
-    """Labels of curves that end in the same place (mirrored gauges) on one line."""
+    """Labels of curves that end at the same place (mirrored gauges), on one line."""
     merged: list = []
     for value, name, color in ends:
         same = next((item for item in merged if abs(item[0] - value) < 1e-3 * max(abs(value), 1e-9)), None)

@@ -1,4 +1,4 @@
-"""Speed against error: what a thousand scenes cost on each fidelity, element and mesh, and the best buys."""
+"""Speed against error: cost of a thousand presses for each fidelity, element and mesh, and the best combinations."""
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
@@ -14,14 +14,14 @@ MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
 DOTTED = (0, (1, 1.5))
 
 LABEL_PLACES = ((-10, -8, "right"), (9, 6, "left"), (0, 10, "center"))
-"""Where the sizes of the first, second, third element are written: offset in points, and alignment."""
+"""Position of the size labels of the first, second and third element: offset in points, and alignment."""
 
 
 def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
     """Error of S_d in % against seconds, both logarithmic, a curve over the meshes for each fidelity and element.
 
     rows : fidelity, element, size_mm, seconds_thousand (set-up and 1000 scenes), error_sd (a fraction), pareto. Rows
-    without an error, as that of the reference, are left out.
+    without an error, such as the reference, are left out.
     """
     shown = [row for row in rows if row["error_sd"] > 0]
     colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENTS, strict=False))

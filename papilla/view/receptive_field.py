@@ -1,4 +1,4 @@
-"""What a gauge feels of a load anywhere on the skin, as a picture of the skin from above."""
+"""Response of a gauge to a load anywhere on the skin, as a picture of the skin from above."""
 
 import numpy as np
 import pyvista as pv
@@ -27,7 +27,7 @@ from papilla.view.style import (
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
-LIFTED = 1.003  # Factor that moves lines off the skin, which would else hide them in places
+LIFTED = 1.003  # Factor that moves lines off the skin, which would hide parts of them
 
 
 def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -> Figure:
@@ -105,7 +105,7 @@ def _skin(fields: ReceptiveFields, number: int) -> pv.PolyData:
 
 
 def _contours(skin: pv.PolyData, limit: float) -> pv.PolyData:
-    """Lines of equal sensitivity, a fifth of the colour bar's end apart."""
+    """Lines of equal sensitivity, at steps of a fifth of the colour bar's end."""
     lines = skin.contour((np.arange(-0.9, 1.0, 0.2) * limit).tolist(), scalars="sensitivity")
     lines.points = lines.points * LIFTED
     return lines
@@ -122,7 +122,7 @@ def _grids(finger: Finger) -> list[np.ndarray]:
 
 
 def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> None:
-    """Each gauge's grid on the skin; the one in question in colour."""
+    """Draw each gauge's grid on the skin; the selected one in colour."""
     for gauge, grid in zip(finger.gauges, _grids(finger), strict=True):
         ends = view.project(grid)
         chosen = gauge.name == gauge_name

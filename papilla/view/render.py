@@ -1,7 +1,7 @@
-"""Surfaces to an image: pyvista offscreen, with the projection that puts drawn lines and labels where they belong.
+"""Renders surfaces to an image with pyvista, offscreen; the same projection places lines and labels.
 
-Without a GL library VTK does not raise, it ends the process: so each kind of offscreen window is tried in a process of
-its own, once.
+Without a GL library VTK does not raise an error, it ends the process. So each kind of offscreen window is tried once in
+a separate process.
 """
 
 import os
@@ -21,15 +21,16 @@ from matplotlib.figure import Figure
 
 from papilla.view.style import DIVERGING, styled
 
-SUPERSAMPLE = 2  # Pixels rendered per pixel shown, each way: smooth edges on every kind of window
-MARGIN_MM = 1.5  # Left free around what a picture shows
+SUPERSAMPLE = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
+MARGIN_MM = 1.5  # Margin around the content of a picture
 PIXELS_PER_MM = 18.0
-BELOW, ABOVE = 0.9, 0.85  # Inches of a figure left for the colour bar below its picture, and for the title above it
+BELOW, ABOVE = 0.9, 0.85  # Inches of a figure for the colour bar below, and for the title above
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A surface to render: by its point data `scalars` within +-`limit`, red above zero, or plainly in `color`."""
+    """A surface to render: coloured by its point data `scalars` within +-`limit`, red above zero, or with the one
+    colour `color`."""
 
     surface: pv.PolyData
     color: str = "white"
@@ -43,7 +44,7 @@ class Part:
 class View:
     """A parallel projection: `elevation` above the horizon and `turn` about z in degrees, seen from -y at turn 0.
 
-    centre (mm) is in the middle of the picture, `width_mm` x `height_mm` fit into it.
+    centre (mm) is in the middle of the picture, which shows `width_mm` x `height_mm`.
     """
 
     elevation: float
@@ -60,7 +61,7 @@ class View:
         return np.stack([right, np.cross(toward, right), toward])
 
     def project(self, points: np.ndarray) -> np.ndarray:
-        """Places (..., 2) in mm, right and up of the picture's middle, of points (..., 3)."""
+        """Positions (..., 2) in mm, to the right and up from the picture's middle, of points (..., 3)."""
         return (np.asarray(points) - np.array(self.centre)) @ self.axes()[:2].T
 
     @property
@@ -70,7 +71,7 @@ class View:
 
 
 def fitted(view: View, points: np.ndarray) -> View:
-    """`view` around all of `points`, with a margin."""
+    """`view` enlarged to show all `points`, with a margin."""
     flat = points @ view.axes()[:2].T
     low, high = flat.min(axis=0) - MARGIN_MM, flat.max(axis=0) + MARGIN_MM
     centre = (low + high) / 2 @ view.axes()[:2]
@@ -95,12 +96,12 @@ def framed(view: View, width: float, panels: int = 1) -> Iterator[tuple[Figure, 
 
 
 def draw(axes: Axes, parts: list[Part], view: View) -> None:
-    """The parts, rendered, on axes of `framed`; the caller made sure of a window."""
+    """Draw rendered parts on axes of `framed`; the caller has made sure that a window exists."""
     axes.imshow(render(parts, view), extent=view.extent, interpolation="antialiased")
 
 
 def render(parts: list[Part], view: View) -> np.ndarray:
-    """An RGB image (rows, columns, 3) of the parts on white; the caller made sure of a window."""
+    """An RGB image (rows, columns, 3) of the parts on white; the caller has made sure that a window exists."""
     size = [round(SUPERSAMPLE * PIXELS_PER_MM * length) for length in (view.width_mm, view.height_mm)]
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
     try:
@@ -118,7 +119,7 @@ def render(parts: list[Part], view: View) -> np.ndarray:
 def _add(plotter: pv.Plotter, part: Part) -> None:
     shading: dict[str, Any] = {"lighting": part.lit, "smooth_shading": part.lit, "opacity": part.opacity}
     if part.lit:
-        # Coloured surfaces are lit gently: their shades must stay those of the colour bar.
+        # Coloured surfaces get soft light, because their shades must match the colour bar.
         ambient, diffuse = (0.35, 0.75) if part.scalars is None else (0.65, 0.4)
         shading |= {"ambient": ambient, "diffuse": diffuse, "specular": 0.05}
     if part.scalars is None:
@@ -154,7 +155,7 @@ def _aim(plotter: pv.Plotter, view: View) -> None:
 
 
 ENVIRONMENT = "VTK_DEFAULT_OPENGL_WINDOW"
-"""The variable by which VTK is told what window to open; what a user sets there is the only kind tried."""
+"""The environment variable that tells VTK which window to open; a value that the user sets is the only one tried."""
 
 HEADLESS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")  # Kinds that need no display (Linux), in the order tried
 PROBE_SECONDS = 60
@@ -172,7 +173,7 @@ raise SystemExit(not window.SupportsOpenGL())
 
 @lru_cache(maxsize=1)
 def use_offscreen_window() -> bool:
-    """Set the window kind for this process; False where VTK cannot render here at all."""
+    """Set the window kind for this process; False if VTK cannot render here at all."""
     for kind in _candidates():
         if _works(kind):
             if kind is not None:

@@ -22,14 +22,15 @@ from papilla.view.style import STRAIN
 
 PERCENT, KPA = 100.0, 1000.0
 OFF_PLANE = 1e-6
-"""mm by which the cut misses the plane: a mesh with a mirror plane has whole faces in it, which a slice would skip."""
+"""Distance (mm) of the cut from the plane: a mesh with a mirror plane has whole faces in it, which a slice would
+skip."""
 
-DAMPING = 0.02  # Stiffness against slopes in the fit of nodal values, as a fraction of the fit's own
+DAMPING = 0.02  # Penalty on slopes in the fit of nodal values, as a fraction of the fit's own stiffness
 
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """Triangles of the cut through one layer: points (n, 3), triangles (t, 3), values (n,) of what is shown."""
+    """Triangles of the cut through one layer: points (n, 3), triangles (t, 3), values (n,) that are shown."""
 
     points: np.ndarray
     triangles: np.ndarray
@@ -61,7 +62,7 @@ def cut(field: Field, finger: Finger, *, shown: str = STRAIN, scale: float = 1.0
 
 
 def cell_values(field: Field, finger: Finger, shown: str) -> np.ndarray:
-    """What is shown, (cells,): `STRAIN` along the layers in %, or one of the `COMPONENTS` of the stress in kPa."""
+    """The values to show, (cells,): `STRAIN` along the layers in %, or one of the `COMPONENTS` of the stress in kPa."""
     if shown == STRAIN:
         return strain_along_layers(field, finger)
     if shown == "mises":
@@ -71,7 +72,8 @@ def cell_values(field: Field, finger: Finger, shown: str) -> np.ndarray:
 
 
 def strain_along_layers(field: Field, finger: Finger) -> np.ndarray:
-    """Strain (cells,) in % along the x-z tangent of the layers: on the interface, what a gauge at y = 0 measures."""
+    """Strain (cells,) in % along the x-z tangent of the layers; on the interface this is what a gauge at y = 0
+    measures."""
     mesh = field.mesh
     normal = surfaces_of(finger)["interface"].normal(mesh.points[mesh.tets].mean(axis=1))
     tangent = np.stack([normal[:, 2], np.zeros(len(normal)), -normal[:, 0]], axis=1)
@@ -108,7 +110,8 @@ def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> 
     """Values (points,) at the vertices of the chosen cells from values (cells,) at centroids; zero at other vertices.
 
     A linear function is fitted to the centroids around each vertex (Zienkiewicz and Zhu, 1992,
-    doi:10.1002/nme.1620330702): a mean would fall short at the interface. Layers are not mixed, as strain may jump.
+    doi:10.1002/nme.1620330702), because a mean would be too small at the interface. Layers are not mixed, because
+    strain may jump.
     """
     tets, here = mesh.tets[chosen], values[chosen]
     corners = mesh.points[tets]
@@ -118,7 +121,7 @@ def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> 
     normal, load = np.zeros((len(mesh.points), 4, 4)), np.zeros((len(mesh.points), 4))
     np.add.at(normal, tets, volume[:, None, None, None] * rows[..., :, None] * rows[..., None, :])
     np.add.at(load, tets, (volume * here)[:, None, None] * rows)
-    # A little stiffness keeps the slope finite where few cells meet
+    # A small penalty keeps the slope finite if few cells meet at a vertex
     spread = np.trace(normal[:, 1:, 1:], axis1=1, axis2=2) / 3
     normal[:, [1, 2, 3], [1, 2, 3]] += DAMPING * spread[:, None]
     used = np.unique(tets)
@@ -155,7 +158,7 @@ def _gauge_bars(field: Field, finger: Finger, scale: float) -> np.ndarray:
     return np.array(bars)
 
 
-DRAWN_THICKNESS = 10.0  # mm of a half-space, or of a thicker block, that are drawn
+DRAWN_THICKNESS = 10.0  # Height (mm) of a half-space, or of a thicker block, that is drawn
 
 
 def contact_frame(finger: Finger, at: tuple[float, float]) -> Frame:
@@ -166,9 +169,9 @@ def contact_frame(finger: Finger, at: tuple[float, float]) -> Frame:
 def specimen_solid(
     specimen: Specimen, field: Field, frame: Frame, press: Press, half_width: float, scale: float
 ) -> pv.PolyData:
-    """The specimen's closed surface; where the finger bulges into it, its face follows the skin.
+    """The specimen's closed surface; if the finger bulges into it, its face follows the skin.
 
-    `scale` multiplies the approach, as it does the finger's displacement.
+    `scale` multiplies the approach like the finger's displacement.
     """
     approach = scale * press.indentation
     if isinstance(specimen, Sphere):
@@ -198,6 +201,6 @@ def _skin_height(field: Field, frame: Frame, scale: float) -> LinearNDInterpolat
     """Local height of the deformed skin that faces the contact plane, over local (x, y); NaN beside it."""
     vertices = np.unique(field.mesh.boundaries["skin"])
     local = frame.local(field.mesh.points[vertices] + scale * field.displacement[vertices])
-    # The far side of a closed skin may lie below the same (x, y): keep the sheet above the frame's horizon.
+    # The far side of a closed skin may lie below the same (x, y): keep only the sheet above the frame's horizon.
     upper = local[:, 2] > 0.9 * local[:, 2].min()
     return LinearNDInterpolator(local[upper, :2], local[upper, 2])

@@ -1,4 +1,4 @@
-"""The section while it slides, as a moving picture: pressure, strain and the gauges' signals."""
+"""The section during sliding, as a movie: pressure, strain and the gauges' signals."""
 
 from pathlib import Path
 
@@ -20,14 +20,15 @@ from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, literal, styled
 
 FRAMES, FRAMES_A_SECOND = 60, 12
 SIGNAL_S = 0.25
-"""Of signal before each frame."""
+"""Seconds of signal before each frame."""
 
 
 def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found: Slide, frames: int = FRAMES) -> None:
-    """Write a GIF of a slide, `frames` evenly spaced samples: strain along x of the deformed section under the forces
-    of the moment (without inertia), the texture over it, nodal pressure, and each gauge's signal.
+    """Write a GIF of a slide with `frames` evenly spaced samples.
 
-    Raises `InputError` for another ending than .gif, `FileAccessError`.
+    Each frame shows the strain along x of the deformed section under the instantaneous forces (without inertia), the
+    texture, the nodal pressure, and each gauge's signal. Raises `InputError` unless the path ends in .gif, and
+    `FileAccessError`.
     """
     if Path(path).suffix.lower() != ".gif":
         raise InputError(f"{path}: a moving picture is written as .gif")

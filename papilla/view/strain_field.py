@@ -44,13 +44,13 @@ from papilla.view.style import (
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR, BONE_COLOR = "#e9d8c7", "#cdd5e0", "#c9ced6"
-EDGE_COLOR = "#9fb0c4"  # Of the specimen
+EDGE_COLOR = "#9fb0c4"  # Edge of the specimen
 WIDTHS = (10.0, 17.0)  # Inches of a picture of one press and of two
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A press that is shown: its recovered field, its result and what was pressed."""
+    """A press to show: its recovered field, its result and its specimen."""
 
     field: Field
     press: Press
@@ -59,8 +59,8 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """What is drawn of a scene: the cut, the skin behind it, the specimen's half, the contact's lines, and the
-    touch-down point (3,) on the deformed skin; None at the apex."""
+    """Drawn parts of a scene: the cut, the skin behind it, the specimen's half, the contact's lines, and the touch-down
+    point (3,) on the deformed skin (None at the apex)."""
 
     section: Section
     skin: pv.PolyData
@@ -70,9 +70,9 @@ class Drawn:
 
 
 def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = STRAIN, scale: float = 1.0) -> Drawn:
-    """The geometry of a scene of `reduced`, displacements `scale` times as large, cut on the side that was touched.
+    """The geometry of a scene of `reduced`, with displacements `scale` times as large, cut on the side of the touch.
 
-    Raises `InputError` for a finger that is not the one that was reduced, and for an unknown quantity `shown`.
+    Raises `InputError` if `reduced` was made from another finger, and for an unknown quantity `shown`.
     """
     if finger.sha256 != reduced.finger_sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
@@ -81,7 +81,7 @@ def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = STR
     field, press, side = scene.field, scene.press, side_of(reduced)
     frame = contact_frame(finger, reduced.at)
     solid = specimen_solid(scene.specimen, field, frame, press, 0.9 * finger.patch_radius, scale)
-    # Without what lies in the half that was cut away
+    # Without the parts in the half that was cut away
     outline = [
         np.where(side * line[:, 1:2] >= -1e-3, line, np.nan)
         for line in contact_outline(field, reduced, press, frame, scale)
@@ -94,12 +94,12 @@ def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = STR
 
 
 def side_of(reduced: ReducedFinger) -> int:
-    """Which half of the finger is shown, the one that was touched: +1 for y > 0, seen from -y."""
+    """The half of the finger that is shown, the one with the touch: +1 for y > 0, seen from -y."""
     return -1 if reduced.at[1] < 0 else 1
 
 
 def shown_words(shown: str) -> str:
-    """What the colours are, with its unit."""
+    """Meaning of the colours, with the unit."""
     if shown == STRAIN:
         return "strain along the layers (%): red is tension, blue compression"
     if shown == "mises":
@@ -137,7 +137,7 @@ def strain_figure(
             if rendered:
                 edges = one.solid.extract_feature_edges(feature_angle=60)
                 lines = [Part(one.skin, SKIN_COLOR), Part(edges, EDGE_COLOR, lit=False)]
-                # Opaque: through a translucent specimen the finger behind the cut looks as if it were inside it
+                # Opaque: through a translucent specimen the finger behind the cut would seem to be inside it
                 draw(axes, [*_faces(one.section, limit), *lines, Part(one.solid, SPECIMEN_COLOR, lit=False)], view)
             else:
                 _paint(axes, one.section, one.solid.points, view, limit)
@@ -166,7 +166,7 @@ def _faces(section: Section, limit: float) -> list[Part]:
 
 
 def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: float) -> None:
-    """The cut face by matplotlib alone, seen head-on: for machines where VTK cannot render."""
+    """Draw the cut face with matplotlib alone, seen from the front, if VTK cannot render."""
     for face in section.faces:
         x, y = view.project(face.points).T
         axes.tripcolor(x, y, face.triangles, face.values, shading="gouraud", cmap=DIVERGING, vmin=-limit, vmax=limit)
@@ -201,7 +201,7 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
 
 
 def _inward(bar: np.ndarray) -> np.ndarray:
-    """Unit normal (2,) of a gauge's bar (2, 2) on the picture that points down, into the finger."""
+    """Unit normal (2,) of a gauge's bar (2, 2) in the picture, pointing down into the finger."""
     along = bar[1] - bar[0]
     normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
     return -normal if normal[1] > 0 else normal

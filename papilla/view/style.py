@@ -1,4 +1,4 @@
-"""The look that all pictures and plots share, and how a figure becomes a file: matplotlib's object interface only."""
+"""Common style of all pictures and plots, and writing of figures to files, with matplotlib's object interface only."""
 
 import io
 import textwrap
@@ -76,7 +76,7 @@ _CANVAS: dict[str, tuple[Any, dict[str, None]]] = {
     "pdf": (FigureCanvasPdf, {"CreationDate": None, "Creator": None, "Producer": None}),
     "svg": (FigureCanvasSVG, {"Date": None, "Creator": None}),
 }
-"""What draws each kind of file, and what it would write of time and program."""
+"""The canvas for each kind of file, and the metadata (time, program) to leave out."""
 
 
 @contextmanager
@@ -87,7 +87,7 @@ def styled(width: float, height: float) -> Iterator[Figure]:
 
 
 def literal(name: str) -> str:
-    """A name as matplotlib shows it letter by letter: a dollar sign in it begins no formula."""
+    """A name that matplotlib shows letter by letter: a dollar sign in it does not start a formula."""
     return name.replace("$", r"\$")
 
 
@@ -104,7 +104,7 @@ def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
 
 
 def titled(figure: Figure, message: str, detail: str, size: float = 12.0) -> None:
-    """A bold message of `size` points at the top left of the figure, and smaller and muted below it the detail."""
+    """A bold message of `size` points at the top left of the figure, and below it the detail in smaller grey text."""
     inch = 1 / figure.get_figheight()
     figure.text(0.02, 1 - 0.18 * inch, message, fontsize=size, weight="bold", va="top")
     figure.text(0.02, 1 - (0.25 + size / 60) * inch, detail, fontsize=0.75 * size, color=MUTED, va="top")
@@ -163,7 +163,7 @@ def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str
 
 
 def kind_of(path: str | Path) -> str:
-    """The kind of picture that a file name's ending asks for; raises `InputError` for one that is not written."""
+    """The kind of picture given by a file name's ending; raises `InputError` for an unknown one."""
     kind = Path(path).suffix.lower().removeprefix(".")
     if kind not in _CANVAS:
         raise InputError(f"{path}: pictures are written as .{', .'.join(_CANVAS)}, not as {kind or 'a name without'}")
@@ -171,7 +171,7 @@ def kind_of(path: str | Path) -> str:
 
 
 def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
-    """The figure as the bytes of a png, pdf or svg file, the same for the same figure."""
+    """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
     canvas, undated = _CANVAS[kind]
     stream = io.BytesIO()
     with matplotlib.rc_context(_STYLE):

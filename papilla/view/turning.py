@@ -1,5 +1,5 @@
-"""A page that shows presses as solids to be turned, by plotly: the finger cut open, a slider over the presses, and the
-reading of the gauge under the pointer."""
+"""A page, made with plotly, that shows presses as solids which can be turned: the finger cut open, a slider over the
+presses, and the reading of the gauge under the pointer."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -19,14 +19,13 @@ if TYPE_CHECKING:
     from pyvista import PolyData
 
 EYE, ZOOM = (0.0, -1.6, 0.58), 1.65
-"""Where the page is first seen from, and size of the finger: it fills the width of a phone. The side that was cut faces
-the viewer."""
+"""First direction of view and size of the finger, which fills the width of a phone. The cut side faces the viewer."""
 
 LIFTED_MM, NAMES_MM = 0.3, 2.0
-"""Distance of gauges and lines, and of names, from the cut face, which would else hide them."""
+"""Distance of gauges, lines and names from the cut face, which would otherwise hide them."""
 
 FLAT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
-"""Light of the coloured faces: their shades must stay those of the colour bar."""
+"""Light of the coloured faces, whose shades must match the colour bar."""
 
 SOFT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
 """Light of skin and specimen."""
@@ -41,9 +40,9 @@ def need_plotly() -> None:
 
 
 def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, shown: str = STRAIN) -> str:
-    """The page of presses of one specimen on `reduced`, which holds all it needs; the last one is shown first.
+    """The page of presses of one specimen on `reduced`, self-contained; the last press is shown first.
 
-    Raises `MissingExtraError` where plotly is not installed, and as `drawn`.
+    Raises `MissingExtraError` if plotly is not installed, and as `drawn`.
     """
     need_plotly()
     import plotly.graph_objects as go
@@ -83,7 +82,7 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
         "colorbar": bar,
     }
     seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
-    # plotly leaves out what is beyond the ends of an axis, lines in front of the cut among it
+    # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
     low, high = seen.min(axis=0) - 1.5 * NAMES_MM, seen.max(axis=0) + 1.5 * NAMES_MM
     axes = {
         f"{axis}axis": {"visible": False, "range": [float(a), float(b)]}
@@ -121,7 +120,7 @@ def _title(scene: Scene, finger: Finger) -> str:
 
 
 def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
-    """The cut, the skin behind it, the bone, the specimen and the lines on them."""
+    """The cut, the skin behind it, the bone, the specimen and their lines."""
     import plotly.graph_objects as go
 
     quiet: dict[str, Any] = {"hoverinfo": "skip"}
@@ -154,7 +153,7 @@ def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
 
 
 def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
-    """The gauges' grids, each with what it tells under the pointer, and their names."""
+    """The gauges' grids, with the text under the pointer, and their names."""
     import plotly.graph_objects as go
 
     press, ends, told = scene.press, [], []

@@ -71,7 +71,7 @@ def test_what_no_shipped_mesh_reaches_goes_to_the_mesher_with_a_line(name):
     said = []
     with pytest.raises(MeshError, match="the mesher was called"):
         build(shaped(DRAWN[name]), 2.0, progress=said.append)
-    assert said[0].startswith("shipped mesh of ") and said[0].endswith("below 0.15: the mesher draws a new one")
+    assert said[0].startswith("shipped mesh of ") and said[0].endswith("below 0.15: the mesher makes a new one")
 
 
 @pytest.mark.parametrize(

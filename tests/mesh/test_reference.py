@@ -153,7 +153,7 @@ def test_what_moving_makes_poor_is_drawn_and_said(shape):
     said = []
     with pytest.raises(MeshError, match="the mesher was called"):
         build(shaped(shape), 2.0, progress=said.append)
-    assert "below 0.15: the mesher draws a new one" in said[0]
+    assert "below 0.15: the mesher makes a new one" in said[0]
 
 
 def test_a_mesh_that_cannot_be_used_is_drawn_again(monkeypatch, no_mesher):

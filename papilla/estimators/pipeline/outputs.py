@@ -172,7 +172,7 @@ class WavelengthOutput(Output):
         unknown = abs(late) < 3e3 * self.tracker.latency_sigma_s
         if self._stated is not None or abs(late) < LATE_MS or unknown:
             return ""
-        return f"wavelength: velocity or position were found to be {late:.1f} ms behind the readings, which is corrected"
+        return f"wavelength: velocity or position found to be {late:.1f} ms behind the readings, which is corrected"
 
     def take(self, row):
         """The columns of a sample; last a tuple of the status, whether the phases between the gauges contradict it, and

@@ -1,7 +1,7 @@
 """Isotropic linear elasticity: constants of a layer, element blocks, and their assembly to sparse lower triangles.
 
-Blocks are batched products of basis gradients, 3 x 3 for each pair of nodes of a cell. What is coupled is found once,
-then blocks are summed over cells.
+Blocks are batched products of basis gradients, 3 x 3 for each pair of nodes of a cell. The coupled pairs are found
+once; then blocks are summed over cells.
 """
 
 from collections.abc import Iterator
@@ -13,10 +13,11 @@ import scipy.sparse as sp
 from papilla.finger import Layer
 
 LARGEST_COMPRESSIBILITY = 1e10
-"""Of mu/lambda: where nu = 0 there is no pressure at all, and this leaves 1e-10 of it."""
+"""Smallest mu/lambda relative to which a compressibility counts: for nu = 0 the pressure is zero, and this leaves 1e-10
+of it."""
 
 CHUNK = 1024
-"""Cells whose element matrices are made at once: they stay in the processor's cache."""
+"""Number of cells whose element matrices are made at once, so that they stay in the processor's cache."""
 
 
 def lame(layer: Layer) -> tuple[float, float]:
@@ -50,13 +51,14 @@ def volumetric_blocks(gradients: np.ndarray, weights: np.ndarray, pairs: np.ndar
 
 
 def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
-    """Cells, and integrals (cells, k, 3, 3) of the derivative along i of test times that along j of trial function."""
+    """Cells, and integrals (cells, k, 3, 3) of the derivative of the test function along i times that of the trial
+    function along j."""
     cells, nodes, _, points = gradients.shape
     for first in range(0, cells, CHUNK):
         part = slice(first, min(first + CHUNK, cells))
         flat = gradients[part].reshape(-1, 3 * nodes, points)
         all_pairs = np.matmul(flat * weights[part, None, :], flat.transpose(0, 2, 1))
-        # Indexed by pair first: an index array on both sides of a slice goes in front
+        # Pairs come first: NumPy moves an index array on both sides of a slice to the front
         chosen = all_pairs.reshape(-1, nodes, 3, nodes, 3)[:, pairs[0], :, pairs[1], :]
         yield part, chosen.transpose(1, 0, 2, 3)
 
@@ -65,9 +67,8 @@ def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
 class Couplings:
     """The distinct pairs of numbers that share a cell; m cells, k pairs in each, p distinct ones.
 
-    local : (2, k) row and column within a cell of its pairs.
-    rows, columns : (p,) numbers of the distinct pairs, by column, then by row.
-    place : (m, k) which of them each cell's pairs are.
+    local : (2, k) row and column within a cell of its pairs. rows, columns : (p,) numbers of the distinct pairs, sorted
+    by column, then by row. place : (m, k) position of each cell's pairs among them.
     """
 
     local: np.ndarray
@@ -94,20 +95,20 @@ class Couplings:
         return cls(local, rows, columns, place.reshape(keys.shape))
 
     def total(self, values: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Sums (p, c) over `cells` (mask) of what each of their pairs has: values (cells, k, c)."""
+        """Sums (p, c), over `cells` (mask), of the values (cells, k, c) of their pairs."""
         place = self.place[cells].ravel()
         ones, starts = np.ones(len(place)), np.arange(len(place) + 1)
         return sp.csc_matrix((ones, place, starts), shape=(len(self.rows), len(place))) @ values.reshape(len(place), -1)
 
     def entries(self, row_size: int, column_size: int) -> tuple[np.ndarray, np.ndarray]:
-        """Row and column (p, row_size * column_size) of the scalar entries of blocks that are as large."""
+        """Row and column (p, row_size * column_size) of the scalar entries of blocks of this size."""
         i, j = np.indices((row_size, column_size), dtype=np.int32).reshape(2, -1)
         return row_size * self.rows[:, None] + i, column_size * self.columns[:, None] + j
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """CSC structure of a lower triangle; `source` says from which of the given values each entry comes."""
+    """CSC structure of a lower triangle; `source` gives, for each entry, the number of the value that it takes."""
 
     indices: np.ndarray
     starts: np.ndarray
@@ -125,9 +126,9 @@ class Layout:
         return cls(structure.indices, structure.indptr, structure.data)
 
     def matrix(self, values: np.ndarray) -> sp.csc_matrix:
-        """The matrix that has the given values (n,)."""
+        """The matrix with the given values (n,)."""
         size = len(self.starts) - 1
-        # Copies: whoever drops zeros from the matrix would change the structure of the next one
+        # Copies, because a caller that drops zeros from the matrix would change the structure of the next one
         structure = self.indices.copy(), self.starts.copy()
         return sp.csc_matrix((values[self.source], *structure), shape=(size, size))
 

@@ -1,6 +1,6 @@
-"""The elements of the linear fidelities: displacement nodes on the cell of a mesh, mirror planes, matrices, values.
+"""The elements of the linear fidelities: displacement nodes on the cell of a mesh, mirror planes, matrices, evaluation.
 
-Displacement unknowns are numbered 3 * node + component; pressures, where an element has any, follow.
+Displacement unknowns are numbered 3 * node + component; pressures, if an element has any, follow.
 """
 
 from abc import ABC, abstractmethod
@@ -23,20 +23,20 @@ QUADRATURE_ORDER = 2
 """Exact for products of two P2 gradients or of two P1 functions on straight tetrahedra."""
 
 SYMMETRIC = (1, 1)
-"""The parity of fields that both mirrors leave alone."""
+"""The parity of fields that are symmetric about both mirror planes."""
 
 CANDIDATES = 80
-"""Cells looked at for each point, nearest centroids first."""
+"""Number of cells that are tested for each point, nearest centroids first."""
 
 LIKELY, STEPS = 6, 12
-"""Of these, how many are looked at with their bent edges, and steps of the inversion there."""
+"""Number of these that are tested with their bent edges, and of Newton steps of the inversion there."""
 
 TOLERANCE = 0.25
-"""How negative the smallest barycentric coordinate may be before a point counts as outside the mesh."""
+"""Most negative smallest barycentric coordinate of a point that still counts as inside the mesh."""
 
 
 def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
-    """Signs (k, 2) of the mirror image of the cell that holds each point."""
+    """Signs (k, 2) of the mirror image of the cell that contains each point."""
     images = np.ones((len(points), 2), dtype=int)
     for axis in ("xyz".index(name) for name in mirrors):
         images[points[:, axis] < 0, axis] = -1
@@ -44,7 +44,7 @@ def image_of(points: np.ndarray, mirrors: tuple[str, ...]) -> np.ndarray:
 
 
 def fold(points: np.ndarray, mirrors: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 3) of the cell that mirror the given ones, and their images (k, 2)."""
+    """Points (k, 3) of the cell whose mirror images are the given points, and the signs (k, 2) of these images."""
     images = image_of(points, mirrors)
     return points * np.column_stack([images, np.ones(len(images), dtype=int)]), images
 
@@ -52,8 +52,8 @@ def fold(points: np.ndarray, mirrors: tuple[str, ...]) -> tuple[np.ndarray, np.n
 def parity_signs(parity: tuple[int, int], images: np.ndarray | tuple[int, int]) -> np.ndarray:
     """Factors (..., 3) that turn the displacement at points of the cell into that at their mirror images (..., 2).
 
-    `parity` holds +1 (symmetric) or -1 (antisymmetric) for the mirrors in x = 0 and y = 0; `images` say, by -1, which
-    of them lead from the cell to the image.
+    `parity` has +1 (symmetric) or -1 (antisymmetric) for the mirrors in x = 0 and y = 0; `images` have -1 for each
+    mirror between the cell and the image.
     """
     images = np.asarray(images)
     factor = np.where(images < 0, parity, 1).prod(axis=-1)[..., None]
@@ -62,12 +62,13 @@ def parity_signs(parity: tuple[int, int], images: np.ndarray | tuple[int, int]) 
 
 @dataclass(frozen=True, eq=False)
 class Space(ABC):
-    """Displacements in a scalar element for each component, on the cell of a mesh. Matrices are lower triangles."""
+    """Displacements whose components all use one scalar element, on the cell of a mesh. Matrices are lower
+    triangles."""
 
     mesh: LayeredMesh
 
     name: ClassVar[str]
-    """What the element is called."""
+    """Name of the element."""
 
     scalar_element: ClassVar[Element]
 
@@ -80,12 +81,12 @@ class Space(ABC):
     def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
         """Lower triangle of the matrix for the given layers, in N/mm (displacement block).
 
-        A combination of parts that are assembled once: what other moduli cost is one pass over the entries.
+        It is a combination of parts that are assembled once, so other moduli cost only one pass over the entries.
         """
 
     @abstractmethod
     def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
-        """One part of the matrix, in its place: "shear" of a layer, and what else the space is made of."""
+        """One part of the matrix, at its place: "shear" of a layer, and further parts of the element."""
 
     @cached_property
     def skmesh(self) -> MeshTet:
@@ -104,7 +105,7 @@ class Space(ABC):
 
     @cached_property
     def displacement(self) -> Basis:
-        """Scalar basis; each component uses it."""
+        """Scalar basis, which each component uses."""
         return Basis(self.skmesh, self.scalar_element, intorder=QUADRATURE_ORDER)
 
     @property
@@ -114,7 +115,7 @@ class Space(ABC):
 
     @property
     def unknowns(self) -> int:
-        """All unknowns, boundary conditions not yet removed."""
+        """Number of all unknowns, before boundary conditions are applied."""
         return 3 * self.nodes + self.pressures
 
     @cached_property
@@ -123,7 +124,8 @@ class Space(ABC):
         return [int(number) for number in np.unique(self.mesh.layer)]
 
     def free(self, parity: tuple[int, int], mirrors: tuple[str, ...]) -> np.ndarray:
-        """Mask (unknowns,) of what the clamped base and the mirror planes leave free for fields of one parity."""
+        """Mask (unknowns,) of the unknowns that the clamped base and the mirror planes leave free, for fields of one
+        parity."""
         free = np.ones(self.unknowns, dtype=bool)
         base = self.nodes_on(self.mesh.boundaries["base"])
         for component in range(3):
@@ -149,12 +151,13 @@ class Space(ABC):
 
     @cached_property
     def shear(self) -> dict[int, np.ndarray]:
-        """Layer -> blocks (pairs of nodes, 9) of the form 2 eps(u) : eps(v) over its cells; goes with mu."""
+        """Layer -> blocks (pairs of nodes, 9) of the form 2 eps(u) : eps(v) over its cells; multiplied by mu."""
         return self._by_layer(shear_blocks)
 
     @cached_property
     def _ascending(self) -> np.ndarray:
-        """(m, a) order in which each cell's node numbers ascend: the lower triangle is then that of every cell."""
+        """(m, a) order in which each cell's node numbers ascend, so that the lower triangle is the same for every
+        cell."""
         return np.argsort(self.displacement.element_dofs.T, axis=1)
 
     @cached_property
@@ -181,7 +184,7 @@ class Space(ABC):
         return found
 
     def _layout_with(self, *others: tuple[np.ndarray, np.ndarray]) -> Layout:
-        """Structure of the displacement block and of other entries, each given by their rows and columns."""
+        """Structure of the displacement block together with other entries, each given by rows and columns."""
         entries = [self._coupled_nodes.entries(3, 3), *others]
         rows, columns = (np.concatenate([part[axis].ravel() for part in entries]) for axis in (0, 1))
         return Layout.of(rows, columns, self.unknowns)
@@ -190,9 +193,9 @@ class Space(ABC):
 class TaylorHood(Space):
     """P2 displacement and layer-wise P1 pressure on the cell of a mesh: the element of all default results.
 
-    The stress is sigma = 2 mu eps(u) - p I with p = -lambda div u, so that nu -> 0.5 is harmless. The pressure is
-    continuous inside a layer and jumps across the interface, as the true one does: a pressure that is continuous there
-    smears the strain exactly where the gauges sit (docs/adr/0004).
+    The stress is sigma = 2 mu eps(u) - p I with p = -lambda div u, so that nu -> 0.5 causes no difficulty. The pressure
+    is continuous inside a layer and jumps across the interface, like the true one: a pressure that is continuous there
+    would smear the strain exactly where the gauges sit (docs/adr/0004).
     """
 
     name: ClassVar[str] = "Taylor-Hood"
@@ -217,17 +220,18 @@ class TaylorHood(Space):
         return self._filled(shear=shear, divergence=self.divergence, mass=mass)
 
     def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
-        """One part of the matrix, in its place: "shear" or "mass" of a layer, or "divergence" of all."""
+        """One part of the matrix, at its place: "shear" or "mass" of a layer, or "divergence" of all."""
         part = self._filled(**{name: getattr(self, name) if layer is None else getattr(self, name)[layer]})
         part.eliminate_zeros()
         return part
 
     def free(self, parity: tuple[int, int], mirrors: tuple[str, ...]) -> np.ndarray:
-        """Mask (unknowns,) of what the clamped base and the mirror planes leave free for fields of one parity."""
+        """Mask (unknowns,) of the unknowns that the clamped base and the mirror planes leave free, for fields of one
+        parity."""
         free = super().free(parity, mirrors)
         for axis in ("xyz".index(name) for name in mirrors):
             if parity[axis] < 0:
-                # A pressure that changes sign in the plane and is continuous there vanishes there
+                # A pressure that is antisymmetric about a plane, and continuous there, is zero there
                 on_plane = self.mesh.points[self.mesh.tets, axis] == 0
                 free[3 * self.nodes + self.pressure_dofs[on_plane]] = False
         return free
@@ -243,7 +247,7 @@ class TaylorHood(Space):
 
     @cached_property
     def mass(self) -> dict[int, np.ndarray]:
-        """Layer -> blocks (pairs of pressures, 1) of the form p q over its cells; goes with -1/lambda."""
+        """Layer -> blocks (pairs of pressures, 1) of the form p q over its cells; multiplied by -1/lambda."""
         coupled, found = self._coupled_pressures, {}
         for number in self.layer_numbers:
             cells = self.mesh.layer == number
@@ -266,7 +270,7 @@ class TaylorHood(Space):
     def _hats(self) -> np.ndarray:
         """Values (m, 4, q) of the pressure's basis functions, in the order of `_cell_pressures`."""
         basis = Basis(self.skmesh, ElementTetP1(), intorder=QUADRATURE_ORDER)
-        # They are those of the reference cell, the same for all
+        # They are those of the reference cell, the same for all cells
         return np.stack([np.asarray(f[0])[0] for f in basis.basis])[self._pressure_order]
 
     @cached_property
@@ -284,7 +288,7 @@ class TaylorHood(Space):
         return self._layout_with((size + mixed_rows, mixed_columns), (size + rows, size + columns))
 
     def _filled(self, **blocks: np.ndarray) -> sp.csc_matrix:
-        """The matrix of some of the blocks "shear", "divergence" and "mass", zero elsewhere."""
+        """The matrix with some of the blocks "shear", "divergence" and "mass", and zeros elsewhere."""
         couplings = {
             "shear": (self._coupled_nodes, 9),
             "divergence": (self._mixed, 3),
@@ -296,21 +300,21 @@ class TaylorHood(Space):
 
 
 class PureDisplacement(Space):
-    """Displacements without a pressure, the volumetric energy integrated exactly; locks as nu approaches 0.5.
+    """Displacements without pressure unknowns; the volumetric energy is integrated exactly. Locks as nu approaches 0.5.
 
-    A cell that may not change its volume leaves the nodes too few ways to deform, and the finger comes out too stiff
-    (P2 loses 5 % of its compliance between nu 0.49 and 0.49999, P1 most of it): to be priced, not to be trusted.
+    If cells must keep their volume, the nodes have too few ways to deform, and the finger becomes too stiff (P2 loses 5
+    % of its compliance between nu 0.49 and 0.49999, P1 most of it). The element serves for comparisons only.
     """
 
     @property
     def pressures(self) -> int:
-        """There are none."""
+        """Number of pressure unknowns: 0."""
         return 0
 
     def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
         """Lower triangle of the stiffness matrix for the given layers, in N/mm.
 
-        Raises `InputError` where nu is 0.5 and lambda infinite.
+        Raises `InputError` if nu is 0.5, because lambda is then infinite.
         """
         constants = {number: lame(layers[number]) for number in self.layer_numbers}
         for number, (_, compressibility) in constants.items():
@@ -330,7 +334,7 @@ class PureDisplacement(Space):
 
     @cached_property
     def volumetric(self) -> dict[int, np.ndarray]:
-        """Layer -> blocks (pairs of nodes, 9) of the form div u div v over its cells; goes with lambda."""
+        """Layer -> blocks (pairs of nodes, 9) of the form div u div v over its cells; multiplied by lambda."""
         return self._by_layer(volumetric_blocks)
 
     @cached_property
@@ -401,9 +405,10 @@ def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _bent_local(space: Space, inverse: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Reference coordinates (k, c, 3) of points (k, 3) in cells (k, c), by maps `inverse` (m, 3, 3) of straight ones.
+    """Reference coordinates (k, c, 3) of points (k, 3) in cells (k, c) with bent edges.
 
-    The straight map turns what is missing of the way into the next step: edges bend little, so few steps do.
+    inverse : (m, 3, 3) inverse maps of the straight cells. They turn the remaining distance into the next step; edges
+    are bent slightly, so few steps are needed.
     """
     nodes = space.skmesh.doflocs.T[space.skmesh.dofs.element_dofs.T[cells]]
     local = np.full((*cells.shape, 3), 0.25)
@@ -419,8 +424,8 @@ def evaluated(
 ) -> np.ndarray:
     """Sum (k, 3, ...), at points (k, 3) of the finger, of displacement fields: parity -> (nodes of the cell, 3, ...).
 
-    Gauge points lie on the exact interface, up to a sagitta off the faceted one, and cell faces are hit at machine
-    precision: the cell that holds a point best is taken, and its polynomial is evaluated where the point is.
+    Gauge points lie on the exact interface, up to a sagitta away from the facets, and may lie on a face within
+    rounding. So the best cell for each point is chosen, and its polynomial is evaluated at the point.
     """
     folded, images = fold(points, mirrors)
     values = interpolation(space, folded)

@@ -1,6 +1,6 @@
 """Factorisation of symmetric indefinite matrices: rslab's LDL^T, with SciPy's SuperLU as the fallback.
 
-Every factorisation is checked by its inertia (where the method tells it) and every solve by its residual.
+Every factorisation is checked by its inertia (if the method gives it), every solve by its residual.
 """
 
 import os
@@ -19,21 +19,24 @@ RESIDUAL_BOUND = 1e-10
 """Largest accepted relative residual of a solve."""
 
 REFINED = RESIDUAL_BOUND / 10
-"""Residual of the random combination at which refinement ends, or where it stops falling: a column by itself may be a
-few times worse."""
+"""Residual of a random combination of columns at which refinement ends, unless it stops falling before: a single column
+may be a few times worse."""
 
 REFINEMENTS = 20
-"""Steps of iterative refinement before a residual above the bound is an error."""
+"""Largest number of steps of iterative refinement; if the residual is then above the bound, an error is raised."""
 
 BATCH = 32
-"""Right-hand sides solved at once: rslab's scratch is nine times theirs, and a factor keeps it."""
+"""Number of right-hand sides that are solved at once: rslab's work memory is nine times theirs, and a factor keeps
+it."""
 
 ORDERING = {"ordering": "metis", "relax": True}
-"""rslab's own choice races four orderings; dissection wins on fingers, and alone takes half the time of
-the analysis. Wider supernodes with some zeros factor in 0.85 of the time (default finger, one core: 1.9 to 1.3 s)."""
+"""rslab by default compares four orderings. Nested dissection is the best one for fingers, and alone it takes half the
+time of the analysis. Wider supernodes with some zeros take 0.85 of the time (default finger, one core: 1.9 to 1.3
+s)."""
 
 SUPERLU_BYTES = 2700
-"""Peak memory of SuperLU over unknowns^(4/3), measured at 23,863 unknowns of the default finger: 1.8 GB, rslab 0.2."""
+"""Peak memory of SuperLU over unknowns^(4/3), measured at 23,863 unknowns of the default finger: 1.8 GB (rslab:
+0.2)."""
 
 ENGINES = ("rslab", "superlu")
 
@@ -46,7 +49,7 @@ class _Engine(Protocol):
 class Factor:
     """A factorised symmetric matrix that solves to a checked residual.
 
-    `engine` names the method; `inertia` is (positive, negative, zero) eigenvalue counts or None where not known.
+    `engine` names the method; `inertia` is (positive, negative, zero) eigenvalue counts or None if not known.
     """
 
     matrix: sp.csc_matrix
@@ -58,7 +61,7 @@ class Factor:
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Solution (n, k) of `matrix @ x = rhs` for rhs (n, k).
 
-        Raises `SolverError` where the residual of the block stays above `RESIDUAL_BOUND` after refinement.
+        Raises `SolverError` if the residual of the block stays above `RESIDUAL_BOUND` after refinement.
         """
         rhs = np.ascontiguousarray(rhs, dtype=float)
         solution = self._solve_batches(rhs)
@@ -85,7 +88,8 @@ class Factor:
         return self.matrix @ x + self.matrix.T @ x - self.matrix.diagonal()[:, None] * x
 
     def _probe(self, solution: np.ndarray, rhs: np.ndarray) -> float:
-        """Relative residual of one random combination of the columns: any wrong column shows, at the price of one."""
+        """Relative residual of a random combination of the columns: any wrong column shows in it, at the cost of
+        one."""
         scale = np.linalg.norm(rhs, axis=0)
         mix = np.random.default_rng(0).standard_normal(rhs.shape[1]) / np.where(scale > 0, scale, 1.0)
         difference = self._apply((solution @ mix)[:, None])[:, 0] - rhs @ mix
@@ -101,12 +105,13 @@ def factorise(
     Parameters
     ----------
     matrix : (n, n) lower triangle.
-    negative : how many negative eigenvalues it must have (the pressures). rslab tells, and is not trusted where it
-        finds another number; SuperLU does not, so there the residual of each solve is the only check.
-    stabilised : a nearby matrix to factor instead; solves are then refined against `matrix`.
-    engine : "rslab" or "superlu"; by default the environment's PAPILLA_SOLVER, else rslab with SuperLU behind it.
+    negative : number of negative eigenvalues that it must have (the pressures). rslab counts them, and another number
+        is an error; SuperLU does not, so for it the residual of each solve is the only check.
+    stabilised : a similar matrix that is factored instead; solves are then refined with `matrix`.
+    engine : "rslab" or "superlu"; by default the environment variable PAPILLA_SOLVER, else rslab with SuperLU as
+    fallback.
 
-    Raises `SolverError` where no engine factors the matrix, warns where SuperLU had to.
+    Raises `SolverError` if no engine factors the matrix; warns if SuperLU had to.
     """
     wanted = engine or os.environ.get("PAPILLA_SOLVER") or ENGINES[0]
     if wanted not in ENGINES:
@@ -121,7 +126,7 @@ def factorise(
 
 
 def _factor_rslab(matrix, to_factor, negative) -> Factor:
-    """Factor by rslab; raises `SolverError` where the inertia is not the expected one, and what rslab raises."""
+    """Factor by rslab. Raises `SolverError` if the inertia is not the expected one, and rslab's own errors."""
     import rslab
 
     symbolic = rslab.analyze(to_factor, path="ldlt", **ORDERING, threads=os.cpu_count() or 1)
@@ -147,7 +152,7 @@ def _refuse_factor(needed: float, matrix: sp.csc_matrix) -> None:
 
 
 def _factor_superlu(matrix, to_factor) -> Factor:
-    """Factor by SuperLU, which takes the whole symmetric matrix; raises `SolverError`."""
+    """Factor by SuperLU, which needs the whole symmetric matrix; raises `SolverError`."""
     _refuse_factor(SUPERLU_BYTES * matrix.shape[0] ** (4 / 3), matrix)
     full = (to_factor + sp.tril(to_factor, -1).T).tocsc()
     try:

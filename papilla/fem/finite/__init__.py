@@ -1,4 +1,5 @@
-"""Rung `finite`: near-incompressible hyperelastic contact at finite strain, on the full Taylor-Hood cell."""
+"""The fidelity `finite`: contact at finite strain with nearly incompressible hyperelastic layers, on the full
+Taylor-Hood cell."""
 
 from papilla.fem.finite.pressing import press_finite
 

@@ -1,7 +1,7 @@
 """The finger's body at finite strain: internal forces and tangent of its Taylor-Hood cell, by batched products.
 
-Unknowns are those of `discrete.elements.TaylorHood`: displacement 3 * node + component, then layer-wise pressures.
-The reference configuration is the mesh; nothing loops over cells.
+Unknowns are those of `discrete.elements.TaylorHood`: displacement 3 * node + component, then layer-wise pressures. The
+reference configuration is the mesh; no Python loop runs over cells.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,8 @@ from papilla.finger import Layer
 from papilla.materials import Material
 
 QUADRATURE_ORDER = 2
-"""The linear elements' rule: at vanishing strain the tangent is their matrix. Order 4 moves S_d at 60 gf by 5e-6."""
+"""Quadrature order of the linear elements, so that the tangent at zero strain is their matrix. Order 4 changes S_d at
+60 gf by 5e-6."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +39,10 @@ class Card:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """A state's internal forces on the free unknowns and what judges them.
+    """Internal forces of a state on the free unknowns, with measures for their error.
 
-    force : (free,) in N (displacement), mm3 (pressure); NaN unless all cells keep a volume.
-    volume_scale : size (mm3) of the volume change that the strains could make: what its error is measured by.
+    force : (free,) in N (displacement), mm3 (pressure); NaN unless every cell has a positive volume. volume_scale :
+    size (mm3) of the volume change that the strains could cause, to which its error is compared.
     smallest_jacobian : smallest det F.
     """
 
@@ -51,7 +52,8 @@ class Forces:
 
 
 class Body:
-    """A cell with a material card per layer number; `free` (unknowns,) says which unknowns are not held."""
+    """A cell of the mesh with one material card per layer number; `free` (unknowns,) is True for unknowns that are not
+    held."""
 
     def __init__(self, space: TaylorHood, cards: Mapping[int, Card], free: np.ndarray):
         self.space = space
@@ -69,7 +71,7 @@ class Body:
 
     @property
     def free_pressures(self) -> int:
-        """Number of pressure unknowns: the tangent of a stable state has as many negative eigenvalues."""
+        """Number of pressure unknowns: the tangent of a stable state has this many negative eigenvalues."""
         return len(self._free_number) - self.free_displacements
 
     def forces(self, displacement: np.ndarray, pressure: np.ndarray) -> Forces:
@@ -111,7 +113,7 @@ class Body:
         )
 
     def stability(self, displacement: np.ndarray) -> tuple[float, float]:
-        """Least stability of the materials (`papilla.materials`, over mu) and largest principal stretch, at a
+        """Smallest stability of the materials (`papilla.materials`, over mu) and largest principal stretch, at a
         displacement (nodes, 3) in mm."""
         kinematics, least, largest = self._kinematics(displacement), np.inf, 1.0
         for card, cells in self._parts():
@@ -122,10 +124,10 @@ class Body:
 
     @cached_property
     def scale(self) -> np.ndarray:
-        """Factors (free,) of the unknowns that make the tangent's entries of the order of one, whatever the units."""
+        """Factors (free,) of the unknowns that make the tangent's entries of order one in any units."""
         stiffness = float(np.exp(np.mean([np.log(card.material.shear_modulus) for card in self.cards.values()])))
         length = float(np.cbrt(self._weights.sum(axis=1).mean()))
-        # Displacement in units of length, pressure of stiffness, energy of stiffness * length^3
+        # Units: displacement in lengths, pressure in stiffnesses, energy in stiffness * length^3
         displacement, pressure = 1 / np.sqrt(stiffness * length), np.sqrt(stiffness / length**3)
         known = [np.full(self.free_displacements, displacement), np.full(self.free_pressures, pressure)]
         return np.concatenate(known)
@@ -135,7 +137,7 @@ class Body:
         return self._restrict(self.space.part("mass", number))
 
     def _parts(self):
-        """Each card with the mask (cells,) of its cells."""
+        """Each card, with the mask (cells,) of its cells."""
         return [(card, self.space.mesh.layer == number) for number, card in self.cards.items()]
 
     def _compressibility(self) -> np.ndarray:
@@ -156,7 +158,7 @@ class Body:
         """Element tangents (cells, 34, 34); tangent (cells, q, 9, 9) is already weighted."""
         cells, points = self._weights.shape
         gradients = self._gradients
-        # (q, 10, K) @ (q, K, i j L) -> (10 i j, q L), then against the other gradients
+        # (q, 10, K) @ (q, K, i j L) -> (10 i j, q L), then times the other gradients
         by_row = tangent.reshape(cells, points, 3, 3, 3, 3).transpose(0, 1, 3, 2, 4, 5).reshape(cells, points, 3, 27)
         half = (gradients @ by_row).reshape(cells, points, 90, 3).transpose(0, 2, 1, 3).reshape(cells, 90, -1)
         full = half @ gradients.transpose(0, 1, 3, 2).reshape(cells, -1, 10)
@@ -182,7 +184,7 @@ class Body:
 
     @cached_property
     def _pattern(self):
-        """Which entries of the element tangents are kept, where they go in the data, and the CSC structure."""
+        """The kept entries of the element tangents, their places in the data, and the CSC structure."""
         rows, columns = self._unknowns[:, :, None], self._unknowns[:, None, :]
         kept = np.flatnonzero(((rows >= columns) & (columns >= 0)).ravel())
         size = len(self._free_number)

@@ -1,8 +1,8 @@
 """Stress and tangent of a near-incompressible hyperelastic point, in closed form and for many points at once.
 
 W = W_iso(J^(-1/3) F) + mu/3 (J - 1)^2 - p (J - 1) - p^2/(2 lambda), with the pressure p an unknown of its own. For
-stationary p the volumetric part is kappa/2 (J - 1)^2 with kappa = lambda + 2 mu/3; at small strain it is
-mu eps : eps - p div u - p^2/(2 lambda), term by term small strain's, and nu = 0.5 (1/lambda = 0) is harmless.
+stationary p the volumetric part is kappa/2 (J - 1)^2 with kappa = lambda + 2 mu/3; at small strain W is mu eps : eps -
+p div u - p^2/(2 lambda), term by term that of linear elasticity, and nu = 0.5 (1/lambda = 0) causes no difficulty.
 """
 
 from dataclasses import dataclass, fields
@@ -18,7 +18,8 @@ _ROWS, _COLUMNS = np.divmod(np.arange(9), 3)
 
 @dataclass(frozen=True, eq=False)
 class Kinematics:
-    """What every material needs of displacement gradients (..., 3, 3): J - 1 is free of cancellation.
+    """Quantities that every material computes from displacement gradients (..., 3, 3); J - 1 is computed without
+    cancellation.
 
     gradient : H; deformation : F = I + H; cofactor : J F^-T; volume_change : J - 1 (...).
     """
@@ -201,7 +202,7 @@ def _ogden_derivatives(material: Ogden, stretches, jacobian):
 
 
 def _power_quotient(x, exponent):
-    """((1 + x)^exponent - 1) / x, for x = 0 its limit: the exponent."""
+    """((1 + x)^exponent - 1) / x; for x = 0 its limit, the exponent."""
     safe = np.where(x == 0, 1.0, x)
     return np.where(x == 0, exponent, np.expm1(exponent * np.log1p(safe)) / safe)
 

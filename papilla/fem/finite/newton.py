@@ -23,22 +23,23 @@ from papilla.fem.pressing.contact_step import StepState, contact_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 
 TOLERANCE = 1e-8
-"""Of the relative residuals of equilibrium, volume and contact."""
+"""Bound of the relative residuals of equilibrium, volume and contact."""
 
 MAX_STEPS = 40
-"""Steps at one load before it counts as failed."""
+"""Largest number of steps at one load."""
 
 MIXED = 5
-"""Steps whose differences Anderson's mixing combines."""
+"""Number of steps whose differences Anderson's mixing combines."""
 
 SLOW = 0.3
-"""Share of the residual that three steps may leave before the tangent is made anew: that costs some 25 steps."""
+"""Share of the residual that may remain after three steps; if more remains, the tangent is computed again, which costs
+some 25 steps."""
 
 SHRINK = 0.1
-"""Smallest det F that a step may leave, as a share of the one before."""
+"""Smallest det F after a step, as a share of the one before."""
 
 HALVINGS = 6
-"""Times that a step is halved for the sake of det F."""
+"""Largest number of times that a step is halved because of det F."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,7 @@ class StepError(SolverError):
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Relative residuals of a state."""
+    """Relative residuals of a state: equilibrium, volume, contact."""
 
     equilibrium: float
     volume: float
@@ -67,14 +68,14 @@ class Balance:
 
     @property
     def worst(self) -> float:
-        """The largest of the three."""
+        """The largest of the three residuals."""
         return max(self.equilibrium, self.volume, self.contact)
 
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """A factorised tangent; `loads` (free, n) of unit nodal pressures, `response` (free, n) to them, and the skin's own
-    `compliance` (n, n)."""
+    """A factorised tangent; `loads` (free, n) by unit nodal pressures, `response` (free, n) to them, and the
+    `compliance` (n, n) of the skin."""
 
     factor: Factor
     scale: np.ndarray
@@ -84,7 +85,7 @@ class Linearisation:
 
     @classmethod
     def at(cls, body: Body, touching: Touching, state: State) -> "Linearisation":
-        """About a state; raises `StepError` where it is unstable, which is no place to step from."""
+        """The linearisation at a state; raises `StepError` if the state is unstable."""
         factor, loads = _factor(body, state), _free_loads(body, touching.at(state.displacement))
         scale = body.scale[:, None]
         response = scale * factor.solve(scale * loads.toarray())
@@ -98,14 +99,15 @@ class Linearisation:
 
 @dataclass(eq=False)
 class _Mixing:
-    """Anderson's mixing of a fixed-point iteration; distances are those of the first `measured` unknowns."""
+    """Anderson's mixing of a fixed-point iteration; distances use the first `measured` unknowns."""
 
     measured: int
     last: tuple[np.ndarray, np.ndarray] | None = None
     steps: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
 
     def next(self, point: np.ndarray, change: np.ndarray, same: bool = True) -> np.ndarray:
-        """The point after `point`, whose plain successor is `point + change`; `same`: by the same map as the last."""
+        """The point after `point`, whose successor without mixing is `point + change`; `same` : whether the map is that
+        of the last step."""
         if self.last is not None and same:
             self.steps = [*self.steps[1 - MIXED :], (point - self.last[0], change - self.last[1])]
         self.last = point, change
@@ -126,10 +128,11 @@ def solve_level(
     indentation: float | None = None,
     tolerance: float | None = None,
 ) -> tuple[State, int, Balance, Linearisation]:
-    """Equilibrium at a force on the patch (N) or an indentation (mm), from a nearby state; also steps, residuals, and
-    the linearisation for the next level. With friction the state is also where the load came from.
+    """Equilibrium at a force on the patch (N) or an indentation (mm), from a nearby state; with the number of steps,
+    the residuals, and the linearisation for the next load. With friction, `state` is also the state from which slip
+    counts.
 
-    Raises `StepError` where it does not converge.
+    Raises `StepError` if it does not converge.
     """
     before = state
     tolerance = TOLERANCE if tolerance is None else tolerance
@@ -160,9 +163,9 @@ def solve_level(
 
 
 def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Linearisation, drift, force, indentation):
-    """The state whose unknowns are the response to tractions plus the drift, gap and slip being linearised.
+    """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
 
-    states : where the load came from, and the last one.
+    states : the state from which slip counts, and the last one.
     """
     (origin, state), mass, n = states, touching.patch.mass, len(touching.patch.mass)
     gap = touch.gap + held.loads[:, :n].T @ (drift - _free(body, state))
@@ -185,7 +188,8 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
 
 
 def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
-    """The wanted state, or as much of the way to it as leaves cells their volume; its forces; and whether it is all."""
+    """The wanted state, or the largest part of the step that leaves every cell a positive volume; its forces; and
+    whether the step is complete."""
     length = 1.0
     for _ in range(HALVINGS):
         parts = ("displacement", "pressure", "contact", "indentation")
@@ -209,7 +213,8 @@ def _free_loads(body: Body, touch: Touch) -> sp.csr_matrix:
 
 
 def _factor(body: Body, state: State) -> Factor:
-    """The factorised tangent in scaled unknowns; one of the wrong inertia is unstable, and no place to step from."""
+    """The factorised tangent in scaled unknowns. A wrong inertia means that the state is unstable, and raises
+    `StepError`."""
     scale = sp.diags(body.scale)
     tangent = (scale @ body.tangent(state.displacement, state.pressure) @ scale).tocsc()
     stabilised, changed = tangent, False
@@ -218,7 +223,7 @@ def _factor(body: Body, state: State) -> Factor:
         if mu * card.compressibility < INCOMPRESSIBLE:
             stabilised, changed = stabilised - scale @ (STABILISATION / mu * body.pressure_mass(number)) @ scale, True
     with warnings.catch_warnings():
-        # Another engine would factor an unstable tangent just as well: only a missing engine may be replaced
+        # Another engine would also factor an unstable tangent, so SuperLU may only replace a missing engine
         warnings.filterwarnings("error", message=r"rslab did not factor the matrix \(inertia")
         try:
             return factorise(tangent, body.free_pressures, stabilised=stabilised.tocsc() if changed else None)
@@ -227,7 +232,7 @@ def _factor(body: Body, state: State) -> Factor:
 
 
 def _balance(body: Body, mass, touch: Touch, state: State, inside: Forces, outside: np.ndarray) -> Balance:
-    """How far a state is from equilibrium, incompressibility and complementarity."""
+    """Distance of a state from equilibrium, incompressibility and complementarity."""
     split = body.free_displacements
     gap = (touch.gap + (touch.compliance @ state.contact)[: len(mass)]) / mass - state.indentation
     violation = np.where(state.active, np.abs(gap), np.maximum(0, -gap)).max() / abs(state.indentation)

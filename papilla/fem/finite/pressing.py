@@ -28,13 +28,13 @@ from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.specimen import Friction, Specimen, friction_coefficient
 
 GROWTH, FIRST_LOAD = 1.3, 0.02
-"""Steps of the load with friction: how much one is larger than the one before, and the first as a share of the last."""
+"""Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
 
 ON_THE_WAY = 1e-5
 """Relative residual of the steps before the last one."""
 
 SMALLEST_STEP = 1 / 64
-"""Share of the load below which a step is not cut back any more."""
+"""Smallest step of the load, as a share of the whole; smaller ones are not tried."""
 
 LAYER_NUMBERS = {"outer": OUTER, "inner": INNER, "bone": BONE}
 
@@ -58,18 +58,18 @@ def press_finite(
     Parameters
     ----------
     force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
-    mesh : of `finger`; its mirror planes through the touch-down point are used, so the apex costs a quarter.
-    materials : "outer", "inner", "bone" -> one of `papilla.materials.MATERIALS`; a layer that is not named has the card
-        of the finger, and without one it is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
-    friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from nothing in small steps, and a
-        point keeps, while it sticks, the relative displacement that it had when it came into contact.
+    mesh : of `finger`; its mirror planes through the touch-down point are used, so a press at the apex uses a quarter.
+    materials : "outer", "inner", "bone" -> one of `papilla.materials.MATERIALS`; a layer that is not named has its card
+        in the finger's design or, without one, is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
+    friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from zero in small steps, and a
+        point that sticks keeps the relative displacement that it had when it came into contact.
     at : (x, y) in mm where the specimen touches down, along the skin's inward normal.
     progress : called with a line for each load step.
 
     The `Press` has fidelity "finite", pressure per reference area projected on the contact plane, and peak pressure and
-    contact area as they are in the deformed state. Raises `InputError` for unusable values, `ContactRangeError` where
-    the press leaves what the model covers, `MemoryEstimateError` where the mesh is too fine for the memory left,
-    `SolverError` where no equilibrium is found.
+    contact area as they are in the deformed state. Raises `InputError` for unusable values, `ContactRangeError` if the
+    press leaves the range of the model, `MemoryEstimateError` if the mesh needs more memory than is free, `SolverError`
+    if no equilibrium is found.
     """
     began = perf_counter()
     loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
@@ -83,7 +83,8 @@ def press_finite(
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and what its gauges read."""
+    """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and the readout of its
+    gauges."""
 
     finger: Finger
     body: Body
@@ -100,7 +101,8 @@ class Scene:
         at: tuple[float, float],
         friction: float = 0.0,
     ) -> "Scene":
-        """The scene of `press_finite`'s arguments, on the part of the mesh that its mirrors through `at` leave."""
+        """The scene for the arguments of `press_finite`, on the part of the mesh that remains after its mirrors through
+        `at` are used."""
         cards = _cards(finger, mesh, materials)
         x, y = checks.place("at", at)
         surfaces = surfaces_of(finger)
@@ -151,11 +153,11 @@ def press_path(
     held: Linearisation | None = None,
     tolerance: float | None = None,
 ) -> tuple[State, list[int], Balance, Linearisation | None]:
-    """The state at a force on the patch (N) or an indentation (mm), the Newton steps of each load step, residuals, and
-    the last linearisation, for the next.
+    """The state at a force on the patch (N) or an indentation (mm); the number of Newton steps of each load step; the
+    residuals; and the last linearisation, for the next load.
 
-    With friction it goes by way of loads that grow by `GROWTH`, from where `start` stands or from rest: what friction
-    does depends on the way, and nothing is left out for speed. `held` : of another load or specimen, on the same body.
+    With friction the load grows by factors `GROWTH`, from the state `start` or from rest, because the effect of
+    friction depends on the path. `held` : linearisation of another load or specimen on the same body.
     """
     name, aim = ("force", force) if indentation is None else ("indentation", indentation)
     assert aim is not None
@@ -182,9 +184,9 @@ def raise_load(
 ) -> tuple[State, list[int], Balance, Linearisation]:
     """The state at a "force" on the patch (N) or an "indentation" (mm), as `press_path` returns it.
 
-    The load goes in one step to its end; one that fails is halved, one that succeeds is followed by one twice as large.
-    `state` and `held` are those of another load, or of another specimen, on the same body. Raises `SolverError` where
-    `SMALLEST_STEP` fails, `ContactRangeError` where an indentation makes no contact.
+    The first step is the whole load. A step that fails is halved; after one that succeeds, the next is twice as large.
+    `state` and `held` are those of another load, or of another specimen, on the same body. Raises `SolverError` if
+    `SMALLEST_STEP` fails, `ContactRangeError` if an indentation makes no contact.
     """
     reached, step, steps = 0.0, 1.0, []
     held = held or Linearisation.at(scene.body, scene.touching, scene.at_rest)
@@ -199,7 +201,7 @@ def raise_load(
         except ContactRangeError:
             if target == 1:
                 raise
-            # A cut step may fall short of the mesh's first vertex, and is then no step at all
+            # A shortened step may not reach the mesh's first vertex, and then does nothing
             reached = target
             continue
         except SolverError as error:
@@ -223,7 +225,7 @@ def _sentence(steps: list[int], balance: Balance) -> str:
 
 
 def _stability(scene: Scene, state: State) -> str:
-    """What to say of the laws over the strains that were reached."""
+    """Remark on the stability of the material laws over the strains that were reached."""
     least, largest = scene.body.stability(state.displacement)
     if least > 0:
         return f"; laws stable over the strains reached, stretches up to {largest:.2f}"
@@ -231,7 +233,7 @@ def _stability(scene: Scene, state: State) -> str:
 
 
 def result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
-    """The press of a state, refused where it leaves what the model covers; `began` is when its clock started."""
+    """The press of a state; raises `ContactRangeError` outside of the model's range. `began` : start of its clock."""
     finger, touching = scene.finger, scene.touching
     patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(state.displacement)
     refuse_rim(patch, state.active)

@@ -1,4 +1,4 @@
-"""What the gauges of a finitely deformed finger read: true elongation of the chord, curvature as at small strain."""
+"""Readings of the gauges of a finitely deformed finger: true elongation of the chord, curvature as at small strain."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,10 +14,11 @@ from papilla.mesh.surfaces import Surface
 
 @dataclass(frozen=True, eq=False)
 class Readout:
-    """Where the g gauges of a finger read the displacement of its cell, which mirrors repeat.
+    """Points at which the g gauges of a finger evaluate the displacement of its cell, including mirror images.
 
-    feel : q * g functions of a functional and of the displacement at its points; functionals: q * g of them.
-    rows : (p, nodes) values at the p points of all functionals, in the cell; signs (p, 3) bring them to the points.
+    feel : q * g functions that evaluate a functional from the displacement at its points; functionals : q * g of them.
+    rows : (p, nodes) weights that evaluate the displacement in the cell at the p points of all functionals; signs (p,
+    3) map it to the points themselves.
     """
 
     feel: list[Callable]
@@ -27,7 +28,7 @@ class Readout:
 
     @classmethod
     def of(cls, finger: Finger, interface: Surface, space: TaylorHood, mirrors: tuple[str, ...]) -> "Readout":
-        """That of a finger; raises `InputError` for a gauge off the mesh."""
+        """The readout of a finger; raises `InputError` for a gauge outside the mesh."""
         functionals = gauge_functionals(finger, interface)
         points = np.concatenate([functional.points for functional in functionals])
         folded, images = fold(points, mirrors)
@@ -35,7 +36,8 @@ class Readout:
         return cls(feel, functionals, interpolation(space, folded), parity_signs(SYMMETRIC, images))
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
-        """What the gauges feel (q, g) at a displacement (nodes of the cell, 3): `gauges.QUANTITIES`."""
+        """Strain and curvature change of the gauges (q, g) at a displacement (nodes of the cell, 3), in the order of
+        `gauges.QUANTITIES`."""
         there = self.signs * (self.rows @ displacement)
         parts = np.split(there, np.cumsum([len(functional.points) for functional in self.functionals])[:-1])
         values = [feel(*pair) for feel, *pair in zip(self.feel, self.functionals, parts, strict=True)]

@@ -1,9 +1,9 @@
-"""Measures what large strain changes: presses at finite strain, and linear ones on the same mesh, over force and area.
+"""Measures the change by large strain: presses at finite strain, and linear ones on the same mesh, over force and area.
 
-What large strain changes in a press is small (2 to 5 % of S_d) and smooth, so it needs neither a fine mesh nor many
-presses: 20 of them on a mesh of 1.4 mm tell S_d of the default finger to 0.1 % (docs/adr/0032).
-Strains of a geometry depend on F / E_inner, E / E_inner and r = E_outer / E_inner alone: there is a table a ratio r and
-end of friction (none, stuck). Forces rise along one path a specimen and share what was factorised.
+The change is small (2 to 5 % of S_d) and smooth, so it needs neither a fine mesh nor many presses: 20 of them on a mesh
+of 1.4 mm determine S_d of the default finger to 0.1 % (docs/adr/0032). Strains of a geometry depend on F / E_inner, E /
+E_inner and r = E_outer / E_inner alone: there is one table for each ratio r without friction, and one with stick. For
+each specimen the forces rise along one path and share factorised matrices.
 
 `python -m papilla.fem.finite.strain_tables` measures the default finger's geometry over five ratios of moduli and
 writes the file that ships, with 36 presses a table on its reference mesh; with `stuck` the stuck presses.
@@ -35,31 +35,31 @@ from papilla.specimen import Friction, friction_coefficient
 from papilla.workers import Say, Start, counted, workers
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
-"""F / E_inner in mm2: of the default finger, 0.03 to 1.2 N."""
+"""F / E_inner in mm2; for the default finger: 0.03 to 1.2 N."""
 
 MODULI = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
-"""E / E_inner of the blocks that are pressed, of the default finger 0.017 MPa to rigid."""
+"""E / E_inner of the pressed blocks; for the default finger: 0.017 MPa to rigid."""
 
 FEW_FORCES, FEW_MODULI = (0, 1, 3, 4, 5), (0, 1, 3, 5)
-"""Which of these a finger of one's own is pressed by. With four forces a rounder dome was 0.9 % of S_d off between the
-largest two, where the default's tables had shown 0.2 %."""
+"""The forces and moduli for a user's finger, by number. With four forces S_d of a rounder dome was 0.9 % off between
+the largest two, where the tables of the default finger had shown 0.2 %."""
 
 SIZE = 0.07
-"""Element size of its mesh at the contact, in its height or half its breadth, whichever is less: 1.4 mm of the default
-finger. A slim finger has a sharper apex, on which a light contact is narrower."""
+"""Element size of its mesh at the contact, relative to its height or half its breadth, whichever is less: 1.4 mm for
+the default finger. A slim finger has a sharper apex, on which a light contact is narrower."""
 
 RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
 """E_outer / E_inner of the tables that ship."""
 
 SPANNING = (1.0, 4.0, 16.0)
-"""Those of a finger of one's own whose moduli are not known yet: between three of them the ratio is interpolated."""
+"""Ratios for a user's finger whose moduli are not known yet; between the three tables the ratio is interpolated."""
 
 TOLERANCE = 1e-4
-"""Relative residual of these presses at finite strain: S_d is then within 1e-5."""
+"""Relative residual of these presses at finite strain: S_d is then accurate to 1e-5."""
 
 Progress = Callable[[int, int], None]
 _REFUSED: dict[tuple[str, float, bool], str] = {}
-"""Why a table cannot be made, so that it is not tried again at each press."""
+"""Reasons why tables cannot be made, so that they are not tried again at each press."""
 
 
 def measure_large_strain(
@@ -73,9 +73,9 @@ def measure_large_strain(
 ) -> LargeStrain:
     """The table of a finger on its mesh, pressed at the apex; `steps` is called with (presses done, presses in all).
 
-    friction : 0, or "stick" for presses in which nothing slips. Presses that leave what either model covers are left
-    out. Raises `InputError` where too few remain or no two layers lie below the apex, and what reducing and factorising
-    raise.
+    friction : 0, or "stick" for presses in which nothing slips. Presses outside the range of either model are left out.
+    Raises `InputError` if too few remain or if there are not two layers below the apex, and what reducing and
+    factorising raise.
     """
     reduced, inner = FingerModel(finger, mesh).reduce(), finger.inner.modulus
     if len(reduced.layers) < 2:
@@ -86,7 +86,8 @@ def measure_large_strain(
     for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, steps):
         touched = finger.bench.specimen(finite.modulus)
         try:
-            # What the nodes lose, presses at finite strain lose too
+            # The nodal contact without the ellipse's correction, because presses at finite strain have the same nodal
+            # error
             linear = contact_press(reduced, touched, (finite.force, None), coefficient)
         except (ContactRangeError, SolverError):
             continue
@@ -106,10 +107,11 @@ def finite_presses(
     friction: Friction,
     steps: Progress | None = None,
 ) -> Iterator[Press]:
-    """Presses at finite strain by rising forces (N) on the bench's blocks of some moduli (MPa), as far as either model
-    goes.
+    """Presses at finite strain by rising forces (N) on the bench's blocks of some moduli (MPa), as far as the model
+    allows.
 
-    Each force starts from the one before, and all share what was factorised: cheaper than as many `press_finite`.
+    Each force starts from the one before, and all share factorised matrices, so this is faster than as many
+    `press_finite`.
     """
     held: Linearisation | None = None
     scene: Scene | None = None
@@ -138,7 +140,7 @@ def ensure_large_strain(
     ratios: Iterable[float] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> str:
-    """Make the tables of a finger that are not known, here and now; arguments and result as of `begin_large_strain`."""
+    """Make the missing tables of a finger now; arguments and result as for `begin_large_strain`."""
     with workers(1, progress) as start:
         return begin_large_strain(finger, ends, start, ratios=ratios, progress=progress)()
 
@@ -151,16 +153,15 @@ def begin_large_strain(
     ratios: Iterable[float] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Callable[[], str]:
-    """Start to make the tables of a finger that are not known; what is returned waits for them and keeps them in the
-    cache.
+    """Start to make the missing tables of a finger; the returned function waits for them and keeps them in the cache.
 
     Parameters
     ----------
-    ends : of friction: False for none, True for stuck.
-    start : of `papilla.workers.workers`.
-    ratios : E_outer / E_inner of the tables; None is the finger's own, unless the known tables cover it.
+    ends : False for tables without friction, True for stuck ones.
+    start : from `papilla.workers.workers`.
+    ratios : E_outer / E_inner of the tables; None is the finger's own ratio, unless the known tables cover it.
 
-    The wait returns what to note where a finger has to do without, else nothing.
+    The returned function gives the reason if a finger has no tables, else an empty text.
     """
     key, own = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
     tables = known(key)
@@ -169,12 +170,12 @@ def begin_large_strain(
     refused = next((_REFUSED[key, *one] for one in missing if (key, *one) in _REFUSED), "")
     if not missing or refused:
         return lambda: refused
-    # Stuck presses take three times as long: they begin first
+    # Stuck presses take three times as long, so they begin first
     missing.sort(key=lambda one: not one[1])
     begun = [start(measure_few, finger, *one) for one in missing]
 
     def wait() -> str:
-        """Keep the tables when they are done; why there are none, or an empty text."""
+        """Keep the tables when they are done; returns why there are none, or an empty text."""
         try:
             for number, table in enumerate(begun, 1):
                 keep(key, [LargeStrain.from_json(table())])
@@ -189,7 +190,7 @@ def begin_large_strain(
 
 
 def measure_few(finger: Finger, ratio: float, stuck: bool, say: Say) -> dict:
-    """The table (`LargeStrain.to_json`) of a finger with its moduli in a ratio, from few presses on a coarse mesh."""
+    """The table (`LargeStrain.to_json`) of a finger with its moduli at a ratio, from few presses on a coarse mesh."""
     steps = counted(say, f"large strain, layers 1 : {ratio:.3g}, {'stuck' if stuck else 'without friction'}: press")
     mesh = build(finger, SIZE * narrowest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:

@@ -1,9 +1,9 @@
-"""The specimen as a deforming finger meets it: gap, loads and specimen compliance at the current lateral positions.
+"""Contact of a deforming finger with a specimen: gap, loads and specimen compliance at the current lateral positions.
 
-Contact pressure is that of small strain: linear on the patch's triangles and measured per area that the skin's
-reference state projects on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal,
-and the weak gap is linear in the displacement. The gap of a curved specimen is taken, and its pressure acts along its
-normal, where the skin is now. The specimen itself stays linear: its surface slope turns no pressure.
+Contact pressure is defined as at small strain: linear on the patch's triangles, per area of the skin's reference state
+projected on the contact plane. A rigid frictionless flat then loads the skin exactly along its normal, and the weak gap
+is linear in the displacement. The gap of a curved specimen, and the normal along which its pressure acts, are those at
+the skin's current place. The specimen itself stays linear: its own deformation does not turn the pressure.
 """
 
 from dataclasses import dataclass, replace
@@ -20,12 +20,13 @@ STICK = 1e6
 """Coefficient of friction that stands for full stick."""
 
 STEADY = 0.02
-"""Patch edges that the skin may move along the specimen before the compliance that friction asks for is renewed: it is
-dear, and the many small steps of a path would each renew it. S_d moves by less than 1e-4."""
+"""Distance, in patch edges, that the skin may move along the specimen before the compliance for friction is computed
+again. It is expensive, and each of the many small steps of a path would compute it. S_d changes by less than 1e-4."""
 
 LAG = 30.0
-"""Share of the way which the skin has moved along the specimen, per relative residual, that it may go on before the
-specimen's compliance is renewed: what a residual leaves to go is about the residual's share, and renewal is dear."""
+"""Further displacement of the skin along the specimen, relative to its displacement so far and per relative residual,
+after which the specimen's compliance is computed again: the remaining displacement is about the residual's share, and
+the compliance is expensive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +35,8 @@ class Touch:
 
     gap : (n,) weak distance in mm3 between skin and undeformed specimen at zero indentation.
     loads : (3 * nodes, n) forces on the skin in mm2 of unit nodal pressures, which are the derivatives of the gap.
-    compliance : (n, n) weak compliance of the specimen, mm3 / MPa.
-    With friction both have three times as many: tractions along the contact plane's axes follow the pressures.
+    compliance : (n, n) weak compliance of the specimen, mm3 / MPa. With friction both are three times as large:
+    tractions along the contact plane's axes follow the pressures.
     """
 
     gap: np.ndarray
@@ -47,8 +48,8 @@ class Touch:
 class Touching:
     """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes.
 
-    The specimen's compliance is that of the places which `follow` last saw. friction : Coulomb's coefficient; from
-    `STICK` on nothing slips.
+    The specimen's compliance is that at the places of the last `follow`. friction : Coulomb's coefficient; at `STICK`
+    and above nothing slips.
     """
 
     loaded: LoadedPatch
@@ -70,10 +71,10 @@ class Touching:
         return self.loaded.patch
 
     def current_patch(self, displacement: np.ndarray) -> Patch:
-        """The patch where the skin is after a displacement (nodes, 3); its gap is that of the reference state.
+        """The patch at the skin's place after a displacement (nodes, 3); its gap is that of the reference state.
 
-        Nodes move by the mean displacement under their hat functions, which is what their pressure works on; on a
-        mirror plane the mean over all images has no component across it.
+        Nodes move by the mean displacement under their hat functions, on which their pressure does work; on a mirror
+        plane the mean over all images has no component across it.
         """
         patch = self.patch
         mean = self._coupling.T @ (displacement @ self.loaded.frame.axes[:2].T) / patch.mass[:, None]
@@ -83,7 +84,8 @@ class Touching:
         return replace(moved, mass=hats.T @ weights)
 
     def follow(self, displacement: np.ndarray, residual: float = 0.0) -> bool:
-        """Renew the specimen's compliance if the skin has moved along it further than a relative residual allows."""
+        """Compute the specimen's compliance again if the skin has moved along it further than a relative residual
+        allows."""
         current = self.current_patch(displacement)
         moved, far = (np.abs(current.xy - place).max() for place in (self._place, self.patch.xy))
         steady = STEADY * float(self.patch.edge_length.mean()) if self.friction else 0.0
@@ -93,7 +95,7 @@ class Touching:
         return True
 
     def at(self, displacement: np.ndarray) -> Touch:
-        """Contact with the skin where it is after a displacement (nodes, 3) in mm."""
+        """Contact with the skin at its place after a displacement (nodes, 3) in mm."""
         patch, current, frame, coupling = (
             self.patch,
             self.current_patch(displacement),
@@ -115,8 +117,8 @@ class Touching:
         return self.loaded.couplings[(1, 1)]
 
     def _compliance_at(self, current: Patch) -> np.ndarray:
-        """The specimen's compliance: nodal pressures are spread over the current area, so both sides are scaled by
-        reference over current mass."""
+        """The specimen's compliance. Nodal pressures are spread over the current area, so both sides are scaled by the
+        ratio of reference to current mass."""
         spread, surface = self.patch.mass / current.mass, PatchSurface(current)
         if self.friction:
             spread = np.tile(spread, 3)

@@ -1,17 +1,17 @@
 """Compliance of the specimen on the patch: weak surface displacement under piecewise linear pressure and shear.
 
-Unknowns are [p, q_1, q_2], each nodal (n,), in MPa of the contact plane: p pushes finger and specimen apart, q acts on
-the finger along the plane's two axes and is turned on the specimen. Conjugate to them are the closure (how far both
-surfaces give way) and the slip of the finger along the specimen, so that compliances are symmetric and add up. Without
-friction p alone is asked for. Mirror images carry a component of q along a mirrored axis with the sign turned.
+Unknowns are [p, q_1, q_2], each nodal (n,), in MPa of the contact plane: p pushes finger and specimen apart; q acts on
+the finger along the plane's two axes, and -q on the specimen. Conjugate to them are the closure (the sum of both
+surface displacements) and the slip of the finger along the specimen, so compliances are symmetric and add. Without
+friction there is only p. In a mirror image the component of q along the mirrored axis has the opposite sign.
 
-The half-space kernels go with 1/r: pairs of near triangles are integrated exactly inside and by Gauss outside; far
-pairs by Gauss on both. A bonded block adds a smooth kernel, which is interpolated: with Chebyshev points t of the
-patch's box and Lagrange polynomials L,
+The half-space kernels are proportional to 1/r: for pairs of near triangles the inner integral is exact and the outer
+one uses Gauss quadrature; for far pairs both use Gauss quadrature. A bonded block adds a smooth kernel, which is
+interpolated: with Chebyshev points t of the patch's box and Lagrange polynomials L,
 
     K(x - y) = sum_ab L_a(x) K(t_a - t_b) L_b(y),
 
-so that the kernel is asked for some hundred points instead of thousands.
+so that the kernel is evaluated at some hundred points instead of thousands.
 """
 
 from collections.abc import Callable
@@ -30,18 +30,19 @@ NEAR = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
 
 ROWS = 256
-"""Quadrature points evaluated against all others at a time: bounds the memory of large patches."""
+"""Number of quadrature points that are combined with all others at a time: it limits the memory of large patches."""
 
 CHEBYSHEV, SMOOTH, CHECKED = (8, 12, 18, 27), 1e-8, 48
-"""Points along each axis between which a smooth kernel is interpolated, the error (of its largest value) that stops the
-refinement, and the Gauss points at which it is looked for. A kernel that none resolves is integrated by Gauss."""
+"""Numbers of points along each axis for the interpolation of a smooth kernel; the error, relative to its largest value,
+at which refinement stops; and the number of Gauss points at which the error is measured. A kernel that no grid resolves
+is integrated by Gauss quadrature."""
 
 GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
 def half_space_compliance(patch: Patch) -> np.ndarray:
-    """Matrix (n, n), in mm3, that times pressure / E* is the weak displacement of a half-space."""
+    """Matrix (n, n), in mm3, whose product with pressure / E* is the weak displacement of a half-space."""
     terms = _weak(patch, lambda offset: _inverse(offset)[None], partial(linear_moments, orders=(0,)))
     return _symmetric(terms(0, 0)) / np.pi
 
@@ -54,9 +55,9 @@ def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) 
 
 @dataclass(frozen=True, eq=False)
 class PatchSurface:
-    """What a specimen makes its compliance on a patch of (`papilla.specimen.Surface`); n patch nodes.
+    """A patch on which a specimen computes its compliance (`papilla.specimen.Surface`); n patch nodes.
 
-    known : (n, n) what `half_space_compliance` gives, where that is known already.
+    known : (n, n) result of `half_space_compliance`, if it is known already.
     """
 
     patch: Patch
@@ -72,7 +73,8 @@ class PatchSurface:
         return kernel_compliance(self.patch, kernel)
 
     def half_space_tractions(self, nu: float) -> np.ndarray:
-        """Weak compliance (3n, 3n), in mm3 / MPa, of a half-space of 1 MPa; its first (n, n) block the normal one."""
+        """Weak compliance (3n, 3n), in mm3 / MPa, of a half-space of 1 MPa; its first (n, n) block is the normal
+        one."""
         plain, dyadic, coupling = half_space_parts(self.patch)
         return (1 + nu) / np.pi * ((1 - nu) * plain + nu * dyadic + (1 - 2 * nu) / 2 * coupling)
 
@@ -83,7 +85,8 @@ class PatchSurface:
 
 @lru_cache(maxsize=4)
 def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Three matrices (3n, 3n) in mm3 that hold for any Poisson's ratio: 1/r, e e/r (tangential), and e/r (coupling)."""
+    """Three matrices (3n, 3n) in mm3 that hold for any Poisson's ratio: the terms 1/r, e e/r (tangential) and e/r
+    (coupling)."""
 
     def kernel(offset):
         inverse = _inverse(offset)
@@ -99,7 +102,7 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     for a, b, term in ((1, 1, xx), (1, 2, xy), (2, 1, xy), (2, 2, yy)):
         parts[1][a, :, b] = terms(term, b)
     for a, term in ((1, x), (2, y)):
-        # The specimen feels -q, so what a half-space's tensor has here changes sign
+        # The traction on the specimen is -q, so the components of a half-space's tensor that couple p and q change sign
         parts[2][0, :, a] = -terms(term, a)
         parts[2][a, :, 0] = terms(term, 0)
     plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
@@ -168,7 +171,7 @@ def _subdivided_rule(n: int) -> np.ndarray:
 
 
 def _inverse(offset: np.ndarray) -> np.ndarray:
-    """1/r (...) of offsets (..., 2), and 0 at none: near pairs are integrated otherwise."""
+    """1/r (...) of offsets (..., 2), and 0 for zero offsets: near pairs are integrated separately."""
     r = np.hypot(offset[..., 0], offset[..., 1])
     return np.divide(1.0, r, out=np.zeros_like(r), where=r > 0)
 
@@ -212,7 +215,8 @@ def _smooth(patch: Patch, kernel):
 
 
 def _by_component(patch: Patch, per_image: list[np.ndarray]):
-    """terms(k, c) of what each image adds, (terms, n, n): sources of component c turn with the images."""
+    """Function (k, c) of the sum over all images, (terms, n, n): sources of component c are mirrored with the
+    images."""
     signs = np.column_stack([np.ones(len(patch.images)), patch.images])
 
     def terms(k: int, c: int) -> np.ndarray:
@@ -222,7 +226,7 @@ def _by_component(patch: Patch, per_image: list[np.ndarray]):
 
 
 def _weak(patch: Patch, kernel, exact):
-    """terms(k, c) -> (n, n): double integral of the kernel's term k between hat functions, for sources of component c.
+    """terms(k, c) -> (n, n): double integral of term k of the kernel between hat functions, for sources of component c.
 
     `kernel` maps offsets (..., 2) from source to point onto (terms, ...); `exact`, where the kernel is singular, gives
     the integrals (pairs, 3, terms) of the terms times a near triangle's hat functions.
@@ -244,7 +248,7 @@ def _weak(patch: Patch, kernel, exact):
 
 
 def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
-    """What exact integration over near triangles changes: (terms, n, n)."""
+    """Change (terms, n, n) when near triangles are integrated exactly."""
     from scipy.spatial import cKDTree
 
     corners = patch.xy[patch.triangles]
@@ -262,7 +266,7 @@ def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
 
 
 def _gauss(points, corners, kernel) -> np.ndarray:
-    """(pairs, 3, terms) what the three-point rule makes of the kernel times hat functions."""
+    """(pairs, 3, terms) three-point quadrature of the kernel times hat functions."""
     source = np.einsum("ql,klj->kqj", GAUSS, corners)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
@@ -298,7 +302,7 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
             integrals = _edge_integrals(d, s, m)
             plain = np.einsum("kcp,kp->kc", powers, integrals[:, : m + 1])
             tilted = np.einsum("kcp,khj,kpj->khc", powers, slope, np.stack([integrals[:, :-1], integrals[:, 1:]], 2))
-            # e points from the source to the point: x^m turned, which matters for m = 1
+            # e points from the source to the point: x^m has the opposite sign, which matters for m = 1
             total[..., columns] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
     return total
 
@@ -307,7 +311,7 @@ _COLUMNS = ([0], [4, 5], [1, 2, 3])
 
 
 def _hats_at(points, corners):
-    """Values (k, 3) of the hat functions, continued to the points, and their gradients (k, 3, 2)."""
+    """Values (k, 3) of the hat functions, continued linearly to the points, and their gradients (k, 3, 2)."""
     edges = np.stack([corners[:, 0] - corners[:, 2], corners[:, 1] - corners[:, 2]], axis=2)
     inverse = np.linalg.inv(edges)
     gradient = np.concatenate([inverse, -inverse.sum(axis=1, keepdims=True)], axis=1)
@@ -349,7 +353,7 @@ def _edge_integrals(d, s, m):
 
 
 def _edge_logarithm(s_start, r_start, s_end, r_end, d):
-    """ln((R+ + s+)/(R- + s-)), taken from the side without cancellation; zero where the point is on the edge's line."""
+    """ln((R+ + s+)/(R- + s-)), computed in the form without cancellation; zero if the point is on the edge's line."""
     forward = s_start + s_end > 0
     upper = np.where(forward, r_end + s_end, r_start - s_start)
     lower = np.where(forward, r_start + s_start, r_end - s_end)

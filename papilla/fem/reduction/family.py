@@ -1,8 +1,9 @@
-"""`FingerFamily`: all fingers of one geometry, whatever the moduli of their layers, from a few reductions.
+"""`FingerFamily`: all fingers of one geometry, with any moduli of their layers, from a few reductions.
 
 At fixed geometry and Poisson's ratios the condensed finger depends on the moduli through their ratio r = outer / inner
-alone: compliance and gauge rows go with 1 / inner. They are smooth in ln r, so a polynomial through Chebyshev nodes
-gives them at every other ratio (Trefethen, Approximation Theory and Approximation Practice, SIAM 2019, theorem 8.2).
+alone: compliance and gauge rows are proportional to 1 / inner. They are smooth in ln r, so a polynomial through
+Chebyshev nodes gives them at every other ratio (Trefethen, Approximation Theory and Approximation Practice, SIAM 2019,
+theorem 8.2).
 """
 
 from collections.abc import Callable, Iterator
@@ -20,28 +21,30 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 
 RATIOS = (1.0, 16.0)
-"""Softest and hardest skin of a family, against the layer below."""
+"""Smallest and largest ratio of the skin's modulus to that of the layer below."""
 
 NODES = 7
-"""Chebyshev nodes in ln r: 4e-5 of compliance and rows between them (`FingerFamily.error`)."""
+"""Number of Chebyshev nodes in ln r: the error of compliance and rows between them is 4e-5 (`FingerFamily.error`)."""
 
 PROBES = (1.45, 4.6, 13.1)
 """Ratios between the nodes at which the error is measured."""
 
 OF_THE_RATIO = ("compliance", "rows")
-"""What depends on the ratio; all else of a reduced finger is the geometry's, or plain arithmetic."""
+"""Fields that depend on the ratio; all others depend on the geometry alone, or follow by arithmetic."""
 
 
 @dataclass(frozen=True, eq=False)
 class FingerFamily:
-    """Reduced fingers at k ratios of the layers' moduli, and all between them; n patch nodes, g gauges, q quantities.
+    """Reduced fingers at k ratios of the layers' moduli, and any ratio between them; n patch nodes, g gauges, q
+    quantities.
 
-    finger : the design; its moduli do not count. reduced : one member, for what all share.
+    finger : the design; its moduli are ignored. reduced : one member, for the fields that all share.
     ratios : (k,) outer over inner modulus. compliance : (k, n, n) in mm3, and rows : (k, q, g, n), for an inner layer
-    of 1 MPa. error : the largest relative difference from a finger reduced by itself, at ratios between the nodes.
-    tangential_source : makes, when friction asks for it, what tangential tractions add (`ReducedFinger.tangential`) at
-    each ratio: (k, 3n, 2n) and (k, q, g, 2n), for an inner layer of 1 MPa.
-    model : makes the member of a ratio on the mesh, its inner layer as stiff as the design's.
+    of 1 MPa. error : largest relative difference from a finger that was reduced separately, at ratios between the
+    nodes.
+    tangential_source : computes, when friction needs it, the effect of tangential tractions
+    (`ReducedFinger.tangential`) at each ratio: (k, 3n, 2n) and (k, q, g, 2n), for an inner layer of 1 MPa.
+    model : makes the finger model of a ratio on the mesh, with the inner modulus of the design.
     """
 
     finger: Finger
@@ -58,7 +61,7 @@ class FingerFamily:
         return f"FingerFamily({self.finger.name!r}, outer / inner {low:g} to {high:g}, within {self.error:.1e})"
 
     def at(self, outer: float, inner: float) -> ReducedFinger:
-        """The finger with these Young's moduli (MPa); raises `InputError` where their ratio is outside the family."""
+        """The finger with these Young's moduli (MPa); raises `InputError` if their ratio is outside the family."""
         design = self.design(outer, inner)
         weights = self._basis(np.log(self._checked(outer / inner))) / inner
         compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in OF_THE_RATIO)
@@ -103,15 +106,15 @@ def family(
 ) -> FingerFamily:
     """The family of a finger's geometry and Poisson's ratios on mesh number `variant`, at touch-down point `at` (mm).
 
-    mesh : one of the same shape instead, such as that of a finger whose gauges lie elsewhere.
+    mesh : another mesh of the same shape, for example of a finger with gauges at other places.
 
     Seven reductions and three to check them, kept in the cache. Raises what `prepare` raises, and `InputError` for
-    layers that are not neo-Hookean: there the ratio is not all that counts at large strain.
+    layers that are not neo-Hookean, because large strain then depends on more than the ratio.
     """
     if any(layer.material is not None for layer in (finger.outer, finger.inner)):
-        raise InputError("a family is of layers with a modulus alone, not with a material card")
+        raise InputError("a family needs layers with a modulus alone, without a material card")
     if finger.bone is not None:
-        raise InputError("a family is of fingers on a rigid bone: a third modulus counts on an elastic one")
+        raise InputError("a family needs a rigid bone: an elastic one has a third modulus")
     inner = finger.inner.modulus
     unit = with_moduli(finger, inner, inner)
     if mesh is None:
@@ -122,7 +125,7 @@ def family(
 
     def model(ratio: float) -> FingerModel:
         member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
-        member.space = first.space  # what was assembled holds for all
+        member.space = first.space  # The assembled parts hold for all ratios
         return member
 
     def members(ratios, tangential: bool) -> Iterator:
@@ -133,7 +136,7 @@ def family(
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 
     def make() -> dict[str, np.ndarray]:
-        """Reduce the finger at all ratios; the probes measure what interpolation misses."""
+        """Reduce the finger at all ratios, and measure the error of interpolation at the probes."""
         reduced = list(members((*nodes, *PROBES), False))
         arrays = {name: inner * np.stack([getattr(one, name) for one in reduced]) for name in OF_THE_RATIO}
         basis = _cardinal(nodes)(np.log(PROBES))

@@ -1,8 +1,8 @@
 """`FingerModel`: a finger on a mesh, factorised once and condensed to a `ReducedFinger`.
 
-Mirror planes are used to the full: any load is split into fields that are symmetric or antisymmetric in each plane,
-each solved on the quarter cell. A press at the apex needs the symmetric ones alone; one anywhere else needs all four,
-and still costs a quarter of the whole mesh.
+Mirror planes reduce the cost: any load is split into parts that are symmetric or antisymmetric about each plane, and
+each part is solved on the quarter cell. A press at the apex needs only the symmetric part; one elsewhere needs all
+four, and still uses only a quarter of the mesh.
 """
 
 from collections.abc import Callable
@@ -28,22 +28,23 @@ from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 
 INCOMPRESSIBLE = 1e-7
-"""Of mu/lambda, below which the pressure block is too empty to factor and a stabilised one is factored instead."""
+"""Value of mu/lambda below which the pressure block is nearly empty, so that a stabilised matrix is factored
+instead."""
 
 STABILISATION = 1e-5
-"""Pressure mass, in units of 1/mu, that the stabilised matrix has; solves are refined against the true matrix."""
+"""Pressure mass that is added to the stabilised matrix, in units of 1/mu; solves are refined with the true matrix."""
 
 _LIVING: WeakValueDictionary = WeakValueDictionary()
 _LATEST: list["FingerModel"] = []
-"""Models that were reduced and still are in use, and the latest of `model_of`: what they factorised need not be
-factorised again."""
+"""Models that are still in use after a reduction, and the latest one of `model_of`, so that nothing is factorised
+twice."""
 
 
 class FingerModel:
     """Linear elasticity of `finger` on `mesh` (mm, MPa).
 
-    `element` is "Taylor-Hood", or "P2" or "P1" in displacements alone: these lock near nu = 0.5, and are there to be
-    priced (`pure_displacement`). Raises `InputError` for another name, or a mesh that is not the finger's.
+    `element` is "Taylor-Hood", or "P2" or "P1" in displacements alone; these lock near nu = 0.5 and serve for
+    comparisons. Raises `InputError` for another name, or a mesh that is not the finger's.
     """
 
     def __init__(self, finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT):
@@ -67,9 +68,9 @@ class FingerModel:
     def reduce(self, at: tuple[float, float] = (0.0, 0.0)) -> ReducedFinger:
         """Condense the finger to contact compliance and gauge influence for a specimen that touches down at `at`.
 
-        `at` is (x, y) in mm; the specimen comes along the skin's inward normal there. Raises `InputError` where there
-        is no skin, `MemoryEstimateError` where the mesh is too fine for the memory left, `SolverError` where the
-        equations cannot be solved.
+        `at` is (x, y) in mm; the specimen comes along the skin's inward normal there. Raises `InputError` if there is
+        no skin, `MemoryEstimateError` if the mesh needs more memory than is free, `SolverError` if the equations cannot
+        be solved.
         """
         loaded, parities = self._patch(at)
         self._refuse(loaded, parities)
@@ -99,14 +100,14 @@ class FingerModel:
         )
 
     def _tangential_source(self, at: tuple[float, float]) -> Callable:
-        """What makes the tangential part later. It keeps no model alive, but one of a derived class, whose surfaces
-        another would not have."""
+        """Function that computes the tangential part later. It keeps no model alive, except one of a derived class,
+        whose surfaces another model would not have."""
         if type(self) is not FingerModel:
             return partial(self.reduce_tangential, at)
         return partial(tangential_of, self.finger, self.mesh, self.space.name, at)
 
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
-        """What tangential tractions add to the finger reduced at `at`: `ReducedFinger.tangential`."""
+        """The effect of tangential tractions on the finger reduced at `at`: `ReducedFinger.tangential`."""
         loaded, parities = self._patch(at)
         self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0, 1, 2), (1, 2))
@@ -127,7 +128,7 @@ class FingerModel:
         return {parity: self._solve_all(parity, load)[size:, 0] for parity, load in loads.items()}
 
     def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
-        """Parity -> displacement load (3 * nodes, 1) of its share of tractions on the patch."""
+        """Parity -> displacement load (3 * nodes, 1): the part of the patch's tractions with this parity."""
         loaded, parities = self._patch(at)
         given = np.atleast_2d(traction)
         if given.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
@@ -145,12 +146,12 @@ class FingerModel:
         return self._adjoints(weights, self._all_parities())
 
     def reading_adjoints(self) -> dict:
-        """As `gauge_adjoints`, of each gauge's reading (its weighted quantities, as strain), and only for fields that
-        are symmetric in y: loads that are so excite no others."""
+        """As `gauge_adjoints`, for each gauge's reading (the weighted sum of its quantities, as strain), and only for
+        fields that are symmetric in y, which are all that loads symmetric in y excite."""
         return self._adjoints(gauge_weights(self.finger), [one for one in self._all_parities() if one[1] > 0])
 
     def _adjoints(self, weights: np.ndarray, parities: list[tuple[int, int]]) -> dict:
-        """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge in weights (q, g)."""
+        """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge, weighted by (q, g)."""
         mixing = sp.hstack([sp.diags(row) for row in weights])
         return self.adjoints(gauge_functionals(self.finger, self.surfaces["interface"]), parities, mixing)
 
@@ -160,8 +161,8 @@ class FingerModel:
         parities: list[tuple[int, int]] | None = None,
         mixing: sp.spmatrix | None = None,
     ) -> dict:
-        """As `gauge_adjoints`, of k functionals of the displacement, or of what rows `mixing` (k, functionals) make of
-        them; of all parities by default."""
+        """As `gauge_adjoints`, for k functionals of the displacement, or for the combinations of them that the rows of
+        `mixing` (k, functionals) give; for all parities by default."""
         every = self._all_parities()
         found = {}
         for parity in every if parities is None else parities:
@@ -171,7 +172,7 @@ class FingerModel:
         return found
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
-        """Free unknowns (mask) and factorised matrix, free of units, for fields of one parity; made once and kept."""
+        """Free unknowns (mask) and factorised dimensionless matrix, for fields of one parity; made once and kept."""
         if parity not in self._factors:
             free = self.space.free(parity, self.mesh.mirrors)
             matrix = restricted(self.matrix, free)
@@ -181,9 +182,10 @@ class FingerModel:
 
     @cached_property
     def _scale(self) -> np.ndarray:
-        """Factors (unknowns,) that rid the matrix of units, or its residual would depend on them.
+        """Factors (unknowns,) that make the matrix dimensionless, so that its residual does not depend on units.
 
-        Blocks of the matrix go with mu L, L^2 and L^3 / mu. Powers of 2, so that scaling rounds nothing.
+        Blocks of the matrix have the units mu L, L^2 and L^3 / mu. The factors are powers of 2, so scaling causes no
+        rounding.
         """
         size = float(np.ptp(self.mesh.points, axis=0).max())
         mu, length = (4.0 ** np.round(np.log2(x) / 2) for x in (max(lame(x)[0] for x in self.layers.values()), size))
@@ -191,11 +193,11 @@ class FingerModel:
 
     @cached_property
     def matrix(self) -> sp.csc_matrix:
-        """Lower triangle of the assembled matrix, free of units, boundary conditions not yet removed."""
+        """Lower triangle of the assembled, dimensionless matrix, before boundary conditions are applied."""
         return scaled(self.space.matrix(self.layers), self._scale)
 
     def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
-        """The matrix with some pressure mass added where a layer is so incompressible that it has next to none."""
+        """The matrix with some pressure mass added to layers that are so incompressible that they have almost none."""
         empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
         for number in empty:
             mu = lame(self.layers[number])[0]
@@ -227,12 +229,12 @@ class FingerModel:
         return loaded, [SYMMETRIC] if symmetric else self._all_parities()
 
     def _refuse(self, loaded: LoadedPatch, parities: list[tuple[int, int]]) -> None:
-        """Refuse to condense what does not fit into memory."""
+        """Raise `MemoryEstimateError` if the condensation does not fit into memory."""
         cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
         refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
 
     def _all_parities(self) -> list[tuple[int, int]]:
-        """The parities that together hold every field."""
+        """All parities, into which any field can be split."""
         signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
         return [(px, py) for px in signs[0] for py in signs[1]]
 
@@ -250,7 +252,7 @@ class FingerModel:
         return pick @ sp.kron(values, sp.eye(3), format="csr")
 
     def _condense(self, loaded, parities, moved: tuple, loaded_by: tuple) -> tuple[np.ndarray, np.ndarray]:
-        """Weak displacements (components in `moved` * n) and gauge rows (q, g) against nodal tractions (components in
+        """Weak displacements (components in `moved` * n) and gauge rows (q, g) under nodal tractions (components in
         `loaded_by` * n)."""
         functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         n = len(loaded.patch.xy)
@@ -269,8 +271,8 @@ class FingerModel:
         return compliance, np.sum(influence, axis=0).reshape(len(QUANTITIES), len(self.finger.gauges), -1)
 
     def _layers_below(self, frame: Frame) -> np.ndarray:
-        """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to what is
-        clamped: a rigid bone or the base plane."""
+        """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to a clamped
+        surface: a rigid bone or the base plane."""
         down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), 4001)[1:]
         points = frame.origin - down[:, None] * frame.axes[2]
         levels = [self.surfaces["interface"].level(points), self.surfaces["bone"].level(points)]
@@ -282,19 +284,20 @@ class FingerModel:
 
 
 def tangential_of(finger: Finger, mesh: LayeredMesh, element: str, at: tuple[float, float]):
-    """What tangential tractions add to a reduced finger, by its model or, if that is gone, a new one."""
+    """The effect of tangential tractions on a reduced finger, from its model or, if that no longer exists, from a new
+    one."""
     return model_of(finger, mesh, element).reduce_tangential(at)
 
 
 def model_of(finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT) -> FingerModel:
-    """The model of a finger on a mesh, which may have factorised before; the latest one is kept alive."""
+    """The model of a finger on a mesh, which may already be factorised; the latest one is kept alive."""
     model = _LIVING.get((finger.sha256, mesh.sha256, element)) or FingerModel(finger, mesh, element)
     _LATEST[:] = [model]
     return model
 
 
 def _crossing(down: np.ndarray, level: np.ndarray) -> float:
-    """Where a level (k,) at distances (k,) first falls below zero, infinity where it does not."""
+    """Distance at which a level (k,), given at distances (k,), first falls below zero; infinity if it does not."""
     k = int((level <= 0).argmax())
     if level[k] > 0:
         return np.inf

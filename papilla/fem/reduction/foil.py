@@ -1,7 +1,10 @@
-"""A finger whose gauges are elastic foils: membrane and bending stiffness on the interface.
+"""A finger whose gauges are elastic foils, with membrane and bending stiffness on the interface.
 
-The membrane is a part of the matrix, on the foils' backings. Bending is felt as a gauge feels it, as the curvature of
-its backing: one more spring for each gauge, so that solutions are corrected and the factor stays (Woodbury).
+The membrane stiffness is part of the matrix, on the area of the foils' backings. The bending stiffness k acts on the
+curvature of the backing that the gauge measures, one more spring for each gauge. With the gauge's functional c the
+solution is corrected without a new factorisation (Woodbury):
+
+    (K + k c c^T)^-1 f = u - K^-1 c k (c . u) / (1 + k c . K^-1 c),    u = K^-1 f.
 """
 
 from functools import cached_property
@@ -23,15 +26,15 @@ FOIL_NU = 0.34
 """Poisson's ratio of polyimide."""
 
 INDICATOR_ORDER = 8
-"""Of the quadrature on the interface's triangles: backings end within them."""
+"""Order of the quadrature on the interface's triangles, because backings end inside them."""
 
 
 BENT_ORDER = 4
-"""Of the quadrature over cells with bent edges."""
+"""Order of the quadrature over cells with bent edges."""
 
 
 class FoiledModel(FingerModel):
-    """`FingerModel` with foils of `membrane` (E t / (1 - nu^2), N/mm) and `bending` (N mm) stiffness as backings.
+    """`FingerModel` with foils of `membrane` (E t / (1 - nu^2), N/mm) and `bending` (N mm) stiffness.
 
     A polyimide foil of 0.1 mm has 300 N/mm and 0.25 N mm. Raises `InputError` for negative values.
     """
@@ -45,7 +48,7 @@ class FoiledModel(FingerModel):
 
     @cached_property
     def matrix(self) -> sp.csc_matrix:
-        """Lower triangle of the matrix, free of units, with the foils' membranes."""
+        """Lower triangle of the dimensionless matrix, with the foils' membranes."""
         facets = self.space.facets(self.space.mesh.boundaries["interface"])
         element = ElementVector(self.space.scalar_element)
         basis = FacetBasis(self.space.skmesh, element, facets=facets, intorder=INDICATOR_ORDER)
@@ -64,7 +67,7 @@ class FoiledModel(FingerModel):
         return (super().matrix + scaled(whole, self._scale)).tocsc()
 
     def _cover(self, points: np.ndarray) -> np.ndarray:
-        """How many backings, and mirror images of them, lie over points (3, ...) of the cell's interface."""
+        """Number of backings, mirror images included, that cover points (3, ...) of the cell's interface."""
         total = np.zeros(points.shape[1:])
         signs = [np.array([sx, sy, 1]) for sx in self._signs("x") for sy in self._signs("y")]
         for gauge, frame in self._frames:
@@ -96,7 +99,7 @@ class FoiledModel(FingerModel):
 
 
 def weight_readings(model: FingerModel, density_g_cm3: float = 1.0) -> np.ndarray:
-    """Readings (g,) in microstrain under the finger's own weight, which pulls from the apex towards the base."""
+    """Readings (g,) in microstrain under the finger's own weight, which acts from the apex towards the base."""
     nodes = _node_volumes(model)
     total = np.zeros(len(model.finger.gauges))
     for parity, field in model.reading_adjoints().items():

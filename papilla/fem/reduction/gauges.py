@@ -1,10 +1,10 @@
-"""What a gauge reads, as linear functionals of the displacement.
+"""Readings of a gauge, as linear functionals of the displacement.
 
 Strain is the mean over the grid: along it the elongation between two points of the interface a grid length apart,
 across it by Gauss' rule (a point gradient at the interface scatters by 12 % from mesh to mesh). Curvature change is
-that of a paraboloid fitted to the outward displacement over the foil's backing. A reading mixes them: membrane_gain *
-strain + lever_mm * curvature change. Another quantity is one entry of `QUANTITIES`: all that follows are arrays
-(quantities, gauges, ...).
+that of a paraboloid fitted to the outward displacement over the foil's backing. A reading is membrane_gain * strain +
+lever_mm * curvature change. A further quantity is one more entry of `QUANTITIES`; all arrays are (quantities, gauges,
+...).
 """
 
 import math
@@ -18,10 +18,10 @@ from papilla.mesh.finger_surfaces import gauge_site
 from papilla.mesh.surfaces import Surface
 
 BACKING_GRID = (9, 5)
-"""Points of the paraboloid fit along and across the grid direction."""
+"""Number of points of the paraboloid fit along and across the grid direction."""
 
 LINES, SHARES = np.sqrt(0.15) * np.array([-1.0, 0.0, 1.0]), np.array([5.0, 8.0, 5.0]) / 18
-"""Gauss' rule of three lines across the grid, in its widths."""
+"""Gauss' rule of three lines across the grid; places in grid widths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class GaugeFrame:
 
 
 def gauge_frame(finger: Finger, gauge: Gauge, interface: Surface) -> GaugeFrame:
-    """Site and directions of a gauge; the grid lies along the interface's x-z tangent, turned by `direction_deg`."""
+    """Site and directions of a gauge; the grid lies along the interface's x-z tangent, rotated by `direction_deg`."""
     site = gauge_site(finger, gauge, interface)
     normal = interface.normal(site[None])[0]
     tangent = np.array([normal[2], 0.0, -normal[0]])
@@ -55,7 +55,7 @@ def gauge_frame(finger: Finger, gauge: Gauge, interface: Surface) -> GaugeFrame:
 
 
 def strain_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) -> PointFunctional:
-    """Mean elongation of the grid's `LINES`: each between two interface points half a grid length either way."""
+    """Mean elongation of the grid's `LINES`, each between two interface points half a grid length to either side."""
     half = gauge.length_mm / 2 * frame.along
     middles = frame.site + gauge.width_mm * LINES[:, None] * frame.across
     flat = np.stack([middles - half, middles + half], axis=1)
@@ -77,20 +77,21 @@ def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) ->
 
 
 def elongation(functional: PointFunctional, moved: np.ndarray) -> float:
-    """Mean (l - L)/L of the grid's lines, ends displaced by `moved` (k, 3), without cancellation for small changes."""
+    """Mean (l - L)/L of the grid's lines, with ends displaced by `moved` (k, 3); no cancellation for small changes."""
     chord, change = (np.diff(ends.reshape(-1, 2, 3), axis=1)[:, 0] for ends in (functional.points, moved))
     length, longer = (np.linalg.norm(line, axis=1) for line in (chord, chord + change))
     return float(SHARES @ (((2 * chord + change) * change).sum(axis=1) / (length * (longer + length))))
 
 
 def linear_value(functional: PointFunctional, moved: np.ndarray) -> float:
-    """The functional of displacements (k, 3) of its points."""
+    """The functional's value for displacements (k, 3) of its points."""
     return float((functional.weights * moved).sum())
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a gauge feels: a functional of small displacements, its value at finite ones, and its weight in a reading.
+    """A quantity that a gauge measures: a functional for small displacements, its value for finite ones, and its weight
+    in a reading.
 
     weight : name of the field of `Gauge`.
     """
@@ -104,7 +105,7 @@ QUANTITIES = {
     "strain": Quantity(strain_functional, "membrane_gain", elongation),
     "curvature": Quantity(curvature_functional, "lever_mm"),
 }
-"""What gauges feel, in the order of all arrays: strain, and curvature change in 1/mm."""
+"""The measured quantities, in the order of all arrays: strain, and curvature change in 1/mm."""
 
 
 def gauge_functionals(finger: Finger, interface: Surface) -> list[PointFunctional]:

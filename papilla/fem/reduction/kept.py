@@ -1,7 +1,7 @@
-"""`kept`: keeps results that are computed from an object as long as that object lives, and no longer.
+"""`kept`: keeps results that were computed from an object, exactly as long as that object lives.
 
-A cache of the module would keep the last reduced fingers alive and, through them, their models and factors: hundreds
-of MB each.
+A cache in the module would keep the last reduced fingers alive and, with them, their models and factors: hundreds of MB
+each.
 """
 
 from collections import OrderedDict
@@ -15,13 +15,14 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def kept(most: int) -> Callable[[Function], Function]:
-    """Keep the last `most` results of a function with the object that is its first argument, by its other arguments.
+    """Decorator: keep the last `most` results of a function with the object that is its first argument, by its other
+    arguments.
 
-    These must be hashable. A `ContactRangeError` is kept, too, and raised again.
+    The other arguments must be hashable. A `ContactRangeError` is kept, too, and raised again.
     """
 
     def decorate(function: Function) -> Function:
-        """The function that keeps its results."""
+        """The function with kept results."""
         name = f"_kept_{function.__module__}.{function.__name__}"
 
         @wraps(function)

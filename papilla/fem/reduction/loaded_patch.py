@@ -1,4 +1,4 @@
-"""How the skin's tractions load the mesh: the patch of a touch-down point, and its coupling to the displacement.
+"""Loads of the mesh by tractions on the skin: the patch of a touch-down point, and its coupling to the displacement.
 
 Integrals are taken over the skin's own triangles, projected on the contact plane.
 """
@@ -16,15 +16,15 @@ from papilla.mesh.layered import LayeredMesh
 from papilla.mesh.surfaces import Surface
 
 LOAD_QUADRATURE_ORDER = 4
-"""For products of up to quadratic displacement, P1 pressure and the gap on the skin's triangles."""
+"""Quadrature order for products of quadratic displacement, linear pressure and the gap on the skin's triangles."""
 
 STEEPEST = 0.2
-"""Cosine between skin and contact plane below which the skin can no longer be part of a patch."""
+"""Smallest cosine between skin and contact plane for skin that is part of a patch."""
 
 
 @dataclass(frozen=True, eq=False)
 class LoadedPatch:
-    """A patch with what couples it to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
+    """A patch with its coupling to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
     displacement shape function times hat function over the contact plane."""
 
     patch: Patch
@@ -49,8 +49,8 @@ def build_patch(
 ) -> LoadedPatch:
     """The patch of `radius` mm around a contact frame.
 
-    `space` lives on the cell of the mesh `whole`; with `symmetric` the patch is the cell's part alone and its mirror
-    images are implied, else all images are collected.
+    `space` lives on the cell of the mesh `whole`; with `symmetric` the patch contains only the cell's part and its
+    mirror images are implied; else it contains all images.
     """
     mirrors = ["xyz".index(axis) for axis in whole.mirrors]
     flips = [axis for axis in mirrors if not symmetric]
@@ -93,7 +93,7 @@ class _Piece:
 
 
 def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
-    """The part of a patch that lies in one mirror image of the cell; integrals over the cell's own facets."""
+    """The part of a patch in one mirror image of the cell; integrals over the cell's own facets."""
     mirror = np.array([*image, 1])
     corners = space.mesh.points * mirror
     triangles = space.mesh.boundaries["skin"]

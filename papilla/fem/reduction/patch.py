@@ -1,8 +1,8 @@
 """The contact patch: the part of the skin around the touch-down point that contact may reach.
 
 Pressure is continuous and linear on the patch's triangles, acts along the specimen's normal, and is measured per area
-of the contact plane. The gap is that of the exact surface, not of its facets: at 5 gf the sagitta of a 1 mm facet is
-already 2.5 % of the indentation.
+of the contact plane. The gap is that of the exact surface, not of its facets, because at 5 gf the sagitta of a 1 mm
+facet is 2.5 % of the indentation.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class Frame:
 
     @classmethod
     def at(cls, skin: Surface, x: float, y: float) -> "Frame":
-        """The tangent plane of the skin above (x, y) mm; raises `InputError` where there is no skin."""
+        """The tangent plane of the skin above (x, y) mm; raises `InputError` if there is no skin."""
         z = float(skin.height(np.array([[x, y]]))[0])
         if not np.isfinite(z):
             raise InputError(f"no skin to touch at x {x:g}, y {y:g} mm")
@@ -46,8 +46,8 @@ class Patch:
     triangles : (t, 3) node numbers.
     mass : (n,) integral of each node's hat function over the contact plane (mm2).
     gap : (n,) integral of hat function times distance of the exact skin from the tangent plane (mm3).
-    rim : (n,) whether contact at the node would leave the patch over skin that goes on.
-    images : (k, 2) signs that repeat the patch in the contact plane; [[1, 1]] where it is the whole patch.
+    rim : (n,) True if contact at the node would leave the patch, although the skin continues there.
+    images : (k, 2) signs of the mirror images of the patch in the contact plane; [[1, 1]] if it is the whole patch.
     """
 
     xy: np.ndarray
@@ -76,9 +76,10 @@ class Patch:
 
     @cached_property
     def finest_edge(self) -> float:
-        """Mean length (mm) of the triangle edges around the node that is touched first: at it alone one may be odd.
+        """Mean length (mm) of the triangle edges around the node that is touched first.
 
-        On a flat skin that is the middle one.
+        The edges of that node alone may be unusual, so those of its neighbours count, too. On a flat skin it is the
+        middle node.
         """
         first = np.lexsort((np.hypot(*self.xy.T), self.node_gap))[0]
         touching = self.triangles[(self.triangles == first).any(axis=1)]
@@ -86,7 +87,8 @@ class Patch:
 
     @cached_property
     def copies(self) -> np.ndarray:
-        """How many nodes of the whole patch each node (n,) stands for: its images, on a mirror plane fewer."""
+        """Number of nodes of the whole patch that each node (n,) represents: the number of its images, fewer on a
+        mirror plane."""
         on_plane = (self.xy == 0) & (self.images < 0).any(axis=0)
         return np.asarray(len(self.images) / 2.0 ** on_plane.sum(axis=1))
 
@@ -97,7 +99,7 @@ class Patch:
 
     @cached_property
     def outline(self) -> np.ndarray:
-        """Whether each node (n,) lies on the patch's outline; its cuts in mirror planes are not part of it."""
+        """Whether each node (n,) lies on the outline of the whole patch; cuts in mirror planes are not part of it."""
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])
         edges, count = np.unique(np.sort(edges), axis=0, return_counts=True)
         on_plane = (self.xy == 0) & (self.images < 0).any(axis=0)

@@ -1,4 +1,5 @@
-"""`ReducedFinger`: the finger condensed to what contact needs, a few MB that answer every press without a mesh."""
+"""`ReducedFinger`: the finger condensed to the data that contact needs, a few MB that answer every press without a
+mesh."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -21,33 +22,30 @@ from papilla.specimen import Specimen
 SCHEMA = "papilla.reduced/3"
 
 MOST_KEPT = 400
-"""Nodes of a patch up to which a specimen's compliance on it is kept in the cache: 12 MB with friction."""
+"""Largest number of patch nodes for which a specimen's compliance is kept in the cache: 12 MB with friction."""
 
 UNLIKE = 1e-6
-"""Difference, as a share of the largest, between the two compliances that a specimen gives for pressure alone."""
+"""Largest difference, as a share of the largest entry, between the two compliances of a specimen for pressure alone."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReducedFinger:
     """A finger condensed at one touch-down point; n patch nodes, g gauges, q quantities of a gauge.
 
-    Where the patch is symmetric only its positive quarter is kept and `images` repeats it, so a force on the finger is
-    `len(images)` times the force on the patch.
+    If the patch is symmetric, only its positive quarter is kept, and `images` gives its mirror images; the force on the
+    finger is `len(images)` times the force on the patch.
 
-    compliance : (n, n) weak displacement of the skin against pressure, mm3 / MPa.
-    half_space : (n, n) the same of a half-space with E* = 1 MPa.
-    rows : (q, g, n) what gauges feel per MPa of nodal pressure, in the order of `gauges.QUANTITIES`.
-    weights : (q, g) of the quantities in a reading.
-    layers : (k, 2) thickness (mm) and Young's modulus (MPa) of the layers below the touch-down point, the skin first.
-    outer_modulus : E / (1 - nu^2) of the outer layer, MPa: what a vanishing contact feels.
-    tangential_source : makes, when friction asks for it, (3n, 2n) weak displacements of the skin (inward, then along
-        either axis of the contact plane, mm3 / MPa) and (q, g, 2n) rows of the gauges, against tangential tractions.
-    strain_key : `Finger.strain_sha256`, by which tables of large strain are found.
-    strain_source : makes, when a press asks for it, the table of large strain without friction (False) or stuck (True)
-        and keeps it where `strain_key` finds it.
-    bench : of the finger: its friction is the default of presses, its specimen that of sweeps.
-    facets : how far (mm) the facets of a triangulated skin lie off the smooth surface that they stand for.
-    element : that the finger was solved with.
+    compliance : (n, n) weak displacement of the skin against pressure, mm3 / MPa. half_space : (n, n) the same of a
+    half-space with E* = 1 MPa. rows : (q, g, n) strain and curvature change of the gauges per MPa of nodal pressure, in
+    the order of `gauges.QUANTITIES`. weights : (q, g) of the quantities in a reading. layers : (k, 2) thickness (mm)
+    and Young's modulus (MPa) of the layers below the touch-down point, the skin first. outer_modulus : E / (1 - nu^2)
+    of the outer layer, MPa, which determines a vanishing contact. tangential_source : computes, when friction needs it,
+    (3n, 2n) weak displacements of the skin (inward, then along either axis of the contact plane, mm3 / MPa) and (q, g,
+    2n) rows of the gauges, against tangential tractions. strain_key : `Finger.strain_sha256`, by which tables of large
+    strain are found. strain_source : computes, when a press needs it, the table of large strain without friction
+    (False) or stuck (True), and keeps it under `strain_key`. bench : of the finger: its friction is the default of
+    presses, its specimen the default of sweeps. facets : distance (mm) of the facets of a triangulated skin from the
+    smooth surface that they approximate. element : with which the finger was solved.
     """
 
     finger_name: str
@@ -78,7 +76,7 @@ class ReducedFinger:
 
     @property
     def multiplicity(self) -> int:
-        """How many times the patch is repeated."""
+        """Number of images of the patch."""
         return len(self.patch.images)
 
     @property
@@ -108,25 +106,27 @@ class ReducedFinger:
 
     @property
     def strained_depth(self) -> float:
-        """Indentation (mm) that would strain the softest layer by one, all layers bearing the same stress."""
+        """Indentation (mm) that would strain the softest layer by one if all layers had the same stress."""
         thickness, modulus = self.layers.T
         return float(modulus.min() * (thickness / modulus).sum())
 
     @cached_property
     def tangential(self) -> tuple[np.ndarray, np.ndarray]:
-        """What `tangential_source` makes; made once. Raises `InputError` for a finger that was saved without it."""
+        """The result of `tangential_source`, computed once. Raises `InputError` for a finger that was saved without
+        it."""
         if self.tangential_source is None:
             raise InputError(f"{self!r} has no tangential compliance, which friction needs: reduce or prepare it anew")
         return self.tangential_source()
 
     @cached_property
     def traction_rows(self) -> np.ndarray:
-        """What gauges feel (q, g, 3n) per MPa of nodal pressure, then of tangential tractions along either axis."""
+        """Quantities of the gauges (q, g, 3n) per MPa of nodal pressure, then of tangential tractions along both
+        axes."""
         return np.concatenate([self.rows, self.tangential[1]], axis=2)
 
     @cached_property
     def traction_compliance(self) -> np.ndarray:
-        """Weak displacement (3n, 3n) of the skin, inward and along either axis, against all tractions, mm3 / MPa."""
+        """Weak displacement (3n, 3n) of the skin, inward and along both axes, under all tractions, mm3 / MPa."""
         n, tangential = len(self.patch.xy), self.tangential[0]
         return np.block([[np.vstack([self.compliance, tangential[:n].T]), tangential]])
 
@@ -146,7 +146,8 @@ class ReducedFinger:
         return _of_unit(self, specimen.unit, "compliance") @ pressure / _scale(specimen)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
-        """Everything as named arrays, ready for `numpy.savez`; on request with what friction needs, made if it must."""
+        """All data as named arrays, ready for `numpy.savez`; with `tangential` also those for friction, computed if
+        needed."""
         meta = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _NOT_META}
         meta |= {"schema": SCHEMA, "bench": vars(self.bench)}
         arrays = {name: getattr(self, name) for name in _ARRAYS}
@@ -175,7 +176,7 @@ class ReducedFinger:
             raise FileFormatError(f"reduced finger: not a complete file ({error})") from error
 
     def save(self, path: str | PathLike) -> None:
-        """Write the finger as .npz (no pickle), all that it knows; the file appears whole or not at all."""
+        """Write the finger with all its data as .npz (no pickle); the file appears whole or not at all."""
         from papilla.files import replacing
 
         with replacing(path) as temporary, open(temporary, "wb") as stream:
@@ -238,6 +239,6 @@ def _scale(specimen: Specimen) -> float:
 
 
 def needs_reduced(given: object) -> None:
-    """Refuse a finger where what it was reduced to is needed, and say how that is made; raises `InputError`."""
+    """Raise `InputError` for a finger that was not reduced; the message says how to reduce it."""
     if isinstance(given, Finger):
         raise InputError("a ReducedFinger is needed, got a Finger: papilla.fem.prepare(finger) makes one")

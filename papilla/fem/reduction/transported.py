@@ -1,8 +1,12 @@
 """Presses beside the apex, by moving the tractions of presses at the apex along the skin.
 
-A short way from the apex the skin is bent, and gives way, nearly as there: what changes is where the gauges see the
-contact. So the tractions keep their shape in the contact plane, the plane goes with the skin, and a gauge's adjoint
-field weighs what arrives (reciprocity): a factorisation a parity and a solve a gauge answer all presses at all places.
+Near the apex the skin has nearly the curvature and compliance of the apex; only the place of the contact relative to
+the gauges changes. So the tractions keep their shape in the contact plane, the plane moves with the skin, and by
+reciprocity
+
+  change of a gauge = sum over nodes of (adjoint field of the gauge at the moved node) . (nodal force).
+
+One factorisation per parity and one solve per gauge serve all presses at all places.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,10 +32,10 @@ def transported_readings(
     Parameters
     ----------
     patch : that of `model.reduce()`, at the apex. traction : (m, 3, n) pressure and tangential tractions in MPa at the
-        nodes, of presses there, as `Press.traction` has them.
-    places_mm : x (mm) of the touch-down point, as `at=(x, 0)` of `FingerModel.reduce` has it.
+        nodes, of presses there, as in `Press.traction`.
+    places_mm : x (mm) of the touch-down point, as in `at=(x, 0)` of `FingerModel.reduce`.
 
-    Raises `InputError` for tractions of another patch, and where a contact would leave the skin.
+    Raises `InputError` for tractions of another patch, or if a contact would leave the skin.
     """
     traction = np.asarray(traction, float)
     if traction.ndim != 3 or traction.shape[1:] != (3, len(patch.xy)):
@@ -47,9 +51,9 @@ def transported_readings(
 class MovedContact:
     """The contact of the apex moved to another place of the skin; n nodes of its patch.
 
-    directions : (3, 3) of pressure and the tangential tractions. pieces : for each image of the patch, and each image
-    of the cell that it comes to lie on, the signs of both and (nodes of the cell, n) integrals of shape function times
-    hat function.
+    directions : (3, 3) directions of pressure and the tangential tractions. pieces : for each image of the patch, and
+    each image of the cell on which it lies, the signs of both and (nodes of the cell, n) integrals of shape function
+    times hat function.
     """
 
     directions: np.ndarray
@@ -59,8 +63,8 @@ class MovedContact:
     def at(
         cls, model: FingerModel, patch: Patch, place_mm: tuple[float, float], pressed: np.ndarray | None = None
     ) -> "MovedContact":
-        """That at (x, y) in mm of `model`, its skin's; pressed : (n,) nodes that may press, so that the patch's rim may
-        leave the skin. Raises `InputError` where the contact would leave it."""
+        """The contact moved to (x, y) in mm on the skin of `model`; pressed : (n,) nodes that may press: only they must
+        stay on the skin. Raises `InputError` if they would leave it."""
         skin = model.surfaces["skin"]
         frame = Frame.at(skin, *place_mm)
         points, weights, hats = quadrature(patch)
@@ -78,8 +82,8 @@ class MovedContact:
         return cls(np.vstack([-frame.axes[2], frame.axes[:2]]), tuple(pieces))
 
     def rows(self, fields: Mapping[tuple[int, int], np.ndarray]) -> np.ndarray:
-        """What fields on each image of the cell (nodes of the cell, 3, k), such as gauges' adjoints `on_each_side`,
-        weigh unit nodal pressures and tangential tractions with: (k, 3, n)."""
+        """Work (k, 3, n) of unit nodal pressures and tangential tractions on fields on each image of the cell (nodes of
+        the cell, 3, k), such as gauges' adjoints `on_each_side`."""
         found = 0.0
         for image, side, coupling in self.pieces:
             field = fields[side]

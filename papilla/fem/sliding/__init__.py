@@ -1,1 +1,1 @@
-"""Sliding over a textured surface: the section at y = 0, condensed once, then rubbed with stick and slip."""
+"""Sliding over a textured surface: the section at y = 0, condensed once, then moved with stick and slip."""

@@ -1,17 +1,17 @@
 """One step of unilateral contact with exact Coulomb friction on a condensed body: a semismooth Newton method.
 
-Unknown are the pressing forces a >= 0 and the tangential ones b of n nodes. With compliance C the nodes move along x
+Unknowns are the pressing forces a >= 0 and the tangential forces b of n nodes. With compliance C the nodes move along x
 by u = Cxx b + Cxa a + u0 and inward by w = Cax b + Caa a + w0. At each node, with the gap g = w + rise - depth and the
 slip s = u - u_old + drift of the node over the counter-body,
 
     g >= 0, a >= 0, g a = 0        and        |b| <= mu a, b = -mu a sign(s) where s is not 0.
 
 Active sets (open, stick, slip to either side) are the Newton iteration of the complementarity functions that this is
-(Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). Where the sets begin to circle, only the node that violates
-its law most changes at a time; where that does not end either, the step is approached in parts; then nodes are relaxed
-one by one (Gauss-Seidel), each to its own exact law: for sets to begin anew with or, at last, to the end. No
-convexified law: that one lifts the body while it slips. With much friction the load jumps with the depth: a load
-inside such a jump has no solution, and is reported as a violation.
+(Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). If the sets begin to cycle, only the node with the largest
+violation changes at a time. If that does not converge either, the step is divided into parts. Then nodes are relaxed
+one by one (Gauss-Seidel), each to its own exact law, which gives new sets to start from or, at last, the solution. A
+convexified friction law is not used, because it lifts the body while it slips. With high friction the load jumps as a
+function of the depth: a load inside such a jump has no solution, and is reported as a violation.
 """
 
 import math
@@ -21,24 +21,24 @@ import numpy as np
 from scipy.linalg.lapack import dgesv
 
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
-"""State of a node: `RIGHT` and `LEFT` are the sign of its slip."""
+"""States of a node; `RIGHT` and `LEFT` are the sign of its slip."""
 
 MOST_SETS, APPROACH, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 8, 4, 10, 400
-"""Active sets that are tried, parts of a step in which they are tried next, restarts of them after a few sweeps of
-relaxation, and sweeps of the last resort."""
+"""Largest numbers of: active sets that are tried, parts of a step, restarts after a few sweeps of relaxation, and
+sweeps of the last relaxation."""
 
 STEEPEST = 1e4
-"""Change of the load over that of the depth, both relative, above which it jumps: it is 10 to 50 elsewhere."""
+"""Relative change of the load over that of the depth above which the load jumps; it is 10 to 50 elsewhere."""
 
 TOLERANCE = 1e-9
-"""Of gaps and slips, in terms of the largest displacement of the step; of forces, of their sum."""
+"""Tolerances: of gaps and slips, relative to the largest displacement of the step; of forces, relative to their sum."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rubbed:
     """A solved step: forces along x and inward (2n,) in N/mm on the body, its displacements (2n,), the depth (mm),
-    states (n,), iterations, how it was solved ("newton", "relaxation"), and by how much the laws are violated: relative
-    to the largest displacement and force."""
+    states (n,), iterations, how it was solved ("newton", "relaxation"), and and the violation of the laws, relative to
+    the largest displacement and force."""
 
     force: np.ndarray
     moved: np.ndarray
@@ -51,8 +51,8 @@ class Rubbed:
 
 @dataclass(frozen=True, eq=False)
 class Laws:
-    """What a step is asked to fulfil: arrays as in the module's text, free (2n,) = (u0, w0); one of `depth` and `load`
-    (the sum of a) is given."""
+    """Input of a step: arrays as at the top of the module, free (2n,) = (u0, w0); either `depth` or `load` (the sum of
+    a) is given."""
 
     compliance: np.ndarray
     rise: np.ndarray
@@ -65,12 +65,12 @@ class Laws:
 
 
 def rub(laws: Laws, start: np.ndarray, before: Laws | None = None) -> Rubbed:
-    """Solve a step from states (n,) to begin with; before : the step that these solved."""
+    """Solve a step, starting from states (n,); before : the step whose solution these states are."""
     found, last = _newton(laws, start)
     if found is None and before is not None:
         found = _approached(laws, before, start)
     for _ in range(RESTARTS if found is None else 0):
-        # Some sweeps at the depth of the last try find other sets to begin with
+        # Some sweeps of relaxation at the last depth find other sets to start from
         guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
         found, last = _newton(laws, guess.state)
         if found is not None:
@@ -79,7 +79,7 @@ def rub(laws: Laws, start: np.ndarray, before: Laws | None = None) -> Rubbed:
 
 
 def _approached(laws: Laws, before: Laws, start: np.ndarray) -> Rubbed | None:
-    """The step by way of steps between the one before and it, each of which begins with the sets of the last."""
+    """The step, divided into parts between the earlier step and it; each part starts with the sets of the last."""
     found, state = None, start
     for share in np.arange(1, APPROACH + 1) / APPROACH:
         between = replace(
@@ -96,7 +96,7 @@ def _approached(laws: Laws, before: Laws, start: np.ndarray) -> Rubbed | None:
 
 
 def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
-    """The step by active sets, None where they do not end; and the last set's solution."""
+    """The step by active sets, None if they do not converge; and the solution of the last set."""
     state, seen, circles = start.copy(), set(), 0
     none = np.zeros(2 * len(start))
     last = Rubbed(none, laws.free, laws.depth or 0.0, state, 0, "newton", math.inf)
@@ -124,7 +124,7 @@ def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
 
 
 def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
-    """Forces, displacements and depth that fulfil the equations of the states; None where they are singular."""
+    """Forces, displacements and depth that solve the equations for given states; None if they are singular."""
     C, n, free = laws.compliance, len(state), laws.free
     touching = state.nonzero()[0]
     if laws.load is not None and not len(touching):
@@ -140,7 +140,8 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
     if not count:
         return force, free.copy(), depth
     rows = np.concatenate([touching + n, held])
-    # The compliance is symmetric: its rows, which lie together in memory, are its columns; LAPACK takes a transpose
+    # The compliance is symmetric, so its rows, which are contiguous in memory, serve as columns; LAPACK takes a
+    # transpose
     wide, beside = C[rows], C[sliding]
     matrix = np.zeros((size + 1, size + 1)) if laws.load is not None else np.empty((size, size))
     matrix[:size, :size] = wide[:, rows]
@@ -164,8 +165,8 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
 
 
 def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarray, float]:
-    """The states that follow from a solution (the same object where they hold), how much nodes violate their laws (n,),
-    and the solve's own error."""
+    """The states that follow from a solution (the same object if they hold), the violation of each node's laws (n,),
+    and the error of the linear solve."""
     n, mu = len(state), laws.friction
     a, inward = force[n:], moved[n:]
     length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), 1e-300)
@@ -194,7 +195,7 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
 
 
 def relax(laws: Laws) -> Rubbed:
-    """The step by relaxation; of a given load, by the depth at which it is carried (secant within a bracket)."""
+    """The step by relaxation; for a given load, the depth is found by the secant method within a bracket."""
     if laws.load is None:
         assert laws.depth is not None
         return _relax_at(laws, laws.depth, np.zeros(2 * len(laws.rise)))
@@ -218,7 +219,7 @@ def relax(laws: Laws) -> Rubbed:
 
 
 def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEEPS) -> Rubbed:
-    """Nodes one by one to their own exact law until forces rest."""
+    """Relax nodes one by one to their own exact laws until the forces are constant."""
     C, n, friction = laws.compliance, len(laws.rise), laws.friction
     near = ((laws.free[n:] + laws.rise < depth) | (start[n:] > 0)).nonzero()[0]
     m = len(near)
@@ -253,7 +254,8 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
 
 
 def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction: float) -> tuple[float, float]:
-    """Forces (b, a) of a node of compliance [[xx, xa], [xa, aa]] whose slip and gap < 0 are those without them."""
+    """Forces (b, a) of a node with compliance [[xx, xa], [xa, aa]], whose slip and gap < 0 are given without these
+    forces."""
     if friction == 0:
         return 0.0, -gap / aa
     determinant = xx * aa - xa * xa

@@ -1,8 +1,8 @@
-"""The section in motion: its slow modes with inertia and loss, everything faster as static compliance.
+"""The section in motion: slow modes with inertia and damping, all faster ones as static compliance.
 
-Each mode q'' + 2 zeta w q' + w^2 q = phi . f is followed exactly for forces that are straight over a step, so that a
-step is the same contact problem as at rest, with another compliance and a displacement that the past has left:
-u(t + dt) = u_past + (C_rest + phi G phi^T) f(t + dt), C_rest = C - phi w^-2 phi^T.
+Each mode q'' + 2 zeta w q' + w^2 q = phi . f is integrated exactly for forces that are linear over a step. So a step is
+the same contact problem as at rest, with another compliance and with a displacement u_past from the earlier motion: u(t
++ dt) = u_past + (C_rest + phi G phi^T) f(t + dt), C_rest = C - phi w^-2 phi^T.
 """
 
 from dataclasses import dataclass
@@ -16,14 +16,15 @@ from papilla.identified import Identified
 from papilla.references import Prony
 
 LOSS_FACTOR = 0.1
-"""Of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
+"""Loss factor of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
 
 SLOWEST = 10.0
-"""Time of a relaxation over that of a mode, 1 / omega, from which a tenth at most of its share is loss there."""
+"""Ratio of a relaxation time to 1 / omega of a mode above which at most a tenth of its share contributes to the
+loss."""
 
 
 class Inertia(Protocol):
-    """What the time loop asks of a body: its compliance at the end of a step, and what the past moves there."""
+    """Interface of the time loop: compliance of a body at the end of a step, and displacement by the earlier motion."""
 
     compliance: np.ndarray
 
@@ -39,7 +40,7 @@ class Inertia(Protocol):
 
 @dataclass(eq=False)
 class AtRest:
-    """No inertia: displacements are the compliance times the forces."""
+    """A body without inertia: displacements are the compliance times the forces."""
 
     compliance: np.ndarray
     rows: np.ndarray
@@ -48,11 +49,11 @@ class AtRest:
         self._none = np.zeros(len(self.compliance))
 
     def free(self) -> np.ndarray:
-        """Nothing is left of the past."""
+        """Zero displacement: there is no effect of the past."""
         return self._none
 
     def accept(self, force: np.ndarray) -> None:
-        """Nothing to remember."""
+        """Does nothing: there is no state."""
 
     def readings(self, force: np.ndarray) -> np.ndarray:
         """Readings (g,) in microstrain."""
@@ -61,8 +62,8 @@ class AtRest:
 
 
 def loss_factors(stated: float | None, identified: Identified | None, omega: np.ndarray) -> tuple[np.ndarray, str]:
-    """Loss factors (k,) of modes (k,) in rad/s, and where they are from: stated, of a finger's identified Prony terms
-    where these are fast enough to tell anything of the modes, or `LOSS_FACTOR`."""
+    """Loss factors (k,) of modes (k,) in rad/s and their origin: stated, from a finger's identified Prony terms if
+    these are fast enough for the modes, or `LOSS_FACTOR`."""
     if stated is not None:
         return np.full(len(omega), stated), "as stated"
     times = identified.relaxation_times_s if identified is not None else ()
@@ -78,7 +79,8 @@ def loss_factors(stated: float | None, identified: Identified | None, omega: np.
 
 
 class Modal:
-    """Modes with inertia, and loss factors eta (k,) as damping ratios eta / 2; starts at rest under a force.
+    """Modes with inertia; loss factors eta (k,) enter as damping ratios eta / 2. The motion starts at rest under a
+    force.
 
     step : s. rows : (g, 2n) readings per force; mode_rows : (g, k) readings per unit of a mode.
     """
@@ -105,7 +107,7 @@ class Modal:
         self._coasted = self._coast()
 
     def _coast(self) -> np.ndarray:
-        """State (k, 2) at the end of the step without a force there."""
+        """State (k, 2) at the end of the step without forces there."""
         return np.einsum("kij,kj->ki", self._own, self.state) + self._before * self._load[:, None]
 
     def free(self) -> np.ndarray:
@@ -119,7 +121,7 @@ class Modal:
         before = self.state[:, 1]
         self.state, self._load = self._coasted + self._after * load[:, None], load
         self._coasted = self._coast()
-        # Simpson would need the middle; the mean square of a straight velocity does
+        # Simpson's rule would need the middle of the step; the mean square of a linear velocity does not
         speeds = (before**2 + before * self.state[:, 1] + self.state[:, 1] ** 2) / 3
         self.lost += float(self._step * self._loss * self._modes.omega @ speeds)
 

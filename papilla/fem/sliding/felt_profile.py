@@ -1,4 +1,13 @@
-"""A texture as the skin's nodes feel it: its recess averaged over each node's hat function (the weak gap)."""
+"""A texture as the skin's nodes feel it: its recess averaged over each node's hat function (the weak gap).
+
+Contact is solved with weak gaps, so node i does not feel the texture's recess r at its place x, but
+
+  r_i(x) = integral of hat_i(s) r(x + s) ds / integral of hat_i(s) ds.
+
+This mean is tabulated over x once for each kind of hat (width to the left, width to the right), and then interpolated
+linearly. Example: hats of 0.4 mm to both sides over a sine grating of 1.8 mm wavelength reduce its amplitude to [sin(u)
+/ u]^2 = 0.85, with u = pi 0.4 / 1.8. The table fails for gratings that the hats do not resolve; these are refused.
+"""
 
 from dataclasses import dataclass
 
@@ -8,20 +17,22 @@ from papilla.errors import InputError
 from papilla.textures import Texture
 
 POINTS, KNOTS, MOST_KNOTS = 120, 25, 1_000_000
-"""Points of an average, knots of the table a hat's width, and knots of a table at most."""
+"""Number of points of an average, number of knots of the table per hat width, and largest number of knots of a
+table."""
 
 COARSEST = 2.0
-"""Wavelength in elements below which a grating is not resolved."""
+"""Smallest wavelength in elements of a grating that is resolved."""
 
 FAR_MM = 1e3
-"""Beyond the ends of a texture there is nothing to touch."""
+"""Recess (mm) beyond the ends of a texture: there is nothing to touch."""
 
 
 @dataclass(frozen=True, eq=False)
 class FeltProfile:
     """Tables of averaged recesses, one for each kind of hat.
 
-    kinds : (n,) table of each node. knots : (t,) places in mm; values : (kinds, t). period : mm, 0 where there is none.
+    kinds : (n,) number of each node's table. knots : (t,) places in mm; values : (kinds, t). period : mm, 0 if there is
+    none.
     """
 
     kinds: np.ndarray
@@ -66,7 +77,7 @@ class FeltProfile:
         return cls(kinds.ravel(), start, length / count, values, period, texture.span)
 
     def recess(self, x: np.ndarray) -> np.ndarray:
-        """Averaged recess (n,) under nodes at x (n,) of the texture."""
+        """Averaged recess (n,) under nodes at the places x (n,) on the texture."""
         place = (x % self.period if self.period else x - self.start) / self.step
         place = np.clip(place, 0.0, self.values.shape[1] - 1.000001)
         below = place.astype(np.int64)

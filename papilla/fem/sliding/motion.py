@@ -1,4 +1,4 @@
-"""How a finger moves over a texture: positions at even times."""
+"""Motion of a finger over a texture: positions at equal time steps."""
 
 import math
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from papilla.errors import FileFormatError, InputError
 
 RATE_HZ = 1000.0
 MOST_SAMPLES = 2_000_000
-"""Longer scenes are no single scene."""
+"""Longest scene; longer recordings are not single scenes."""
 MOTION_GAP = 5.0
-"""Steps of a motion file's time longer than so many median steps are gaps."""
+"""Time step of a motion file, in median steps, above which it is a gap."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,8 @@ class Motion:
     def sampled(
         cls, t_s: ArrayLike, position_mm: ArrayLike, rate_Hz: float = RATE_HZ, seconds: float | None = None
     ) -> "Motion":
-        """Through the points (t, x), straight between them; raises `InputError` for bad or missing ones."""
+        """The motion through the points (t, x), linear between them; raises `InputError` for unusable or missing
+        points."""
         t, x = np.asarray(t_s, float), np.asarray(position_mm, float)
         if t.ndim != 1 or t.shape != x.shape or len(t) < 2:
             raise InputError(f"a motion needs two points at least, got {t.size}")
@@ -85,7 +86,7 @@ class Motion:
 
 
 def sample_times(seconds: float, rate_Hz: float) -> np.ndarray:
-    """Times from 0 on, `rate_Hz` a second; raises `InputError`."""
+    """Times from 0 in steps of 1 / `rate_Hz`; raises `InputError`."""
     rate = checks.within("rate (Hz)", rate_Hz, 1e-3, 1e7)
     count = checks.positive("seconds", seconds) * rate
     if count > MOST_SAMPLES or not math.isfinite(count):

@@ -1,4 +1,5 @@
-"""`ReducedSection`: a section condensed to what sliding needs; made once a finger, kept in the cache."""
+"""`ReducedSection`: a section condensed to the data that sliding needs; made once for a finger and kept in the
+cache."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
@@ -13,21 +14,22 @@ from papilla.finger import Finger, Slab
 from papilla.mesh.section import SIZE_MM, build_section, section_finger
 
 MODES = 40
-"""Modes that are kept; the last one of the default finger's section lies at 540 Hz."""
+"""Number of modes that are kept; the last one of the default finger's section is at 540 Hz."""
 
 DENSITY_G_CM3 = 1.07
-"""Of silicone."""
+"""Density of silicone, g/cm3."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReducedSection:
     """A section per mm along y; n nodes of the surface that may touch, g gauges, q quantities, k modes.
 
-    x, z : (n,) the nodes, and z as the weak gap sees it, mm. hats : (n, 2) width of each node's hat function to the
-    left and to the right, 0 at a ridge's edge. compliance : (2n, 2n) displacement along x, then inward, against forces
-    so, mm per N/mm. rows : (q, g, 2n) what gauges feel per N/mm. weights : (q, g) of the quantities in a reading.
-    modes : of free vibration. ridge_pitch : mm, 0 for a smooth skin. half_width : how far from the apex contact may
-    spread. bone_top : z of the bone.
+    x, z : (n,) the nodes, and z averaged over their hat functions, mm. hats : (n, 2) width of each node's hat function
+    to the left and to the right, 0 at a ridge's edge. compliance : (2n, 2n) displacement along x, then inward, under
+    forces in the same order, mm per N/mm. rows : (q, g, 2n) quantities of the gauges per N/mm. weights : (q, g) of the
+    quantities in a reading.
+    modes : of free vibration. ridge_pitch : mm, 0 for a smooth skin. half_width : largest distance of the contact from
+    the apex. bone_top : z of the bone's top.
     """
 
     x: np.ndarray
@@ -66,7 +68,7 @@ def prepare_section(
     """Mesh, factorise and condense a finger's section, or take it from the cache.
 
     ridges : whether the finger's ridges stand on its skin. stress : "plane strain", or "plane stress" for a thin slab.
-    Raises `InputError` for a finger without an exact section and for bad options, `SolverError`.
+    Raises `InputError` for a finger without an exact section and for bad options, and `SolverError`.
     """
     if stress not in STRESS_STATES:
         raise InputError(f"stress must be one of {', '.join(STRESS_STATES)}, got {stress!r}")
@@ -104,7 +106,7 @@ def _arrays(model: SectionModel) -> dict[str, np.ndarray]:
     hats[order[:, 0], 1] = hats[order[:, 1], 0] = width
     z = section.points[vertices, 1]
     neighbours = [np.roll(z, 1), np.roll(z, -1)]
-    # The mean of a straight edge under a hat that peaks at its end lies a third of the way to the other end
+    # The mean of a straight edge under a hat with its peak at one end lies a third of the way to the other end
     z_mean = z + sum(hats[:, c] * (other - z) / 3 for c, other in enumerate(neighbours)) / hats.sum(axis=1)
     return {
         "x": section.points[vertices, 0],

@@ -1,7 +1,7 @@
 """The section's finite elements: Taylor-Hood P2/P1 on triangles, condensed to its contact patch and its gauges.
 
-Per mm along y. Plane strain by default; plane stress, that of a thin slab, is the same mixed form with
-1/lambda + 1/(2 mu) in place of 1/lambda. Pressure jumps across layers, as in three dimensions.
+All quantities are per mm along y. The default is plane strain; plane stress, for a thin slab, is the same mixed form
+with 1/lambda + 1/(2 mu) in place of 1/lambda. Pressure jumps across layers, as in three dimensions.
 """
 
 from dataclasses import dataclass
@@ -25,13 +25,13 @@ from papilla.mesh.section import Section, section_finger
 STRESS_STATES = ("plane strain", "plane stress")
 
 STABILISER = 1e-9
-"""Of the pressure block, where nu = 0.5 leaves it empty: only the factor sees it, solves are refined."""
+"""Stabilisation of the pressure block, which is empty for nu = 0.5: only the factor contains it, solves are refined."""
 
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Free vibrations, mass-normalised per mm along y: angular frequencies (k,) in rad/s, ascending, displacements
-    (2n, k) of the patch, x then inward, and what the gauges feel (q, g, k)."""
+    """Free vibrations, mass-normalised per mm along y: angular frequencies (k,) in rad/s, ascending, displacements (2n,
+    k) of the patch, x then inward, and quantities of the gauges (q, g, k)."""
 
     omega: np.ndarray
     patch: np.ndarray
@@ -41,7 +41,7 @@ class Modes:
 class SectionModel:
     """A finger's section on its mesh, factorised once.
 
-    Raises `InputError` as `section_finger`, `SolverError` where the equations cannot be solved.
+    Raises `InputError` as `section_finger`, `SolverError` if the equations cannot be solved.
     """
 
     def __init__(
@@ -49,14 +49,14 @@ class SectionModel:
     ):
         self.finger, self.section = section_finger(finger), section
         self.plane_stress = stress == STRESS_STATES[1]
-        self.density = density_g_cm3 * 1e-9  # t/mm3, which goes with N, mm, s
+        self.density = density_g_cm3 * 1e-9  # t/mm3, which is consistent with N, mm, s
         self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
         self.scalar = Basis(self.mesh, ElementTriP2(), intorder=4)
         self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4)
 
     @cached_property
     def nodes(self) -> int:
-        """Displacement nodes."""
+        """Number of displacement nodes."""
         return int(self.scalar.N)
 
     @cached_property
@@ -100,7 +100,7 @@ class SectionModel:
             p = Basis(self.mesh, ElementTriP1(), intorder=4, elements=cells)
             own = np.unique(self.section.triangles[cells])
             stiffness = stiffness + mu * shear.assemble(u)
-            # Pressures in units of the layer's modulus: all unknowns then weigh alike
+            # Pressures in units of the layer's modulus, so that all unknowns have similar size
             mixed.append(mu * divergence.assemble(u, p).tocsr()[own])
             pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[own][:, own])
         B = sp.vstack(mixed)
@@ -152,7 +152,8 @@ class SectionModel:
     @cached_property
     def patch_weights(self) -> tuple[sp.csr_matrix, np.ndarray]:
         """Weak means (2n, 2 nodes) of the patch's displacement, x then inward (-z), over each vertex's hat function,
-        and the hats' integrals (n,) in mm. Transposed, the load of a unit force shared out as the hat."""
+        and the hats' integrals (n,) in mm. The transpose is the load of a unit force that is distributed like the
+        hat."""
         vertices, spans = self.patch_vertices, self.section.spans
         place = np.full(len(self.section.points), -1)
         place[vertices] = np.arange(len(vertices))
@@ -160,7 +161,8 @@ class SectionModel:
         middle = self.scalar.facet_dofs[0, self._facets(spans)]
         hats = np.zeros(len(vertices))
         np.add.at(hats, place[spans], length[:, None] / 2)
-        # Hats times P2 functions over an edge: length/6 at the hat's own vertex, length/3 in the middle, 0 beyond
+        # Integrals of hats times P2 functions over an edge: length/6 at the hat's own vertex, length/3 in the middle, 0
+        # at the other end
         rows = np.concatenate([place[spans].ravel(), place[spans].ravel()])
         columns = np.concatenate([spans.ravel(), np.repeat(middle, 2)])
         values = np.concatenate([np.repeat(length / 6, 2), np.repeat(length / 3, 2)]) / hats[rows]
@@ -176,7 +178,8 @@ class SectionModel:
 
     @cached_property
     def gauge_rows(self) -> sp.csr_matrix:
-        """(q * g, 2 nodes) what gauges feel, as in three dimensions: their functionals have no part along y."""
+        """(q * g, 2 nodes) rows of the gauges' quantities, as in three dimensions: their functionals have no component
+        along y."""
         functionals = gauge_functionals(self.finger, surfaces_of(self.finger)["interface"])
         return sp.vstack([self._row(f.points[:, [0, 2]], f.weights[:, [0, 2]]) for f in functionals]).tocsr()
 
@@ -202,7 +205,7 @@ class SectionModel:
         return (compliance + compliance.T) / 2, rows.reshape(-1, len(self.finger.gauges), compliance.shape[0])
 
     def modes(self, count: int) -> Modes:
-        """The slowest `count` modes; raises `SolverError` where they are not found."""
+        """The slowest `count` modes; raises `SolverError` if they are not found."""
         mass = self.system[1][self.free][:, self.free]
         size = mass.shape[0]
         inverse = LinearOperator((size, size), matvec=lambda b: self.factor.solve(np.reshape(b, (size, 1)))[:, 0])

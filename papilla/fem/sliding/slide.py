@@ -1,8 +1,8 @@
 """A finger slides over a texture: gauge readings, forces and tractions over time.
 
-Small displacements: tractions act along z and x on the section, the profile's flanks push along z alone. The texture is
-met where the skin is, carried along by the contact's mean tangential displacement. At rest on a flat depth and readings
-are those of the finger pressed in three dimensions (`tying`).
+Displacements are small: tractions act along z and x on the section, and the profile's flanks push along z only. The
+texture is evaluated at the skin's place, which moves with the contact's mean tangential displacement. At rest on a
+flat, depth and readings are those of the finger pressed in three dimensions (`tying`).
 """
 
 import math
@@ -30,28 +30,31 @@ from papilla.textures import Texture
 DYNAMICS = ("auto", "quasi-static", "modal")
 
 SLOW = 0.3
-"""Highest frequency of a scene over the first mode's from which inertia counts: it changes the response by a tenth."""
+"""Ratio of a scene's highest frequency to the first mode's above which inertia is included: it changes the response by
+a tenth."""
 
 LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
-"""Path of a step, and with inertia its time; a sample takes as many as it needs."""
+"""Largest path of a step and, with inertia, its largest time; a sample takes as many steps as needed."""
 
 PASS_BAND, TAPS = 0.4, 16
-"""Of an amplifier's anti-aliasing filter, in the rate; half its length in samples. It delays nothing."""
+"""Pass band of an amplifier's anti-aliasing filter, relative to the rate; and half its length in samples. It causes no
+delay."""
 
 STEPS_A_PERIOD = 8
-"""Of a fine grating at least."""
+"""Number of steps per period of a fine grating, at least."""
 
 MOST_STEPS = 2_000_000
 
 LARGEST_FRICTION = 3.0
-"""Above it a node jams by the coupling of its own displacements, and there is no single answer."""
+"""Largest coefficient of friction: above it a node jams by the coupling of its own displacements, and there is no
+unique answer."""
 
 DEEP_IN_GROOVE_MM = 0.2
-"""How far skin may stand in a groove before the status says so: two elements of the skin, so that no more than the edge
-of a ridge is beside a flank."""
+"""Depth of skin in a groove above which the status mentions it: two elements of the skin, so that at most the edge of a
+ridge is beside a flank."""
 
 SMALL_STRAIN = 0.1
-"""Indentation over the tissue's thickness from which small strain is doubtful."""
+"""Indentation over the tissue's thickness above which small strain is doubtful."""
 
 BROKEN = 1e-6
 """Violation of the contact laws above which a step counts as unresolved."""
@@ -59,23 +62,25 @@ BROKEN = 1e-6
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Slide:
-    """What happened over m samples; g gauges, n nodes of the skin that may touch.
+    """Result of sliding over m samples; g gauges, n nodes of the skin that may touch.
 
-    readings : (m, g) microstrain at the moment, without noise. amplified : (m, g) the same behind an amplifier's
-    filter, as a log has them: what is above `PASS_BAND` of the rate would pose as something slower. force_N,
-    tangential_N : (m,) pressing force, and what the finger pulls with along x (positive against a motion to the right).
-    depth_mm : (m,) how far the texture's top lies below the finger's. pressing, rubbing : (m, n) nodal forces inward
-    and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
-    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y, turns N/mm into N. tied : to the
-    press that tells it, None where the length was stated or nothing is touched. friction : Coulomb's coefficient while
-    it slides. dynamics, why : what was taken, and why. ridge_pitch_mm : of the finger, 0 for smooth skin. loss_factor,
-    loss_from : of the first mode (NaN without inertia), and where it is from. first_mode_Hz, highest_Hz : of the
-    section, of the scene. relaxed, unresolved : steps that Newton's method left to the relaxation, and those whose laws
-    are violated. energy_error : imbalance over the energy that was turned over, NaN without inertia. in_groove_mm : how
-    far skin stood in grooves. flank_push : of the pressing force, at most, what flanks push sideways there, which is
-    not modelled: the depth of the skin in a groove over the period (or over a contact that is shorter), as if the
-    flanks of one side alone were pressed. seconds : of computing, the reduction not counted. status : a sentence, "ok"
-    where nothing is to be doubted.
+    readings : (m, g) instantaneous readings in microstrain, without noise. amplified : (m, g) the same after an
+    amplifier's filter, as in a log: signals above `PASS_BAND` of the rate would otherwise be aliased. force_N,
+    tangential_N : (m,) pressing force, and force of the finger along x (positive against a motion to the right).
+    depth_mm : (m,) distance by which the finger's top is pressed beyond the texture's. pressing, rubbing : (m, n) nodal
+    forces inward and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the
+    left.
+    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y; converts N/mm to N. tied : the
+    press that determines it, None if the length was stated or nothing is touched. friction : Coulomb's coefficient
+    during sliding. dynamics, why : the choice, and its reason. ridge_pitch_mm : of the finger, 0 for smooth skin.
+    loss_factor,
+    loss_from : of the first mode (NaN without inertia), and its origin. first_mode_Hz, highest_Hz : of the section, of
+    the scene. relaxed, unresolved : numbers of steps that were solved by relaxation, and of steps whose laws are
+    violated. energy_error : imbalance of energy relative to the converted energy, NaN without inertia. in_groove_mm :
+    largest depth of skin in grooves. flank_push : upper bound of the sideways force of flanks there, which is not
+    modelled, relative to the pressing force: depth of the skin in a groove over the period (or over a shorter contact),
+    as if only flanks of one side were pressed. seconds : computing time without the reduction. status : a sentence,
+    "ok" if nothing is doubtful.
     """
 
     motion: Motion
@@ -113,7 +118,7 @@ class Slide:
 
     @property
     def sliding(self) -> np.ndarray:
-        """(m,) whether some node touches and none sticks."""
+        """(m,) whether at least one node touches and none sticks."""
         return (self.state != OPEN).any(axis=1) & ~(self.state == STICK).any(axis=1)
 
 
@@ -136,14 +141,15 @@ def slide(
     Parameters
     ----------
     motion : of the finger; its x is the texture's under the finger's apex.
-    force, depth : one of the two: pressing force in N, or how far the finger's top is pressed beyond the texture's, mm.
-    friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`. None takes that of the finger's bench; where that says
-        nothing, or "stick", nothing rubs while it slides. The press that it is tied to takes it, too, and what presses
-        take where nothing says it.
+    force, depth : exactly one: pressing force in N, or distance in mm by which the finger's top is pressed beyond the
+    texture's.
+    friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`. None takes that of the finger's bench; if the bench
+        states none, or "stick", sliding is without friction. The press to which the section is tied uses the same
+        friction, or the default of presses if none is stated.
     dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency.
     loss_factor : of the modes; None takes the finger's identified relaxation, else `dynamics.LOSS_FACTOR`.
-    section : from `prepare_section` (with options of its own). length_mm : along y; the section is then not tied to a
-        press in three dimensions, and its readings are its own.
+    section : from `prepare_section`, for other options. length_mm : along y; the section is then not tied to a press in
+        three dimensions, and its readings are not corrected.
 
     Raises `InputError`, `ContactRangeError` (the contact leaves its patch or the texture), `SolverError`.
     """
@@ -171,14 +177,14 @@ def slide(
 
 
 class _Run:
-    """A scene in work: the state of the body, and what is written down of it."""
+    """A scene in progress: the state of the body, and the recorded results."""
 
     def __init__(self, body, rows, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
         self.body, self.rows, self.texture, self.motion, self.friction = body, rows, texture, motion, friction
         self.loss, self.loss_from = loss
         self.load, self.depth = load, depth
         self.n = len(body.x)
-        beside = 2 * body.half_width  # The contact's place, and how far friction may carry it
+        beside = 2 * body.half_width  # The contact's range, and how far friction may carry it
         reach = (float(motion.position_mm.min()) - beside, float(motion.position_mm.max()) + beside)
         self.felt = FeltProfile.of(texture, body.hats, reach)
         self.rise = body.z.max() - body.z
@@ -196,7 +202,7 @@ class _Run:
         self.laws: Laws | None = None
 
     def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Callable[[str], None]) -> Slide:
-        """All samples."""
+        """The result over all samples."""
         began, motion, n = perf_counter(), self.motion, self.n
         size = (len(motion.t_s), n)
         pressing, rubbing, state = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)
@@ -243,7 +249,7 @@ class _Run:
         return Modal(body.modes, body.compliance, self.rows, body.reading_modes, step, self.loss, force)
 
     def _landed(self, x: float) -> Rubbed:
-        """The finger pressed on the texture where it starts: it lands without friction, which then holds it."""
+        """The finger pressed on the texture at its start: it lands without friction, which then holds it."""
         still = AtRest(self.body.compliance, self.rows)
         none = np.zeros(2 * self.n)
         nothing = Rubbed(none, none, 0.0, np.zeros(self.n, dtype=np.int64), 0, "newton", 0.0)
@@ -277,7 +283,7 @@ class _Run:
         return found
 
     def _watch(self, found: Rubbed, place: np.ndarray, recess: np.ndarray) -> None:
-        """Refuse a contact that leaves what is known; note how far skin stands in grooves."""
+        """Raise `ContactRangeError` for a contact beyond the known range; record the depth of skin in grooves."""
         touching = np.flatnonzero(found.force[self.n :] > 0)
         if not len(touching):
             return
@@ -298,7 +304,7 @@ class _Run:
             self.flank_push = max(self.flank_push, deepest / min(self.texture.wavelength or width, width))
 
     def _status(self, touched: bool, deepest: float) -> str:
-        """The status of the whole scene: what makes it doubtful, or "ok"."""
+        """The status of the whole scene: the causes of doubt, or "ok"."""
         tissue = float(self.body.z.max()) - self.body.bone_top
         doubts = []
         if not touched:
@@ -315,7 +321,7 @@ class _Run:
 
 
 def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
-    """Every `substeps`-th row of a signal (n, g) after a low pass at `PASS_BAND` of the rate that is left."""
+    """Every `substeps`-th row of a signal (n, g) after a low pass at `PASS_BAND` of the remaining rate."""
     if substeps == 1:
         return signal
     taps = firwin(2 * TAPS * substeps + 1, 2 * PASS_BAND / substeps)
@@ -325,7 +331,8 @@ def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
 def highest_frequency(texture: Texture, motion: Motion, ridge_pitch: float) -> float:
     """Highest fundamental (Hz) of a scene: of the texture and of the finger's ridges at the largest speed.
 
-    A profile without a period counts with the finest wavelength that ridges, or else elements, feel: the pitch, 0.4 mm.
+    A profile without a period counts with the shortest wavelength that can be felt: the pitch of the ridges or, without
+    ridges, 0.4 mm.
     """
     shortest = min(filter(None, (texture.wavelength, ridge_pitch)), default=FINEST_MM)
     if texture.wavelength is None and math.isfinite(texture.span[0]):
@@ -337,7 +344,7 @@ FINEST_MM = 0.4
 
 
 def choose_dynamics(asked: str, highest_Hz: float, first_Hz: float) -> tuple[str, str]:
-    """Quasi-static or modal, and why."""
+    """Quasi-static or modal, and the reason."""
     if asked != "auto":
         return asked, "as asked"
     fast = highest_Hz > SLOW * first_Hz

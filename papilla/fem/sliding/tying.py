@@ -1,9 +1,12 @@
-"""How large a section is: one press in three dimensions tells its length along y, and what its gauges lack at rest.
+"""One press in three dimensions gives the length of a section along y, and the correction of its gauges at rest.
 
-A plane under a line load gives way further than a finger under the same force, and its gauges strain otherwise. So the
-finger is pressed in three dimensions on a rigid flat, as `papilla.fem.press` does it. The section's length is that by
-which it carries the press's force at the press's depth; what the press's gauges read beyond the section's is added to
-the section's readings, in proportion to the load. What a texture changes stays the section's own (docs/adr/0034).
+A plane under a line load deforms more than a finger under the same force, and its gauges strain differently. So the
+finger is pressed in three dimensions on a rigid flat, by `papilla.fem.press`. At the depth of that press the section
+carries the load p per mm. With the force F and the readings r_press of the press,
+
+  length = F / p,    reading(t) = r_section(t) + (r_press - r_section(at rest)) p(t) / p.
+
+So the change of the readings by a texture is that of the section (docs/adr/0034).
 """
 
 from collections.abc import Callable
@@ -21,14 +24,14 @@ from papilla.finger import Finger
 from papilla.specimen import Friction, HalfSpace
 
 FLAT = HalfSpace(1e4)
-"""What the finger is pressed on in three dimensions: rigid against silicone, as textures are."""
+"""Specimen of the press in three dimensions: rigid compared with silicone, like textures."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tie:
     """A section beside a press in three dimensions; g gauges.
 
-    press : of the finger on `FLAT`. length_mm : along y, by which the section carries its force at its depth.
+    press : of the finger on `FLAT`. length_mm : along y, with which the section carries its force at its depth.
     load : of the section at that depth, N/mm. section_reading : (g,) of the section alone there, microstrain.
     """
 
@@ -42,11 +45,11 @@ class Tie:
 
     @property
     def lacking(self) -> np.ndarray:
-        """(g,) what gauges read in three dimensions beyond the section, at rest, in microstrain."""
+        """(g,) readings in three dimensions minus those of the section, at rest, in microstrain."""
         return self.press.reading - self.section_reading
 
     def rows(self, body: ReducedSection) -> np.ndarray:
-        """(g, 2n) readings in microstrain per N/mm on the section's nodes, with what it lacks."""
+        """(g, 2n) readings in microstrain per N/mm on the section's nodes, with this correction."""
         rows = body.reading_rows
         rows[:, len(body.x) :] += self.lacking[:, None] / self.load
         return rows
@@ -63,7 +66,7 @@ def tie(
 ) -> Tie:
     """Tie the section of a finger to its press by a force (N) or an indentation (mm).
 
-    friction : of the press, as `papilla.fem.press` takes it. Raises what that raises, and `ContactRangeError` where the
+    friction : of the press, as for `papilla.fem.press`. Raises what that raises, and `ContactRangeError` if the
     section's contact leaves its patch.
     """
     reduced = prepare(finger, progress=progress)
@@ -78,7 +81,7 @@ def tie(
 
 
 def refuse_end(pressing: np.ndarray, body: ReducedSection) -> None:
-    """Refuse a contact, given by its pressing forces (n,), that reaches the end of its patch."""
+    """Raise `ContactRangeError` for a contact, given by its pressing forces (n,), that reaches the end of its patch."""
     if pressing[0] > 0 or pressing[-1] > 0:
         raise ContactRangeError(
             f"the contact reaches the end of its patch, {body.half_width:.3g} mm from the apex: press less"
