@@ -149,8 +149,8 @@ def test_code_that_no_kept_result_runs_through_leaves_its_key(maker, name, edit)
 
 
 WORDS = {
-    "comment": ("# Flat faces are looked for", "# Flat faces are sought"),
-    "docstring of a module": ('"""A new mesh by the mesher', '"""A fresh mesh by the mesher'),
+    "comment": ("# Flat faces are searched", "# Flat faces are sought"),
+    "docstring of a module": ('"""A new mesh from the mesher', '"""A fresh mesh from the mesher'),
     "docstring of a function": ('"""A new mesh of a finger;', '"""A fresh mesh of a finger;'),
     "docstring of a constant": ('"""How far the mesher may', '"""How far a mesher may'),
     "formatting": ("REACH = 3.0", "REACH = (\n    3.0\n)"),
