@@ -41,7 +41,7 @@ class EstimatorOptions:
         "gauges",
         "The modulus from all gauges, from S_d alone, or from force and depth (column indentation_mm, counted from "
         "contact); or, for comparison, by a regression of S_d: the calibration's compact form, or the published "
-        "quadratic with its or the printed coefficients, which presses do not follow. surface is the old name of "
+        "quadratic with its or the printed coefficients, which does not fit presses. surface is the old name of "
         "gauges.",
     )
     friction_memory: float | None = option(

@@ -117,7 +117,7 @@ def print_suggestion(summary: dict) -> None:
     )
     sigma = summary["expected_sigma_ln_E"]
     tell(
-        f"What is not known of the finger then leaves E uncertain by {_factor(sigma['after'])} over 20-100 gf and "
+        f"The uncertainty of the finger then makes E uncertain by {_factor(sigma['after'])} over 20-100 gf and "
         f"0.05-0.72 MPa, now {_factor(sigma['before'])}."
     )
 

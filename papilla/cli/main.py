@@ -71,8 +71,8 @@ COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
 HELP = {
     "log": "Logs of other programs: what their columns are.",
     "texture": "Classify textures: train on logs of known ones, classify others.",
-    "telepresence": "Remote touch over a delayed link: what a texture is travels, not its signal; the display makes "
-    "touch of it.",
+    "telepresence": "Remote touch over a delayed link: parameters of a texture are sent, not its signal; the display "
+    "synthesises the touch.",
 }
 for _name, _commands in COMMANDS.items():
     _group = typer.Typer(help=HELP[_name], no_args_is_help=True) if _name else app
