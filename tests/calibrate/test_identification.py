@@ -14,6 +14,9 @@ from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 
+STUCK = {"size_mm": SIZE_MM, "friction": "stick"}
+"""Friction that is told needs presses that stick alone; without it presses without friction are made too."""
+
 QUIET = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4, model=1e-4, depth=1e-4)
 
 
@@ -33,11 +36,12 @@ def test_without_noise_the_finger_comes_back(smooth):
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
 
 
-@pytest.mark.slow
-def test_the_jacobian_is_that_of_the_residuals(smooth):
+@pytest.mark.parametrize(
+    "free, friction", [((), "stick"), pytest.param(("thickness_mm",), None, marks=pytest.mark.slow)]
+)
+def test_the_jacobian_is_that_of_the_residuals(smooth, free, friction):
     log, _ = made(smooth, 4)
-    free = ("thickness_mm",)
-    problem = problem_of(log, Finger.default(), free, size_mm=SIZE_MM).weighted()
+    problem = problem_of(log, Finger.default(), free, size_mm=SIZE_MM, friction=friction).weighted()
     rng = np.random.default_rng(1)
     vector = problem.solved(problem.start[~problem.linear] + 0.1 * rng.normal(size=(~problem.linear).sum()))
     problem = problem.weighted(vector).downweighted(vector, 4.0)
@@ -77,11 +81,10 @@ def test_friction_that_nobody_told_is_a_share_of_stick(smooth):
     assert known.with_record(record(known, diagnose(known), "block")).bench.friction == 0.0
 
 
-@pytest.mark.slow
 def test_a_gauge_wired_backwards_is_answered(smooth):
     log, truth = made(smooth, 5)
     turned = replace(log, readings=log.readings * [1, -1, 1, 1, 1])
-    one, other = (identify(each, Finger.default(), size_mm=SIZE_MM) for each in (log, turned))
+    one, other = (identify(each, Finger.default(), **STUCK) for each in (log, turned))
     assert other["gain.g2"][0] == pytest.approx(-one["gain.g2"][0], rel=1e-3)
     assert other["outer_modulus_MPa"][0] == pytest.approx(one["outer_modulus_MPa"][0], rel=1e-3)
 
@@ -89,20 +92,17 @@ def test_a_gauge_wired_backwards_is_answered(smooth):
 @pytest.mark.slow
 def test_held_parameters_stay_and_free_ones_move(smooth):
     log, _ = made(smooth, 6)
-    found = identify(log, Finger.default(), fix={"outer_modulus_MPa": 0.2, "lever_mm": 0.0}, size_mm=SIZE_MM)
+    found = identify(log, Finger.default(), fix={"outer_modulus_MPa": 0.2, "lever_mm": 0.0}, **STUCK)
     assert found.finger.outer.modulus == 0.2 and "outer_modulus_MPa" not in found.names
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [0.0] * 5
     assert "gain.g3" in found.names and "touch_down_mm" in found.names
 
 
-@pytest.mark.slow
 def test_an_outlier_hardly_moves_the_finger(smooth):
     log, _ = made(smooth, 7)
     readings = log.readings.copy()
     readings[3, 1] += 3000.0
-    clean, spoilt = (
-        identify(each, Finger.default(), size_mm=SIZE_MM) for each in (log, replace(log, readings=readings))
-    )
+    clean, spoilt = (identify(each, Finger.default(), **STUCK) for each in (log, replace(log, readings=readings)))
     off = [(spoilt[name][0] / clean[name][0] - 1) / clean[name][1] for name in clean.names[:2]]
     assert np.abs(off).max() < 2
 
@@ -139,7 +139,6 @@ def test_noise_must_be_positive():
         Noise(force=0.0)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "change, named",
     [
@@ -150,7 +149,7 @@ def test_noise_must_be_positive():
 )
 def test_a_later_press_tells_whether_it_is_the_same_finger(smooth, change, named):
     log, truth = made(smooth, 11)
-    found = identify(log, Finger.default(), size_mm=SIZE_MM)
+    found = identify(log, Finger.default(), **STUCK)
     stored = found.with_record(record(found, diagnose(found), "block"))
     later = made(smooth, 11, forces=(0.3, 0.8))[0]
     readings = later.readings.copy()
@@ -169,31 +168,32 @@ def test_a_finger_that_was_not_identified_is_not_compared(smooth):
         compare(Finger.default(), made(smooth, 11)[0], size_mm=SIZE_MM)
 
 
-@pytest.mark.slow
-def test_swapped_gauges_and_equal_presses_are_doubted(smooth):
+def test_swapped_gauges_are_doubted(smooth):
     log, _ = made(smooth, 27, forces=np.geomspace(0.05, 0.98, 10), moduli=(0.089, 0.3, 0.72))
     crossed = replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]])
-    right, swapped = (diagnose(identify(one, Finger.default(), size_mm=SIZE_MM)) for one in (log, crossed))
+    right, swapped = (diagnose(identify(one, Finger.default(), **STUCK)) for one in (log, crossed))
     assert not any("look swapped" in doubt for doubt in right.doubts)
     assert any("g2 and g3 look swapped" in doubt for doubt in swapped.doubts) and swapped.status.startswith("doubtful")
+
+
+def test_presses_of_one_scene_are_doubted_and_leave_the_moduli_open(smooth):
     same, _ = made(smooth, 12, forces=(0.5, 0.5, 0.5), moduli=(0.3,))
-    told = diagnose(identify(same, Finger.default(), size_mm=SIZE_MM))
+    told = diagnose(identify(same, Finger.default(), **STUCK))
     assert any("one and the same scene" in doubt for doubt in told.doubts)
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         low, high = told.intervals[name]
         assert high / low > 1.5
 
 
-@pytest.mark.slow
 def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
     log, _ = made(smooth, 13)
-    found = identify(log, Finger.default(), size_mm=SIZE_MM)
+    found = identify(log, Finger.default(), **STUCK)
     least = (found.problem.residuals(found.vector) ** 2).sum()
     for name in ("outer_modulus_MPa", "inner_modulus_MPa"):
         told = profile(found, name)
         assert told.verdict == "bounded" and told.lower < found[name][0] < told.upper
         for end in (told.lower, told.upper):
-            held = identify(log, Finger.default(), fix={name: end}, size_mm=SIZE_MM)
+            held = identify(log, Finger.default(), fix={name: end}, **STUCK)
             problem = replace(found.problem, free=held.names, held={**found.problem.held, name: end})
             cost, _ = descend(problem, held.vector[~held.problem.linear])
             sigma = PARAMETERS[name].sigma
@@ -201,15 +201,14 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
             assert cost - least == pytest.approx(3.84, abs=0.1), (name, end)
 
 
-@pytest.mark.slow
 def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
     log, _ = made(smooth, 3, moduli=(0.51,), depth=False)
-    open_one = profile(identify(log, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
+    open_one = profile(identify(log, Finger.default(), **STUCK), "outer_modulus_MPa")
     assert open_one.verdict in ("one-sided", "flat")
     assert any("its prior decides" in doubt for doubt in open_one.doubts)
     steep, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
-    cut = profile(identify(steep, Finger.default(), size_mm=SIZE_MM), "outer_modulus_MPa")
+    cut = profile(identify(steep, Finger.default(), **STUCK), "outer_modulus_MPa")
     assert cut.cut_off_by == (RATIO,)
     assert any("is cut off where the ratio of the moduli comes to its bound" in doubt for doubt in cut.doubts)
 
