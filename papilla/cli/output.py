@@ -116,8 +116,8 @@ class Progress:
         self._stage, self._said = "", 0.0
 
     def line(self, text: str) -> None:
-        """Show one line of text, such as "meshing, 3 s"; away from a terminal a stage, what stands before the comma,
-        is named when it begins and every `REPEAT_S` while it lasts."""
+        """Show one line of text, such as "meshing, 3 s". If stderr is not a terminal, a stage (the text before the
+        comma) is named when it begins and every `REPEAT_S` while it lasts."""
         if self._bar is not None:
             self._bar.update(self._task, description=plain(text), total=None)
             return

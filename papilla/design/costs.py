@@ -1,4 +1,4 @@
-"""Where the processor time of a worker goes, by stage: it does not count what other programs take of a busy machine."""
+"""Processor time of a worker by stage; time that other programs use on a busy machine does not count."""
 
 from collections import defaultdict
 from collections.abc import Iterator

@@ -120,7 +120,8 @@ def _punch(c, t, weights, f, g) -> FrictionalPunch:
 
 
 def _stick(beta: float):
-    """Points, weights, f and g of full stick. In v = artanh t the oscillation at the edge is a harmonic wave."""
+    """Points, weights, f and g of full stick. In the variable v = artanh t the oscillation at the edge becomes a
+    harmonic wave."""
     theta = math.log((1 + beta) / (1 - beta)) / (2 * math.pi)
     v, weights = panel_quadrature(0.0, 19.0, 60)
     scale = 1 / math.sqrt(1 - beta**2)

@@ -1,15 +1,15 @@
-"""`Case`: one checked value of a study, whatever the study, with the interval that it must lie in and the verdict."""
+"""`Case`: one checked value of any study, with the interval in which it must lie, and the verdict."""
 
 import math
 from dataclasses import dataclass
 from enum import StrEnum
 
 Interval = tuple[float, float]
-"""Least and largest value that a bound allows; an open end is infinite."""
+"""Smallest and largest value that a bound allows; an open end is infinite."""
 
 
 class Verdict(StrEnum):
-    """What became of a case."""
+    """Result of a case."""
 
     WITHIN = "within the bound"
     OUTSIDE = "outside the bound"
@@ -20,9 +20,9 @@ class Verdict(StrEnum):
 class Case:
     """One checked value.
 
-    what : the case in words. cause : what the value is, and what it is compared with, or why there is no value. value :
-    a number, a fraction where `cause` names no unit; None where it could not be had. bound : the interval that it must
-    lie in, or its largest value. seconds : wall-clock time; work that cases share counts with the first of them.
+    what : the case in words. cause : meaning of the value and its comparison, or the reason for a missing value. value
+    : a number, a fraction if `cause` names no unit; None if there is none. bound : the allowed interval, or the largest
+    value. seconds : wall-clock time; work that cases share counts with the first of them.
     """
 
     what: str

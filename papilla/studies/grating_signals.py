@@ -1,4 +1,4 @@
-"""What gauges hear of gratings: signal against wavelength, gauge by gauge, with ridges of any pitch and without."""
+"""Signals of the gauges over gratings: signal against wavelength, gauge by gauge, with and without ridges."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -10,11 +10,11 @@ from papilla.finger import Finger, Ridges
 from papilla.specimen import Grating
 
 PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
-"""Of the grating that are heard, so many that beats with the ridges close for most, after some path and time to settle
-(the first mode's swing of the start fades within 50 ms)."""
+"""Number of periods of the grating that are evaluated, so that most beats with the ridges are complete; path and time
+before them (the oscillation of the first mode at the start fades within 50 ms)."""
 
 SAMPLES = 40
-"""A period of the grating."""
+"""Number of samples per period of the grating."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
-"""What a bench has and a calibration does not know: what each effect does to S_d, and to the modulus read from it.
+"""Effects on a bench that a calibration does not contain: the change of S_d, and of the modulus that follows from it.
 
-Each effect is a press with it beside the same press without, linear and on one mesh, so that the mesh cancels; the
-modulus is read from the S_d of presses without it, over moduli.
+Each effect is a press with it compared with the same press without it, linear and on one mesh, so that the error of the
+mesh cancels. The modulus follows from the S_d of presses without the effect over the modulus.
 """
 
 import math
@@ -29,15 +29,16 @@ FORCES_GF, MODULI_MPA = (5.0, 38.0, 100.0), (0.1, 0.51)
 """The scenes: a light, a middle and a firm press on a soft and on a hard block."""
 
 MODELLED = 0.01
-"""Change of S_d from which an effect is to be modelled, not only named."""
+"""Change of S_d above which an effect should be modelled, not only named."""
 
 CURVE_MPA = np.geomspace(0.02, 20.0, 25)
-"""Moduli at which S_d is known without the effect."""
+"""Moduli at which S_d without the effect is computed."""
 
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect, its size in words, what of papilla models it, and S_d (forces, moduli) with it over that without."""
+    """One effect, its size in words, the part of papilla that models it, and S_d (forces, moduli) with it over that
+    without."""
 
     name: str
     size: str
@@ -51,7 +52,7 @@ class Effect:
         return float(np.nanmax(np.abs(self.sd_ratio - 1)))
 
     def to_json(self) -> dict:
-        """Plain values; None where the press leaves the model, and where no modulus has such an S_d."""
+        """Plain values; None if the press leaves the model or if no modulus has this S_d."""
         words = {"effect": self.name, "size": self.size, "modelled_by": self.modelled_by}
         ratios = {"sd_ratio": self.sd_ratio, "modulus_ratio": self.modulus_ratio}
         return words | {
@@ -72,7 +73,7 @@ class TiltedBlock(Block):
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """A finger on one mesh, and what is needed of it for every effect."""
+    """A finger on one mesh, and the models that the effects need."""
 
     finger: Finger
     size_mm: float = DEFAULT_SIZE_MM
@@ -89,15 +90,16 @@ class Bench:
 
     @cached_property
     def whole(self) -> ReducedFinger:
-        """The same without symmetry, for specimens that have none."""
+        """The same without symmetry, for specimens without symmetry."""
         return self.model.reduce((1e-6, 1e-6))
 
     def plain(self, force_N: float, modulus: float) -> Press:
-        """The linear, frictionless press on a bonded block: of the nodes alone, as all that is compared with it."""
+        """The linear, frictionless press on a bonded block, without the ellipse's correction, like all presses of the
+        comparison."""
         return contact_press(self.reduced, Block(modulus, THICKNESS_MM), (force_N, None), 0.0)
 
     def effect(self, name: str, size: str, modelled_by: str, sd: Callable[[float, float], float]) -> Effect:
-        """What S_d becomes, `sd(force_N, modulus)` in microstrain, and what modulus is read from it."""
+        """The change of S_d by `sd(force_N, modulus)` in microstrain, and the modulus that follows from it."""
         forces = [gf_to_newton(gf) for gf in FORCES_GF]
         ratio, modulus = np.full((2, len(forces), len(MODULI_MPA)), np.nan)
         for i, force in enumerate(forces):
@@ -142,7 +144,7 @@ def physics(finger: Finger, size_mm: float, progress: Callable[[str], None]) -> 
 
 
 def _effects(bench: Bench):
-    """Name, size in words, what models it, and S_d with it as a function of force (N) and modulus (MPa)."""
+    """Name, size in words, model, and S_d as a function of force (N) and modulus (MPa), for each effect."""
     finger, thick = bench.finger, THICKNESS_MM
 
     def on(reduced: Callable[[], ReducedFinger], friction: float = 0.0):

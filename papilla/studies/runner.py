@@ -1,4 +1,4 @@
-"""How studies run: named jobs, here or in other processes, with progress, their results in the order of the jobs."""
+"""Runs studies: named jobs, here or in other processes, with progress; results in the order of the jobs."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -8,12 +8,12 @@ from papilla.memory import GIB, available_bytes
 from papilla.workers import workers
 
 Progress = Callable[[str, int, int], None]
-"""Takes what is done now, how many jobs are done, and how many there are."""
+"""Takes the present job, the number of finished jobs, and the total."""
 
 LARGEST_JOB_GIB = 3.25
-"""Most memory that one job of a study takes: 3.25 GB in a whole `papilla verify`."""
+"""Largest memory of one job of a study: 3.25 GB in a whole `papilla verify`."""
 MOST_PROCESSES = 2
-"""Jobs at once: more would each wait for the memory bus."""
+"""Largest number of jobs at once: more would wait for the memory bus."""
 
 
 def no_progress(line: str, done: int, total: int) -> None:
@@ -49,7 +49,7 @@ def run_jobs(
 
 
 def fitting_processes() -> int:
-    """How many jobs fit at once on this machine, by its cores and its free memory."""
+    """Number of jobs that this machine can run at once, by its cores and its free memory."""
     free = available_bytes()
     by_memory = MOST_PROCESSES if free is None else int(free / (LARGEST_JOB_GIB * GIB))
     return max(1, min(MOST_PROCESSES, os.cpu_count() or 1, by_memory))

@@ -1,4 +1,4 @@
-"""Whether this installation computes: a few checks of seconds, for `papilla doctor`."""
+"""A self-test of the installation: a few checks that take seconds, for `papilla doctor`."""
 
 import os
 from collections.abc import Iterator
@@ -14,13 +14,13 @@ from papilla.studies.case import Case
 from papilla.studies.verify.patch_test import exact_fields
 
 SIZE_MM, PRESS = 2.0, (Block(0.51, 10.0), 0.588)
-"""Mesh, specimen and force (N) of the press: coarse, and the scene that pictures show."""
+"""Mesh, specimen and force (N) of the press: a coarse mesh, and the press that pictures show."""
 HERTZ, BALANCE = 0.03, 1e-9
-"""Bounds, as fractions: what `hertz` differs from `contact` by on a coarse mesh, and the sum of a press's pressure."""
+"""Bounds, as fractions: difference of `hertz` from `contact` on a coarse mesh, and force balance of a press."""
 
 
 def self_test() -> list[Case]:
-    """Exact solutions, and a press of the default finger by two methods, made without what the cache holds."""
+    """Exact solutions, and a press of the default finger by two methods, computed without the cache."""
     began, cases = perf_counter(), []
     for case in chain(exact_fields(), _press()):
         now = perf_counter()

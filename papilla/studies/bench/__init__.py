@@ -1,4 +1,4 @@
-"""`papilla bench`: what a press costs, and what it is worth, against the finest mesh and against other libraries.
+"""`papilla bench`: cost and accuracy of a press, compared with the finest mesh and with other libraries.
 
 >>> found = papilla.studies.bench.bench(finger, SHORT)
 >>> found.rows[0].error_sd, found.rows[0].seconds_setup

@@ -1,4 +1,4 @@
-"""One element on one mesh, measured in a process of its own: seconds, peak memory and answers of its fidelities."""
+"""One element on one mesh, measured in a separate process: seconds, peak memory and answers of its fidelities."""
 
 import os
 import sys
@@ -20,14 +20,15 @@ from papilla.studies.bench.row import ANSWERED, BenchRow
 from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, SPECIMEN, answers, thousand
 
 REPEATS, ENOUGH_S = 3, 6.0
-"""A set-up is repeated so often, or until this time is gone, and the fastest counts: the least disturbed."""
+"""Largest number of repetitions of a set-up, and the time after which they end; the fastest counts, because it is
+disturbed least."""
 
 MIB = 2**20
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a process measures: the linear fidelities of `element`, or fidelity finite where `element` is None."""
+    """A measurement in a process: the linear fidelities of `element`, or fidelity finite if `element` is None."""
 
     finger: Finger
     size_mm: float
@@ -36,14 +37,14 @@ class Job:
 
 
 def measure_apart(job: Job) -> list[BenchRow]:
-    """Measure a job in a fresh process. Its mesh must be in the cache, or its making counts in the peak memory."""
+    """Measure a job in a fresh process. Its mesh must be in the cache, or the peak memory would include the mesher."""
     with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
         return pool.submit(measure, job).result()
 
 
 def measure(job: Job) -> list[BenchRow]:
-    """Measure a job in this process: hertz and contact of an element, or fidelity finite, whose every press assembles
-    and factorises anew. Rows have no errors yet."""
+    """Measure a job in this process: hertz and contact of an element, or fidelity finite, in which every press
+    assembles and factorises again. Rows have no errors yet."""
     mesh = meshes.build(job.finger, size_mm=job.size_mm)
     if job.element is None:
         seconds: list[float] = []
@@ -82,7 +83,7 @@ def measure(job: Job) -> list[BenchRow]:
 
 
 def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:
-    """A model and its reduced finger, and the seconds of each stage on the way."""
+    """A model and its reduced finger, and the seconds of each stage."""
     clock = [perf_counter()]
     model = FingerModel(finger, mesh, element)
     steps = {
@@ -101,7 +102,7 @@ def peak_memory_MiB() -> float:
     """Largest resident size of this process so far."""
     status = Path("/proc/self/status")
     if status.exists():
-        # ru_maxrss would include what the parent had when it started this process
+        # ru_maxrss would include the memory of the parent at the start of this process
         line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
         return int(line.split()[1]) * 1024 / MIB
     if os.name == "nt":
@@ -113,7 +114,7 @@ def peak_memory_MiB() -> float:
 
 
 def _answers(push, job: Job) -> tuple[np.ndarray, str]:
-    """Answers (3, forces) and the status; NaN where the fidelity refuses, and why."""
+    """Answers (3, forces) and the status; NaN and the reason if the fidelity refuses."""
     try:
         return answers(push, job.forces_gf), ANSWERED
     except PapillaError as error:

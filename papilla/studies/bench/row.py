@@ -1,4 +1,4 @@
-"""`BenchRow`: one line of the bench, what a fidelity on a mesh costs and how far it is from the finest."""
+"""`BenchRow`: one row of the bench: the cost of a fidelity on a mesh, and its difference from the finest mesh."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 ANSWERED = "answered"
-"""Status of a fidelity that answered every scene."""
+"""Status of a fidelity that answered all presses."""
 
 HIDDEN = ("seconds_scenes", "stages", "answers")
-"""What rows are made from, and no part of their JSON."""
+"""Fields from which rows are made, and which their JSON does not contain."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Runs the bench: which fidelities, elements and meshes, one process after the other, and what follows from them."""
+"""Runs the bench: the fidelities, elements and meshes, one process after the other, and the conclusions."""
 
 import os
 from collections.abc import Callable
@@ -30,12 +30,12 @@ class Plan:
 FULL = Plan((2.0, 1.4, 1.0, 0.7, 0.35), (2.0, 1.4, 1.0, 0.7), meshes.DEFAULT_SIZE_MM, (2.0, 1.4, 1.0, 0.7))
 
 SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,))
-"""Coarse meshes, against the one that ships with the package."""
+"""Coarse meshes, compared with the shipped one."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """All rows; `default` is that of the mesh on which other libraries press."""
+    """All rows; `default` is the one for the mesh on which other libraries press."""
 
     finger_name: str
     rows: tuple[BenchRow, ...]
@@ -59,7 +59,7 @@ class Bench:
         }
 
     def sentences(self) -> list[str]:
-        """What the rows say, in words."""
+        """The conclusions from the rows, in words."""
         row = self.default
         stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in row.stages.items())
         largest = self.to_json()["largest_contact"]

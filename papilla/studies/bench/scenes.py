@@ -1,4 +1,4 @@
-"""The presses of the bench: those that errors are taken of, and the thousand that a calibration needs."""
+"""The presses of the bench: those whose errors are measured, and the thousand that a calibration needs."""
 
 from collections.abc import Callable
 from time import perf_counter, process_time
@@ -16,24 +16,24 @@ FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
 """Forces at which the linear fidelities are compared."""
 
 FINITE_FORCES_GF = (10, 30, 100)
-"""Forces at which fidelity finite is: a press of it takes seconds."""
+"""Forces at which fidelity finite is compared; one press takes seconds."""
 
 QUANTITIES = ("sd", "indentation", "contact_area")
 
 MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
-"""Moduli (MPa), log-uniform, and forces (gf), uniform, of which scenes are drawn."""
+"""Ranges of moduli (MPa), log-uniform, and forces (gf), uniform, from which presses are drawn."""
 
 
 def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
-    """S_d in microstrain, indentation in mm and contact area in mm2 of what `pressed` by each force gives: (3, forces);
-    or other quantities by their `names`."""
+    """S_d in microstrain, indentation in mm and contact area in mm2 from `pressed` at each force: (3, forces); or other
+    quantities by their `names`."""
     found = [pressed(gf_to_newton(gf)) for gf in forces_gf]
     return np.array([[getattr(scene, name) for scene in found] for name in names])
 
 
 def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[float]:
-    """Processor seconds of each of `count` scenes, each with a modulus and a force of its own; `how` is what `press`
-    takes besides."""
+    """Processor seconds of each of `count` scenes, each with its own modulus and force; `how` : further arguments of
+    `press`."""
     rng, seconds = np.random.default_rng(seed), []
     moduli = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform(size=count)
     for modulus, force_gf in zip(moduli, rng.uniform(*DRAWN_GF, count), strict=True):

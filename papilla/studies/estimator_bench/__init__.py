@@ -1,1 +1,1 @@
-"""Comparison of the wavelength estimators: scenes, what each estimator answers, and the table of errors over bounds."""
+"""Comparison of the wavelength estimators: scenes, answers of each estimator, and the table of errors over bounds."""

@@ -1,4 +1,4 @@
-"""What a sample costs in the pipeline, output by output: a row of a block, and an update in a loop."""
+"""Cost of a sample in the pipeline, output by output: a row of a block, and an update in a loop."""
 
 import time
 from collections.abc import Callable
@@ -26,11 +26,11 @@ EVERYTHING = "wavelength, friction, modulus"
 
 @dataclass(frozen=True)
 class Cost:
-    """Microseconds of what is told: block_us of a row of `process` (median over blocks of 500 rows), update_us,
+    """Microseconds for an output: block_us of a row of `process` (median over blocks of 500 rows), update_us,
     update_mean_us and update_p999_us of one `update` (median, mean, 99.9 % quantile).
 
-    Each block's or sample's is the best of three runs: what the estimator does there comes back, what the machine does
-    by chance does not. loop_p999_us : of the first run alone, which a loop on this machine would have seen.
+    Each block or sample counts with the best of three runs, which excludes random delays of the machine. loop_p999_us :
+    from the first run alone, as a loop on this machine would experience it.
     """
 
     output: str
@@ -42,7 +42,7 @@ class Cost:
 
 
 def costs(calibration: Calibration | None, seconds: float) -> tuple[Cost, ...]:
-    """Every output on `seconds` of a log; the modulus where there is a calibration of five gauges."""
+    """Every output on `seconds` of a log; the modulus only with a calibration of five gauges."""
     columns = _log(seconds, calibration)
     cases: dict[str, tuple] = {name: (None, own) for name, own in OUTPUTS.items()}
     if calibration is not None:
@@ -55,7 +55,7 @@ def costs(calibration: Calibration | None, seconds: float) -> tuple[Cost, ...]:
 
 
 def _log(seconds: float, calibration: Calibration | None) -> dict[str, np.ndarray]:
-    """The columns of a log, gauges (n, 5): a finger to and fro over a grating, pressing a little harder and less."""
+    """The columns of a log, gauges (n, 5): a finger slides to and fro over a grating with a slightly varying force."""
     made = scene("act1", 1.8, seed=1, seconds=seconds, gauge_positions_mm=GAUGES_MM)
     rng, force = np.random.default_rng(0), FORCE_N + 0.01 * np.sin(2 * made.time_s)
     gauges = TEXTURE_MICROSTRAIN * made.readings
@@ -70,7 +70,7 @@ def _log(seconds: float, calibration: Calibration | None) -> dict[str, np.ndarra
 
 
 def timed(make: Callable, rows: np.ndarray) -> tuple[float, ...]:
-    """block_us to loop_p999_us of new estimators that `make` gives, on these rows."""
+    """block_us to loop_p999_us of new estimators from `make`, on these rows."""
     make().process(rows[:100])
     parts = [rows[start : start + BLOCK] for start in range(0, len(rows), BLOCK)]
     blocks = [np.divide(_each(make().process, parts), [len(part) for part in parts]) for _ in range(REPEATS)]

@@ -1,7 +1,7 @@
-"""Surfaces as the finger of the papers feels them: signals of the sliding section (`papilla.fem.slide`).
+"""Signals of the sliding section (`papilla.fem.slide`) over surfaces, as the finger of the papers reads them.
 
-Harmonics, beats with the ridges, the contact's edges and the section's own swing are in them. One gauge, the middle one
-of the default finger, is heard; its AC power is 1, as that of every scene.
+They contain harmonics, beats with the ridges, effects of the contact's edges and the section's own oscillation. Only
+the middle gauge of the default finger is used; its AC power is 1, as in every scene.
 """
 
 import math
@@ -15,21 +15,21 @@ from papilla.studies.estimator_bench.scene_parts import Draft
 from papilla.textures import MeasuredProfile, Texture
 
 FORCE_N, LENGTH_MM, FRICTION, DEPTH_MM = 0.3, 7.0, 0.3, 0.5
-"""Pressing force, a length that gives the line load in the contact's middle, friction, depth of the grooves."""
+"""Pressing force; length that gives the line load in the contact's middle; friction; depth of the grooves."""
 
 EDGE_MM, STEP_MM, BESIDE_MM = 9.0, 0.05, 15.0
-"""Mean distance of edges on a surface without a period, spacing of its points, and what lies beyond the way."""
+"""Mean distance of edges on a surface without a period, spacing of its points, and extra length beyond the path."""
 
 
 def grating(draft: Draft) -> None:
-    """A grating of the asked wavelength, groove = ridge."""
+    """A grating of the requested wavelength, groove = ridge."""
     half = draft.asked_mm / 2
     draft.wavelength = draft.everywhere(draft.asked_mm)
     _feel(draft, Grating(half, half, DEPTH_MM))
 
 
 def edges(draft: Draft) -> None:
-    """Single steps up and down at random places: no line, but every step is felt by one ridge after the other."""
+    """Single steps up and down at random places: there is no line, but one ridge after the other feels every step."""
     low, high = draft.skin.min() - BESIDE_MM, draft.skin.max() + BESIDE_MM
     x = np.arange(low, high, STEP_MM)
     steps = np.cumsum(draft.rng.exponential(EDGE_MM, size=math.ceil(4 * (high - low) / EDGE_MM) + 9))

@@ -1,8 +1,8 @@
-"""Logs of friction with known coefficients, and how honest the answers to them are.
+"""Logs of friction with known coefficients, and statistics of the estimator's answers.
 
-A scene is drawn kind by kind: how it slides (one way, strokes, a hand), how it is pressed (constant, varying, lifted
-off in between), the offset of the tangential sensor, what mu depends on, what a rest does to the pull, and sensors with
-noise. The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does.
+The kinds of a scene are drawn at random: the motion (one direction, strokes, a hand), the force (constant, varying,
+with lifts), the offset of the tangential sensor, the dependence of mu, the pull during a rest, and sensors with noise.
+The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FALSE = 0.1
-"""Relative error from which an answer that says "ok" is false."""
+"""Relative error above which an answer that says "ok" is false."""
 PEAK_S = 0.015
 """Length of a breakaway's peak, base to base."""
 LAWS = ("constant", "by force", "by speed", "by wear", "ridges", "all of these")
@@ -25,8 +25,8 @@ MOVES = ("one way", "strokes", "hand")
 class Rubbed:
     """A log of friction: samples (n, 3) of T in N, N in N and velocity in mm/s.
 
-    mu : (n,) true kinetic coefficient, NaN where it does not slide. offset : of the tangential sensor, N. static : (n,)
-    of the last breakaway, NaN where there is none. told : whether offset_sigma_N, air, a rest or turns tell the offset.
+    mu : (n,) true kinetic coefficient, NaN if it does not slide. offset : of the tangential sensor, N. static : (n,) of
+    the last breakaway, NaN if there is none. told : whether offset_sigma_N, air, a rest or turns determine the offset.
     """
 
     rate_Hz: float
@@ -40,9 +40,9 @@ class Rubbed:
 
 
 class Judged(NamedTuple):
-    """Of the rows that slide: share answered and ok; of the answered ones, share inside two sigma and, of those that
-    are ok, share that is off by more than `FALSE`; medians of |error| / mu and of sigma / mu. And of the rows with a
-    breakaway before: share with a static coefficient, and share of these inside two sigma. NaN of no row."""
+    """Statistics of the sliding rows: share answered, share ok; of the answered ones, share within two sigma; of the ok
+    ones, share with an error above `FALSE`; medians of |error| / mu and of sigma / mu. Of the rows after a breakaway:
+    share with a static coefficient, and share of these within two sigma. NaN without rows."""
 
     answered: float
     ok: float
@@ -85,10 +85,10 @@ def judge(scene: Rubbed, answer) -> Judged:
 
 
 def sheared(friction: np.ndarray, velocity: np.ndarray, rate: float, shear_mm: float, pull: float = 0.0) -> np.ndarray:
-    """(n,) tangential force of a skin that gives way by `shear_mm` at the friction (n,) before it slides."""
+    """(n,) tangential force of a skin that shears by `shear_mm` before it slides with the friction (n,)."""
     steps, force = (velocity / rate / shear_mm).tolist(), []
     for limit, step in zip(friction.tolist(), steps, strict=True):
-        # Dahl: dF/dx = (s limit - F) / shear, exactly over a step; never beyond the limit of now
+        # Dahl: dF/dx = (s limit - F) / shear, integrated exactly over a step; never beyond the present limit
         if step:
             end = limit if step > 0 else -limit
             pull = end + (pull - end) * np.exp(-abs(step))
@@ -149,13 +149,13 @@ def _law(rng, kind: str, time, force, velocity) -> np.ndarray:
 
 
 def _break_away(rng, rate: float, velocity, mu, pull, force, slides) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) static coefficient of the last start; pull and where it slides, with breakaways in half of the draws."""
+    """(n,) static coefficient of the last start; pull and sliding, with breakaways in half of the draws."""
     static, pull, slides = np.full(len(mu), np.nan), pull.copy(), slides.copy()
     if rng.random() < 0.5:
         return static, pull, slides
     more, half = rng.uniform(0.05, 0.6), max(round(0.5 * rate * rng.choice([PEAK_S, 4 * PEAK_S])), 1)
     for start in np.flatnonzero(slides[1:] & ~slides[:-1]) + 1:
-        # What comes down in motion does not break away
+        # A finger that touches while moving has no breakaway
         if (force[max(start - round(0.2 * rate), 0) : start] < 0.03).any():
             continue
         peak = slice(start, min(start + 2 * half, len(mu)))
@@ -168,7 +168,7 @@ def _break_away(rng, rate: float, velocity, mu, pull, force, slides) -> tuple[np
 
 
 def drawn(seed: int) -> Rubbed:
-    """A scene of any kinds."""
+    """A scene with random kinds."""
     rng = np.random.default_rng(seed)
     kinds = tuple(str(rng.choice(each)) for each in (MOVES, PRESSES, LAWS))
     move, press, law = kinds
@@ -178,7 +178,7 @@ def drawn(seed: int) -> Rubbed:
     time = np.arange(round(rng.uniform(8, 20) * rate)) / rate
     velocity, force = _move(rng, move, time), _press(rng, press, time, move == "hand")
     mu = _law(rng, law, time, force, velocity)
-    # One way of the skin is rougher than the other
+    # The skin is rougher in one direction than in the other
     mu = mu * (1 + rng.normal(0, 0.03) * np.sign(velocity))
     pull = sheared(mu * force, velocity, rate, rng.uniform(0.05, 0.4))
     slides = (velocity != 0) & (np.abs(pull) > 0.95 * mu * force) & (force > 0.03)
@@ -213,9 +213,10 @@ _NOTHING = np.array(np.nan)
 
 
 def tribometer(seed: int, told: bool = False) -> Rubbed:
-    """(a) One way for 180 s at 10 Hz in four steps of speed; mu runs in by 4 % and varies with N by chance.
+    """(a) One direction for 180 s at 10 Hz in four steps of speed; mu changes by 4 % during running-in, and varies
+    randomly with N.
 
-    told : the offset is subtracted, but for 1 mN.
+    told : the offset is subtracted up to 1 mN.
     """
     rng = np.random.default_rng(seed)
     time = np.arange(1800) / 10
@@ -223,7 +224,7 @@ def tribometer(seed: int, told: bool = False) -> Rubbed:
     normal = 3.0 + 0.01 * np.sin(2 * np.pi * rng.uniform(0.05, 1) * time) + rng.normal(0, 0.003, len(time))
     mu = rng.uniform(0.12, 0.4) * (1 + 0.06 * np.log(speed / speed[0])) * (1 + 0.04 * (1 - np.exp(-time / 60)))
     offset = rng.normal(0, 0.1)
-    # T falls or rises with N: mu changes with it by chance, or by where the disc is
+    # T is correlated with N: mu varies with it by chance, or with the place on the disc
     tangential = mu * 3.0 + rng.uniform(-0.8, 0.2) * (normal - 3.0) + offset + rng.normal(0, 0.004, len(time))
     mu[:8] = np.nan
     if told:
@@ -234,7 +235,7 @@ def tribometer(seed: int, told: bool = False) -> Rubbed:
 
 
 def long_strokes(seed: int, rests: bool = True) -> Rubbed:
-    """(b) Strokes of 10 s at 50 Hz, 20 gf and an offset nearly as large as the friction; rests told or not."""
+    """(b) Strokes of 10 s at 50 Hz, 20 gf, and an offset nearly as large as the friction; with or without rests."""
     rng = np.random.default_rng(seed)
     time = np.arange(6000) / 50
     turn, phase = np.divmod(time, 12.0)
@@ -257,7 +258,7 @@ def swipe(seed: int, told: bool = False) -> Rubbed:
     velocity = rng.uniform(30, 120) * np.clip((time - begin) / 0.3, 0, 1) * (1 + 0.2 * np.sin(4 * time))
     first, static = rng.uniform(0.38, 0.48), rng.uniform(0.5, 0.6)
     mu = first + (0.27 - first) * np.clip((time - falls) / 1.0, 0, 1)
-    # The pull grows for 0.4 s while it rests, and gives way in a triangle
+    # The pull grows for 0.4 s during the rest, and then falls linearly
     grown = np.clip((time - begin + 0.4) / 0.4, 0, 1)
     peak = np.clip(1 - np.abs(time - begin) / (0.5 * PEAK_S), 0, 1)
     pull = grown * mu + (static - first) * peak
@@ -270,7 +271,7 @@ def swipe(seed: int, told: bool = False) -> Rubbed:
 
 
 def encoder(seed: int) -> Rubbed:
-    """(d) To and fro, the velocity a difference of an encoder's raw positions."""
+    """(d) To and fro; the velocity is the difference of an encoder's raw positions."""
     rng = np.random.default_rng(seed)
     rate = float(rng.choice([100.0, 500.0, 1000.0]))
     time = np.arange(round(20 * rate)) / rate
@@ -287,7 +288,7 @@ def encoder(seed: int) -> Rubbed:
 
 
 def by_force(seed: int) -> Rubbed:
-    """Strokes with mu ~ N^(-1/3) and N +- 20 %; mu counts at the mean force."""
+    """Strokes with mu ~ N^(-1/3) and N +- 20 %; the true mu is that at the mean force."""
     rng = np.random.default_rng(seed)
     time = np.arange(12000) / 1000
     normal = rng.uniform(0.3, 2.0) * (1 + 0.2 * np.sin(2 * np.pi * rng.uniform(0.2, 1.0) * time + rng.uniform(0, 6)))

@@ -1,6 +1,6 @@
-"""How honest a method is on a scene: what it answers, how much of that is false, and whether its sigma holds the truth.
+"""Statistics of a method on a scene: share of answers, share of false ones, and coverage of its sigma.
 
-A row is false where the method says "ok" and is off by more than 5 %, or where there is no line at all.
+A row is false if the method says "ok" and its error is more than 5 %, or if there is no line at all.
 """
 
 import math
@@ -17,7 +17,8 @@ from papilla.studies.estimator_bench.scenes import SCENES, Scene
 
 WRONG = 0.05
 SETTLED_S, SETTLED_PERIODS, FROM_MM = 0.3, 2.0, 12.0
-"""Since the surface began: when a false answer weighs more, and from what path on answers are counted."""
+"""Time and path since the surface began: after the first a false answer counts as settled; from the second on answers
+are counted."""
 MOST_FALSE, MOST_FALSE_SETTLED, LEAST_COVERED, LEAST_ANSWERED = 0.02, 0.005, 0.9, 0.8
 MOST_RUNS_CLAIMED, BESIDE_BEST, TRUSTED = 0.01, 1.2, 0.05
 
@@ -92,7 +93,7 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
             rows = made.judged() & (made.travelled_mm >= path) & answer.ok
             square = float(np.mean(error[rows] ** 2)) / made.bound(path_mm=path) ** 2 if rows.any() else math.nan
         except InputError:
-            square = math.nan  # Too short a scene for a window that is judged
+            square = math.nan  # The scene is too short for a window that is judged
     with np.errstate(invalid="ignore"):
         over_sigma = np.nan_to_num(nearest / answer.sigma_mm, nan=math.inf).clip(max=1e9)
     settled = (since_s > SETTLED_S) & (since_mm > SETTLED_PERIODS * np.nan_to_num(made.wavelength_mm))
@@ -104,13 +105,13 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
 
 
 def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
-    """What the runs of a method on a scene come to."""
+    """The statistics of a method on a scene, over its runs."""
     error, over_sigma, ok, settled, counted, asked, steady = (
         np.concatenate([getattr(run, name) for run in runs])
         for name in ("error", "over_sigma", "ok", "settled", "counted", "asked", "steady")
     )
     squares = [run.bound_square for run in runs if run.bound_square == run.bound_square]
-    # Without a line no answer has an error: every one is false
+    # Without a line no answer has an error: every answer is false
     lined = SCENES[scene].lined
     found, told = error[counted & lined], ok & lined
     return Row(
@@ -140,13 +141,14 @@ def _share(what, among) -> float:
 
 
 def faults(row: Row, others: Sequence[Row]) -> tuple[str, ...]:
-    """What of a row of the product misses its target; `others` are the other methods on the same scene."""
+    """The missed targets of a row of papilla's pipeline; `others` are the other methods on the same scene."""
     missed = (case for case in targets(row, others) if not math.isnan(case.value or 0.0) and not case.passed)
     return tuple(f"{case.what} {100 * (case.value or 0):.3g} > {100 * case.interval[1]:.2g} %" for case in missed)
 
 
 def targets(row: Row, others: Sequence[Row]) -> list[Case]:
-    """The shares and errors of a row of the product that have a target, with it; NaN where there is no such row."""
+    """The shares and errors of a row of the pipeline that have a target, with the target; NaN if there is no such
+    row."""
     if row.kind != PRODUCT:
         return []
     scene = SCENES[row.scene]
@@ -160,7 +162,7 @@ def targets(row: Row, others: Sequence[Row]) -> list[Case]:
         Case("outside two sigma", "share of ok rows", 1 - row.covered, 1 - LEAST_COVERED),
     ]
     spectra = [other for other in other_methods if other.method in ("STFT over the path", "periodogram")]
-    # A spectrum takes hum for the surface, and the scene says where one could tell the two apart.
+    # A spectrum takes hum for the surface, and the scene states where the two can be distinguished.
     if scene.hums or any(other.over_5 <= TRUSTED for other in spectra):
         wanted.append(Case("unanswered", "a spectrum is right here", 1 - row.answered, 1 - LEAST_ANSWERED))
     for name, least in (("median", 0.0), ("over_5", MOST_FALSE_SETTLED)) if other_methods else ():

@@ -1,4 +1,4 @@
-"""The methods that are compared, by name: each takes times, readings and velocity, and tells wavelength, sigma, ok."""
+"""The compared methods, by name: each takes times, readings and velocity, and returns wavelength, sigma, ok."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,13 +20,13 @@ from papilla.estimators.published.roughness import (
 from papilla.studies.estimator_bench import other_methods
 
 RIDGE_PITCH_MM = 1.2
-"""Of the default finger, which the scenes "felt by FEM" are of."""
+"""Ridge pitch of the default finger, used in the scenes "felt by FEM"."""
 PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, told more or less", "rival", "published"
 
 
 class Answer(NamedTuple):
-    """Of n samples: wavelength_mm and sigma_mm (NaN where there is none), and ok, whether it says they may be used;
-    steady : whether it says "ok, constant speed", None where a method has no such word."""
+    """Answers for n samples: wavelength_mm and sigma_mm (NaN if there is none), and ok : whether they may be used;
+    steady : whether the status is "ok, constant speed", None for methods without this status."""
 
     wavelength_mm: np.ndarray
     sigma_mm: np.ndarray
@@ -38,7 +38,7 @@ class Answer(NamedTuple):
 class Method:
     """run(time_s (n,), readings (n, g), velocity_mm_s (n,)) -> `Answer`; kind : of `PRODUCT` ... `PUBLISHED`.
 
-    path_mm : the path that it remembers, None where that is no path.
+    path_mm : the path that it remembers, None if its memory is not a path.
     """
 
     kind: str
@@ -97,15 +97,15 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "STFT 32 ms (2011)": Method(PUBLISHED, partial(_published, Okamoto)),
     }
 )
-"""Every method by its name. "exact scale" is the pipeline that is told that the velocity has no error of its scale, so
-that its sigma is of the line alone; "ridges known" one that is told of the finger's ridges; "no velocity" takes the
-velocity for the wavelength alone. The published ones are as printed, and say "ok" whenever they answer."""
+"""Every method by its name. "exact scale" is the pipeline with an exact scale of the velocity, so that its sigma is
+that of the line alone; "ridges known" has the pitch of the finger's ridges; "no velocity" uses the velocity only to
+compute the wavelength. The published ones are as printed, and are "ok" whenever they answer."""
 
 
 def chosen(kind: str, names, known) -> list[str]:
-    """Those of the `known` names that contain one of `names`, all where there are none.
+    """The `known` names that contain one of `names`; all if `names` is empty.
 
-    Raises `InputError` for a name that fits none; kind : what they name, for its message.
+    Raises `InputError` for a name that matches none; kind : what the names are, for its message.
     """
     for name in names:
         if not any(name.lower() in own.lower() for own in known):

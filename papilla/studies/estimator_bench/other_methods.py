@@ -1,6 +1,6 @@
-"""What else finds a wavelength along a known path: spectra over the path, MUSIC, and a seeded extended Kalman filter.
+"""Other methods for a wavelength along a known path: spectra over the path, MUSIC, and a seeded extended Kalman filter.
 
-Each is told the velocity, looks for 0.4-6 mm as the product does, and says "ok" by the textbook's rule for it.
+Each gets the velocity, searches 0.4-6 mm like papilla's pipeline, and says "ok" by the textbook's rule for it.
 """
 
 import math
@@ -12,11 +12,11 @@ import numpy as np
 LOW_MM, HIGH_MM = 0.4, 6.0
 GRID_MM = LOW_MM / 8
 SHORT_MM, LONG_MM, LEAST_MM = 24.0, 96.0, 12.0
-"""Path of a short and of a long window (the long one is the product's memory), and the least of it for an answer."""
+"""Path of a short and of a long window (the long one equals the pipeline's memory), and smallest path for an answer."""
 HOP_MM = 2.0
 FALSE_ALARM = 1e-4
 ORDER, SOURCES = 60, 6
-"""Of MUSIC: samples of a snapshot, and complex waves in the signal (three lines)."""
+"""Parameters of MUSIC: samples of a snapshot, and number of complex waves in the signal (three lines)."""
 DECIMATED = 2
 _NOTHING = (math.nan, math.nan, False)
 
@@ -38,7 +38,7 @@ def hopping(search: Callable, path_mm: float, time, reading, velocity):
 
 
 def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
-    """Wavelength, sigma in mm and ok of the greatest line of a spectrum over the path, Hann or plain.
+    """Wavelength, sigma in mm and ok of the largest line of a spectrum over the path, with or without a Hann taper.
 
     ok: noise of the median's level reaches it more rarely than `FALSE_ALARM` in all places together. sigma: Rife &
     Boorstyn (1974), doi:10.1109/TIT.1974.1055282, twice that under the taper.
@@ -62,7 +62,7 @@ def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
 
 
 def _vertex(three) -> float:
-    """Where the parabola through three values has its vertex, in steps from the middle."""
+    """Vertex of the parabola through three values, in steps from the middle."""
     left, middle, right = three
     bend = left - 2 * middle + right
     return float(0.5 * (left - right) / bend) if bend < 0 else 0.0

@@ -1,4 +1,4 @@
-"""The comparison: every method on every scene, on as many processes as asked for, and what came of it."""
+"""The comparison: every method on every scene, in as many processes as requested."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ SHORT = Plan(
     seeds=(CLAIMS,),
     longest_s=2.5,
 )
-"""For a quick look and for tests: one run of a scene is no verdict."""
+"""For quick runs and tests: one run per scene is not enough for a verdict."""
 
 
 def wavelength_of(seed: int) -> float:
@@ -47,7 +47,7 @@ def wavelength_of(seed: int) -> float:
     if seed < CLAIMS:
         return WAVELENGTHS_MM[seed % len(WAVELENGTHS_MM)]
     low, high = WAVELENGTHS_MM[0], WAVELENGTHS_MM[-1]
-    # Not the scene's own stream: its first draw is the speed, and the two would go together.
+    # Not the scene's own random numbers: its first draw is the speed, and the two would be correlated.
     return low * (high / low) ** float(np.random.default_rng([seed, 1]).uniform())
 
 

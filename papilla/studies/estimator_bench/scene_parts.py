@@ -1,6 +1,6 @@
-"""What scenes are made of: motions, surfaces and disturbances, each a small function that changes a draft.
+"""Parts of scenes: motions, surfaces and disturbances, each a small function that changes a draft.
 
-Every parameter stands here as tuning sees it; claims draw each about that value.
+The defaults of the parameters are the values for tuning; claims draw each parameter around its default.
 """
 
 import math
@@ -17,14 +17,14 @@ HARMONICS = 9
 ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15
 """Widths of the two flanks of the grating's trapezoid, as fractions of the wavelength."""
 SKIN_KERNEL_MM = 0.1
-"""Standard deviation of the Gaussian through which the skin feels the profile."""
+"""Standard deviation of the Gaussian that models the skin's averaging of the profile."""
 PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
 
 
 @dataclass(eq=False)
 class Draft:
-    """A scene while it is made: what motions, surfaces and disturbances read and change.
+    """A scene under construction, which motions, surfaces and disturbances read and change.
 
     rng : of everything random. drawn : whether parameters are. offsets_mm (g,) : of the gauges; asked_mm : the
     wavelength. velocity, position (n,) : of the finger in mm/s and mm; skin (n,) : where its skin is; known (n,) : the
@@ -56,11 +56,11 @@ class Draft:
         return value * factor ** self.rng.uniform(-1, 1) if self.drawn else value
 
     def phase(self) -> float:
-        """Any angle in rad."""
+        """A random angle in rad."""
         return self.rng.uniform(0, 2 * math.pi)
 
     def moves(self, velocity, position) -> None:
-        """Set what the finger does."""
+        """Set the motion of the finger."""
         self.velocity, self.position, self.skin, self.known = velocity, position, position, velocity
 
     def everywhere(self, wavelength_mm: float) -> np.ndarray:
@@ -72,7 +72,7 @@ class Draft:
 
 
 def constant(draft: Draft, speed_mm_s: float = 100.0) -> None:
-    """A constant speed within 3 %: just 100 mm/s makes whole numbers of samples a period."""
+    """A constant speed within 3 %: exactly 100 mm/s would give whole numbers of samples per period."""
     speed = draft.about(speed_mm_s) * (1 + draft.rng.uniform(-0.03, 0.03))
     draft.moves(np.full(draft.time_s.size, speed), speed * draft.time_s)
 
@@ -84,14 +84,14 @@ def strokes(draft: Draft, peak_mm_s: float = 100.0, rate_Hz: float = 1.0) -> Non
 
 
 def hand(draft: Draft) -> None:
-    """Strokes of uneven length and speed, as a hand makes them: two sines of a period that wanders."""
+    """Strokes of uneven length and speed, like those of a hand: two sines whose period varies."""
     beat = 2 * math.pi * draft.about(0.9, 1.2) * draft.time_s + 0.6 * np.sin(1.7 * draft.time_s + draft.phase())
     place = 18 * (1 - np.cos(beat)) + 5 * np.sin(2.3 * draft.time_s + draft.phase())
     draft.moves(np.gradient(place, 1 / draft.rate_Hz), place)
 
 
 def turning(draft: Draft, speed_mm_s: float = 90.0, every_s: float = 0.3) -> None:
-    """To and fro at a constant speed, turning around in 30 ms: each stroke is `every_s` long."""
+    """To and fro at a constant speed, with turns of 30 ms; each stroke lasts `every_s`."""
     beat = np.sin(math.pi * draft.time_s / draft.about(every_s, 1.2))
     velocity = draft.about(speed_mm_s, 1.3) * np.clip(beat / math.sin(math.pi * 0.015 / every_s), -1, 1)
     draft.moves(velocity, (np.cumsum(velocity) - (velocity + velocity[0]) / 2) / draft.rate_Hz)
@@ -101,12 +101,13 @@ def turning(draft: Draft, speed_mm_s: float = 90.0, every_s: float = 0.3) -> Non
 
 
 def play(draft: Draft, lag_mm: float = 0.3, relaxation_mm: float = 0.5) -> None:
-    """The skin trails the finger and turns over after each reversal."""
+    """The skin trails the finger, and settles on the other side after each reversal."""
     draft.skin = sheared(draft.skin, draft.about(lag_mm), relaxation_mm)
 
 
 def sheared(position, lag_mm: float = 0.3, relaxation_mm: float = 0.5):
-    """(n,) place of the skin in mm: it trails the finger by `lag_mm`, turning over in `relaxation_mm` of sliding."""
+    """(n,) place of the skin in mm: it trails the finger by `lag_mm`, and settles over `relaxation_mm` of sliding after
+    a reversal."""
     steps = np.diff(position, prepend=position[0])
     lag, trail = lag_mm, np.empty(position.size)
     for row, step in enumerate(steps):
@@ -144,7 +145,7 @@ def _of_power_one(amplitudes):
 
 
 def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.ndarray:
-    """(m, g) what the gauges feel of a grating in these rows, anti-aliased."""
+    """(m, g) texture signal of the gauges over a grating in these rows, after the anti-aliasing filter."""
     order = np.arange(1, HARMONICS + 1)
     present = np.abs(draft.velocity[rows, None]) * order / wavelength < PASS_BAND * draft.rate_Hz
     turns = 2 * math.pi * (draft.skin[rows, None] + draft.offsets_mm) / wavelength
@@ -188,7 +189,7 @@ def hollow(draft: Draft, times: float = 1.8) -> None:
 
 
 def out_of_range(draft: Draft, wavelength_mm: float = 12.0) -> None:
-    """A grating of twice the longest wavelength that is looked for: any answer is false."""
+    """A grating with twice the longest wavelength of the search range: any answer is false."""
     grating(draft, times=draft.about(wavelength_mm, 1.2) / draft.asked_mm)
     draft.wavelength = draft.everywhere(math.nan)
 
@@ -203,7 +204,7 @@ def step(draft: Draft, to_mm: float | None = None, at_s: float | None = None) ->
 
 
 def two_lines(draft: Draft, ratio: float = 0.62, factor: float = 1.1) -> None:
-    """Two gratings of the same power on each other: either answer is right, and so is a period of both."""
+    """Two superposed gratings of equal power: either wavelength is right, and so is a common period."""
     second = draft.about(ratio, factor) * draft.asked_mm
     grating(draft)
     draft.texture = (draft.texture + _felt(draft, second, profile_amplitudes(second))) / math.sqrt(2)
@@ -211,7 +212,8 @@ def two_lines(draft: Draft, ratio: float = 0.62, factor: float = 1.1) -> None:
 
 
 def common_period(first: float, second: float) -> tuple[float, ...]:
-    """The least multiple of a wavelength that is one of another to 1 %; () where none up to the sixth of both is."""
+    """The smallest multiple of a wavelength that is a multiple of another to 1 %; () if there is none up to the sixth
+    of both."""
     for count in range(1, 7):
         other = count * first / second
         if round(other) <= 6 and abs(other / max(round(other), 1) - 1) < 0.01:
@@ -220,7 +222,8 @@ def common_period(first: float, second: float) -> tuple[float, ...]:
 
 
 def rough(draft: Draft, skin_mm: float = 0.15, slope: float = 0.0) -> None:
-    """A rough surface without a line, felt through a Gaussian skin: amplitudes fall with the wavenumber to `-slope`."""
+    """A rough surface without a line, averaged by a Gaussian skin: amplitudes fall with the wavenumber to the power
+    `-slope`."""
     spacing, reach = 0.01, draft.skin[:, None] + draft.offsets_mm
     count = 2 * math.ceil((np.ptp(reach) / spacing + 8000) / 2)
     spectrum = np.fft.rfft(draft.rng.normal(size=count))
@@ -263,7 +266,7 @@ def ripple(draft: Draft, wavelength_mm: float = 20.0, size: float = 6.0) -> None
 
 
 def spikes(draft: Draft, share: float = 0.004, size: float = 20.0) -> None:
-    """Single samples that are far off, either way."""
+    """Single samples with large errors of either sign."""
     hit = draft.rng.uniform(size=draft.time_s.size) < share
     draft.added += hit * draft.about(size, 2.0) * draft.rng.choice([-1, 1], draft.time_s.size)
 
@@ -277,7 +280,7 @@ def lost(draft: Draft, every_s: float = 0.9, away_s: float = 0.25, offset: float
 
 
 def stick_slip(draft: Draft, slip_mm: float = 1.5, scatter: float = 0.3, rms: float = 1.0) -> None:
-    """A saw tooth over the path, each tooth of its own length: lognormal, of this relative scatter."""
+    """A saw tooth over the path, each tooth with its own length: lognormal, with this relative scatter."""
     travelled = np.cumsum(np.abs(np.diff(draft.position, prepend=draft.position[0])))
     mean, spread = draft.about(slip_mm), draft.about(scatter)
     teeth = np.cumsum(mean * np.exp(spread * draft.rng.normal(size=math.ceil(3 * travelled[-1] / mean) + 99)))
@@ -304,12 +307,13 @@ def fading(draft: Draft, depth: float = 0.4) -> None:
 
 
 def friction(draft: Draft, size: float = 3.0) -> None:
-    """Friction that turns with the velocity."""
+    """A friction force that changes sign with the velocity."""
     draft.added += draft.about(size) * np.tanh(draft.velocity / 5)
 
 
 def force(draft: Draft, size: float = 6.0, depth: float = 0.3) -> None:
-    """A pressing force that wavers below 3 Hz: it shows in the gauge, and the texture's amplitude follows it."""
+    """A pressing force that varies below 3 Hz: it changes the gauge's reading, and the texture's amplitude follows
+    it."""
     waver = gaussian_filter1d(draft.rng.normal(size=draft.time_s.size + 1000), 0.1 * draft.rate_Hz)[500:-500]
     waver = waver / waver.std()
     draft.texture *= np.clip(1 + depth * waver, 0.1, None)[:, None]
@@ -317,13 +321,13 @@ def force(draft: Draft, size: float = 6.0, depth: float = 0.3) -> None:
 
 
 def late(draft: Draft, ms: float) -> None:
-    """The encoder is late; the oldest velocity is repeated."""
+    """The encoder is late; the first velocity is repeated."""
     samples = max(round(draft.about(ms, 1.3) * draft.rate_Hz / 1000), 1)
     draft.known = np.concatenate([np.full(samples, draft.known[0]), draft.known[:-samples]])
 
 
 def scaled(draft: Draft, percent: float) -> None:
-    """The velocity's scale is off by so much; for claims by two thirds of it at least, to either side."""
+    """The velocity's scale has this error; for claims at least two thirds of it, with either sign."""
     off = draft.rng.choice([-1, 1]) * 1.5 ** -draft.rng.uniform() if draft.drawn else 1.0
     draft.known = draft.known * (1 + off * percent / 100)
 
@@ -336,13 +340,13 @@ def counted(draft: Draft, count_mm: float = 0.05) -> None:
 
 
 def smoothed(draft: Draft, over_s: float = 0.05) -> None:
-    """The velocity is told behind a low-pass of first order with this time constant."""
+    """The velocity passes a first-order low-pass with this time constant."""
     share = -math.expm1(-1 / (draft.about(over_s, 1.2) * draft.rate_Hz))
     draft.known = lfilter([share], [1, share - 1], draft.known)
 
 
 def stamped(draft: Draft, every_s: float = 0.01) -> None:
-    """Samples carry the time of the packet in which they came."""
+    """Samples carry the time of the packet in which they arrived."""
     draft.time_s = np.floor(draft.time_s / every_s + 1e-9) * every_s
 
 

@@ -22,16 +22,17 @@ from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Dr
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
 CLAIMS = 100
-"""First seed of claims."""
+"""First seed of claims; smaller ones are for tuning."""
 MAINS_HZ = (50.0, 60.0)
 HIDDEN, APART = 6, 3.0
-"""Harmonics of a fundamental that may be hidden below hum; resolutions that part a line from a louder one."""
+"""Number of harmonics of a fundamental that may be hidden by hum; and resolutions that separate a line from a louder
+one."""
 Part = Callable[[Draft], None]
 
 
 class Recipe(NamedTuple):
-    """A motion, a surface, disturbances in their order, seconds, what the skin does before it feels the surface, and
-    samples a second."""
+    """A motion, a surface, disturbances in their order, seconds, a motion of the skin relative to the finger, and
+    samples per second."""
 
     motion: Part
     surface: Part
@@ -42,12 +43,12 @@ class Recipe(NamedTuple):
 
     @property
     def clean(self) -> bool:
-        """Whether noise is the only error, so that the Cramér-Rao bound is that of the scene."""
+        """Whether noise is the only error, so that the Cramér-Rao bound holds for the scene."""
         return self.surface is grating and not self.disturbances and self.skin is None
 
     @property
     def lined(self) -> bool:
-        """Whether there is a line to be found."""
+        """Whether there is a line to find."""
         return getattr(self.surface, "func", self.surface) not in (
             parts.smooth,
             parts.rough,
@@ -57,7 +58,7 @@ class Recipe(NamedTuple):
 
     @property
     def hums(self) -> bool:
-        """Whether the mains are louder than the surface."""
+        """Whether the hum is louder than the surface."""
         return parts.hum in self.disturbances
 
 
@@ -180,8 +181,8 @@ class Scene:
         return (self.time_s > settle_s) & (speed > slow * speed.max())
 
     def tellable(self, path_mm) -> np.ndarray:
-        """(n,) bool: rows at which a spectrum over so much path (n,) can tell the surface's line from one over time;
-        all where the speed changes or there is no line.
+        """(n,) bool: rows at which a spectrum over this path (n,) can separate the surface's line from one over time;
+        all rows if the speed changes or there is no line.
 
         At a constant speed v a line at wavenumber k and one at the frequency k v are the same readings. With the
         resolution v / path, the line's frequency must be more than one from each harmonic of 50 and 60 Hz, whether

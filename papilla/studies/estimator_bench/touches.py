@@ -1,6 +1,7 @@
-"""Touches of a specimen with the calibrated finger, each with one thing that no calibration holds, and who feels what.
+"""Touches of a specimen with the calibrated finger, each with one effect that no calibration contains, and the answers
+of the estimators.
 
-A touch begins in the air, presses and lets go a little; readings are finite-element presses of the default design, on
+A touch begins in the air, presses and is partly released; readings are finite-element presses of the default design, on
 the calibration's mesh unless the touch says otherwise. Noise is the same for all estimators.
 """
 
@@ -29,34 +30,34 @@ AIR, TOUCHED, PRESSES = 100, 300, 16
 LIGHT_N, FIRM_N = 0.15, 0.9
 RATE_HZ = 1000.0
 FALSE_SIGMAS, WRONG = 3.0, 0.05
-"""False confident: "ok" by more than so many sigmas, and by more than this share of the modulus."""
+"""False confident: "ok" with an error of more than this many sigmas and more than this share of the modulus."""
 UNSEEN_VARIANT = 5
 """Calibrations take their mesh scatter from variants 1 to 4."""
 Disturbance = Callable[[np.random.Generator, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
 def creep(rng, readings, force, share: float = 0.03):
-    """Readings go on growing under load, by so much of them at the end."""
+    """Readings grow under load; at the end by this share."""
     return readings * (1 + share * -np.expm1(-np.cumsum(force > 0) / (TOUCHED / 3)))[:, None], force
 
 
 def gauge_gain(rng, readings, force, sigma: float = 0.03):
-    """Each gauge has a gain of its own."""
+    """Each gauge has its own gain."""
     return readings * (1 + sigma * rng.normal(size=readings.shape[1])), force
 
 
 def zero_drift(rng, readings, force, sigma: float = 200.0):
-    """Each gauge has a zero of its own (microstrain), in the air already."""
+    """Each gauge has its own zero (microstrain), already in the air."""
     return readings + sigma * rng.normal(size=readings.shape[1]), force
 
 
 def force_zero(rng, readings, force, offset: float = 0.02):
-    """The force sensor has a zero of its own (N), in the air already."""
+    """The force sensor has its own zero (N), already in the air."""
     return readings, force + offset
 
 
 def drawn(scale: float) -> tuple[Disturbance, ...]:
-    """So many standard deviations of `Doubts` of all that sensors may be off by; zeros of the force of 20 mN."""
+    """Random errors of all sensors, with `scale` times the standard deviations of `Doubts`; zero of the force 20 mN."""
 
     def crept(rng, readings, force):
         return creep(rng, readings, force, scale * Doubts.creep * rng.normal())
@@ -69,7 +70,7 @@ def drawn(scale: float) -> tuple[Disturbance, ...]:
 
 
 def force_gain(rng, readings, force, sigma: float = 0.02):
-    """The force sensor has a gain of its own."""
+    """The force sensor has its own gain."""
     return readings, force * (1 + sigma * rng.normal())
 
 
@@ -98,7 +99,7 @@ MIXED = (
     Touch(thickness_mm=20.0, friction=0.3),
     Touch(thickness_mm=3.0),
 )
-"""Presses that a lab may make without knowing it."""
+"""Differences in presses of which a lab may be unaware."""
 
 TOUCHES: Mapping[str, Touch] = MappingProxyType(
     {
@@ -120,7 +121,7 @@ TOUCHES: Mapping[str, Touch] = MappingProxyType(
         "all of them at 1 mm in y": Touch(at=(0.0, 1.0), disturbances=(creep, gauge_gain, zero_drift, force_gain)),
     }
 )
-"""Every touch by what disturbs it."""
+"""Every touch by its disturbance."""
 
 
 @dataclass(frozen=True)
@@ -167,8 +168,8 @@ METHODS: Mapping[str, Callable] = MappingProxyType(
         "S_d alone": partial(_by_estimator, Softness),
     }
 )
-"""Name -> (calibration, block (n, g + 1), doubts) -> modulus and sigma in MPa at the end, and whether they may be used:
-the pipeline tells no modulus that may not."""
+"""Name -> (calibration, block (n, g + 1), doubts) -> modulus and sigma in MPa at the end, and whether they may be used;
+the pipeline returns no modulus that may not be used."""
 
 
 def forces() -> np.ndarray:
@@ -179,7 +180,7 @@ def forces() -> np.ndarray:
 
 
 def taken_as_exact(calibration: Calibration) -> Calibration:
-    """The calibration without any stated error: what is left is the noise."""
+    """The calibration without any stated error, so that only noise is left."""
 
     def sure(readout):
         known = readout.uncertainty
@@ -190,7 +191,7 @@ def taken_as_exact(calibration: Calibration) -> Calibration:
 
 
 def bound(calibration: Calibration, modulus: float, force, by_sd: bool) -> float:
-    """Cramér-Rao bound of ln E from the gauges, or S_d alone, at forces (n,), nothing but noise being in the way."""
+    """Cramér-Rao bound of ln E from the gauges, or S_d alone, at forces (n,), with noise alone."""
     predict, step = calibration.predict if by_sd else calibration.predict_readings, 1e-4
     noise = GAUGE_SIGMA / math.sqrt(len(calibration.gauges)) if by_sd else GAUGE_SIGMA
     along = [
@@ -210,7 +211,7 @@ def feel(
     seeds=range(100, 140),
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> tuple[TouchRow, ...]:
-    """A row for each touch and method: one trial a seed, each of another modulus, 0.05-0.72 MPa.
+    """A row for each touch and method: one trial per seed, each with another modulus of 0.05-0.72 MPa.
 
     calibration : of the finger. Raises what `prepare` and `press` raise, and `InputError` for fewer than two trials.
     """
@@ -241,9 +242,9 @@ def feel(
 
 
 def pressed(finger: Finger, touch: Touch, moduli: list[float], force: np.ndarray) -> np.ndarray:
-    """(moduli, forces, g) readings in microstrain of presses as a sweep makes them.
+    """(moduli, forces, g) readings in microstrain of presses, made as in a sweep.
 
-    Large strain is known at the apex alone: what another place changes is taken from small-strain presses that stick.
+    Large strain is known only at the apex; the change by another place comes from stuck small-strain presses.
     """
     levels, which = np.unique(force, return_inverse=True)
 
@@ -268,7 +269,7 @@ def _block(touch: Touch, readings: np.ndarray, seed: int) -> np.ndarray:
 
 
 def row_of(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bounds: np.ndarray) -> TouchRow:
-    """What trials come to that found (n, 3) modulus, sigma and ok, of moduli (n,) and their bounds (n,)."""
+    """The statistics of trials with results (n, 3) modulus, sigma and ok, for moduli (n,) and their bounds (n,)."""
     ok = (found[:, 2] == 1) & np.isfinite(found).all(axis=1)
     error = np.abs(np.log(found[ok, 0] / moduli[ok]))
     over = error / (found[ok, 1] / found[ok, 0])

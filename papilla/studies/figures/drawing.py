@@ -1,4 +1,4 @@
-"""How a `Picture` is drawn, in the style of all of papilla's pictures."""
+"""Draws a `Picture` in the style of all of papilla's pictures."""
 
 from itertools import count
 
@@ -23,9 +23,9 @@ from papilla.view.style import (
 )
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
-"""Of a figure; height of a row of panels and of a row of a table, in inches."""
+"""Width of a figure; height of a row of panels and of a row of a table, in inches."""
 ARROWS = 14
-"""Of phase along each axis of a map."""
+"""Number of phase arrows along each axis of a map."""
 
 
 def as_svg(picture: Picture, *, narrow: bool = False) -> bytes:

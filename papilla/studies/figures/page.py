@@ -1,4 +1,5 @@
-"""figures.html: the figures of the papers, one below the other, with what differs and the claims about them."""
+"""figures.html: the figures of the papers, one below the other, with differences from print and the claims about
+them."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def page(made: "Sequence[Made]", seconds: float) -> str:
-    """The page as HTML. seconds : that the figures took."""
+    """The page as HTML. seconds : computing time of the figures."""
     claims = {claim.key: claim for claim in CLAIMS}
     by_paper = {name: [one for one in made if one.paper == name] for name in PAPERS}
     return (

@@ -1,4 +1,4 @@
-"""The papers and their figures, and what of them is not drawn."""
+"""The papers and their figures, and the figures that are not drawn."""
 
 from papilla.studies.figures import (
     paper_2006,
@@ -44,4 +44,4 @@ PAPERS: dict[str, Paper] = {
         {"fig. 1": PHOTO, "fig. 2 (a)": DIAGRAM},
     ),
 }
-"""By the names that `papilla reproduce` has for them."""
+"""Papers by their names in `papilla reproduce`."""

@@ -1,4 +1,5 @@
-"""`Picture`: what a figure shows, as data: panels of curves and maps, or a table; kept in the cache, written as CSV."""
+"""`Picture`: the content of a figure as data: panels of curves and maps, or a table; kept in the cache, written as
+CSV."""
 
 import csv
 import io
@@ -10,7 +11,7 @@ import msgspec
 import numpy as np
 
 MOST_ROWS, MOST_CELLS = 1000, 50
-"""Of a curve, and of a map along each of its axes, in the CSV; both are drawn whole."""
+"""Largest number of points in the CSV, of a curve and of a map along each axis; pictures show all points."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,8 +19,8 @@ class Curve:
     """y (n,) over x (n,), of one kind; spread (n,) : standard deviation, drawn as error bars.
 
     look : "line", "dashed", "points", "bars" (x are places of the panel's `names`) or "impulses" (lines from zero).
-    origin : "papilla" computed it, "printed" in the paper, or "true" in the scene. color : its number in the style's
-    colours, -1 for black, None for the next.
+    origin : "papilla" computed it, "printed" in the paper, or "true" in the scene. color : number of a colour of the
+    style, -1 for black, None for the next one.
     """
 
     label: str
@@ -35,8 +36,8 @@ class Curve:
 class Shade:
     """A map: value (m, n) at x (n,) and y (m,), of the quantity `label`.
 
-    over (m, n) : is drawn with a thick line around where it is true. phase (m, n) : radians, as arrows where `over`.
-    signed : whether the colours are centred at zero. top : value of the darkest colour, the greatest one where None.
+    over (m, n) : True regions get a thick outline. phase (m, n) : radians, drawn as arrows where `over` is True.
+    signed : whether the colours are centred at zero. top : value of the darkest colour, None for the largest value.
     """
 
     x: np.ndarray
@@ -51,10 +52,10 @@ class Shade:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Axes with a title, quantities with their units, and what is drawn there.
+    """Axes with a title, quantities with units, curves and maps.
 
-    x_range, y_range : ends of the axes, from the data where None. log : which axes are logarithmic, of "x", "y", "xy".
-    names : of the places 0, 1, ... along x. even : whether both axes have one scale.
+    x_range, y_range : ends of the axes, from the data if None. log : logarithmic axes: "x", "y", "xy". names : of the
+    places 0, 1, ... along x. even : whether both axes have the same scale.
     """
 
     title: str
@@ -71,7 +72,7 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Heads with units, and rows of cells as they are shown: text, or numbers with the printed one behind."""
+    """Heads with units, and rows of cells as they are shown: text, or numbers followed by the printed ones."""
 
     heads: tuple[str, ...]
     rows: tuple[tuple[str | float, ...], ...]
@@ -79,7 +80,7 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """Panels in so many columns, and a table; found : what this run found, and where it differs from print."""
+    """Panels in `columns` columns, and a table; found : the results of this run, and their differences from print."""
 
     panels: tuple[Panel, ...] = ()
     table: Table | None = None
@@ -92,7 +93,7 @@ class Picture:
 
     @classmethod
     def unpacked(cls, content: np.ndarray) -> "Picture":
-        """The picture of such bytes."""
+        """The picture in such bytes."""
         return msgspec.msgpack.decode(content.tobytes(), type=cls, dec_hook=_array)
 
 
@@ -109,7 +110,8 @@ HEADS = ("panel", "curve", "origin", "x_is", "x", "y_is", "y", "sd", "value_is",
 
 
 def as_csv(picture: Picture) -> str:
-    """The data of a picture: its table, or a row a point, which names its panel, curve, quantities and origin.
+    """The data of a picture: its table, or a row for each point with the names of its panel and curve, its quantities
+    and its origin.
 
     origin : see `Curve`. sd : standard deviation. Of a map every cell is a row with its value. What lies outside of the
     axes is left out; long curves and large maps are thinned.
@@ -146,7 +148,7 @@ def _rows(panel: Panel) -> Iterator[list[str]]:
 
 
 def _number(value: str | float) -> str:
-    """Six digits; nothing for what is not finite."""
+    """A number with six digits; empty for a non-finite one."""
     if isinstance(value, str):
         return value
     return f"{value:.6g}" if np.isfinite(value) else ""

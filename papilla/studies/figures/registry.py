@@ -11,9 +11,9 @@ from papilla.studies.figures.picture import Picture
 class Figure:
     """A published figure.
 
-    name : as the paper numbers it, "fig. 5". make : computes it; its docstring is the caption, a heading and then how
-    it is computed and what differs from print. claims : keys of the claims of `papilla reproduce` about it. group :
-    figures of one group share computations and run in one process, one after the other.
+    name : as the paper numbers it, "fig. 5". make : computes it; its docstring is the caption: a heading, the method,
+    and differences from print. claims : keys of claims of `papilla reproduce` about it. group : figures of one group
+    share computations and run in one process, one after the other.
     """
 
     name: str
@@ -23,12 +23,12 @@ class Figure:
 
     @property
     def title(self) -> str:
-        """What it shows, in a line."""
+        """The content of the figure, in a line."""
         return inspect.cleandoc(self.make.__doc__ or "").split("\n")[0].rstrip(".")
 
     @property
     def caption(self) -> str:
-        """How it is computed, and what differs from print."""
+        """The method, and differences from print."""
         return " ".join(inspect.cleandoc(self.make.__doc__ or "").split("\n")[1:]).strip()
 
     @property
@@ -39,7 +39,8 @@ class Figure:
 
 @dataclass(frozen=True)
 class Paper:
-    """title : of the paper, in short. figures : in its order. left_out : what is not drawn, by name, and why."""
+    """title : of the paper, in short. figures : in its order. left_out : figures that are not drawn, by name, with the
+    reason."""
 
     title: str
     figures: tuple[Figure, ...]

@@ -1,4 +1,4 @@
-"""How figures are made: computed once, kept in the cache, drawn, and written with their data and one page."""
+"""Makes figures: each is computed once, kept in the cache, drawn, and written with its data and one page."""
 
 import difflib
 import warnings
@@ -21,14 +21,14 @@ from papilla.telepresence import read_curve
 
 PAGE = "figures.html"
 KIND = "figure"
-"""Of entries in the cache."""
+"""Kind of the entries in the cache."""
 DESIGNS = ("default", "published", "one-gauge")
-"""Fingers that figures are computed with: their content decides whether a kept figure is still right."""
+"""Fingers of the figures: their content determines whether a kept figure is still valid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A figure of a paper (its name in `PAPERS`) that was computed: its data, its SVG file, and one for a telephone."""
+    """A computed figure of a paper (its name in `PAPERS`): its data, its SVG file, and one for a telephone."""
 
     paper: str
     figure: Figure
@@ -38,7 +38,7 @@ class Made:
 
     @property
     def stem(self) -> str:
-        """Of its files: "2006_fig_5"."""
+        """Start of the names of its files: "2006_fig_5"."""
         return f"{self.paper}_{self.figure.stem}"
 
 
@@ -95,14 +95,14 @@ def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> lis
     for figure in (one for one in PAPERS[paper].figures if one.name in names):
         say(f"{paper}, {figure.name}")
         with warnings.catch_warnings():
-            # Two groups may need one section of the finger at once; the progress that is shown says enough of it
+            # Two groups may need one section of the finger at once; the progress already says so
             warnings.filterwarnings("ignore", "waiting for another process", RuntimeWarning)
             made.append(_kept(paper, figure))
     return made
 
 
 def _kept(paper: str, figure: Figure) -> Made:
-    """A figure, from the cache where its code and the designs are the same."""
+    """A figure, from the cache if its code and the designs are unchanged."""
     packed = cache.fetch(KIND, _key(paper, figure), lambda: {"picture": figure.make().packed()})["picture"]
     picture = Picture.unpacked(packed)
 

@@ -1,4 +1,4 @@
-"""`papilla reproduce`: what the papers claim and what papilla finds, claim by claim, with a verdict from a tolerance.
+"""`papilla reproduce`: claims of the papers and results of papilla, claim by claim, with a verdict from a tolerance.
 
 >>> answers = papilla.studies.reproduce.reproduce("eq. (3)")
 >>> print(answers[0].measured, answers[0].verdict)

@@ -16,21 +16,21 @@ from papilla.errors import PapillaError
 from papilla.studies.case import Case, Interval, Verdict
 
 EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
-"""What stands behind a verdict: computed by the finger's physics, or by an estimator on its signals, with nothing
-fitted to the figure; a scene of our own that could have failed; a figure that went into a fit; a formula, a constant,
-an option or a file that exists; nothing."""
+"""Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the
+figure; a simulated scene that could have failed; a figure that was used in a fit; an implemented formula, constant,
+option or file; none."""
 TESTED = EVIDENCE[:2]
-"""Evidence that could have been otherwise: without its cause such a row loses its verdict."""
+"""Evidence that could have failed: without its cause such a row must lose its verdict."""
 
 VERDICTS = {
     Verdict.WITHIN: "reproduced",
     Verdict.OUTSIDE: "not reproduced",
     Verdict.UNTESTED: "not testable here",
 }
-"""What a verdict is called for a published claim."""
+"""Words for the verdicts on a published claim."""
 
 ROUNDING = 1e-9
-"""Share of a value, and of one, by which it may miss the ends of a tolerance around it."""
+"""Tolerance of an interval's ends: share of the value, and share of one."""
 
 
 @dataclass(frozen=True)
@@ -40,22 +40,19 @@ class Claim:
     Parameters
     ----------
     key : short and unique, such as "A14": its paper (A 2006, B 2007, C Okamoto 2011, D Oddo 2011, E textiles, F what
-        papilla is for) and its place there; X marks what is wrong or inconsistent in print. paper : its.
-    experiment : name of the experiment that tests it.
-    source : paper and section, equation or figure. claim : in our words.
-    published : the figure, an interval, or what is said where there is no figure.
-    accepted : the interval of measured values that reproduce it. In the file: `percent` or `by` its unit around `near`
-        (the published figure where that is left out), or `least` and `most`; without any, exactly the published
-        figure, and 1 (a share of agreements, or a thing that is so) where words are published.
-    tolerance : from which printed digits, spread or words that interval follows.
-    evidence : one of `EVIDENCE`. test : of what is implemented, as "file::function" below tests/.
-    contradiction : whether the print contradicts itself, or a closed form.
-    unit : of published, accepted and measured.
-    finding : name of the experiment's value that is compared. call : the command or call that gives it.
-    note : what to know beside it; {names} of findings are filled in, and {simulated} by the experiment's.
-    cannot : why it cannot be tested here at all.
-    vary : other plausible values of what the paper does not print, by the names of the experiment's `assumed`: the row
-        is computed with each of them where it is not reproduced. fixed : why none applies.
+    papilla is for) and its place there; X marks what is wrong or inconsistent in print. paper : its. experiment : name
+    of the experiment that tests it. source : paper and section, equation or figure. claim : in our words. published :
+    the figure, an interval, or words if there is no figure. accepted : the interval of measured values that reproduce
+    it. In the file: `percent` or `by` its unit around `near` (by default the published figure), or `least` and `most`;
+    without any, exactly the published figure, or 1 (a share of agreements, or a true statement) if words are published.
+    tolerance : the printed digits, spread or words from which the interval follows. evidence : one of `EVIDENCE`. test
+    : of what is implemented, as "file::function" below tests/. contradiction : whether the print contradicts itself, or
+    a closed form. unit : of published, accepted and measured. finding : name of the experiment's value that is
+    compared. call : the command or call that gives it. note : remarks; {names} of findings are filled in, and
+    {simulated} by the experiment's.
+    cannot : reason why it cannot be tested here.
+    vary : other plausible values of parameters that the paper does not print, by their names in the experiment's
+        `assumed`; a row that is not reproduced is computed with each of them. fixed : reason why there are none.
     """
 
     key: str
@@ -94,7 +91,7 @@ def read_claims() -> tuple[Claim, ...]:
 
 
 def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, most=math.inf) -> Interval:
-    """The interval that the keys of `accepted` stand for."""
+    """The interval that the keys of `accepted` give."""
     if math.isfinite(least) or math.isfinite(most):
         return least, most
     if near is None:
@@ -130,9 +127,9 @@ class Found:
 
 
 ALONE = "_alone"
-"""Behind the name of a fitted finding: the value that a fit without it gives."""
+"""Suffix of the name of a fitted finding, for the value that a fit without it gives."""
 LOST = "lost"
-"""Name of the value that says why others are missing."""
+"""Name of the value that gives the reason for missing values."""
 
 
 def gathered(*parts: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
@@ -154,8 +151,8 @@ class Experiment:
     `cause=False` it runs without what the claims are about, which `removed` names: then no tested row may hold.
 
     simulated : what stands for hardware or people, by name. noise : in words; seeds : draws that figures are over.
-    assumed : a frozen dataclass of what the papers do not print. varied : a function of it that gives the values, by a
-    finding among these.
+    assumed : a frozen dataclass of parameters that the papers do not print. varied : for each finding a function of it
+    that gives the values.
     """
 
     name: str
@@ -169,22 +166,22 @@ class Experiment:
 
     @property
     def words(self) -> str:
-        """What is done, in a line."""
+        """The heading of the experiment, in a line."""
         return inspect.cleandoc(self.run.__doc__ or self.name).split("\n")[0].rstrip(".")
 
     @property
     def taken(self) -> str:
-        """What is taken for what the papers do not print, in words."""
+        """The assumed values of parameters that the papers do not print, in words."""
         return ", ".join(named(*one) for one in vars(self.assumed).items()) if self.assumed else ""
 
     @property
     def methods(self) -> str:
-        """How it is done."""
+        """The method of the experiment."""
         return " ".join(inspect.cleandoc(self.run.__doc__ or "").split("\n")[1:]).strip()
 
 
 class Variant(NamedTuple):
-    """What a row would be with another value of a parameter that is not printed; measured : None where none came."""
+    """A row with another value of a parameter that is not printed; measured : None if there is no value."""
 
     parameter: str
     value: float
@@ -205,15 +202,15 @@ def named(parameter: str, value: object) -> str:
 
 
 UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_s": "s", "_dB": "dB", "_Hz": "Hz"}
-"""Of parameters, by the end of their names."""
+"""Units of parameters, by the end of their names."""
 
 
 @dataclass(frozen=True)
 class Answer:
     """A claim with its case: the measured value, the accepted interval, a note and the verdict.
 
-    sensitivity : of a row that is not reproduced, to what the paper does not print. left_out : of a fitted row, what
-    the fit without this figure gives.
+    sensitivity : for a row that is not reproduced: its variation with parameters that the paper does not print.
+    left_out : for a fitted row: the value of a fit without this figure.
     """
 
     claim: Claim
@@ -243,7 +240,7 @@ class Answer:
         return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted), left_out=left_out)
 
     def with_sensitivity(self, experiment: Experiment) -> "Answer":
-        """The answer with what other plausible values make of it, where it is not reproduced."""
+        """The answer with its sensitivity to other plausible values, if it is not reproduced."""
         claim = self.claim
         if self.case.verdict != Verdict.OUTSIDE or claim.evidence not in TESTED:
             return self
@@ -252,7 +249,7 @@ class Answer:
 
     @property
     def measured(self) -> float | None:
-        """What papilla finds; None where it could not be tested."""
+        """The measured value; None if it could not be tested."""
         return self.case.value
 
     @property
@@ -262,11 +259,11 @@ class Answer:
 
     @property
     def note(self) -> str:
-        """What to know beside the row."""
+        """Remarks on the row."""
         return self.case.cause
 
     def to_json(self) -> dict[str, Any]:
-        """The documented keys and what else is known, as plain values; an end that is open is None."""
+        """The documented keys and further values, as plain values; an open end is None."""
         shown = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
         shown |= {"published": _plain(self.claim.published), "measured": _plain(self.measured), "unit": self.claim.unit}
         shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
@@ -300,7 +297,7 @@ def _plain(value: float | Interval | str | None) -> Any:
 
 
 def number(value: float | None) -> str:
-    """Four significant digits, without zeros behind; a dash where there is none."""
+    """Four significant digits without trailing zeros; a dash for no value."""
     return "–" if value is None or math.isnan(value) else f"{value:.4g}".replace("-", "−")
 
 
@@ -313,8 +310,8 @@ def published(answer: Answer) -> str:
 
 
 def beside(answer: Answer) -> str:
-    """What stands beside a row, in a sentence: what the fit without this figure gives, or what other values of what is
-    not printed make of it; empty where nothing is to be said."""
+    """The remark on a row, in a sentence: the value of a fit without this figure, or its variation with other values of
+    parameters that are not printed; empty if there is none."""
     if answer.left_out is not None:
         return f"left out of the fit: {number(answer.left_out)} {answer.claim.unit}"
     if not answer.sensitivity:

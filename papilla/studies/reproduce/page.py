@@ -15,7 +15,7 @@ from papilla.view.page import environment, image
 from papilla.view.style import ACCENTS, MUTED, literal, styled, titled
 
 MOST_POINTS = 1500
-"""Of a curve that is drawn: more do not show."""
+"""Largest number of drawn points of a curve; more would not be visible."""
 
 
 def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) -> None:
@@ -46,7 +46,7 @@ def draw(found: Found) -> Figure:
         bars = [one for one in found.series if one.style == "bars"]
         place, before = -1, ""
         for one in found.series:
-            # Points after a curve are what it is compared with, and have its colour
+            # Points after a curve are its comparison, and have its colour
             place += not (one.style == "points" and before == "line")
             color, before = ACCENTS[place % len(ACCENTS)], one.style
             if one.style == "bars":

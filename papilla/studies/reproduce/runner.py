@@ -1,4 +1,4 @@
-"""How published claims are tested: each experiment runs once, whatever number of claims it answers."""
+"""Tests published claims: each experiment runs once for all the claims that it answers."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ CLAIMS: tuple[Claim, ...] = read_claims()
 
 @dataclass(frozen=True)
 class Result:
-    """An experiment, the answers to those of its claims that were asked for, and what it found (None: not run)."""
+    """An experiment, the answers to its requested claims, and its results (None: not run)."""
 
     experiment: Experiment
     answers: tuple[Answer, ...]
@@ -84,7 +84,8 @@ def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim
 
 
 def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], None]) -> Result:
-    """Run an experiment if any of its claims can be tested; an error of papilla's own is why one could not."""
+    """Run an experiment if any of its claims can be tested; an error of papilla becomes the reason for a missing
+    answer."""
     if all(claim.cannot for claim in claims):
         return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims), None)
     try:

@@ -12,15 +12,15 @@ FIVE_MM = (3.0, 2.4, 1.8, 1.2, 0.6)
 """The wavelengths of the 2006 gratings."""
 QUIET_DB, USUAL_DB = 40.0, 20.0
 SNR_DB = {"2006": QUIET_DB, "2007": USUAL_DB, "2011_okamoto": USUAL_DB, "2011_oddo": USUAL_DB}
-"""One signal to noise ratio a paper, AC power of the texture over the variance of white noise, for none prints its own.
-Gauges of the finite-element finger hear gratings at 60 to 3000 microstrain beside an amplifier's 1 to 5: 30 to 60 dB.
-Where rows hold at 20 dB, the more cautious value is taken."""
+"""One signal-to-noise ratio per paper (AC power of the texture over the variance of white noise), because no paper
+prints it. Signals of the finite-element finger over gratings are 60 to 3000 microstrain, the noise of an amplifier 1 to
+5: 30 to 60 dB. If rows are reproduced at 20 dB, this more cautious value is used."""
 SEEDS = tuple(range(8))
-"""Of every scene with noise; a share over them is what a statement of statistics is judged by."""
+"""Seeds of every scene with noise; statistical statements are judged by a share over them."""
 
 
 def heard(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
-    """A scene of `estimator_bench` at the noise of a paper; without its cause, noise of the same power alone."""
+    """A scene of `estimator_bench` with the noise of a paper; without its cause, noise of the same power alone."""
     seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SNR_DB[paper], **how})
     if cause:
         return seen
@@ -29,7 +29,7 @@ def heard(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool
 
 
 def answers_to(method: RoughnessStream, seen: Scene):
-    """What a method answers to the first gauge of a scene and its velocity, and which rows are judged and answered."""
+    """Answers of a method to the first gauge of a scene and its velocity, and the judged and answered rows."""
     found = method.process(np.column_stack([seen.readings[:, 0], seen.known_mm_s]))
     answered = np.isfinite(np.asarray(found.wavelength_mm)) & seen.judged()
     return found, answered
@@ -48,7 +48,7 @@ def mean_error(make, scenes: Sequence[Scene]) -> float:
 
 
 def lag_ms(answer: np.ndarray, truth: np.ndarray, rate_Hz: float, longest_ms: float = 250.0) -> float:
-    """Shift of `answer` (n,) that correlates best with `truth` (n,), in ms: by how much it is late."""
+    """Delay in ms of `answer` (n,): the shift with the best correlation with `truth` (n,)."""
     best, found = -np.inf, 0
     for shift in range(round(longest_ms * rate_Hz / 1000) + 1):
         late, own = answer[shift:], truth[: len(truth) - shift]
@@ -65,7 +65,7 @@ def correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def follows(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
-    """Correlation of an answer (n,) with the truth (n,), each lag of the answer's own taken out."""
+    """Correlation of an answer (n,) with the truth (n,), after the answer's delay is removed."""
     shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / 1000)
     late, own = answer[shift:], truth[: len(truth) - shift]
     return correlation(late, own)

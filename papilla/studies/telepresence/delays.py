@@ -1,4 +1,5 @@
-"""Two gratings side by side: how late each display changes from one to the other, with a delayed link and without."""
+"""Two gratings side by side: the time that each display needs to change from one to the other, with and without a
+delay."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The four experiments of Okamoto et al. 2011, section 5, up to the finger of the participant: what was displayed.
+"""The four experiments of Okamoto et al. 2011, section 5, up to the finger of the participant: the displayed signals.
 
 Experiments 1 and 3 are direct feedback without and with a simulated delay, 2 and 4 the local model. What people
 answered is printed; no person is simulated.
@@ -24,7 +24,7 @@ LOUDEST_MICROSTRAIN, NOISE_MICROSTRAIN = 50.0, 1.0
 DELAY = LinkModel(one_way_ms=120.0, one_way_sd_ms=40.0, redraw_Hz=5.0)
 """N(120, 40) ms drawn every 200 ms, all of it on the feedback: section 5.2."""
 NOTICED_MS = 60.0
-"""Delay above which users notice it, as section 1 has it of an earlier study."""
+"""Delay above which users notice it, which section 1 cites from an earlier study."""
 
 
 class Condition(NamedTuple):
@@ -73,7 +73,7 @@ def experiments_2011(
 
 
 def _condition(display: str, delayed: bool, records: Sequence[Record]) -> Condition:
-    """What a display showed of each texture."""
+    """The output of a display for each texture."""
     felt, amplitudes = [], []
     for record in records:
         wavelengths = record.felt(display).wavelength_mm

@@ -14,7 +14,7 @@ from papilla.studies.verify.flat import FlatModel
 from papilla.studies.verify.structured import cylinder, growing
 
 BALL_RADIUS = 100.0
-"""Radius (mm) of the ball: large against the contact, so that ball and paraboloid are one."""
+"""Radius (mm) of the ball: large compared with the contact, so that ball and paraboloid agree."""
 
 BALL = Sphere(1e9, BALL_RADIUS)
 
@@ -22,10 +22,10 @@ RINGS, FINE_ZONE, PATCH = 14, 1.3, 1.7
 """Rings of equal width up to the fine zone's radius, and the patch's radius, in mm."""
 
 CHORDS, CHORDS_FOR_ELLIPSES, FEW_CHORDS = 6, 8, 4
-"""Chords a quarter circle: usually, where ellipses press, and where a coarse circle does."""
+"""Chords per quarter circle: usually, for ellipses, and where a coarse circle suffices."""
 
 DEEP = 600.0
-"""Width and depth (mm) of what stands for a half-space: its clamped boundary costs 0.2 % of the force."""
+"""Width and depth (mm) of the block that represents a half-space: its clamped boundary costs 0.2 % of the force."""
 
 
 def half_space(
@@ -89,7 +89,7 @@ def off(found: float, exact: float) -> float:
 
 
 def _of(contact, key: str) -> float:
-    """Area or radius of a contact, whichever of both it names, or what else it has."""
+    """The quantity `key` of a contact, or its area from a radius, or the reverse."""
     circle = getattr(contact, "contact_area", None) or np.pi * getattr(contact, "contact_radius", np.nan) ** 2
     area = getattr(contact, "area", circle)
     known = {"area": area, "radius": np.sqrt(area / np.pi)}
@@ -97,7 +97,7 @@ def _of(contact, key: str) -> float:
 
 
 def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (k, 2) in mm and forces (k,) in N that stand for a nodal pressure on the whole patch."""
+    """Points (k, 2) in mm and forces (k,) in N that represent a nodal pressure on the whole patch."""
     points, weights, hats = quadrature(reduced.patch, subdivisions=2)
     force = weights * (hats @ pressure)
     images = reduced.patch.images

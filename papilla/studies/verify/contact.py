@@ -35,10 +35,10 @@ CHIS = (0.19, 0.49, 0.75, 1.05)
 """Contact radius over thickness of the layers."""
 
 THICKNESS = 1.5
-"""Of the layer (mm) that is pressed with friction."""
+"""Thickness (mm) of the layer that is pressed with friction."""
 
 PULLS = (0.1, 1.0)
-"""Pull-off force of the ball, in forces that press it."""
+"""Ratio of the ball's pull-off force to the pressing force."""
 
 SERIES = Prony((0.2, 0.25), (0.5, 5.0))
 TIME = np.concatenate([np.linspace(0.02, 1, 50), np.linspace(1.1, 10, 90)])
@@ -115,7 +115,7 @@ def friction() -> Iterator[Case]:
 
 
 def _layer_both_ways() -> Iterator[Case]:
-    """An incompressible layer by finite elements under a ball, and its kernels in their place."""
+    """An incompressible layer under a ball, by finite elements and by its kernels."""
     layer = Layer(MODULUS, 0.5)
     model = bonded_layer(layer, THICKNESS)
     reduced = model.reduce()

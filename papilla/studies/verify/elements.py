@@ -16,7 +16,7 @@ from papilla.finger import Layer
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
 
 QUADRATURE_ORDER = 5
-"""For loads and errors, which are no polynomials."""
+"""Quadrature order for loads and errors, which are not polynomials."""
 
 VectorField = Callable[[np.ndarray], np.ndarray]
 """Points (3, ...) in mm -> values (3, ...)."""
@@ -47,7 +47,7 @@ class Discretisation:
     def solve(self, layers: dict[int, Layer], load: np.ndarray, held: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Displacement (nodes, 3) under a load (nodes, 3), the nodes `held` (mask) having the given values (nodes, 3).
 
-        Pressure mass is added to what is factored where a layer has next to none, as `FingerModel` does.
+        Pressure mass is added to the factored matrix if a layer has almost none, as in `FingerModel`.
         """
         space, size = self.space, load.size
         matrix = near = space.matrix(layers)

@@ -1,4 +1,4 @@
-"""The default finger on the meshes that ship with the package: what the families on real meshes share."""
+"""The default finger on the shipped meshes, which several families of cases share."""
 
 from functools import lru_cache
 
@@ -20,12 +20,12 @@ FORCES_GF = (5, 10, 30, 60, 100)
 
 
 COARSE_MM = 2.0
-"""Element size for what holds on any mesh."""
+"""Element size for identities that hold on any mesh."""
 
 
 @lru_cache(maxsize=1)
 def default_model(size_mm: float = DEFAULT_SIZE_MM) -> FingerModel:
-    """The default finger; for symmetric fields alone, since it keeps every factor it makes."""
+    """The default finger; only for symmetric fields, because it keeps every factor."""
     finger = Finger.default()
     return FingerModel(finger, build(finger, size_mm=size_mm))
 
@@ -44,12 +44,12 @@ def default_reduced(size_mm: float = DEFAULT_SIZE_MM) -> ReducedFinger:
 
 
 def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
-    """The contact of the nodes alone by a force in gf: what invariances hold for, on any mesh."""
+    """The nodal contact under a force in gf, without the ellipse's correction: invariances hold for it on any mesh."""
     return contact_press(reduced, specimen, (gf_to_newton(force_gf), None), 0.0)
 
 
 def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press) -> tuple[float, float, float]:
-    """How far a press is from p >= 0, w >= 0 and p w = 0, in peak pressures, indentations, and products of both.
+    """Distance of a press from p >= 0, w >= 0 and p w = 0, in units of peak pressure, indentation, and their product.
 
     w = (A p + g) / m - delta is the mean gap at each node; recomputed here from the compliance alone.
     """

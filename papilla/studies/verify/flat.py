@@ -1,4 +1,4 @@
-"""A flat body in the finger's place: what contact mechanics has exact answers for, on the machinery of the finger."""
+"""A flat body in the finger's place: problems with exact solutions, computed by the finger's code."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -55,7 +55,7 @@ class FlatModel(FingerModel):
     ):
         size = 10 * float(np.abs(mesh.points).max())
         shape = Dome((size,) * 3, (size / 2,) * 3, (size / 4,) * 3)
-        # Closed forms are asked for one line of the grid
+        # Closed forms are for one line of the grid
         sizes: dict[str, Any] = {"length_mm": gauge_length, "width_mm": 1e-6 * gauge_length}
         sizes["backing_mm"] = 2 * gauge_length, gauge_length
         gauges = tuple(Gauge(f"g{k}", x_mm=x, **sizes) for k, x in enumerate(gauge_sites))

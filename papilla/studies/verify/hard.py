@@ -1,4 +1,4 @@
-"""Hard cases: an answer within its stated error, or a clear refusal; never a quiet wrong number."""
+"""Hard cases: an answer within its stated error, or a clear refusal; never a silent wrong number."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -33,7 +33,7 @@ from papilla.units import gf_to_newton, to_microstrain
 CONTRASTS = (1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3)
 
 STATED = 0.03
-"""What a press that says it is resolved claims of its S_d (docs/adr/0005)."""
+"""Error of S_d that a resolved press states (docs/adr/0005)."""
 
 FORCE_BOUND, AREA_BOUND, COMPLEMENTARITY = 0.01, 0.02, 1e-9
 
@@ -46,10 +46,10 @@ PLACES = ((4.0, 0.0), (0.0, 12.0), (12.0, 10.0), (20.0, 0.0), (23.0, 0.0), (0.0,
 """Touch-down points (mm) from near the apex to half a millimetre from the rim."""
 
 LIGHT_BOUND = 0.07
-"""What `auto` states of fidelity hertz at 0.1 gf on the default mesh."""
+"""Error of fidelity hertz that `auto` states at 0.1 gf on the default mesh."""
 
 LOADS_GF = (0.1, 0.5, 2, 5, 20, 100, 300, 1000)
-"""From the lightest press to beyond what the finger stands."""
+"""Forces from the lightest press to more than the finger can bear."""
 
 
 def contrast() -> Iterator[Case]:
@@ -70,7 +70,8 @@ def contrast() -> Iterator[Case]:
 
 
 def loads() -> Iterator[Case]:
-    """Specimens from 1 kPa to rigid, 0.1 gf to what the finger stands: the default mesh against another of the five."""
+    """Specimens from 1 kPa to rigid, from 0.1 gf to the finger's limit: the default mesh compared with another of the
+    five."""
     finger, reduced = Finger.default(), default_reduced()
     other = FingerModel(finger, build(finger, variant=1)).reduce()
     for modulus in MODULI:
@@ -93,7 +94,7 @@ def loads() -> Iterator[Case]:
 
 
 def places() -> Iterator[Case]:
-    """Presses off the middle up to the rim, each on two meshes; what is refused or warned of says so."""
+    """Presses beside the apex up to the rim, each on two meshes; refusals and warnings must say so."""
     finger = replace(Finger.default(), patch_radius=6.0)
     one, two = (_pressed_at(FingerModel(finger, build(Finger.default(), variant=variant))) for variant in (0, 1))
     for at, ours, theirs in zip(PLACES, one, two, strict=True):
@@ -111,7 +112,7 @@ def places() -> Iterator[Case]:
 
 
 def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeError]:
-    """A press at each of `PLACES` with how far it is from balance, or why it is refused."""
+    """A press at each of `PLACES` with its residual, or the reason for its refusal."""
     found: list[tuple[Press, float] | ContactRangeError] = []
     for at in PLACES:
         reduced = model.reduce(at)
@@ -125,7 +126,7 @@ def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeEr
 
 
 def thin_layer() -> Iterator[Case]:
-    """An outer layer of 0.3 mm, thinner than an element: with equal moduli it must not be felt at all."""
+    """An outer layer of 0.3 mm, thinner than an element: with equal moduli it must have no effect."""
     base = default_model().finger
     shape = base.shape
     assert isinstance(shape, Dome)

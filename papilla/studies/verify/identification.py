@@ -1,4 +1,4 @@
-"""The fit of a finger and its profiles against Minuit, which is given the same objective and nothing else."""
+"""The fit of a finger and its profiles compared with Minuit, which gets the same objective and nothing else."""
 
 from collections.abc import Iterator
 
@@ -18,21 +18,22 @@ from papilla.units import MICROSTRAIN
 
 SIZE_MM = 2.8
 SAME_COST, SAME_SIGMAS = 1e-3, 0.05
-"""Of chi-square; of parameters and ends of profiles, in sigma."""
+"""Tolerances: of chi-square; of parameters and ends of profiles, in sigma."""
 
 STRATEGY, TOLERANCE = 2, 0.01
-"""Of Minuit, the careful one: by its own it ends up to 0.3 sigma short of the minimum."""
+"""Strategy of Minuit, the careful one: by default it ends up to 0.3 sigma short of the minimum."""
 
 LOGS = {
     "15 presses": ((0.05, 0.1, 0.25, 0.5, 0.98), (0.089, 0.51, 0.72), True),
     "9 presses without depths": ((0.2, 0.5, 0.98), (0.089, 0.51, 0.72), False),
     "4 presses on one modulus": ((0.1, 0.3, 0.6, 0.98), (0.51,), False),
 }
-"""Forces, moduli, and whether indentations are measured: the last one does not tell the outer layer's modulus."""
+"""Forces, moduli, and whether indentations are measured: the last log does not determine the outer layer's modulus."""
 
 
 def identification() -> Iterator[Case]:
-    """Least chi-square, where it is, the 95 % ends of both moduli's profiles and their verdicts, from three logs."""
+    """Smallest chi-square and its place, the 95 % ends of both moduli's profiles and their verdicts, from three
+    logs."""
     try:
         import iminuit  # noqa: F401
     except ImportError as error:
@@ -45,7 +46,7 @@ def identification() -> Iterator[Case]:
 
 
 def _log(smooth: Response, rng: np.random.Generator, forces, moduli, deep: bool) -> PressLog:
-    """Presses of a finger that is drawn, with the noise that `identify` takes them to have."""
+    """Presses of a randomly drawn finger, with the noise that `identify` assumes."""
     outer, inner = 0.136 * np.exp(rng.uniform(-0.69, 0.69)), 0.034 * np.exp(rng.uniform(-0.5, 0.5))
     gain = np.exp(rng.uniform(np.log(0.02), 0, 5)) * rng.choice([-1, 1], 5)
     lever, zero = gain * rng.uniform(-1.8, 0.8, 5), rng.uniform(-20, 20, 5)
@@ -74,9 +75,9 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
         own = profile(found, parameter)
         second.minos(parameter, cl=0.95)
         error, middle = second.merrors[parameter], second.values[parameter]
-        # Where a prior closes the interval there are side valleys, and minos stays in the one it is in.
+        # If a prior limits the interval there are side valleys, and minos stays in its valley.
         if own.verdict == "bounded" and not own.cut_off_by:
-            # Minos says itself where it found no end.
+            # Minos itself reports a missing end.
             sides = (own.lower, error.lower, error.lower_valid), (own.upper, error.upper, error.upper_valid)
             ends += [abs(np.log(end) - middle - by) / found.sigma[place] for end, by, valid in sides if valid]
         verdicts += own.verdict != _verdict(problem, found, parameter)
@@ -88,7 +89,7 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
 
 
 def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior_of: str | None = None):
-    """Minuit on the chi-square of a problem, all parameters alike, in the scale of the fit."""
+    """Minuit on the chi-square of a problem, with all parameters treated alike, in the scale of the fit."""
     from iminuit import Minuit
 
     kept = np.array([name != without_prior_of for name in (*problem.free, "the ratio of the moduli")])
@@ -109,7 +110,8 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
 
 
 def _verdict(problem: Problem, found: Identification, name: str) -> str:
-    """By Minuit, of the presses without the parameter's prior: chi-square at its bounds against the least."""
+    """The verdict by Minuit, for the presses without the parameter's prior: chi-square at its bounds compared with the
+    minimum."""
     place = found.names.index(name)
     costs = []
     for value in (None, *(side[place] for side in problem.bounds)):

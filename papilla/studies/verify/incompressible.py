@@ -18,10 +18,10 @@ POISSONS = (0.49, 0.499, 0.4999, 0.49999, 0.499999, 0.5)
 FORCE_BOUND, RESIDUAL_BOUND = 0.01, 1e-10
 
 EVEN_BOUND = 1e-3
-"""On how much stiffer than exact a layer becomes towards nu = 0.5, where a locking element's stiffness has no end."""
+"""Bound of the stiffness of a layer relative to the exact one for nu -> 0.5; that of a locking element diverges."""
 
 SMOOTH_BOUND = 1e-4
-"""On how far a quantity is from its limit plus a term in proportion to 1 - 2 nu."""
+"""Bound of the distance of a quantity from its limit plus a term proportional to 1 - 2 nu."""
 
 
 def incompressible() -> Iterator[Case]:
@@ -31,7 +31,7 @@ def incompressible() -> Iterator[Case]:
 
 
 def _bonded_layer() -> Iterator[Case]:
-    """Confined between ball and table, a layer feels nu most."""
+    """A layer between ball and table, whose response depends most on nu."""
     chi, modulus = 0.75, 1.0
     thickness, indentation = at_unit_contact(chi, modulus)
     ratios = []

@@ -1,4 +1,4 @@
-"""What must hold on any mesh: reciprocity, energy, complementarity, mirror images, units."""
+"""Identities on any mesh: reciprocity, energy, complementarity, mirror images, units."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -33,12 +33,12 @@ from papilla.units import gf_to_newton
 TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
 
 WORK_BOUND = 1e-3
-"""On the work of a press, integrated over `STEPS` by the trapezoidal rule."""
+"""Bound of the work of a press, integrated over `STEPS` by the trapezoidal rule."""
 
 STEPS = 40
 
 SMALL_PATCH = 8.0
-"""Patch radius (mm) that a press of 20 gf stays inside of."""
+"""Patch radius (mm) that contains a press of 20 gf."""
 
 LEANING = ((17.0, 4.0, 30.0), (-33.0, -6.0, 0.0), (5.0, 0.0, 90.0))
 """Angle, y (mm) and direction of the gauges of a design without symmetry."""
@@ -60,7 +60,7 @@ def _reciprocity() -> Iterator[Case]:
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
     adjoints = default_adjoints(COARSE_MM)
     loads = loaded.loads(SYMMETRIC)
-    # An apex press is symmetric in both planes: only that part of an adjoint, halved in each, does work with it
+    # A press at the apex is symmetric about both planes: only that part of an adjoint, halved for each plane, does work
     rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
     worst = float(np.abs(rows - reduced.strain_rows).max() / np.abs(reduced.strain_rows).max())
     yield Case("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
@@ -87,7 +87,7 @@ def _energy() -> Iterator[Case]:
 
 
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
-    """Half of u A u + p C p over the cell, the pressure answering to the displacement, in N mm."""
+    """Half of u A u + p C p over the cell, with the pressure that belongs to the displacement, in N mm."""
     lower, size = model.space.matrix(model.layers), 3 * model.space.nodes
     whole = (lower + sp.tril(lower, -1).T).tocsr()
     squeeze = whole[size:, :size] @ displacement

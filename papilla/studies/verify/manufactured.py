@@ -1,4 +1,4 @@
-"""Manufactured solutions: the orders of convergence of the elements, apart for flat and for curved boundaries.
+"""Manufactured solutions: the orders of convergence of the elements, separately for flat and for curved boundaries.
 
 u = w + v mu/lambda and p = mu cos(x) sin(y) with the ABC flow w (no divergence, laplace w = -4 w) and
 v = -(sin x sin y, 0, 0), whose divergence is -p/mu: so div u = -p/lambda for any nu, 0.5 included, and the body force
@@ -21,7 +21,7 @@ from papilla.studies.verify.structured import cube, shell
 MODULUS = 0.1
 
 SHORTFALL = 0.25
-"""How far the measured slope may stay below the order."""
+"""Largest difference of the measured slope below the order."""
 
 ORDERS = {"flat": {"P1": (2.0, 1.0), "P2": (3.0, 2.0)}, "curved": {"P1": (2.0, 1.0), "P2": (2.0, 1.5)}}
 """In L2 and H1; Taylor-Hood has those of P2. Flat facets of a curved boundary cost quadratic elements an order and a
@@ -116,7 +116,7 @@ def _solve_flat(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, floa
 def _solve_curved(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, float]:
     """Errors on the shell, displacement given on the core and in z = 0, exact tractions elsewhere.
 
-    What is given on a sphere is known on the true sphere alone and taken from there.
+    Boundary values on a sphere are known only on the true sphere, and are taken from it.
     """
     exact, discrete = Manufactured(Layer(MODULUS, nu)), Discretisation(mesh, element)
 

@@ -26,9 +26,9 @@ GAUGES_ALONG_MM = (0.0, 2.0, 0.0, 0.0, -2.0)
 """Gauges of the half-size dome: at the rim, and off the row (mm along the finger)."""
 
 BOUNDS = {"S_d": 5e-3, "gauges": 1e-2, "indentation": 5e-3, "contact area": 0.02}
-"""Twice to four times what fresh meshes of one finger differ by (docs/results.md, "Meshes moved")."""
+"""Two to four times the difference between new meshes of one finger (docs/results.md, "Meshes moved")."""
 SLAB_AREA = 0.05
-"""The same for the area on a slab, whose contact ends at few nodes along its depth: fresh meshes differ by 2.2 %."""
+"""The same for the area on a slab, whose contact has few nodes along its depth: new meshes differ by 2.2 %."""
 
 LIGHTEST_GF = 10.0
 """No area is compared here: a contact on the slab is few elements wide, and its area jumps by 7 % from mesh to mesh."""

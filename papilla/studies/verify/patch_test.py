@@ -1,4 +1,4 @@
-"""Patch test and rigid motions: what every element must reproduce exactly."""
+"""Patch test and rigid motions, which every element must reproduce exactly."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -63,7 +63,7 @@ def _constant_stress(discrete: Discretisation, contrast: float) -> float:
 
 
 def _interior_error(discrete: Discretisation, layers: dict[int, Layer], field) -> float:
-    """Largest error in the unknowns inside a cube on whose whole boundary the field is given, over its size."""
+    """Largest error in the unknowns inside a cube with the field given on its whole boundary, relative to the field."""
     x, exact = discrete.points, field(discrete.points).T
     held = ((x == 0) | (x == 1)).any(axis=0)
     found = discrete.solve(layers, np.zeros_like(exact), held, exact)
@@ -73,7 +73,7 @@ def _interior_error(discrete: Discretisation, layers: dict[int, Layer], field) -
 def _rigid_motions() -> Iterator[Case]:
     """Strain in the cells and reading of every gauge, under three translations and three rotations of unit size."""
     finger = Finger.default()
-    # The whole mesh as if it had no mirrors: gauges lie in all its images
+    # The whole mesh without mirrors: gauges lie in all its images
     mesh = replace(build(finger), mirrors=())
     space = TaylorHood(mesh)
     places = space.displacement.doflocs.T

@@ -1,4 +1,5 @@
-"""Presses of a finger of revolution against the axisymmetric reference: linear, and what large strain changes."""
+"""Presses of a finger of revolution compared with the axisymmetric reference: linear presses, and the change by large
+strain."""
 
 from collections.abc import Iterator
 
@@ -19,7 +20,7 @@ MODULI = (0.05, 0.51, 100.0)
 FORCES_GF = (5, 20, 60)
 
 LINEAR = {"S_d": 5e-3, "gauges": 1e-2, "indentation": 5e-3, "contact area": 0.03, "peak pressure": 0.03}
-"""Bounds of linear presses: twice the worst of six meshes, which differ from machine to machine."""
+"""Bounds of linear presses: twice the largest error of six meshes, which differ from machine to machine."""
 
 PRESSED_N, PRESSED_MPA = 0.6, 0.51
 """The press whose change by large strain is compared."""
@@ -27,7 +28,7 @@ COARSE_MM = 1.4
 """Element size of that press, with large strain and without: the elements' own errors cancel."""
 
 CHANGE = {"S_d": 6e-3, "indentation": 3e-3}
-"""Bounds of what large strain changes: the press finds its block linear."""
+"""Bounds of the change by large strain: the press assumes a linear block."""
 
 
 def revolution() -> Iterator[Case]:

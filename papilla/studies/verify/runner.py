@@ -21,9 +21,9 @@ from papilla.studies.verify.scatter import scatter
 from papilla.studies.verify.sliding import sliding
 
 Family = Callable[[], Iterator[Case]]
-"""A family of cases: a generator of those that share what is expensive."""
+"""A family of cases: a generator of cases that share expensive results."""
 
-# The longest come early: with two processes, none of them is left for the end
+# The longest come early, so that none of them is left for the end with two processes
 FAMILIES: dict[str, Family] = {
     "patch": patch_test,
     "manufactured": manufactured,
@@ -78,7 +78,7 @@ def verify(
 
 
 def _run(name: str, family: Family, say: Callable[[str], None]) -> list[Case] | str:
-    """The cases of a family, or which package it lacks."""
+    """The cases of a family, or the package that it lacks."""
     cases: list[Case] = []
     began = perf_counter()
     try:

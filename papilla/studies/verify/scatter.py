@@ -15,11 +15,12 @@ SD_BOUNDS = {5: 0.005, 10: 0.005, 30: 0.003, 60: 0.003, 100: 0.003}
 """Target for S_d of the default mesh at each force (gf)."""
 
 OTHER_BOUNDS = {"indentation": 0.002, "contact_area": 0.01, "peak_pressure": 0.01}
-"""Targets for what else a press gives, at 50 gf."""
+"""Targets for other results of a press, at 50 gf."""
 
 
 def scatter() -> Iterator[Case]:
-    """Standard deviation over the meshes, over the mean; the calibration carries the same into its intervals."""
+    """Standard deviation over the meshes, relative to the mean; the calibration's intervals contain the same
+    scatter."""
     finger = Finger.default()
     reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
     for force_gf in FORCES_GF:

@@ -1,4 +1,4 @@
-"""Sliding against closed forms, its own symmetries, a second solver, and its balance of energy."""
+"""Sliding compared with closed forms, its own symmetries, a second solver, and its balance of energy."""
 
 from collections.abc import Iterator
 

@@ -12,7 +12,7 @@ from papilla.references import StackLayer, halfspace_stiffness, layered_halfspac
 from papilla.specimen import HalfSpace
 
 CUTOFF = 24.0
-"""Wavenumber times thickness of the top layer, beyond which nothing below it is felt."""
+"""Wavenumber times thickness of the top layer, above which the lower layers have no effect."""
 
 NODES = 64
 """Gauss-Legendre nodes of the unknown over the contact radius."""
@@ -63,7 +63,7 @@ def stack_sphere(
 
 
 def _wavenumbers(thickness: float, contact_radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights (1/mm) from 0 to the cutoff: panels shrink towards 0, where a hard coat is a plate."""
+    """Nodes and weights (1/mm) from 0 to the cutoff; panels shrink towards 0, where a hard coat acts as a plate."""
     longest = CUTOFF / thickness
     widest = min(1 / thickness, 4 / contact_radius)
     edges = np.append(0, np.geomspace(1e-6 * widest, widest, 25))

@@ -1,6 +1,6 @@
 """Structured meshes of the study: sheets of triangles stacked to prisms, each prism cut into three tetrahedra.
 
-Nothing here comes from the mesher, so that every figure of the study repeats to the digit.
+Nothing here comes from the mesher, so every figure of the study is reproducible to the digit.
 """
 
 import numpy as np

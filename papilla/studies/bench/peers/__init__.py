@@ -1,4 +1,4 @@
-"""One press by other libraries, and what it costs them: FElupe and NGSolve on the same mesh, in the same run."""
+"""One press by other libraries, and its cost: FElupe and NGSolve on the same mesh, in the same run."""
 
 from papilla.studies.bench.peers.runner import PeerPress, missing_peers, run_peers
 

@@ -1,7 +1,7 @@
 """The press by FElupe and PyPardiso: mixed P2/P1 fields, node-to-surface contact by penalty.
 
-Contact is FElupe's own penalty item, whose kinematics a subclass extends, as its documentation says, by the height of
-the exact skin over the nodes of its facets.
+Contact is FElupe's own penalty item; a subclass adds the height of the exact skin above the nodes of its facets to its
+kinematics, as the documentation of FElupe describes.
 """
 
 import felupe

@@ -1,4 +1,5 @@
-"""A library that makes the press of `PeerScene`: what it must bring, Newton's method for all, and which there are."""
+"""The interface of a library that makes the press of `PeerScene`, Newton's method for all, and the list of
+libraries."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -18,7 +19,7 @@ from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
 INSTALL = "pip install 'papilla[peers]'"
 NEWTON_STEPS = 40
 RESIDUAL = 1e-9
-"""Norm of the unbalanced forces, as a share of that of the contact forces, at which Newton's method has settled."""
+"""Norm of the unbalanced forces, relative to the contact forces, at which Newton's method has converged."""
 
 
 class Elastic(NamedTuple):
@@ -31,7 +32,7 @@ class Elastic(NamedTuple):
 
 
 Forces = Callable[[np.ndarray], tuple[np.ndarray, Callable[[], sp.coo_matrix]]]
-"""Unknowns (n,) -> forces of the contact (n,), and how its tangent is had."""
+"""Unknowns (n,) -> contact forces (n,), and a function for the tangent."""
 
 
 class PeerLibrary(ABC):
@@ -44,18 +45,18 @@ class PeerLibrary(ABC):
 
     @abstractmethod
     def assemble(self) -> Elastic:
-        """The elastic matrix, assembled anew."""
+        """The elastic matrix, assembled again."""
 
     @abstractmethod
     def contact(self, penalty: float) -> Forces:
-        """The contact at a stiffness of `penalty`, in what the library calls one times the outer layer's modulus."""
+        """The contact with stiffness `penalty`, in the library's unit times the outer layer's modulus."""
 
     @abstractmethod
     def told(self, unknowns: np.ndarray, forces: np.ndarray) -> tuple[float, np.ndarray]:
         """Force (N) on the cell and displacement (nodes, 3) in mm of unknowns and forces of the contact."""
 
     def running(self) -> AbstractContextManager:
-        """In which the library works."""
+        """Description of the library's threads."""
         return nullcontext()
 
     @property
@@ -64,7 +65,7 @@ class PeerLibrary(ABC):
         return int(self.free.sum())
 
     def press(self, penalty: float) -> PeerSolution:
-        """One press at a contact penalty, by Newton's method; raises `SolverError` where that does not settle."""
+        """One press at a contact penalty, by Newton's method; raises `SolverError` if it does not converge."""
         with self.running():
             began = perf_counter()
             elastic = self.assemble()
@@ -88,7 +89,7 @@ class PeerLibrary(ABC):
 
 @dataclass(frozen=True)
 class Peer:
-    """A library by its `name`, the `packages` that it takes, and the class, by module and name, that it is."""
+    """A library: its `name`, the required `packages`, and the module and name of its class."""
 
     name: str
     packages: tuple[str, ...]
@@ -96,12 +97,12 @@ class Peer:
 
     @property
     def missing(self) -> str | None:
-        """What to install, in a sentence; None where everything is there."""
+        """What to install, in a sentence; None if everything is installed."""
         absent = [package for package in self.packages if find_spec(package) is None]
         return f"{self.name}: no {' and no '.join(absent)}; {INSTALL}" if absent else None
 
     def prepare(self, scene: PeerScene, threads: int) -> PeerLibrary:
-        """The scene in the library's terms; raises `MissingExtraError` where a package is absent or does not load."""
+        """The scene in the library's terms; raises `MissingExtraError` if a package is missing or does not load."""
         if self.missing is not None:
             raise MissingExtraError(self.missing)
         try:

@@ -14,10 +14,10 @@ from papilla.studies.bench.peers.pardiso import SymmetricPardiso, engine
 from papilla.studies.bench.peers.scene import PeerScene
 
 QUADRATURE = {ng.TET: ng.IntegrationRule(ng.TET, 2)}
-"""The rule that papilla's assembly uses, exact for this form; NGSolve's default is for a higher order."""
+"""Quadrature order of papilla's assembly, exact for this form; NGSolve's default is higher."""
 
 CONTACT_QUADRATURE = {ng.TRIG: ng.IntegrationRule(ng.TRIG, 2)}
-"""Three points a triangle, about as many as the displacement has unknowns there: more over-constrain the skin."""
+"""Quadrature points per triangle, about as many as displacement unknowns there: more would over-constrain the skin."""
 
 
 class NgsolvePress(PeerLibrary):
@@ -82,7 +82,7 @@ class NgsolvePress(PeerLibrary):
         return forces
 
     def told(self, unknowns, forces):
-        """Edge functions vanish at the vertices: a rigid translation is one of the vertex functions alone."""
+        """Edge functions vanish at the vertices, so a rigid translation consists of vertex functions alone."""
         displacements, pulls = (column[: self.scene.held.size].reshape(3, -1).T for column in (unknowns, forces))
         total = pulls[: len(self.scene.mesh.points)].sum(axis=0)
         return float(total @ self.scene.frame.axes[2]), self.numbering.values(displacements)
@@ -107,7 +107,7 @@ def taylor_hood(mesh: ng.Mesh) -> ng.FESpace:
     pressures = []
     for material in mesh.GetMaterials():
         space = ng.H1(mesh, order=1, definedon=material)
-        # Its own choice of unknowns keeps those of boundary triangles that the material does not have
+        # NGSolve's own numbering would keep unknowns of boundary triangles that the material does not have
         pressures.append(ng.Compress(space, active_dofs=space.GetDofs(mesh.Materials(material))))
     return ng.FESpace([ng.VectorH1(mesh, order=2), *pressures])
 
@@ -130,7 +130,7 @@ def _material(number: int) -> str:
 class Numbering:
     """Between papilla's P2 nodes, vertices then edges, and NGSolve's hierarchical functions: vertices, then its edges.
 
-    NGSolve's edge function is not one at the middle of its edge, and adds to what the vertices make there.
+    NGSolve's edge function is not 1 at the middle of its edge, and adds to the vertex functions there.
     """
 
     def __init__(self, mesh: ng.Mesh, scene: PeerScene):

@@ -1,4 +1,5 @@
-"""MKL Pardiso through PyPardiso, for symmetric indefinite matrices of one sparsity: analysed once, factored often."""
+"""MKL Pardiso through PyPardiso, for symmetric indefinite matrices with one sparsity pattern: analysed once, factored
+often."""
 
 from functools import lru_cache
 
@@ -9,16 +10,17 @@ SYMMETRIC_INDEFINITE = -2
 
 SETTINGS = {1: 1, 2: 3, 8: 2, 10: 8, 24: 1}
 """Pardiso's parameters, numbered from 1: own settings; threaded nested dissection; at most two refinements; pivots
-perturbed below 1e-8; two-level factorisation. The fastest of those tried, with residuals below 1e-12."""
+perturbed below 1e-8; two-level factorisation. These were the fastest, with residuals below 1e-12."""
 
 ANALYSE, FACTORISE_AND_SOLVE = 11, 23
 
 
 @lru_cache(maxsize=1)
 def engine():
-    """PyPardiso's solver, set up; made once, since it searches the whole installation for MKL, which takes seconds.
+    """PyPardiso's solver, configured; made once, because it searches the whole installation for MKL, which takes
+    seconds.
 
-    Raises `ImportError` where MKL is not found.
+    Raises `ImportError` if MKL is not found.
     """
     from pypardiso import PyPardisoSolver
 
@@ -31,7 +33,7 @@ def engine():
 class SymmetricPardiso:
     """Solves (base + added entries) x = b on the free unknowns of a symmetric matrix `base`, on `threads` threads.
 
-    base : (n, n), its upper triangle or all of it; every entry that is ever added must be stored, if only as a zero.
+    base : (n, n), its upper triangle or all of it; every entry that is added later must be stored, possibly as zero.
     free : (m,) numbers of the unknowns that are not held at zero.
     """
 
@@ -67,13 +69,14 @@ class SymmetricPardiso:
 
     def _run(self, phase: int, upper: sp.csr_matrix, rhs: np.ndarray) -> np.ndarray:
         self._solver.set_phase(phase)
-        # The way that its documentation names to a single phase: `solve` would analyse every new matrix again
+        # The documented way to a single phase: `solve` would analyse every new matrix again
         return self._solver._call_pardiso(upper, rhs)
 
 
 def stored_at(starts: np.ndarray, columns: np.ndarray, rows: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Where a CSR matrix with sorted `columns` and row `starts` stores its entries in `rows` and columns `others`."""
-    # 64 bits: a row times the size is beyond 32 on meshes of everyday size
+    """Positions in a CSR matrix with sorted `columns` and row `starts` of its entries in `rows` and columns
+    `others`."""
+    # 64 bits, because a row times the size exceeds 32 bits on usual meshes
     touched, which = np.unique(rows.astype(np.int64), return_inverse=True)
     spans = [np.arange(starts[row], starts[row + 1]) for row in touched]
     stored = np.concatenate(spans)

@@ -1,4 +1,4 @@
-"""Runs the peers: on the quarter that symmetry leaves, with a sweep of penalties, then on the whole finger."""
+"""Runs the peers: on the quarter that symmetry allows, with a sweep of penalties, then on the whole finger."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,20 +19,20 @@ RIGID_MPA = 1e9
 """Modulus of papilla's flat, ten orders above the finger's: a rigid one in double precision."""
 
 PENALTIES = (10.0, 100.0, 1000.0, 1e4)
-"""Contact stiffnesses of the sweep, in what a library's `press` calls one."""
+"""Contact stiffnesses of the sweep, relative to the library's unit."""
 
 CONVERGED = 1e-3
-"""Change of force, as a fraction, that a tenfold penalty may make where the penalty is called converged."""
+"""Relative change of force by a tenfold penalty below which the penalty counts as converged."""
 
 REPEATS = 2
-"""Presses that are timed; the fastest counts, since other work on the machine only adds."""
+"""Number of timed presses; the fastest counts, because other work on the machine only adds time."""
 
 ACROSS = {0: "whole finger", 1: "half by symmetry", 2: "quarter by symmetry"}
 
 
 @dataclass(frozen=True)
 class PeerPress:
-    """One press of a rigid flat by another library, beside papilla's fidelity contact on the same mesh.
+    """One press of a rigid flat by another library, compared with papilla's fidelity contact on the same mesh.
 
     name : library, and the part of the finger that it meshed.
     seconds_one_press : assembly, factorisations and Newton steps of one press at `penalty`, the fastest of `REPEATS`;

@@ -1,7 +1,7 @@
 """The press that every library makes: a rigid flat on the finger at its apex, to the same depth, without friction.
 
-It is stated once here, in nodes and arrays, so that the libraries differ in nothing but themselves: mesh, P2 nodes,
-layer-wise P1 pressure, clamped and mirror nodes, gap of the exact skin over its nodes, gauges.
+It is defined once, in nodes and arrays, so that only the libraries differ: mesh, P2 nodes, layer-wise P1 pressure,
+clamped and mirror nodes, gap of the exact skin over its nodes, gauges.
 """
 
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from papilla.units import to_microstrain
 class PeerScene:
     """A rigid flat pressed `indentation` mm into the finger of `model` at its apex.
 
-    The cell of the model's mesh is what libraries mesh: a part with mirrors, or the whole finger without any.
+    The libraries use the cell of the model's mesh: a part with mirrors, or the whole finger without mirrors.
     """
 
     model: FingerModel
@@ -42,7 +42,7 @@ class PeerScene:
 
     @property
     def multiplicity(self) -> int:
-        """How many times the cell is repeated: forces on the finger are so many times those on the cell."""
+        """Number of repetitions of the cell: forces on the finger are this many times those on the cell."""
         return 2 ** len(self.model.mesh.mirrors)
 
     @property
@@ -68,7 +68,7 @@ class PeerScene:
 
     @cached_property
     def contact_triangles(self) -> np.ndarray:
-        """Triangles (k, 3) of the skin that the flat may touch: within the patch radius, facing the flat."""
+        """Triangles (k, 3) of the skin that may touch the flat: within the patch radius, facing the flat."""
         triangles = self.mesh.boundaries["skin"]
         local = self.frame.local(self.mesh.points)
         near = np.hypot(local[:, 0], local[:, 1]) < self.model.finger.patch_radius
@@ -88,7 +88,7 @@ class PeerScene:
 
     @cached_property
     def first_guess(self) -> np.ndarray:
-        """Displacement (n, 3) to start from: half of the indentation wherever nothing is held.
+        """First guess of the displacement (n, 3): half of the indentation for all free components.
 
         A flat that cuts a round skin to depth d overlaps twice the area that it touches, and half of d gives that area.
         """
@@ -105,7 +105,7 @@ class PeerScene:
 
 @dataclass(frozen=True, eq=False)
 class PeerSolution:
-    """What a library's press gives: the finger's force (N) and the displacement (n, 3) of the P2 nodes in mm.
+    """Result of a library's press: the finger's force (N) and the displacement (n, 3) of the P2 nodes in mm.
 
     systems : how many linear systems were factored.
     seconds : of assembly, factorisations and iterations; `seconds_assembly` of the elastic matrix alone.

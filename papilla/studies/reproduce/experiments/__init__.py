@@ -31,5 +31,5 @@ EXPERIMENTS: tuple[Experiment, ...] = tuple(
     )
     for module in _MODULES
 )
-"""`SCENE` of a module: what is removed where it runs without its cause, its noise in words, its seeds. `ASSUMED` and
-`VARIED`, where a row is computed with other values of what is not printed."""
+"""Attributes of a module. `SCENE`: what is removed in a run without the cause, the noise in words, the seeds. `ASSUMED`
+and `VARIED`, if rows are computed with other values of parameters that are not printed."""

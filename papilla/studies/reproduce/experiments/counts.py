@@ -25,10 +25,11 @@ class Touch:
 
 ASSUMED = Touch()
 PERIODS_S = np.linspace(0.02, 0.2, 361)
-"""Values of A that are compared."""
+"""Values of A to compare."""
 
 NEARER_TO_TWO = 1 / 3
-"""Of 4 mm: within it an answer is nearer to a count of two in 0.08 s than to one or three (8.0 and 2.7 mm)."""
+"""Tolerance around 4 mm: within it an answer is nearer to a count of two in 0.08 s than to one or three (8.0 and 2.7
+mm)."""
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -49,13 +50,13 @@ def run(tell, cause: bool = True) -> Found:
 
 
 def _period(assumed: Touch) -> dict:
-    """One impulse a period; the A of least expected error."""
+    """One impulse per period; the A with the smallest expected error."""
     touch = astuple(assumed)
     time = np.arange(4000) / 1000
     crossings = UpwardCrossings(80, UpwardCrossings.PRINTED, 1000.0, 10.0)
     fired = [crossings.fire(value) for value in np.sin(2 * np.pi * 41.3 * time + 0.3).tolist()]
     best = {wavelength: optimal_period(wavelength, *touch) for wavelength in MILLIMETRES[::-1]}
-    # Of the wavelength, as a share of it: the error of the frequency over its amplitude
+    # Error of the wavelength, relative: the error of the frequency over its amplitude
     total = np.sqrt(sum((expected_error(PERIODS_S, wavelength, *touch) * wavelength) ** 2 for wavelength in best))
     cost = max(
         float(expected_error(0.08, wavelength, *touch) / expected_error(period, wavelength, *touch)) - 1

@@ -1,5 +1,5 @@
-"""The finger whose five parameters were fitted to what was published: how far it is off each printed figure, and how
-far a fit without this figure is."""
+"""The finger whose five parameters were fitted to published data: its difference from each printed figure, and that of
+a fit without this figure."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ from papilla.studies.reproduce.experiments.softness import (
 from papilla.units import gf_to_newton, newton_to_gf
 
 MISFIT, NUMBERS = 0.03, 5
-"""What is taken for the error of (9), of the rms of its values, and how many numbers these hold: its coefficients."""
+"""Assumed error of (9) relative to the rms of its values, and number of independent values: its coefficients."""
 DEPTH_ERROR = 0.01
 """Relative error of a published depth."""
 PRIORS_MPA, PRIOR_WIDTH = (0.136, 0.034), float(np.log(2) / 2)
@@ -32,9 +32,9 @@ PRIORS_MPA, PRIOR_WIDTH = (0.136, 0.034), float(np.log(2) / 2)
 SKINS, STIFFER = (0.7, 1.0, 1.4), (0.8, 1.0, 1.25)
 """Outer over inner modulus, and both, as factors of the fitted finger's, between which presses are interpolated."""
 DEPTH_FORCES_N = np.geomspace(0.003, 0.95, 30)
-"""Of the presses on a rigid flat that give the force at a depth."""
+"""Forces of the presses on a rigid flat that give the force at a depth."""
 LEVERS_MM = (-1.0, 0.0)
-"""Of the presses between which readings are interpolated; they are linear in the lever."""
+"""Levers of the presses between which readings are interpolated; they are linear in the lever."""
 LOWEST, HIGHEST = (-2.0, 0.05), (1.0, 0.3)
 """Bounds of lever and touch-down, mm."""
 SIMULATED = "fitted to this very figure: it says that the physics can follow it, not that the finger is known"
@@ -80,8 +80,8 @@ def _printed() -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Relatives:
-    """Presses of fingers about the fitted one, by the logarithms of two factors: of the outer over the inner modulus,
-    and of both.
+    """Presses of fingers close to the fitted one, by the logarithms of two factors: of the ratio of outer to inner
+    modulus, and of both moduli.
 
     readings : (skins, stiffnesses, levers, forces, specimens, gauges). depths : (skins, stiffnesses, 30) in mm on a
     rigid flat, at `DEPTH_FORCES_N`.
@@ -127,7 +127,8 @@ class Relatives:
         return np.array([0.0, 0.0, self.finger.gauges[0].lever_mm, self.finger.bench.touch_down])
 
     def fit(self, specimens: list[int], depths: list[float]) -> np.ndarray:
-        """The unknowns of `press` that these specimens and depths tell, weighted as the published finger's fit was."""
+        """The unknowns of `press` from a fit to these specimens and depths, weighted like the published finger's
+        fit."""
         printed, moduli = _printed()[:, specimens], (self.finger.outer.modulus, self.finger.inner.modulus)
 
         def residuals(unknowns: np.ndarray) -> np.ndarray:
@@ -145,7 +146,7 @@ class Relatives:
 
 
 def _left_out(finger: Finger) -> dict:
-    """Each printed figure by a fit to the others."""
+    """Each printed figure, predicted by a fit to the others."""
     family, all_three, depths = Relatives.of(finger), [0, 1, 2], list(PRINTED_N)
     values, missed, printed = {}, [], _printed()
     for one in all_three:

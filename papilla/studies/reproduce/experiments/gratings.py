@@ -1,4 +1,4 @@
-"""Gratings under the finite-element finger: what its gauges hear of them, and what the published methods make of it."""
+"""Gratings under the finite-element finger: the signals of its gauges, and the results of the published methods."""
 
 from dataclasses import dataclass, replace
 from functools import cache as once
@@ -27,7 +27,7 @@ from papilla.textures import Flat, MeasuredProfile, Texture
 GROOVE_MM = 0.5
 DEPTHS_MM = (0.2, 0.5, 0.8)
 LENGTH_MM = 7.0
-"""Along y: it turns forces of the section into newtons, and no reading depends on it."""
+"""Length along y, which converts forces of the section to newtons; no reading depends on it."""
 FRICTION, STATIC = 0.3, 0.4
 """Kinetic friction; static friction, a third more as in A7."""
 MIDDLE = 2
@@ -40,17 +40,17 @@ RIDGE_MM = 0.6
 """Width of a ridge (2011 Okamoto 3.2.2), or half of the pitch where that is less."""
 OTHER_PITCH_MM = 0.8
 FINE_MM = 0.05
-"""Elements of the skin, mm, for the finest grating."""
+"""Size (mm) of the skin's elements for the finest grating."""
 OKAMOTO_DEPTH_MM, OKAMOTO_SPEED_MM_S = 1.0, 40.0
-"""Of the power curve that ships."""
+"""Wavelengths of the shipped power curve."""
 NO_LOSS = 1e-3
 """Loss factor of a finger without viscosity."""
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """What the papers do not print: pitch of the ridges, grid of the gauge that is read, loss factor of the silicone,
-    friction."""
+    """Parameters that the papers do not print: pitch of the ridges, grid of the gauge that is read, loss factor of the
+    silicone, friction."""
 
     pitch_mm: float = 1.2
     grid_mm: float = 2.4
@@ -108,8 +108,8 @@ def run(tell, cause: bool = True) -> Found:
 
 
 class Felt(NamedTuple):
-    """What the gauges read over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the dynamics that
-    were taken, and the status."""
+    """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the dynamics,
+    and the status."""
 
     place_mm: np.ndarray
     readings: np.ndarray
@@ -118,7 +118,7 @@ class Felt(NamedTuple):
 
     @property
     def speed_mm_s(self) -> float:
-        """Mean speed of a scene that is sampled at 1 kHz."""
+        """Mean speed of a scene sampled at 1 kHz."""
         return 1000 * float(np.ptp(self.place_mm)) / (len(self.place_mm) - 1)
 
 
@@ -155,12 +155,12 @@ def slid(
 
 
 def grating(wavelength_mm: float) -> Grating:
-    """With groove = ridge, 0.5 mm deep."""
+    """A grating with groove = ridge, 0.5 mm deep."""
     return Grating(wavelength_mm / 2, wavelength_mm / 2, GROOVE_MM)
 
 
 def two_grooves(between_mm: float = 1.5) -> MeasuredProfile:
-    """The plate of 2006, figure 2: two grooves of 1.5 mm, so far apart."""
+    """The plate of 2006, figure 2: two grooves of 1.5 mm at this distance."""
     edges = np.cumsum([0.0, 1.5, between_mm, 1.5])
     x = np.concatenate([[-60.0], *([edge - 0.01, edge + 0.01] for edge in edges), [60.0]])
     place = np.sort(np.concatenate([np.arange(-60, 60, 0.1), x]))
@@ -169,14 +169,14 @@ def two_grooves(between_mm: float = 1.5) -> MeasuredProfile:
 
 
 def _density(found: Felt, gauge: int) -> np.ndarray:
-    """Answers (n,) in mm of the printed density to a gauge, after its window is full."""
+    """Answers (n,) in mm of the printed density for a gauge, after its window is full."""
     block = np.column_stack([found.readings[:, gauge], np.full(len(found.readings), found.speed_mm_s)])
     answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[300:]
     return answer[np.isfinite(answer)]
 
 
 def _heard(found: Felt, wavelength: float, harmonics: int = 3) -> np.ndarray:
-    """Rms (g,) in microstrain of what has the grating's period: its first harmonics, over the last half."""
+    """Rms (g,) in microstrain of the part with the grating's period: its first harmonics, over the last half."""
     place = found.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
     rows = place > place[-1] - periods * wavelength + 1e-9
@@ -212,7 +212,7 @@ def _finer_ridges(assumed: Assumed) -> dict:
 
 
 def _depths(assumed: Assumed, cause: bool = True) -> dict:
-    """Two gratings at three pressing depths: their answers, and the least that any gauge hears."""
+    """Two gratings at three pressing depths: the answers, and the smallest signal of a gauge."""
     textures, motion = {one: grating(one) if cause else Flat() for one in (3.0, 0.6)}, Motion.steady(100.0, 0.7)
     deep = {(one, depth): slid(assumed, textures[one], motion, depth) for one in textures for depth in DEPTHS_MM}
     answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
@@ -227,7 +227,7 @@ def _depths(assumed: Assumed, cause: bool = True) -> dict:
 
 
 def _two_grooves(assumed: Assumed, cause: bool = True) -> dict:
-    """Two grooves at 60 mm/s: after what time the signal of the first comes again, and impulses while they pass."""
+    """Two grooves at 60 mm/s: time after which the signal of the first one repeats, and impulses during the passage."""
     readings = slid(
         assumed, two_grooves(1.5 if cause else 2.5), Motion.sampled([0.0, 0.8], [-24.0, 24.0]), 0.5
     ).readings
@@ -243,14 +243,14 @@ def _two_grooves(assumed: Assumed, cause: bool = True) -> dict:
 
 
 def _at_speeds(assumed: Assumed, **how) -> tuple[float, str]:
-    """Power of the gauge at 160 over 40 mm/s on 1.2 mm without friction, and the dynamics that were taken."""
+    """Ratio of the gauge's power at 160 to that at 40 mm/s on 1.2 mm without friction, and the dynamics."""
     both = [slid(assumed, grating(1.2), Motion.steady(v, 0.5), 0.5, friction=0.0, **how) for v in (160.0, 40.0)]
     fast, slow = (one.readings[200:, assumed.gauge].var() for one in both)
     return float(fast / slow), ", ".join(one.dynamics for one in both)
 
 
 def _speeds(assumed: Assumed) -> dict:
-    """What the speed changes, under ridges."""
+    """Effect of the speed, with ridges."""
     ratio, dynamics = _at_speeds(assumed)
     return {"speed_ratio": ratio, "speed_dynamics": dynamics}
 
@@ -275,7 +275,7 @@ def _stick_slip(cause: bool) -> dict:
 
 
 def _smooth_skin(assumed: Assumed) -> dict:
-    """Signal of 3.0 over that of 1.8 mm on smooth skin."""
+    """Ratio of the signal of 3.0 mm to that of 1.8 mm on smooth skin."""
     slow = {"smooth": True, "dynamics": "quasi-static"}
     coarse, fine = (
         _heard(slid(assumed, grating(one), Motion.steady(20.0, 0.8), 0.5, **slow), one)[assumed.gauge]
@@ -303,7 +303,7 @@ def _scenes() -> dict:
 
 
 def _finest(cause: bool) -> dict:
-    """What the gauges hear of 0.2 mm, on a section whose elements resolve it."""
+    """Signals of the gauges over 0.2 mm, on a section whose elements resolve it."""
     finest = slid(
         ASSUMED, grating(0.2) if cause else Flat(), Motion.steady(20.0, 0.1), 0.5,
         size_mm=FINE_MM, dynamics="quasi-static",
@@ -331,8 +331,8 @@ def _rough(assumed: Assumed) -> dict:
 
 
 def _curve(assumed: Assumed) -> dict:
-    """The power curve that ships, of sliding scenes, or one of other scenes: is it higher at 1.2 mm than beside it,
-    where are its maxima?"""
+    """The shipped power curve, from sliding scenes, or one from other scenes: whether it is higher at 1.2 mm than
+    beside it, and the places of its maxima."""
     curve = read_curve()
     if assumed != ASSUMED:
         curve = PowerCurve(curve.wavelength_mm, _powers(assumed, curve.wavelength_mm))

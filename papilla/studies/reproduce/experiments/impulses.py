@@ -65,7 +65,7 @@ def run(tell, cause: bool = True) -> Found:
 
 
 def _rules() -> dict:
-    """The corpuscle against its rules, written once more, and how long a sample takes."""
+    """The corpuscle compared with its rules, implemented a second time, and the time of a sample."""
     seen = heard("const", 1.8, "2006", 5, seconds=2.0)
     readings = seen.readings[:, 0]
     slope = np.abs(np.diff(readings, prepend=np.nan))
@@ -90,7 +90,7 @@ def _rules() -> dict:
 
 
 def _line(cause: bool) -> dict:
-    """The texture's line at constant speed; the worst of the seeds."""
+    """The line of the texture at constant speed; the worst of the seeds."""
     found = []
     for seed in SEEDS:
         seen = heard("const", 1.8, "2006", seed, cause=cause, seconds=2.0)
@@ -106,7 +106,8 @@ def _fired(readings: np.ndarray) -> np.ndarray:
 
 
 def _threshold() -> float:
-    """The least rate, over its mean of 200 ms, at which one faster sample after a steady slope makes an impulse."""
+    """Smallest rate, relative to its mean over 200 ms, at which one faster sample after a steady slope makes an
+    impulse."""
     low, high = 1.0, 4.0
     for _ in range(40):
         step = 0.5 * (low + high)
@@ -125,14 +126,14 @@ def _grooves() -> dict:
     entering = np.flatnonzero(_fired(depth) > 0).tolist()
     pulses = np.zeros(2000)
     pulses[::25] = 1.0
-    # A step each 25 ms is one impulse each
+    # A step every 25 ms gives one impulse each
     train = np.cumsum(pulses)
     counted = ImpulseDensity().process(np.column_stack([train, np.full(2000, 60.0)]))
     frequency = float(np.asarray(counted.frequency_Hz)[-1])
     seen = heard("const", 3.0, "2006", 4, seconds=2.0)
     fast = np.column_stack([seen.readings[:, 0], seen.known_mm_s * 350 / seen.known_mm_s.mean()])
     answer = np.asarray(ImpulseDensity().process(fast).wavelength_mm)
-    # The record is of about 100 mm/s: told 350 mm/s, the same impulses mean 3.5 times the wavelength
+    # The record is of about 100 mm/s: with 350 mm/s stated, the same impulses mean 3.5 times the wavelength
     usual = np.asarray(answers_to(ImpulseDensity(), seen)[0].wavelength_mm)
     scaled = answer * seen.known_mm_s.mean() / 350
     both = np.isfinite(usual) & np.isfinite(scaled)
@@ -217,7 +218,7 @@ def _fast_and_slow(seen: Scene, variant: str) -> tuple[float, float]:
 
 
 def _spectrum(cause: bool) -> dict:
-    """What a short-time spectrum as printed makes of strokes and of a drifting baseline."""
+    """Results of a printed short-time spectrum for strokes and for a drifting baseline."""
     scenes = [heard("act1" if cause else "const", 1.8, "2006", seed) for seed in SEEDS[:4]]
     moving, corrected = (
         mean_error(lambda kind=kind: ShortTimeSpectrum(variant=kind), scenes) for kind in ("as_printed", "corrected")

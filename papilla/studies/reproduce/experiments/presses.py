@@ -1,4 +1,4 @@
-"""2006 II, IV and 2011 Okamoto 3.2: what a press does to the layered finger, and equations (6)-(8)."""
+"""2006 II, IV and 2011 Okamoto 3.2: effects of a press on the layered finger, and equations (6)-(8)."""
 
 import dataclasses
 import math
@@ -17,7 +17,8 @@ RIGID_MPA = 1e4
 PRINTED_N = {0.20: gf_to_newton(0.70), 0.80: gf_to_newton(38.37), 1.00: 0.6}
 """Force at a depth in mm: 2006 III.B.2 and 2011 Okamoto 3.2.3."""
 OFFSET_MM = 0.155
-"""Touch-down offset that joins the papers' three points in one power law: they are by another zero of the depth."""
+"""Touch-down offset with which the papers' three points follow one power law, because their depths have another
+zero."""
 FORCE_N = 0.49
 MODULI = tuple(np.geomspace(0.02, 20.0, 16).tolist())
 SPECIMENS = (0.089, 0.51, 0.72)
@@ -62,7 +63,7 @@ def run(tell, cause: bool = True) -> Found:
 
 
 def _over_moduli(reduced, cause: bool) -> dict:
-    """Contact area, what the finger gives and S_d over the modulus."""
+    """Contact area, the finger's part of the indentation and S_d over the modulus."""
     table = [fem.press(reduced, Block(modulus if cause else 0.51, 10.0), force=FORCE_N) for modulus in MODULI]
     area = np.array([one.contact_area for one in table])
     gives = np.array([one.finger_indentation for one in table])
@@ -99,8 +100,8 @@ def _along_x(patch, pressure: np.ndarray, places: np.ndarray) -> np.ndarray:
 
 
 def _depths(reduced) -> dict:
-    """Force (gf, N) at the printed depths on a rigid flat, with the offset and without, and with the offset that the
-    other two points alone would give."""
+    """Force (gf, N) at the printed depths on a rigid flat, with and without the offset, and with the offset that
+    follows from the other two points."""
     values: dict[str, float] = {}
 
     def force(depth: float) -> float:
@@ -182,7 +183,8 @@ def _field(finger: Finger, reduced, cause: bool) -> dict:
 
 
 def _axis(built, strain: np.ndarray, moduli: np.ndarray) -> tuple[float, float, float]:
-    """Von Mises stress (kPa) on the axis: just above the boundary, in mid skin, and its greatest in 3 mm below it."""
+    """Von Mises stress (kPa) on the axis: just above the boundary, in the middle of the skin, and its maximum within 3
+    mm below the boundary."""
     centre = built.points[built.tets].mean(axis=1)
     deviator = strain - np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3
     mises = 1000 * moduli * np.sqrt(2 / 3 * (deviator**2).sum(axis=(1, 2)))

@@ -28,24 +28,24 @@ from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.units import gf_to_newton
 
 OTHER_MESH = 1
-"""The mesh of the presses that are recovered: another one than the calibration's."""
+"""Number of the mesh of the presses that are recovered, which differs from the calibration's."""
 FORCES_GF = (20.0, 40.0, 60.0, 80.0, 100.0)
 FORCES_N = tuple(np.geomspace(0.05, 1.0, 22).tolist())
 MODULI = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
 STRAIN = 0.0016
-"""Relative standard deviation of S_d of what the default finger's table of large strain is known to."""
+"""Relative standard deviation of S_d by the default finger's table of large strain."""
 GAUGE_NOISE = 5.0
 COMPARED_GF = tuple(range(10, 101, 10))
 """Forces at which S_d is compared with (9)."""
 HEAVY = 2
-"""The first of the 30-100 gf among them."""
+"""Index of the first of the 30-100 gf among them."""
 ONLINE_GF = (12.0, 20.0, 37.0, 60.0, 95.0)
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """What the 2006 paper does not print: how a gauge reads bending (lever over gain), thickness of the specimens, and
-    friction between them and the skin."""
+    """Parameters that the 2006 paper does not print: response of a gauge to bending (lever over gain), thickness of the
+    specimens, and friction between them and the skin."""
 
     lever_mm: float = 0.0
     thickness_mm: float = 10.0
@@ -135,7 +135,8 @@ def by_force(table: Sweep) -> np.ndarray:
 
 
 def scaled_to_9(sd: np.ndarray, first: int = 0) -> tuple[float, float]:
-    """The factor that brings S_d (`COMPARED_GF`, specimens) closest to (9) from a force on, and what is left in %."""
+    """The factor that brings S_d (`COMPARED_GF`, specimens) closest to (9) from a force on, and the remaining rms in
+    %."""
     theirs = published_sd(np.array(COMPARED_GF, float)[:, None], np.array(SPECIMENS_MPA))[first:]
     own = sd[first:]
     scale = float((own * theirs).sum() / (own**2).sum())
@@ -143,7 +144,7 @@ def scaled_to_9(sd: np.ndarray, first: int = 0) -> tuple[float, float]:
 
 
 def _against_9(assumed: Assumed, cause: bool = True) -> dict:
-    """S_d of the three specimens, and (9); without its cause all three are the same."""
+    """S_d of the three specimens compared with (9); without its cause all three are equal."""
     sd = by_force(assumed.sweep(COMPARED_GF))
     (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, HEAVY))
     sd = sd if cause else np.repeat(sd[:, 1:2], 3, axis=1)
@@ -172,7 +173,7 @@ def _published(calibration: Calibration, cause: bool) -> dict:
 
 
 def _inverses(calibration: Calibration, presses: Sweep) -> dict:
-    """What the refitted quadratic, the surface and the compact form make of presses on another mesh."""
+    """Errors of the refitted quadratic, the surface and the compact form for presses on another mesh."""
     force, modulus, sd = presses.force_N, presses.modulus_MPa, presses.sd_microstrain
     quadratic = calibration.inverse(sd, np.array(force) / gf_to_newton(1.0)) / modulus - 1
     surface = np.asarray(calibration.invert(sd, force).modulus_MPa) / modulus - 1

@@ -14,7 +14,7 @@ from papilla.studies.reproduce.experiments.softness import GAUGE_NOISE, MODULI, 
 PRESSED_N = (0.2, 0.4, 0.6, 0.8)
 FORCE_ERROR, DRAWS = 0.01, 40
 MIXES_MPA = np.geomspace(0.015, 0.15, 9)
-"""Moduli as far apart as mixes of soft silicones with thinner are."""
+"""Moduli with the spacing of usual mixtures of soft silicones with thinner."""
 
 SIMULATED = "presses of the default finger (finite elements with large strain, stuck), noise where it is stated"
 
@@ -55,7 +55,7 @@ def run(tell, cause: bool = True) -> Found:
 def _confusion(
     reduced: fem.ReducedFinger, calibration: Calibration, moduli: Sequence[float]
 ) -> tuple[float, np.ndarray, float]:
-    """Share of right names, matrix (stated, told) of shares, and share without an answer."""
+    """Share of right names, matrix (stated, named) of shares, and share without an answer."""
     rng, known = np.random.default_rng(42), np.log(np.asarray(moduli, float))
     matrix, lost = np.zeros((len(known), len(known))), 0
     table = sweep(reduced, sorted(float(value) for value in moduli), PRESSED_N)

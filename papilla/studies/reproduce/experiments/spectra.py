@@ -66,7 +66,7 @@ def _gratings(assumed: Noise) -> dict:
 
 
 def _by_hand() -> float:
-    """Share of samples on which the published method agrees with a spectrum written once more."""
+    """Share of samples on which the published method agrees with a second implementation of the spectrum."""
     seen = heard("act2", 1.8, PAPER, 15, seconds=2.0)
     readings, found = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
     taper, agree = np.hamming(32), []
@@ -80,7 +80,7 @@ def _by_hand() -> float:
 
 
 def _answered_fast(method) -> float:
-    """Share of samples above 60 mm/s that a method answers while the touch peaks at 241 mm/s."""
+    """Share of samples above 60 mm/s that a method answers, in a touch with a peak of 241 mm/s."""
     time = np.arange(4000) / 1000
     velocity = 241 * np.sin(2 * np.pi * 1.07 * time)
     place = np.cumsum(velocity) / 1000
@@ -105,7 +105,7 @@ def _components(cause: bool) -> dict:
 
 
 def _finest(cause: bool) -> dict:
-    """The wavelength that the tracker of one gauge tells of a grating of 0.2 mm; the worst of the seeds."""
+    """The wavelength that the tracker of one gauge finds for a grating of 0.2 mm; the worst of the seeds."""
     time, found = np.arange(3000) / 1000, []
     for seed in SEEDS:
         texture = cause * np.sqrt(2) * np.sin(2 * np.pi * 40 * time / 0.2)

@@ -17,7 +17,7 @@ from papilla.telepresence.record import Record
 from papilla.telepresence.texture import GratingTexture
 
 CROSSED_AT = (80.0, 82.0, 84.0, 86.0, 88.0)
-"""Speeds in mm/s at which a border is crossed, a seed each."""
+"""Speeds in mm/s at which a border is crossed, one per seed."""
 SIMULATED = "simulated hand, link, actuator and sensor"
 SCENE = (
     "the texture (fainter than the noise), the delay (or a delay where there is none), the local model (direct feedback"
@@ -28,7 +28,7 @@ SCENE = (
 TRIP_MS = 120.0
 FAINT_MICROSTRAIN = 1e-3
 SAME_MM = 0.1
-"""Half of what parts comparison scales."""
+"""Half of the factor between the compared scales."""
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -62,7 +62,7 @@ def _loop(heard: bool = True, *, seconds: float = 4.0, both_ways: bool = False, 
 
 
 def _machines(delayed: Record, cause: bool) -> dict:
-    """What the loop displays and sends, and how late."""
+    """The displayed and sent signals of the loop, and their delays."""
     way = LinkModel(one_way_ms=TRIP_MS / 2)
     up = _loop(uplink=way if cause else LinkModel())
     lossy = _loop(cause, seconds=5.0, downlink=LinkModel(loss=0.5))
@@ -90,8 +90,8 @@ def _machines(delayed: Record, cause: bool) -> dict:
 
 
 def _borders(cause: bool) -> dict:
-    """Two gratings side by side. Messages are 20 ms and looks along the path some 60 ms apart: one crossing tells the
-    difference to 100 ms."""
+    """Two gratings side by side. Messages are 20 ms and searches some 60 ms apart, so one crossing gives the difference
+    with an error of 100 ms."""
     borders = [
         beside_each_other(round_trip_ms=TRIP_MS * cause, speed_mm_s=speed, seed=seed)
         for seed, speed in enumerate(CROSSED_AT)
@@ -105,8 +105,8 @@ def _borders(cause: bool) -> dict:
 
 
 def _displayed(tell, cause: bool) -> dict:
-    """The four conditions of 2011: are two displays of one texture alike, who is late, and where is the amplitude
-    greatest?"""
+    """The four conditions of 2011: whether two displays of one texture agree, which one is late, and where the
+    amplitude is largest."""
     curve = read_curve()
     if not cause:
         curve = PowerCurve(curve.wavelength_mm, tuple(1.0 for _ in curve.power))
@@ -143,7 +143,7 @@ def _explained(signal: np.ndarray, columns: list[np.ndarray]) -> float:
 
 
 def _shown(model: LocalModel, components: tuple[Component, ...], speed: float = 100.0, force: float = 0.5):
-    """Places (n,) and displacement (n,) of a model over 2 s at a constant speed, the last second of it."""
+    """Places (n,) and displacement (n,) of a model during the last of 2 s at a constant speed."""
     places, shown = [], []
     for row in range(2000):
         now = row / RATE_HZ
@@ -157,7 +157,7 @@ def _shown(model: LocalModel, components: tuple[Component, ...], speed: float = 
 
 
 def _display() -> dict:
-    """What the local model displays: its frequency, its form, its silence under a great force."""
+    """The output of the local model: its frequency, its waveform, and its silence under a large force."""
     values = {}
     for name, actuator in (("stimulus", PIEZO), ("stimulus_icpf", icpf(20.0))):
         _, shown = _shown(LocalModel(actuator), (Component(2.0, 20.0),))
@@ -193,7 +193,7 @@ def _is_silent(force: float) -> bool:
 
 
 def _links() -> dict:
-    """Delays as they are drawn, and the order in which datagrams arrive."""
+    """The drawn delays, and the order in which datagrams arrive."""
     link = Link(DELAY, 3)
     drawn = np.array([link.one_way_s(0.2 * k + 0.01) for k in range(3000)])
     order = Link(DELAY, 4)

@@ -31,22 +31,23 @@ RATE_Hz, SECONDS = 1000.0, 4.0
 RECEPTORS_Hz = {"SA I": (2, 16), "RA": (2, 60), "PC": (40, 500), "SA II": (100, 500)}
 """Bands of the four kinds of mechanoreceptors, as the textile paper's introduction gives them."""
 YARNS_PER_INCH = {"1": (95, 64), "2": (65, 100), "3": (175, 108), "4": (78, 59)}
-"""Warp and weft of its four fabrics; its table says per 10 cm, with which the weights do not agree."""
+"""Warp and weft of the four fabrics; the table says per 10 cm, which does not agree with the weights."""
 STROKE_MM_S = 10.0
 CHANCES, SEARCHES = 400, 20
-"""Draws of chance by amplitude; of searches by concordance, each over all bands."""
+"""Number of random draws: for the choice by amplitude, and for searches by concordance over all bands."""
 HARMONICS = (1, 2, 3)
-"""Of a weave, falling as 1 / k."""
+"""Number of harmonics of a weave, whose amplitudes fall as 1 / k."""
 BETWEEN = 0.84
-"""Correlation between textiles, the middle of the printed 0.78 to 0.90: it sets the approach's share of the power."""
+"""Correlation between textiles, the middle of the printed 0.78 to 0.90; it determines the power of the common
+approach."""
 STARTS_APART = 0.05
-"""Of a period of the weave: standard deviation of where a stereotyped run begins."""
+"""Standard deviation of the start of a stereotyped run, in periods of the weave."""
 
 
 @dataclass(frozen=True)
 class Fibres:
-    """The noise of a fabric's fibres, which is not printed: its rms over that of the weave, and how its amplitude falls
-    with the frequency from 10 Hz on (as f to the minus this)."""
+    """Noise of a fabric's fibres, which is not printed: its rms relative to that of the weave, and the exponent with
+    which its amplitude falls with the frequency from 10 Hz on."""
 
     fibres_share: float = 0.5
     fibres_slope: float = 0.5
@@ -94,7 +95,7 @@ def fabric(name: str, rng, speed_mm_s: float = STROKE_MM_S, fibres: Fibres = ASS
 
 
 def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
-    """Where the amplitude of the four fabrics is, and which band of the grid has most of it."""
+    """Frequencies with the amplitude of the four fabrics, and the band of the grid with most of it."""
     shares, corners, rng, all_bands = [], [], np.random.default_rng(32), printed_bands()
     speed = STROKE_MM_S if cause else 5 * STROKE_MM_S
     for seed in SEEDS:
@@ -115,7 +116,8 @@ def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
 
 
 def _searches(all_bands, cause: bool) -> dict:
-    """The band whose amplitude follows the scores, found among all; what chance gives in the band of most amplitude."""
+    """The band whose amplitude follows the scores, among all bands; and the concordance by chance in the band of
+    largest amplitude."""
     found, lin = [], concordance([0.7, 0.8, 0.9, 1.0], _shifted(0.985))
     for seed in range(SEARCHES):
         rng = np.random.default_rng(seed)
@@ -148,7 +150,7 @@ def _coloured(rng, records: int, slope: float) -> np.ndarray:
 
 
 def _unrelated(rng, planted=(0, 0), gains=1.0) -> np.ndarray:
-    """Records (1000, 4) whose spectra fall and differ at random by 20 % every 20 Hz; in a planted band by `gains`."""
+    """Records (1000, 4) whose spectra fall and differ randomly by 20 % every 20 Hz; in a planted band by `gains`."""
     count = 1000
     frequency = np.fft.rfftfreq(count, 1 / RATE_Hz)
     shapes = np.exp(0.2 * rng.standard_normal((26, 4)))[(frequency // 20).astype(int)]
@@ -159,8 +161,8 @@ def _unrelated(rng, planted=(0, 0), gains=1.0) -> np.ndarray:
 
 
 def _chance(rng, bands, by_amplitude: bool) -> float:
-    """Concordance of four random scores with four unrelated spectra, in the band of most amplitude (as the paper has
-    it) or in the one that agrees best."""
+    """Concordance of four random scores with four unrelated spectra, in the band of largest amplitude (as in the paper)
+    or in the one that agrees best."""
     records, scores = _unrelated(rng), rng.uniform(0.3, 1.0, 4)
     if not by_amplitude:
         return matching_band(records, RATE_Hz, scores, bands).agreement.coefficient
@@ -198,7 +200,7 @@ def _bands(drawn, all_bands) -> dict:
 
 
 def _scores(rng) -> dict:
-    """Simulated assessors, each with a scale of his own; concordance and outliers against their formulas."""
+    """Simulated assessors, each with a different scale; concordance and outliers compared with their formulas."""
     truth = np.array([1.0, 2.0, 3.0, 5.0])
     told = truth * np.exp(rng.standard_normal((30, 1)))
     left = normalised_scores(told)
@@ -225,7 +227,8 @@ def _weaves() -> dict:
 
 
 def _textiles(rng, cause: bool) -> dict:
-    """Five made-up textiles, six runs each: told apart, and how raw runs correlate that share an approach, or none."""
+    """Five made-up textiles, six runs each: the accuracy of classification, and the correlation of raw runs with and
+    without a common approach."""
     time, records, labels, alone = np.arange(4000) / RATE_Hz, [], [], []
     approach = np.sin(np.pi * np.clip(time / time[-1], 0, 1)) ** 2 * cause
     noise = 10 ** (-SNR_DB["2011_oddo"] / 20)
@@ -236,7 +239,7 @@ def _textiles(rng, cause: bool) -> dict:
             surface = sum(np.sin(k * place + turn) / k for k, turn in zip(HARMONICS, turns, strict=True))
             surface = surface / surface.std() + noise * rng.standard_normal(len(time))
             alone.append(surface)
-            # Powers add up: the approach's share of the whole is the correlation between textiles
+            # Powers add, so the approach's share of the power is the correlation between textiles
             records.append(np.sqrt(BETWEEN) * approach / max(approach.std(), 1e-9) + np.sqrt(1 - BETWEEN) * surface)
             labels.append(f"textile {number}")
     features = [log_band_features(record[1000:3000], RATE_Hz, 24) for record in records]

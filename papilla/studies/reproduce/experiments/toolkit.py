@@ -1,4 +1,4 @@
-"""What papilla itself is for: calibration from finite elements, pictures, prices, hard cases, friction."""
+"""Properties of papilla itself: calibration from finite elements, pictures, cost, hard cases, friction."""
 
 from io import BytesIO
 from pathlib import Path
@@ -28,7 +28,8 @@ TRUE_MU = (0.45, 0.60)
 """Kinetic and static friction of the simulated log."""
 LEVER_MM, OFFSET_N = 40.0, 0.03
 COLOURED = 0.15
-"""Difference between the channels of a pixel (0 to 1) from which it has a colour: of strain, not of text or shade."""
+"""Difference between the channels of a pixel (0 to 1) above which it is coloured, as strain is and text and shades are
+not."""
 
 SIMULATED = "the default finger; a simulated swipe for friction"
 
@@ -96,7 +97,7 @@ def _hard_cases() -> dict:
 
 
 def _exported(field: fem.Field) -> float:
-    """1 where the file of a field holds what the field does."""
+    """1 if the file of a field has the content of the field."""
     import meshio
 
     with TemporaryDirectory() as folder:
@@ -116,7 +117,7 @@ def _friction(cause: bool) -> dict:
     starts = np.flatnonzero((velocity != 0) & (np.append(0.0, velocity[:-1]) == 0))
     mu = np.where(velocity != 0, TRUE_MU[0], 0.0) * np.sign(velocity)
     for start in starts:
-        # The force climbs to the breakaway while the finger rests
+        # The force rises to the breakaway while the finger rests
         first = max(0, int(start) - 150)
         mu[first:start] = np.linspace(0, TRUE_MU[1], int(start) - first) * np.sign(velocity[start])
     drag = mu * (1.0 if cause else 0.5) * force + OFFSET_N + 1e-3 * rng.standard_normal(len(time))
@@ -134,7 +135,7 @@ def _friction(cause: bool) -> dict:
 
 
 def _by_torque(time, force, velocity, drag) -> np.ndarray:
-    """The tangential force (n,) that is read of a log which holds a torque."""
+    """The tangential force (n,) that is read from a log with a torque."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "torque.csv"
         columns = {"t_s": time, "force_N": force, "velocity_mm_s": velocity, "torque_Nmm": LEVER_MM * drag}

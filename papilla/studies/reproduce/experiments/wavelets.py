@@ -1,4 +1,5 @@
-"""2011 Oddo: frequency, time and phase of what two channels share, by cross-wavelets; gratings of 0.40-0.48 mm."""
+"""2011 Oddo: frequency, time and phase of the common signal of two channels, by cross-wavelets; gratings of 0.40-0.48
+mm."""
 
 from dataclasses import dataclass, replace
 
@@ -23,20 +24,21 @@ SCENE = (
 PERIODS_MM, PITCH_MM, RATE_Hz = (0.40, 0.44, 0.48), 2.36, 300.0
 SPEEDS_MM_S = (10 / 1.5, 10.0)
 REST_S, FIRST_S, SECOND_S = 0.5, 1.5, 1.0
-"""Of a passive run: at rest before and after, at the first and at the second speed."""
+"""Durations (s) of a passive run: at rest before and after, at the first and at the second speed."""
 RUNS = 8
 SPREADS = (0.0, 0.01, 0.02, 0.03)
 """Standard deviations of the speed from run to run."""
 ACTIVE_S, ENCODED_S, SHARED_S = 1.0, 0.150, 0.080
-"""Of an active run: its record; how long at least one unit feels the grating; how long both units do (IV.B)."""
+"""Durations (s) of an active run: its record; the contact of at least one unit with the grating; the contact of both
+units (IV.B)."""
 SLOWEST, FASTEST = 22.0, 31.0
 """Speeds in mm/s at the ends of the window of 67 ms (IV.B)."""
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """What is not printed of active touch: standard deviation of the speed from run to run (a position-controlled
-    finger repeats it to 1 %), time in which a unit begins or ceases to feel (a period of the finest grating at 26.5
+    """Parameters of active touch that are not printed: standard deviation of the speed from run to run (1 % for a
+    position-controlled finger), time in which a unit gains or loses contact (a period of the finest grating at 26.5
     mm/s), and the noise."""
 
     speed_spread: float = 0.01
@@ -84,8 +86,8 @@ def _expected() -> np.ndarray:
 
 
 def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1.0, snr_dB=STEADY.snr_dB):
-    """Records (n,) of channels at places along the path over a grating; felt (channels, n) or 1: how strongly each is
-    pressed. A channel further along is over the same spot later."""
+    """Records (n,) of channels at places along the path over a grating; felt (channels, n) or 1 : pressure on each
+    channel. A channel further along passes the same spot later."""
     noise = 10 ** (-snr_dB / 20)
     felt = np.broadcast_to(felt, (len(places_mm), len(place)))
     waves = [np.sqrt(2) * np.sin(2 * np.pi * (place - shift) / period) for shift in places_mm]
@@ -99,7 +101,8 @@ def passive_speed(time: np.ndarray) -> np.ndarray:
 
 
 def _passive(period: float, rng, cause: bool = True, grating: bool = True) -> CrossWavelet:
-    """A passive run of a pair side by side; without its cause the period is the next one's, and the speed drifts."""
+    """A passive run of two channels side by side; without its cause the period is the next one, and the speed
+    drifts."""
     time = np.arange(round((2 * REST_S + FIRST_S + SECOND_S) * RATE_Hz)) / RATE_Hz
     speed = passive_speed(time) * (1.0 if cause else 0.8 + 0.15 * time)
     place = np.cumsum(speed) / RATE_Hz + rng.uniform(0, 10)
@@ -121,8 +124,10 @@ class ActiveRun:
 def active_records(period: float, rng, assumed: Assumed = STEADY, cause: bool = True):
     """Speed (n,) in mm/s, and records (n,) of S1, S2 and S4 in one active run."""
     time = np.arange(round(ACTIVE_S * RATE_Hz)) / RATE_Hz - 0.4
-    own = (ENCODED_S + SHARED_S) / 2  # How long a unit feels the grating
-    # t_MP is about the middle of what a pair feels, mean of both pairs; its window reaches further after it than before
+    own = (
+        (ENCODED_S + SHARED_S) / 2
+    # Contact time of a unit with the grating
+    )
     middle = (ENCODED_S + own) / 4 + (AFTER - BEFORE) / 2 / RATE_Hz
     slope = (FASTEST - SLOWEST) / ((BEFORE + AFTER) / RATE_Hz) * cause
     speed = np.clip((SLOWEST + FASTEST) / 2 + slope * (time - middle), 5, 50) * (
@@ -137,7 +142,7 @@ def active_records(period: float, rng, assumed: Assumed = STEADY, cause: bool = 
 
 
 def active_run(period: float, rng, assumed: Assumed, cause: bool = True) -> ActiveRun:
-    """A run through the whole chain."""
+    """A run through the whole chain of the method."""
     _, (first, second, fourth) = active_records(period, rng, assumed, cause)
     pairs = (fourth, first), (first, second)
     ridges = [cross_wavelet(one, other, RATE_Hz, octaves(20, 140)).ridge for one, other in pairs]
@@ -174,7 +179,7 @@ def accuracy(runs: list[ActiveRun], left_out: int, cause: bool = True, splits: i
 
 
 def _modulated(assumed: Assumed, sets=None) -> dict:
-    """Table III, means over sets of runs: of one set, where none are given."""
+    """Table III: means over sets of runs, or of one set by default."""
     sets = sets or [campaign(100, assumed)]
     table = np.mean([table_3(runs) for runs in sets], axis=0)
     speeds = table[..., 2:] * np.array(PERIODS_MM)[:, None, None]
@@ -232,7 +237,7 @@ def _contours(rng, cause: bool) -> dict:
 
 
 def _formulas(rng) -> dict:
-    """The definitions, written once more."""
+    """The definitions, implemented a second time."""
     time = np.arange(900) / RATE_Hz
     first, second = np.sin(2 * np.pi * 25 * time), np.sin(2 * np.pi * 25 * time - np.pi / 2)
     frequency = octaves(5, 140)
@@ -265,7 +270,7 @@ def _formulas(rng) -> dict:
 
 
 def _phases(cause: bool) -> dict:
-    """Phases of pairs 2.36 mm apart over each grating at two speeds, and what periods they leave."""
+    """Phases of pairs 2.36 mm apart over each grating at two speeds, and the periods that agree with them."""
     rng, found = np.random.default_rng(21), []
     expected = [np.degrees(np.angle(np.exp(2j * np.pi * PITCH_MM / period))) for period in PERIODS_MM]
     distance, time = PITCH_MM if cause else 0.9 * PITCH_MM, np.arange(600) / RATE_Hz

@@ -1,1 +1,1 @@
-"""A finger of revolution and a block by another mesh and element: what presses in three dimensions are held to."""
+"""A finger of revolution and a block with another mesh and element: the reference for presses in three dimensions."""

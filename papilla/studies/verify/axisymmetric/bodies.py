@@ -1,7 +1,7 @@
 """A finger of revolution and a block, both at finite strain, in the half plane (r, z): a check of the 3-D press.
 
 Taylor-Hood on curved quadratic triangles: displacement and geometry P2, pressure P1 and its own in each layer. Law,
-contact and readout are its own: it shares nothing with `papilla.fem`.
+contact and readout are independent: nothing is shared with `papilla.fem`.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from papilla.studies.verify.axisymmetric.law import COLUMN, ROW, Rubber
 OUTER, INNER, SPECIMEN = 0, 1, 2
 QUADRATURE_ORDER = 5
 APART = 10.0
-"""Parameter of the specimen's surface, away from the finger's."""
+"""Parameter of the specimen's surface, separate from the finger's."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class Shape:
 
     cells : along the skin, through the outer and the inner layer, and through the specimen; smallest at the interface
         and at the specimen's surface.
-    near : of the skin's parameter, up to where `near_share` of the cells along it lie: contact is there.
+    near : value of the skin's parameter up to which `near_share` of the cells along the skin lie, because contact is
+    there.
     """
 
     outer: tuple[float, float] = (24.0, 20.0)
@@ -42,7 +43,7 @@ class Shape:
 
     @property
     def finger(self) -> Finger:
-        """The default finger in this shape."""
+        """The default finger in this form."""
         return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (self.outer, self.interface, self.bone))))
 
     def mapped(self, parameters: np.ndarray) -> np.ndarray:
@@ -85,7 +86,7 @@ class Bodies:
 
     @property
     def unknowns(self) -> int:
-        """All unknowns, boundary conditions not yet removed."""
+        """Number of all unknowns, before boundary conditions are applied."""
         return 2 * self.nodes + self.pressures
 
     @cached_property
@@ -174,7 +175,7 @@ class Bodies:
 
 
 FINE = Shape(cells=(220, 12, 10, 16), near=0.2, near_share=0.86)
-"""Rings of 0.02 mm where a finger is touched."""
+"""Cells with rings of 0.02 mm in the contact."""
 
 
 def quadratic(s: Any) -> tuple[np.ndarray, np.ndarray]:

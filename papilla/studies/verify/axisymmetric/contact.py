@@ -2,10 +2,11 @@
 
 A point x of the skin is projected onto the specimen's deformed edge y(s) (normal n, tangent t): gap g = (x - y).n, and
 w, the distance along the specimen's undeformed surface from its anchor, where it first touched. The skin's traction is
--k g n - k w t with |w| <= mu |g|; where it slips, the anchor follows at the end of a load step. Stick is infinite mu.
-A point's place of touching is extrapolated from the two states before a step: tied where it is found at the end of the
-step, it would have slid without friction for half of it in the mean, an error of first order in the steps. ADR 0026
-says what stick is still off by. With 3000 moduli per mm the penalty takes less than a thousandth of the indentation.
+-k g n - k w t with |w| <= mu |g|; where it slips, the anchor follows at the end of a load step. Stick is infinite mu. A
+point's place of first touch is extrapolated from the two states before a step. If it were the place at the end of the
+step, the point would have slid without friction for half of the step on average, an error of first order. ADR 0026
+states the remaining error with stick. With 3000 moduli per mm the penalty takes less than a thousandth of the
+indentation.
 """
 
 import numpy as np
@@ -14,9 +15,9 @@ import scipy.sparse as sp
 from papilla.studies.verify.axisymmetric.bodies import APART, Bodies, quadratic
 
 PENALTY = 3e3
-"""In moduli of the skin per mm."""
+"""Penalty in moduli of the skin per mm."""
 BEGUN = 0.02
-"""Relative change of the slip of a first contact at which it is settled."""
+"""Relative change of the slip of a first contact below which it has converged."""
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -54,7 +55,7 @@ class Contact:
         away = place - self.anchor
         slides = np.where((gap < 0) & (np.abs(away) > -self.friction * gap), np.sign(away), 0.0)
         self.settled = not self.friction or bool((slides == self.slides).all())
-        # A point that turns round sticks first: its traction may lie anywhere between the two limits
+        # A point that reverses its slip sticks first: its traction may lie anywhere between the two limits
         self.slides = np.where(slides == -self.slides, 0.0, slides)
         local = self._local(unknowns, mate)
         pull = self._pull(local, mate, s)[0]
@@ -73,7 +74,7 @@ class Contact:
         return np.bincount(numbers.ravel(), force.ravel(), self.bodies.unknowns), matrix
 
     def commit(self, unknowns: np.ndarray, depth: float) -> None:
-        """End a load step at an indentation (mm): anchors of slipping points follow."""
+        """End a load step at an indentation (mm): anchors of slipping points move along."""
         mate, s, gap, place = self._met(unknowns)
         slip = self._pull(self._local(unknowns, mate), mate, s)[2]
         self.touches = gap < 0
@@ -81,7 +82,8 @@ class Contact:
         self.anchor = place - slip
 
     def expect(self, depth: float) -> None:
-        """Place the anchors of points that do not touch where they will, on the way to an indentation (mm)."""
+        """Place the anchors of points that do not touch yet at their expected places of first touch, for an indentation
+        (mm)."""
         (d0, gap0, place0), (d1, gap1, place1) = self.before, self.now
         if d1 == d0:
             return
@@ -90,10 +92,10 @@ class Contact:
         self.anchor = np.where(self.touches, self.anchor, place1 + share * (place1 - place0))
 
     def begin(self, unknowns: np.ndarray) -> bool:
-        """Place the anchors of a first contact as if it had grown from a point, and say whether they moved.
+        """Place the anchors of a first contact as if it had grown from a point; returns whether they moved.
 
-        All is alike on the way from there, at lengths that grow: a point at r has slipped by c r^2 where it touches. c
-        is that of the first point beyond the contact.
+        The growing contact is self-similar: a point at r has slipped by c r^2 when it touches. c is that of the first
+        point outside the contact.
         """
         _, _, gap, place = self._met(unknowns)
         beyond = int(np.argmax(gap >= 0))
@@ -103,7 +105,7 @@ class Contact:
         self._begun.append((had, slipped - had))
         if not self.friction or abs(slipped - had) <= BEGUN * abs(slipped):
             return False
-        # What it slips follows what was assumed almost one to one, as its neighbours are stuck: by the secant
+        # Its slip follows the assumed one almost one to one, because its neighbours stick: hence the secant method
         aim = slipped
         if len(self._begun) > 1:
             (x0, y0), (x1, y1) = self._begun[-2:]

@@ -1,4 +1,4 @@
-"""The reference's own law of a nearly incompressible rubber, plane and hoop parts of the displacement gradient.
+"""The reference's own law of a nearly incompressible rubber, for the plane and hoop parts of the displacement gradient.
 
 W = mu / (2 m^2) tr(C^m) - (mu/m + p) ln J - p^2 / (2 lambda) + const, m = 1 neo-Hookean and m = alpha/2 Ogden's with
 an even alpha; p is the pressure-like unknown: ln J + p / lambda = 0 holds in the mean. First Piola stress:
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
-"""Of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
+"""Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
 
 
 @dataclass(frozen=True)
 class Rubber:
-    """Young's `modulus` (MPa) and Poisson's ratio of small strain; `linear` keeps to small strain.
+    """Young's `modulus` (MPa) and Poisson's ratio of small strain; `linear` restricts it to small strain.
 
     half_alpha : half of Ogden's exponent, 1 for neo-Hookean. A modulus of infinity is a rigid body.
     """

@@ -18,7 +18,7 @@ from papilla.studies.verify.axisymmetric.readout import Readout
 FIRST, GROWTH = 1.7e-3, 1.2
 """First indentation, over the skin's half axis, and the ratio of the next to it."""
 LARGEST_FIRST = 2.0
-"""How much larger than asked the first indentation may become where it does not converge."""
+"""Factor by which the first indentation may grow if it does not converge."""
 TOLERANCE, MAX_STEPS = 1e-7, 25
 
 
@@ -68,12 +68,12 @@ def press_path(
         contact.expect(aim)
         try:
             found = _equilibrium(bodies, contact, state, slope * (aim - now), aim)
-            # Where the first contact began to stick is told by what is about to touch: slip grows as the radius squared
+            # Sticking of the first contact depends on the points that touch next: slip grows as the radius squared
             while not now and contact.begin(found):
                 found = _equilibrium(bodies, contact, found, np.zeros_like(state), aim)
         except SolverError:
             if not now and aim < LARGEST_FIRST * start:
-                # A first contact of a few points may find no equilibrium: a little more brings others
+                # A first contact of a few points may have no equilibrium: a slightly larger one has more points
                 contact, aim = Contact(bodies, friction), aim * growth
                 continue
             if not now or aim - now < smallest * now:
@@ -93,7 +93,7 @@ def press_path(
 def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -> np.ndarray:
     """Equilibrium at an indentation (mm) from a state before it, `ahead` being the change that is expected."""
     free = bodies.free
-    # Rid of units: displacements in mm against pressures in moduli of the finger
+    # Dimensionless norm: displacements in mm, pressures in moduli of the finger
     scale = np.where(np.arange(bodies.unknowns) < 2 * bodies.nodes, 1.0, bodies.rubbers[0].modulus)[free]
     state, change, turning = state + ahead, ahead[free], False
     for _ in range(MAX_STEPS):
@@ -103,7 +103,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
             change = change / 2
             state[free] -= change
             continue
-        # Far from equilibrium the pressure is out of all proportion, and what turns with it would make cells unstable
+        # Far from equilibrium the pressure is much too large, and terms that turn with it would make cells unstable
         push, stiffness = contact.forces(state, turning)
         residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), 1e-300)
         moved = -depth - state[bodies.table]
@@ -113,7 +113,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
         whole = (tangent + stiffness).tocsc()
         residual = residual + whole[:, bodies.table][free] @ moved
         matrix = (sp.diags(scale) @ whole[:, free].tocsr()[free] @ sp.diags(scale)).tocsc()
-        # Pivots are taken off the diagonal where it is a thousandth only: else some factors fill tenfold
+        # Off-diagonal pivots only below a thousandth: otherwise some factors fill tenfold
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=1e-3, options={"SymmetricMode": True})
         change = scale * factors.solve(-scale * residual)
         state = state.copy()

@@ -1,4 +1,4 @@
-"""What gauges on the interface of a finger of revolution feel: elongation and change of curvature, as in DESIGN.
+"""Readout of gauges on the interface of a finger of revolution: elongation and change of curvature.
 
 Strain is the mean elongation of three lines along the grid, each between two interface points a grid length apart;
 curvature change is the second derivative of the paraboloid that fits the outward displacement over the foil's backing.
