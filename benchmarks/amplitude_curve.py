@@ -5,11 +5,11 @@ gratings with groove = ridge at a depth of 1 mm, 40 mm/s, without friction; the 
 is over its greatest, and the mean of the five is kept.
 """
 
-import argparse
 import json
 from pathlib import Path
 
 import numpy as np
+import typer
 
 import papilla
 from papilla.files import write_text
@@ -35,16 +35,13 @@ def powers() -> list[float]:
     return np.round((squares / squares.max(axis=0)).mean(axis=1), 4).tolist()
 
 
-def main() -> None:
+def main(write: bool = False) -> None:
     """Compute, compare with the file, and write it if asked to."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help=f"write {FILE.name}")
-    options = parser.parse_args()
     power, curve = powers(), read_curve()
     shipped = dict(zip(curve.wavelength_mm, curve.power, strict=True))
     for wavelength, one in zip(WAVELENGTHS_MM, power, strict=True):
         print(f"{wavelength:.1f} mm: {one:.4f}, shipped {shipped[wavelength]:.4f}")
-    if options.write:
+    if write:
         source = (
             "default finger on gratings with groove = ridge, depth held at 1 mm, 40 mm/s, no friction; power of the "
             "fundamental, each gauge over its greatest, mean of the five: python benchmarks/amplitude_curve.py --write"
@@ -54,4 +51,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

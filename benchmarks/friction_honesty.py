@@ -3,11 +3,11 @@
 Run with `python benchmarks/friction_honesty.py [--first SEED] [--runs N]`. Seeds below 1000 are those of the tuning.
 """
 
-import argparse
 import time
 from collections import defaultdict
 
 import numpy as np
+import typer
 
 from papilla.estimators import Friction
 from papilla.studies.estimator_bench.friction_logs import NAMED, Judged, Rubbed, drawn, judge
@@ -34,14 +34,10 @@ def row(name: str, found: list[tuple[Judged, float]]) -> tuple[float, str]:
     return figures[2], f"{name:34s}{len(found):6d}" + "".join(f"{figure:10.3f}" for figure in figures)
 
 
-def main() -> None:
-    """Judge the logs and print a line for each kind, the worst first."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--first", type=int, default=FIRST, help="first seed")
-    parser.add_argument("--runs", type=int, default=400, help="drawn logs, and a tenth as many of each named kind")
-    chosen = parser.parse_args()
+def main(first: int = FIRST, runs: int = 400) -> None:
+    """Judge drawn logs from a first seed on, and a tenth as many of each named kind; print each, the worst first."""
     kinds: dict[str, list[tuple[Judged, float]]] = defaultdict(list)
-    for seed in range(chosen.first, chosen.first + chosen.runs):
+    for seed in range(first, first + runs):
         scene = drawn(seed)
         found = judged(scene)
         told = "offset told or to be learnt" if scene.told else "offset left to its prior"
@@ -49,7 +45,7 @@ def main() -> None:
         for label in (EVERY, told, f"{scene.rate_Hz:g} Hz", *labels):
             kinds[label].append(found)
     for make in NAMED.values():
-        for seed in range(chosen.first, chosen.first + max(chosen.runs // 10, 1)):
+        for seed in range(first, first + max(runs // 10, 1)):
             scene = make(seed)
             kinds[scene.kinds[0]].append(judged(scene))
     titles = ("answered", "ok", "inside", "false", "error", "sigma", "static", "inside", "us")
@@ -59,4 +55,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -5,12 +5,13 @@ gains are 0.01 to 1 of either sign, levers -2 to 1 mm of the gain, zeros up to 2
 microstrain off. Truths are presses on another mesh than the fit's, or (--family, ageing) its smooth response.
 """
 
-import argparse
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+import typer
 
 from papilla import fem
 from papilla.calibrate.identification import Identification, compare, diagnose, identify, record
@@ -190,19 +191,13 @@ def ageing(draws: int) -> None:
         print(f"{name:40} recalibrate in {100 * np.mean(called):.0f} % of {len(called)} fingers, from two presses")
 
 
-def main() -> None:
-    """Run the study that is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("study", choices=("presses", "ageing"))
-    parser.add_argument("--fingers", type=int, default=200)
-    parser.add_argument("--family", action="store_true")
-    parser.add_argument("--depths", action="store_true", help="presses measure the indentation too")
-    asked = parser.parse_args()
-    if asked.study == "ageing":
-        ageing(asked.fingers)
+def main(study: Literal["presses", "ageing"], fingers: int = 200, family: bool = False, depths: bool = False) -> None:
+    """Run the study of so many fingers; --depths: presses measure the indentation too."""
+    if study == "ageing":
+        ageing(fingers)
     else:
-        few_presses(asked.fingers, asked.family, asked.depths)
+        few_presses(fingers, family, depths)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

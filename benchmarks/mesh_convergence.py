@@ -5,9 +5,8 @@ mesh takes a minute to make and reduce the first time; it is kept in the cache. 
 differ by what is called mesh scatter.
 """
 
-import argparse
-
 import numpy as np
+import typer
 
 from papilla import fem
 from papilla.errors import ContactRangeError
@@ -29,17 +28,15 @@ def presses(finger: Finger, size_mm: float, variant: int = 0, fidelity: str = "c
         return np.full((len(NAMES), len(FORCES_GF)), np.nan)
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--finger", default="default", help="design file (TOML), or a finger that ships")
-    finger = Finger.load(parser.parse_args().finger)
-    fine = presses(finger, DEFAULT_SIZE_MM / 2)
+def main(finger: str = "default") -> None:
+    """Print the table of a finger: a design file (TOML), or one that ships."""
+    design = Finger.load(finger)
+    fine = presses(design, DEFAULT_SIZE_MM / 2)
     contact, hertz = (
-        np.array([presses(finger, DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
+        np.array([presses(design, DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
         for fidelity in ("contact", "hertz")
     )
-    print(f"{finger.name}, block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
+    print(f"{design.name}, block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
     lines = {"force (gf)": FORCES_GF}
     for row, name in enumerate(NAMES):
         lines[f"{name}, default mesh"] = 100 * (contact[0, row] / fine[row] - 1)
@@ -51,4 +48,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -7,11 +7,11 @@ one scale factor are fitted. All else is the default finger: its reference mesh,
 flat in the place of the gratings on which depths were measured.
 """
 
-import argparse
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+import typer
 from scipy.interpolate import BarycentricInterpolator, RegularGridInterpolator
 from scipy.optimize import brentq, least_squares
 
@@ -255,11 +255,8 @@ def published_tables(grid_length: float) -> list[LargeStrain]:
     return [replace(one, linear=between(one.linear), finite=between(one.finite)) for one in tables]
 
 
-def main() -> None:
-    """Fit, tell, and write what ships."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", action="store_true", help="write the table that ships beside the design")
-    asked = parser.parse_args()
+def main(write: bool = False) -> None:
+    """Fit, tell, and write the table that ships beside the design if asked to."""
     model = Model(SHIPPED)
     best = fit(model)
     print(f"the fit: {told(best)}; scale {best.scale:.4f}")
@@ -276,7 +273,7 @@ def main() -> None:
     for name in PARAMETERS:
         low, high = interval(model, best, name)
         print(f"{name}: {best.values[name]:.4g}, {low:.4g} to {high:.4g} {PARAMETERS[name].unit}", flush=True)
-    if asked.write:
+    if write:
         measure_strain(0.0)
         design = Finger.published()
         tables = published_tables(design.gauges[0].length_mm)
@@ -285,4 +282,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

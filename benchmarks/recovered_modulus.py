@@ -6,9 +6,8 @@ by 20 to 100 gf; each is felt with 1 % error in force and 5 microstrain a gauge.
 sticks; in the others friction is one of `FRICTIONS`.
 """
 
-import argparse
-
 import numpy as np
+import typer
 
 from papilla import fem
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, calibrate_finger
@@ -34,21 +33,15 @@ def truths(meshes, moduli, forces):
     )
 
 
-def main() -> None:
-    """Calibrate, press, feel, invert, and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--moduli", type=int, default=12)
-    parser.add_argument("--forces", type=int, default=5)
-    parser.add_argument("--draws", type=int, default=20)
-    parser.add_argument("--finger", default="default", help="design file (TOML), or a finger that ships")
-    asked = parser.parse_args()
-    finger, random = Finger.load(asked.finger), np.random.default_rng(20)
-    calibration = calibrate_finger(finger).calibration
-    moduli, forces = np.geomspace(*CHECKED_MODULUS_MPA, asked.moduli), np.geomspace(*CHECKED_FORCE_N, asked.forces)
-    readings = truths([fem.prepare(finger, variant=variant) for variant in MESHES], moduli.tolist(), forces.tolist())
-    felt = readings[..., None, :] + GAUGE_NOISE * random.normal(size=(*readings.shape[:-1], asked.draws, 5))
+def main(moduli: int = 12, forces: int = 5, draws: int = 20, finger: str = "default") -> None:
+    """Calibrate a finger (a design file or one that ships), press, feel, invert, and print."""
+    design, random = Finger.load(finger), np.random.default_rng(20)
+    calibration = calibrate_finger(design).calibration
+    true_MPa, loads = np.geomspace(*CHECKED_MODULUS_MPA, moduli), np.geomspace(*CHECKED_FORCE_N, forces)
+    readings = truths([fem.prepare(design, variant=variant) for variant in MESHES], true_MPa.tolist(), loads.tolist())
+    felt = readings[..., None, :] + GAUGE_NOISE * random.normal(size=(*readings.shape[:-1], draws, 5))
     shape = felt.shape[:-1]
-    E, force = np.broadcast_to(moduli[:, None, None], shape), np.broadcast_to(forces[:, None], shape)
+    E, force = np.broadcast_to(true_MPa[:, None, None], shape), np.broadcast_to(loads[:, None], shape)
     measured = np.clip(force * (1 + FORCE_ERROR * random.normal(size=shape)), *calibration.domain["force_N"])
     sd_sigma = GAUGE_NOISE / np.sqrt(5)
     answer = calibration.invert(felt.std(axis=-1), measured, sd_sigma=sd_sigma, force_sigma=FORCE_ERROR * measured)
@@ -81,4 +74,4 @@ def _share(inside: np.ndarray, modulus: np.ndarray, band: tuple[float, float]) -
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

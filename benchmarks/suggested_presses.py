@@ -6,10 +6,10 @@ and 5 microstrain a gauge, all stuck, and identified with that friction stated; 
 20-100 gf x 0.05-0.72 MPa. Evenly spaced: forces from 5 to 100 gf, on the specimens in turn.
 """
 
-import argparse
 from dataclasses import replace
 
 import numpy as np
+import typer
 
 from papilla.calibrate.identification import identify
 from papilla.calibrate.identification.posing import SIZE_MM
@@ -55,39 +55,34 @@ def missed(told, finger, found, force, modulus):
     return off, off / np.maximum(np.abs(slope), LEAST_SLOPE)
 
 
-def main() -> None:
-    """Draw, press, identify, and print."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--fingers", type=int, default=100)
-    parser.add_argument("--presses", type=int, default=5)
-    parser.add_argument("--size", type=float, default=SIZE_MM)
-    asked = parser.parse_args()
+def main(fingers: int = 100, presses: int = 5, size: float = SIZE_MM) -> None:
+    """Draw, press, identify on a mesh of elements of `size` (mm), and print."""
     design, random = replace(Finger.default(), bench=Bench(friction=STICK)), np.random.default_rng(7)
-    told = response(family(design, size_mm=asked.size), Block(1.0, THICKNESS_MM))
-    best = suggest_presses(design, asked.presses, MODULI, size_mm=asked.size)
+    told = response(family(design, size_mm=size), Block(1.0, THICKNESS_MM))
+    best = suggest_presses(design, presses, MODULI, size_mm=size)
     print(
         "suggested: "
         + ", ".join(f"{f:.3f} N on {E:g} MPa" for f, E in zip(best.force_N, best.modulus_MPa, strict=True))
     )
-    even = np.linspace(FORCES_N[0], FORCES_N[-1], asked.presses), np.resize(MODULI, asked.presses)
+    even = np.linspace(FORCES_N[0], FORCES_N[-1], presses), np.resize(MODULI, presses)
     designs = {"suggested": (np.array(best.force_N), np.array(best.modulus_MPa)), "evenly spaced": even}
     places = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, 6), np.geomspace(*DOMAIN_MODULUS_MPA, 6))
     domain = [axis.ravel() for axis in places]
     errors = {name: [] for name in designs}
-    for _ in range(asked.fingers):
+    for _ in range(fingers):
         finger = drawn(random, design)
-        slips, noise = random.normal(0, FORCE_ERROR, asked.presses), random.normal(0, NOISE, (asked.presses, 5))
+        slips, noise = random.normal(0, FORCE_ERROR, presses), random.normal(0, NOISE, (presses, 5))
         for name, (force, modulus) in designs.items():
             read = readings(told, *finger, force * (1 + slips), modulus) + noise
             log = PressLog(force, modulus, read, tuple(gauge.name for gauge in design.gauges))
-            found = identify(log, design, size_mm=asked.size)
+            found = identify(log, design, size_mm=size)
             errors[name].append([np.sqrt(np.mean(one**2)) for one in missed(told, finger, found, *domain)])
     table = {name: np.median(rows, axis=0) for name, rows in errors.items()}
     for name, (sd, modulus) in table.items():
-        print(f"{asked.presses} {name}: {100 * sd:.2f} % of S_d, {100 * modulus:.0f} % of E (rms, median finger)")
+        print(f"{presses} {name}: {100 * sd:.2f} % of S_d, {100 * modulus:.0f} % of E (rms, median finger)")
     ratio = table["evenly spaced"] / table["suggested"]
     print(f"suggested presses are better by {ratio[0]:.2f} in S_d, {ratio[1]:.2f} in E")
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)
