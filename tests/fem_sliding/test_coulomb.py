@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, relax, rub
+from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _own_law, relax, rub
 
 E_STAR = 0.1
 
@@ -112,8 +112,10 @@ def coupled_body(n, rng):
     x = np.arange(n)
     near = np.exp(-np.abs(np.subtract.outer(x, x)) / 6.0)
     odd = 0.2 * np.sign(np.subtract.outer(x, x)) * near
+    # On the flank of a ridge a node's own directions are coupled, too
+    odd += np.diag(rng.uniform(-0.3, 0.3, n))
     C = np.block([[1.3 * near, odd], [odd.T, near]])
-    return C + 0.2 * np.eye(2 * n) + 0.0 * rng.uniform()
+    return C + 0.2 * np.eye(2 * n)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -130,6 +132,29 @@ def test_newton_and_relaxation_agree(seed, given):
     newton, relaxed = rub(step, np.zeros(n, dtype=int)), relax(step)
     assert relaxed.violation < 1e-8
     np.testing.assert_allclose(newton.force, relaxed.force, atol=1e-6 * np.abs(newton.force).max())
+    np.testing.assert_allclose(newton.moved, C @ newton.force, atol=1e-9)
+    assert newton.depth == pytest.approx(relaxed.depth, rel=1e-6) and (newton.state == relaxed.state).all()
+    assert newton.force[n:].sum() == pytest.approx(1.0) if given == "load" else newton.depth == 1.0
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4, 1.2])
+def test_a_node_alone_keeps_its_laws(friction):
+    """Drawn nodes whose directions are coupled: no gap, and stick within the cone or slip at its edge, against it."""
+    rng, seen = np.random.default_rng(0), set()
+    for _ in range(300):
+        xx, aa = rng.uniform(0.5, 2.0, 2)
+        xa = rng.uniform(-0.8, 0.8) * np.sqrt(xx * aa)
+        slip, gap = rng.normal(), -rng.uniform(0.1, 1.0)
+        b, a = _own_law(xx, xa, aa, slip, gap, friction)
+        moved = slip + xx * b + xa * a
+        assert a > 0 and abs(gap + xa * b + aa * a) < 1e-12 and abs(b) <= friction * a * (1 + 1e-12)
+        if abs(b) < friction * a * (1 - 1e-9):
+            assert abs(moved) < 1e-12
+            seen.add(STICK)
+        elif friction:
+            assert b * moved <= 1e-12
+            seen.add(int(np.sign(moved)))
+    assert seen == ({STICK, RIGHT, LEFT} if friction else set())
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e9])
