@@ -13,9 +13,6 @@ from papilla.fem.sliding.slide import amplify
 from papilla.identified import Identified
 from papilla.textures import Flat, MeasuredProfile
 
-pytestmark = pytest.mark.slow
-"""The section is condensed first."""
-
 GRATING = Grating(0.9, 0.9, 0.3)
 SLOW = {"force": 0.1, "length_mm": 5.0, "dynamics": "quasi-static"}
 
