@@ -147,6 +147,12 @@ def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
     assert len(wire.sent) == 150, "the hand's place, 250 times a second"
 
 
+def test_both_ends_step_a_thousand_times_a_second_unless_another_period_is_given(wire):
+    wire.gate, touch = SimpleNamespace(counts=Counts()), Touch(GratingTexture(1.2), 0.0)
+    assert run_display(wire, LocalModel(), Motion(100.0, 0.0), seconds=0.01).period_s == 1e-3
+    assert run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=0.01).period_s == 1e-3
+
+
 def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
     period, told, touch = on_a_stepped_clock(wire), [], Touch(GratingTexture(1.2), 0.0)
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)

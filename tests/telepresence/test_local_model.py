@@ -50,7 +50,17 @@ def test_it_is_the_printed_sine_of_the_hand_for_one_wavelength():
     assert shown[-1].status == DisplayStatus.OK
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("compensate, share", [(True, 1.0), (False, math.sqrt(0.5))])
+def test_a_roll_off_is_compensated_or_left_in_the_displacement(compensate, share):
+    """At its corner an actuator of first order moves by 1 / sqrt(2) of what its volts ask for."""
+    model = LocalModel(Actuator("slow", 55.0, 300.0, corner_Hz=100.0, order=1, drive_V=100.0), compensate=compensate)
+    shown = play(model, 1.0, lambda t: 120 * t, events=every(0.05, (Component(1.2, 40.0),)))[500:]
+    moved = math.sqrt(2) * np.std([one.displacement_um for one in shown])
+    volts = math.sqrt(2) * np.std([one.drive_V for one in shown])
+    assert moved == pytest.approx(share * 40 * 0.238, rel=2e-3)
+    assert volts == pytest.approx(100.0 * math.sqrt(2) * moved / 55.0, rel=2e-3), "100 V for the whole stroke at rest"
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_the_drive_is_continuous_whatever_arrives(seed):
     rng = np.random.default_rng(seed)
@@ -129,7 +139,6 @@ def test_the_actuators_are_those_of_the_papers():
     assert shown[-1].displacement_um == 0 and shown[-1].status == DisplayStatus.TOO_FAST
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("cause", ["link", "hand", "force"])
 def test_it_decays_to_zero_in_the_stated_time_and_comes_back_without_a_step(cause):
     safety = Safety(hold_s=0.2, decay_s=0.1, attack_s=0.05)

@@ -132,6 +132,23 @@ def test_each_refused_datagram_is_counted_once_under_its_cause():
     assert (gate.counts.oversize, gate.counts.malformed, gate.counts.forged) == (1, 2, 0)
 
 
+def test_a_datagram_has_1200_bytes_at_most():
+    gate = Gate()
+    assert gate.admit(b"\0" * 1200, 0) is None and gate.admit(b"\0" * 1201, 0) is None
+    assert (gate.counts.malformed, gate.counts.oversize) == (1, 1)
+
+
+def test_round_trips_of_none_to_five_seconds_tell_the_clock_and_others_nothing():
+    offset = Offset()
+    for trip in (-1, 5_000_000_001):
+        offset.learn(trip, 7)
+        assert math.isnan(offset.round_trip_ns)
+    offset.learn(5_000_000_000, 7)
+    assert offset.offset_ns == 7
+    offset.learn(0, 9)
+    assert (offset.round_trip_ns, offset.offset_ns) == (0, 9)
+
+
 def test_without_the_key_nothing_is_heard():
     one, thief = Gate(KEY), Gate(b"another key of 16")
     assert all(heard is None for heard in meet(one, thief).values())
@@ -231,3 +248,22 @@ def test_the_offset_of_clocks_is_right_to_half_the_shortest_round_trip_and_follo
     assert math.isnan(Offset().offset_ns)
     offset.learn(-5, 0)
     assert abs(offset.offset_ns + 7_000_000_000) < 30_000_000
+
+
+@pytest.mark.parametrize("truth", [3_000_000_000, -3_000_000_000])
+def test_the_shortest_round_trip_counts_until_64_others_have_come_or_three_contradict_it(truth):
+    offset = Offset()
+    offset.learn(2_000_000, truth)
+    for _ in range(63):
+        # 20 ms there and 10 ms back: off by 5 ms, which a round trip of 30 ms explains
+        offset.learn(30_000_000, truth + 5_000_000)
+    assert (offset.round_trip_ns, offset.offset_ns) == (2_000_000, truth)
+    offset.learn(30_000_000, truth + 5_000_000)
+    assert (offset.round_trip_ns, offset.offset_ns) == (30_000_000, truth + 5_000_000)
+    # Half of both round trips and 5 ms: 35.5 ms are explained, and more may be chance once or twice
+    known, jumped = truth + 5_000_000, truth + 41_000_000
+    for seen in (*[known + 35_400_000] * 3, jumped, jumped, known, jumped, jumped):
+        offset.learn(31_000_000, seen)
+        assert offset.offset_ns == known
+    offset.learn(31_000_000, jumped)
+    assert (offset.round_trip_ns, offset.offset_ns) == (31_000_000, jumped), "the clock has jumped"

@@ -65,6 +65,8 @@ def test_a_press_is_over_the_limit_until_it_is_below_the_release():
 
 def test_the_piezo_is_3_dB_down_at_its_corner_and_fades_at_the_end_of_its_band():
     assert PIEZO.response(0.0) == 1.0 and PIEZO.response(310.0) == pytest.approx(math.sqrt(0.5))
+    # 1 dB down at 300 Hz: 1 / sqrt(1 + (300 / 310)^40)
+    assert PIEZO.response(300.0) == pytest.approx(0.8876, abs=1e-4)
     assert PIEZO.amplitude_um == 27.5
     assert [PIEZO.volts(drive) for drive in (-27.5, 0.0, 27.5)] == pytest.approx([0, 75, 150])
     top = 200.0

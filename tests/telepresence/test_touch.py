@@ -59,7 +59,6 @@ def test_what_no_finger_was_calibrated_for_is_refused():
         Touch(GratingTexture(1.0), noise_microstrain=-1)
 
 
-@pytest.mark.slow
 def test_a_message_tells_each_quantity_with_sigma_and_status():
     touch = Touch(GratingTexture(1.3, 1e-6), 1.0, Soft(calibration(), 0.3, 0.4, area=area()))
     sensing, motion, rng = touch.sensing(), Motion(), np.random.default_rng(0)
