@@ -34,7 +34,7 @@ SCENE = (0.588, 0.51)
 ALIKE = 0.03
 """Relative difference up to which two values are called alike: S_d differs by up to half of it between meshes."""
 
-BETTER, LARGER = ("better", "best"), ("larger", "largest")
+BETTER, LARGER = ("is better", "is best"), ("has the larger one", "has the largest one")
 """Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
 
 TIMED = 50
@@ -231,4 +231,4 @@ def _best(
     near = [name for name in ordered if abs(values[name] - values[ordered[0]]) <= ALIKE * abs(values[ordered[0]])]
     if len(near) > 1:
         return f"{what}: {' and '.join(near)} are alike ({told})."
-    return f"{what}: {near[0]} is {win[len(rows) > 2]} ({told})."
+    return f"{what}: {near[0]} {win[len(rows) > 2]} ({told})."

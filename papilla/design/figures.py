@@ -1,9 +1,11 @@
 """The pictures of a study's page: the Pareto front, and sigma of ln E over the scene for designs side by side."""
 
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from papilla.design.results import Results
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, plain_log, styled
@@ -54,9 +56,12 @@ def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[np.nda
             shades = axes.contourf(
                 forces, moduli, np.log10(percent).T, levels=np.log10(LEVELS), cmap="YlOrBr", extend="both"
             )
-            axes.set(xscale="log", yscale="log", title=title, xlabel="force (N)")
-            plain_log(axes.xaxis)
+            axes.set(xscale="log", yscale="log", xlabel="force (N)")
+            axes.set_title(textwrap.fill(title, 18), fontsize=9)
             plain_log(axes.yaxis)
+            ticks = np.geomspace(forces[0], forces[-1], 3)
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks])
+            axes.xaxis.set_minor_locator(NullLocator())
             if k:
                 axes.tick_params(labelleft=False)
             else:

@@ -167,5 +167,5 @@ def first_words(outcome: Outcome) -> list[str]:
     for one in study.objectives:
         best, own = float(results.values(one.name)[results.chosen[0]]), outcome.base[one.name]
         unit = "" if one.unit == "1" else f" {one.unit}"
-        said.append(f"{one.words}: best {best:.3g}{unit}, {study.finger.name} {own:.3g}{unit}")
+        said.append(f"{one.words}: best {best:.4g}{unit}, {study.finger.name} {own:.4g}{unit}")
     return said

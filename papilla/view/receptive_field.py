@@ -20,6 +20,7 @@ from papilla.view.style import (
     diverging_bar,
     literal,
     mark_gauge,
+    narrow,
     nice_limit,
     styled,
     titled,
@@ -61,16 +62,19 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
     return figure
 
 
-def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, columns: int = 5) -> Figure:
-    """The receptive fields of all gauges on one scale, a map each over x and y of the skin, seen from above; at most
-    `columns` maps beside each other."""
+def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: bool = False) -> Figure:
+    """The receptive fields of all gauges on one scale, a map each over x and y of the skin, seen from above.
+
+    small : for a telephone, with two maps beside each other instead of five.
+    """
     skins = [_skin(fields, number) for number in range(len(finger.gauges))]
     limit = nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
     sites = _grids(finger)
     width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
+    columns, inches = (2, 2.0) if small else (5, 2.9)
     columns = min(len(skins), columns)
     rows = -(-len(skins) // columns)
-    with styled(2.9 * columns + 0.7, 2.9 * height / width * rows + BELOW + ABOVE) as figure:
+    with styled(inches * columns + 0.7, inches * height / width * rows + BELOW + ABOVE) as figure:
         tall = figure.get_figheight()
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         figure.subplots_adjust(
@@ -92,7 +96,9 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, columns: in
             axes.set_ylabel("y (mm)")
         diverging_bar(figure, limit, "gauge strain per force of a small load (µε per mN)")
         facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
-        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, 14)
+        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, 11 if small else 14)
+        if small:
+            narrow(figure)
     return figure
 
 

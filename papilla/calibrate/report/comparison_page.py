@@ -33,7 +33,7 @@ def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[C
 def _fields(finger: Finger, name: str) -> Markup:
     """Receptive fields of a finger's gauges."""
     found = receptive_of(finger)
-    pictures = (view.png(view.receptive_fields_figure(found, finger, columns), 90) for columns in (5, 2))
+    pictures = (view.png(view.receptive_fields_figure(found, finger, small=small), 120) for small in (False, True))
     return either(pictures, f"Receptive fields of {name}", "png")
 
 
