@@ -219,12 +219,17 @@ class Summary:
 
         from papilla.estimators.pipeline import path
         from papilla.estimators.pipeline.clock import Clock
+        from papilla.tables import BLOCK
 
-        velocity, position = (
-            rows[:, self._columns.index(name)].tolist() if name in self._columns else None
-            for name in ("velocity_mm_s", "position_mm")
-        )
-        return np.array(path(Clock(self._log.sample_rate_Hz), rows[:, 0].tolist(), velocity, position))
+        clock, names = Clock(self._log.sample_rate_Hz), ("velocity_mm_s", "position_mm")
+        at = [self._columns.index(name) if name in self._columns else None for name in names]
+        place = np.empty(len(rows))
+        for first in range(0, len(rows), BLOCK):
+            # Numbers of Python take four times the memory of an array
+            part = rows[first : first + BLOCK]
+            moved = (None if column is None else part[:, column].tolist() for column in at)
+            place[first : first + BLOCK] = path(clock, part[:, 0].tolist(), *moved)
+        return place
 
 
 def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> list[str]:

@@ -35,9 +35,9 @@ GRID, PADDING = 8, 8
 which the grid is extended with zeros, so that a peak is sampled near its top."""
 LEAST = 1e-100
 """Smallest change of a reading; the fourth power of a larger one is not zero in floating-point numbers."""
-LONGEST_GRID = 2**19
-"""Largest number of grid points of a spectrum, above which `latest_stretch` shortens a log: 4 million padded points per
-channel."""
+LONGEST_GRID = 500_000
+"""Largest number of grid points of a spectrum, above which `latest_stretch` shortens a log. It is a little less than
+2**19, so that the padded grid has 2**22 points a channel: 2**23 points would take 370 MB."""
 
 
 @dataclass(frozen=True)

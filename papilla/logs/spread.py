@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-KEPT, KEPT_SHIFT = 2**20, 38
-"""Up to `KEPT` numbers are stored exactly. Beyond that, numbers whose floats differ only in the last `KEPT_SHIFT` bits
-form a group."""
+KEPT, KEPT_SHIFT = 2**19, 38
+"""Up to `KEPT` numbers (4 MB a column) are stored exactly. Beyond that, numbers whose floats differ only in the last
+`KEPT_SHIFT` bits form a group."""
 
 
 class Magnitudes:

@@ -126,7 +126,7 @@ def active_records(period: float, rng, assumed: Assumed = STEADY, cause: bool = 
     time = np.arange(round(ACTIVE_S * RATE_Hz)) / RATE_Hz - 0.4
     own = (
         (ENCODED_S + SHARED_S) / 2
-    # Contact time of a unit with the grating
+        # Contact time of a unit with the grating
     )
     middle = (ENCODED_S + own) / 4 + (AFTER - BEFORE) / 2 / RATE_Hz
     slope = (FASTEST - SLOWEST) / ((BEFORE + AFTER) / RATE_Hz) * cause
