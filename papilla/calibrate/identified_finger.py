@@ -9,13 +9,12 @@ import numpy as np
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import MOVES, OF_THE_BENCH, kind, start_of
 from papilla.calibrate.identification.posing import problem_of_record
-from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.problem import Problem, sd_and_shares, unread
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.identified import Identified
-from papilla.logs import PressLog
 
 GRID = 10
 """Number of presses along force and modulus at which the standard deviations are computed."""
@@ -44,10 +43,9 @@ def with_identification(
     vector = problem.start
     modelled = problem.modelled(vector)
     g = len(finger.gauges)
-    zeros = np.array([problem.values(vector)[f"zero_microstrain.{gauge.name}"] for gauge in finger.gauges])
-    readings, by = modelled.values[:, :g] - zeros, modelled.by_free[:, :g]
-    about = readings - readings.mean(axis=1, keepdims=True)
-    by_ln_sd = np.einsum("ng,ngf->nf", about, by) / (about**2).sum(axis=1)[:, None]
+    zeros, by = problem.each("zero_microstrain", problem.values(vector)), modelled.by_free[:, :g]
+    sd, shares = sd_and_shares(modelled.values[:, :g] - zeros)
+    by_ln_sd = np.einsum("ng,ngf->nf", shares, by) / sd[:, None]
     force, modulus = problem.log.force_N, problem.log.modulus_MPa
 
     def surface(slopes: np.ndarray) -> Surface:
@@ -92,9 +90,8 @@ def _problem(
             )
     force, modulus = (np.geomspace(*calibration.domain[key], GRID) for key in ("force_N", "modulus_MPa"))
     force, modulus = (one.ravel() for one in np.meshgrid(force, modulus))
-    n, g = len(force), len(finger.gauges)
-    deep = np.ones(n) if "touch_down_mm" in values else None
-    log = PressLog(force, modulus, np.zeros((n, g)), tuple(gauge.name for gauge in finger.gauges), deep)
+    deep = np.ones(len(force)) if "touch_down_mm" in values else None
+    log = unread(finger, force, modulus, indentation_mm=deep)
     kept = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
     free = tuple(record.parameters[place] for place in kept)
     problem = problem_of_record(finger, log, free, Noise(), size_mm, progress)

@@ -11,6 +11,7 @@ from papilla import cache, fem, units
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.identification import Diagnosis, Identification, diagnose, identify, record
 from papilla.calibrate.identification.presses import places
+from papilla.calibrate.identification.problem import sd_and_shares
 from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.physics import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
 from papilla.calibrate.position_terms import with_positions
@@ -189,8 +190,7 @@ def calibrate_bench(
     )
     g = found.problem.gauge_count
     noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
-    about = modelled.values[:, :g] - modelled.values[:, :g].mean(axis=1, keepdims=True)
-    by_force = (about * modelled.by_ln_force[:, :g]).mean(axis=1) / np.sqrt((about**2).mean(axis=1))
+    by_force = (sd_and_shares(modelled.values[:, :g])[1] * modelled.by_ln_force[:, :g]).sum(axis=1)
     sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
     noise_sd = noise.readings_microstrain / np.sqrt(g)
     answer = done.calibration.invert(sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N)

@@ -169,8 +169,7 @@ def fit_touch(found: "Identification", log: PressLog, terms: int) -> TouchRelaxa
     time, problem, values = log.t_s, found.problem, found.values
     assert time is not None, "a log over time has times"
     rows = max(touches(log.modulus_MPa), key=lambda touch: float(np.ptp(time[touch])))
-    mix = np.array([[values[f"{name}.{gauge}"] for gauge in problem.gauges] for name in ("gain", "lever_mm")])
-    zeros = np.array([values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
+    gain, lever, zeros = (problem.each(name, values) for name in ("gain", "lever_mm", "zero_microstrain"))
     response, modulus = problem.shapes[0].responses[0], float(log.modulus_MPa[rows[0]])
     deep = log.indentation_mm
     seen = (log.readings - zeros).std(axis=1) if deep is None else deep
@@ -178,7 +177,9 @@ def fit_touch(found: "Identification", log: PressLog, terms: int) -> TouchRelaxa
     def elastic(force: np.ndarray) -> np.ndarray:
         moduli = values["outer_modulus_MPa"], values["inner_modulus_MPa"]
         felt = response.felt(force, np.full(len(force), modulus), *moduli)
-        return np.einsum("nqg,qg->ng", felt.values, mix).std(axis=1) if deep is None else felt.indentation
+        if deep is not None:
+            return felt.indentation
+        return np.einsum("nqg,qg->ng", felt.values, np.array([gain, lever])).std(axis=1)
 
     fitted = fit_relaxation(time[rows], log.force_N[rows], seen[rows], terms=terms, elastic=elastic)
     return TouchRelaxation(fitted, modulus, "S_d" if deep is None else "indentation", crept(fitted.prony, log))

@@ -20,17 +20,19 @@ from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.posing import free_parameters, shapes_of
 from papilla.calibrate.identification.presses import refuse_far
-from papilla.calibrate.identification.problem import Problem
+from papilla.calibrate.identification.problem import Problem, sd_and_shares, unread
 from papilla.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
-from papilla.logs import PressLog
 from papilla.specimen import Specimen
 from papilla.units import gf_to_newton
 
 Criterion = Literal["I", "D"]
 APEX = (0.0, 0.0)
+
+Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Forces (n,) in N, moduli (n,) in MPa and places (n, 2) in mm of presses."""
 
 FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
 """Forces among which presses are suggested, unless others are given."""
@@ -126,7 +128,7 @@ def suggest_presses(
         raise InputError("suggesting presses needs at least one place")
     index = np.meshgrid(*(np.arange(len(axis)) for axis in (*grid, spots)), indexing="ij")
     force, modulus, place = (axis[one.ravel()] for axis, one in zip((*grid, spots), index, strict=True))
-    candidates = _Presses(force, modulus, place)
+    candidates = force, modulus, place
     if isinstance(known, Identification):
         # Presses made count with their own weights; priors are those of the problem
         made = known.problem.jacobian(known.vector)
@@ -145,43 +147,25 @@ def suggest_presses(
     return Suggestion(*told, spread[0], spread[1], criterion)
 
 
-@dataclass(frozen=True, eq=False)
-class _Presses:
-    """Presses by forces (n,) on moduli (n,) at places (n, 2)."""
-
-    force: np.ndarray
-    modulus: np.ndarray
-    place: np.ndarray
-
-    def __len__(self) -> int:
-        return len(self.force)
-
-    def log(self, finger: Finger, depths: bool) -> PressLog:
-        """A log of these presses, without measured values."""
-        names = tuple(gauge.name for gauge in finger.gauges)
-        deep = np.ones(len(self)) if depths else None
-        return PressLog(self.force, self.modulus, np.zeros((len(self), len(names))), names, deep, *self.place.T)
-
-
-def _able(problem: Problem, candidates: _Presses, size_mm: float | None) -> Problem:
+def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
     """The problem with the changes by contacts beside the apex, if there are such candidates."""
-    if not candidates.place.any():
+    if not candidates[2].any():
         return problem
     relatives = posing.family_of(problem.finger, size_mm=size_mm)
-    refuse_far(candidates.log(problem.finger, False), MoveLimits.of(relatives), problem.free)
+    refuse_far(unread(problem.finger, *candidates), MoveLimits.of(relatives), problem.free)
     return replace(problem, shapes=(*posing.with_moves(problem.shapes[:1], relatives), *problem.shapes[1:]))
 
 
 def _from_nothing(
     design: Finger,
-    candidates: _Presses,
+    candidates: Presses,
     specimen: Specimen | None,
     noise: Noise,
     seed: int,
     size_mm: float | None,
 ) -> tuple[Problem, list[np.ndarray]]:
     """The problem of the candidates of a design, without measurements, and vectors (f,) of fingers of its prior."""
-    empty = candidates.log(design, False)
+    empty = unread(design, *candidates)
     touched = specimen or design.bench.specimen(1.0)
     shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, None)
     held = start_of(design)
@@ -200,23 +184,19 @@ def _from_nothing(
     return problem, vectors
 
 
-def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: np.ndarray | None) -> _Finger:
+def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np.ndarray | None) -> _Finger:
     """Information of the candidates for the finger of a vector (f,); known (f, f) : existing information, None for the
     priors alone."""
     pressed = _pressed(problem, vector, candidates)
     jacobian = pressed.jacobian(vector)
     priors = len(problem.free) + 1
-    each = jacobian[:-priors].reshape(len(candidates), -1, len(problem.free))
+    each = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
     grid = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
-    domain = _Presses(grid[0].ravel(), grid[1].ravel(), np.zeros((GRID**2, 2)))
-    told = _unread(problem, domain).modelled(vector)
+    told = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
     g = problem.gauge_count
-    values = problem.values(vector)
-    zeros = np.array([values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
-    readings = told.values[:, :g] - zeros
-    apart = readings - readings.mean(axis=1, keepdims=True)
-    by = apart / (apart**2).sum(axis=1, keepdims=True)
+    sd, shares = sd_and_shares(told.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
+    by = shares / sd[:, None]
     slope = (by * told.by_ln_modulus[:, :g]).sum(axis=1)
     of_sd = np.einsum("mg,mgf->mf", by, told.by_free[:, :g])
     information = np.einsum("ncf,nch->nfh", each, each)
@@ -227,17 +207,12 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: _Presses, known: n
     )
 
 
-def _unread(problem: Problem, presses: _Presses) -> Problem:
-    """The problem of other presses on a finger, with all gauges read."""
-    return problem.of(presses.log(problem.finger, problem.log.indentation_mm is not None))
-
-
-def _pressed(problem: Problem, vector: np.ndarray, presses: _Presses) -> Problem:
+def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
     """The problem of other presses on a finger, whose measurements and weights follow from its vector (f,)."""
-    empty = _unread(problem, presses)
+    empty = problem.of(*presses)
     if problem.log.stated_sd is not None:
-        nothing = np.zeros((len(presses), 0))
-        empty = replace(empty, log=replace(empty.log, readings=nothing, gauge_names=(), stated_sd=presses.force))
+        nothing = np.zeros((len(presses[0]), 0))
+        empty = replace(empty, log=replace(empty.log, readings=nothing, gauge_names=(), stated_sd=presses[0]))
     read = empty.modelled(vector).values
     if problem.log.stated_sd is not None:
         log = replace(empty.log, stated_sd=read[:, 0])

@@ -42,7 +42,7 @@ def test_no_other_pair_of_presses_tells_more(identified, criterion):
     found = suggest_presses(identified, 2, MODULI, forces=FORCES, criterion=criterion)
     force, modulus = (axis.ravel() for axis in np.meshgrid(FORCES, MODULI, indexing="ij"))
     made = identified.problem.jacobian(identified.vector)
-    candidates = module._Presses(force, modulus, np.zeros((len(force), 2)))
+    candidates = (force, modulus, np.zeros((len(force), 2)))
     finger = module._finger(identified.problem, identified.vector, candidates, made.T @ made)
 
     def score(rows):
@@ -66,7 +66,7 @@ def test_what_is_known_before_is_what_the_fit_knows(identified):
     assert one.sigma_before == more.sigma_before
     assert more.sigma_after < one.sigma_after < one.sigma_before
     made = identified.problem.jacobian(identified.vector)
-    one_press = module._Presses(np.array([0.3]), np.array([0.3]), np.zeros((1, 2)))
+    one_press = (np.array([0.3]), np.array([0.3]), np.zeros((1, 2)))
     finger = module._finger(identified.problem, identified.vector, one_press, made.T @ made)
     inverse = np.linalg.inv(finger.known)
     if identified.chi_square < 1.5 * identified.freedom:
@@ -81,7 +81,7 @@ def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers
     found = suggest_presses(design, 5, (0.089, 0.51, 0.72), size_mm=SIZE_MM)
     assert len(found.force_N) == 5 and set(found.modulus_MPa) > {0.72}
     force, modulus = np.linspace(0.05, 0.98, 5), np.resize([0.089, 0.51, 0.72], 5)
-    spaced = module._Presses(force, modulus, np.zeros((5, 2)))
+    spaced = (force, modulus, np.zeros((5, 2)))
     problem, vectors = module._from_nothing(design, spaced, None, module.Noise(), 0, SIZE_MM)
     fingers = [module._finger(problem, vector, spaced, None) for vector in vectors]
     even = np.mean([one.log_variance(one.known + one.each.sum(axis=0)) for one in fingers])

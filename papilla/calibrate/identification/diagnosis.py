@@ -106,7 +106,7 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
         presses=len(problem.log),
         specimen=specimen,
         friction=problem.friction,
-        zeros_microstrain=tuple(found.values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges),
+        zeros_microstrain=tuple(problem.each("zero_microstrain", found.values).tolist()),
         touch_down_mm=found.values["touch_down_mm"],
         parameters=names,
         logarithmic=tuple(PARAMETERS[kind(name)].logarithmic for name in names),

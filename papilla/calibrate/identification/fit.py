@@ -15,7 +15,6 @@ from papilla.calibrate.identification.repeats import noise_told
 from papilla.fem.reduction.family import with_moduli
 from papilla.finger import Finger
 from papilla.identified import Identified
-from papilla.logs import PressLog
 from papilla.short_repr import html_table
 
 ROUNDS = 10
@@ -111,9 +110,7 @@ class Identification:
     def other_presses(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> Problem:
         """The problem of other presses (n,) on the first shape of specimen, to predict their measurements and
         derivatives."""
-        problem, n = self.problem, len(force_N)
-        deep = None if problem.log.indentation_mm is None else np.ones(n)
-        return problem.of(PressLog(force_N, modulus_MPa, np.zeros((n, problem.gauge_count)), problem.gauges, deep))
+        return self.problem.of(force_N, modulus_MPa)
 
     @cached_property
     def residuals(self) -> np.ndarray:

@@ -56,6 +56,25 @@ ASIDE_PER_MM2 = 3e-4
 grows with the square of the distance."""
 
 
+def unread(
+    finger: Finger,
+    force_N: np.ndarray,
+    modulus_MPa: np.ndarray,
+    place_mm: np.ndarray | None = None,
+    indentation_mm: np.ndarray | None = None,
+) -> PressLog:
+    """A log of presses (n,) that measured nothing yet, at the apex or at places (n, 2)."""
+    names, spots = tuple(gauge.name for gauge in finger.gauges), () if place_mm is None else place_mm.T
+    return PressLog(force_N, modulus_MPa, np.zeros((len(force_N), len(names))), names, indentation_mm, *spots)
+
+
+def sd_and_shares(readings: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """S_d (n,) of readings (n, g), and its derivatives (n, g) by each of them."""
+    about = readings - readings.mean(axis=1, keepdims=True)
+    sd = np.sqrt((about**2).mean(axis=1))
+    return sd, about / np.maximum(readings.shape[1] * sd, np.finfo(float).tiny)[:, None]
+
+
 @dataclass(frozen=True, eq=False)
 class Modelled:
     """Modelled measurements for a parameter vector: n presses, c channels (gauges, or S_d alone, in microstrain, and
@@ -136,8 +155,11 @@ class Problem:
         found = zip(self.free, vector.tolist(), strict=True)
         return {**self.held, **{name: physical(name, value) for name, value in found}}
 
-    def of(self, log: PressLog) -> "Problem":
-        """The problem of other presses on the first shape of specimen, each judged alone; not weighted."""
+    def of(self, force_N: np.ndarray, modulus_MPa: np.ndarray, place_mm: np.ndarray | None = None) -> "Problem":
+        """The problem of other presses (n,) on the first shape of specimen, at the apex or at places (n, 2); nothing is
+        measured or weighted yet, and each press is judged alone."""
+        deep = None if self.log.indentation_mm is None else np.ones(len(force_N))
+        log = unread(self.finger, force_N, modulus_MPa, place_mm, deep)
         shape = replace(self.shapes[0], rows=np.arange(len(log)))
         nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in self.specimens.items()}
         return replace(self, log=log, shapes=(shape,), specimens=nobody, candidates=True, weights=None, robust=None)
@@ -186,13 +208,12 @@ class Problem:
         values = self.values(vector)
         felt, g = self.felt(values), self.gauge_count
         mix = self._mix(values)
-        zeros = np.array([values[f"zero_microstrain.{one}"] for one in self.gauges])
 
         def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
             return np.column_stack([np.einsum("nqg,qg->ng", parts, mix), deep])
 
         found = channels(felt.values, felt.depth + values["touch_down_mm"])
-        found[:, :g] += zeros
+        found[:, :g] += self.each("zero_microstrain", values)
         by = {name: channels(felt.slopes[name], felt.depth_slopes[name]) for name in felt.slopes}
         for name, known in self.specimens.items():
             by[name] = by["modulus"] * np.isin(np.arange(len(self.log)), known.rows)[:, None]
@@ -232,9 +253,13 @@ class Problem:
         """Gauge values and indentations of the presses, and their derivatives, for parameter values."""
         return felt_by(self.shapes, self.log, self.moduli(values), values, self.gauges)
 
+    def each(self, name: str, values: Mapping[str, float]) -> np.ndarray:
+        """(g,) values of a parameter that each gauge has, such as "gain"."""
+        return np.array([values[f"{name}.{one}"] for one in self.gauges])
+
     def _mix(self, values: Mapping[str, float]) -> np.ndarray:
         """(q, g) weights of the gauges' values in readings in microstrain."""
-        gain, lever = (np.array([values[f"{name}.{one}"] for one in self.gauges]) for name in ("gain", "lever_mm"))
+        gain, lever = self.each("gain", values), self.each("lever_mm", values)
         return np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
 
     def _mix_slope(self, values: Mapping[str, float], which: str) -> np.ndarray:
@@ -246,11 +271,9 @@ class Problem:
         g, log = self.gauge_count, self.log
         parts = [every.values, every.by_free, every.by_ln_force, every.by_ln_modulus, every.unsure]
         if log.stated_sd is not None:
-            about = every.values[:, :g] - every.values[:, :g].mean(axis=1, keepdims=True)
-            sd = np.sqrt((about**2).mean(axis=1, keepdims=True))
-            share = about / np.maximum(g * sd, np.finfo(float).tiny)
+            sd, share = sd_and_shares(every.values[:, :g])
             slopes = [np.einsum("ng,ng...->n...", share, one[:, :g])[:, None] for one in parts[1:4]]
-            read = [sd, *slopes, np.sqrt(((share * every.unsure[:, :g]) ** 2).sum(axis=1, keepdims=True))]
+            read = [sd[:, None], *slopes, np.sqrt(((share * every.unsure[:, :g]) ** 2).sum(axis=1, keepdims=True))]
             parts = [np.concatenate([one, whole[:, g:]], axis=1) for one, whole in zip(read, parts, strict=True)]
         if log.indentation_mm is None:
             parts = [one[:, : self.reading_count] for one in parts]
@@ -302,14 +325,13 @@ class Problem:
     def _prior_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """(p, f) and (p,): the priors as rows . vector - target, divided by their standard deviations."""
         rows, target = np.zeros((len(self.free), len(self.free))), np.zeros(len(self.free))
-        gauges = [gauge.name for gauge in self.finger.gauges]
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
             sigma = self.prior_sigma(name)
             if which != "lever_mm":
                 rows[place, place], target[place] = 1 / sigma, self.prior_middle(name) / sigma
                 continue
-            gain = self._gain_sizes[gauges.index(gauge)]
+            gain = self._gain_sizes[self.gauges.index(gauge)]
             rows[place, place] = 1 / (sigma * gain)
             other = f"gain.{gauge}"
             if other in self.free:
@@ -353,8 +375,7 @@ class Problem:
             held, robust = dict(self.held), np.ones(self.measured.shape)
             return replace(self, weights=weights, robust=robust, gains=self._most_gain(self.felt(held).values))
         modelled, values = self.modelled(vector), self.values(vector)
-        gains = np.abs([values[f"gain.{gauge.name}"] for gauge in self.finger.gauges])
-        gains = np.maximum(gains, self._most_gain(self.felt(values).values))
+        gains = np.maximum(np.abs(self.each("gain", values)), self._most_gain(self.felt(values).values))
         return replace(self, weights=self._whitener(modelled.by_ln_force, modelled.unsure), gains=gains)
 
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:

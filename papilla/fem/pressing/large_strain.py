@@ -117,11 +117,7 @@ class LargeStrain:
     def changes(self, force, softness) -> np.ndarray:
         """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`; those of gauges
         are divided by the root of the sum of squares of their linear values."""
-        return self.fit.terms(np.log(force), softness) @ self.fit.coefficients
-
-    def rigid(self, force) -> np.ndarray:
-        """ln A_rigid (...), A in mm2, at F / E_inner (mm2): a parabola through the hardest specimen's presses."""
-        return np.polyval(self.fit.rigid, np.log(force))
+        return _monomials(np.log(force), np.asarray(softness), self.fit.ranges, self.fit.powers) @ self.fit.coefficients
 
     def covers(self, force: float, softness: float) -> bool:
         """Whether a press lies within the range of the table."""
@@ -178,11 +174,12 @@ class LargeStrain:
 class TableFit:
     """The polynomials of a table, t terms; n presses, l forces.
 
-    rigid : (3,) of ln A_rigid over ln force. softness : (n,) ln(A/A_rigid). levels : (l,) ln force, rising; ends : (2,
-    l) smallest and largest softness at each. norms : (n, 3 + q g) by which changes are divided. coefficients : (t, 3 +
-    q g) of the changes. errors : (n, 3 + q g) of each press's changes. With many presses each one is predicted by a fit
-    to all others. With few presses each one is at a corner of the table, and a fit without it would extrapolate far;
-    then the errors are the residuals, divided by the share of an error that remains in a residual.
+    rigid : (3,) of ln A_rigid (A in mm2) over ln force, a parabola through the hardest specimen's presses. softness :
+    (n,) ln(A/A_rigid). levels : (l,) ln force, rising; ends : (2, l) smallest and largest softness at each. norms :
+    (n, 3 + q g) by which changes are divided. coefficients : (t, 3 + q g) of the changes. errors : (n, 3 + q g) of each
+    press's changes. With many presses each one is predicted by a fit to all others. With few presses each one is at a
+    corner of the table, and a fit without it would extrapolate far; then the errors are the residuals, divided by the
+    share of an error that remains in a residual.
     """
 
     rigid: np.ndarray
@@ -220,10 +217,6 @@ class TableFit:
         else:
             errors = (terms @ coefficients - differences) / np.sqrt(left)
         return cls(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
-
-    def terms(self, ln_force, softness) -> np.ndarray:
-        """Monomials (..., t) of both coordinates."""
-        return _monomials(ln_force, np.asarray(softness), self.ranges, self.powers)
 
 
 def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powers: np.ndarray) -> np.ndarray:
@@ -287,7 +280,7 @@ def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float
     """
     ends = np.array([table.softness_between(math.log(force)) for table, _ in tables])
     weights = np.array([weight for _, weight in tables])
-    rigid = sum(weight * table.rigid(force) for table, weight in tables)
+    rigid = sum(weight * np.polyval(table.fit.rigid, math.log(force)) for table, weight in tables)
     low, high = weights @ ends
     share = (math.log(area) - rigid - low) / (high - low)
     return [float(least + share * (most - least)) for least, most in ends]

@@ -94,19 +94,25 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.stack([inverse, *(inverse * part for part in _monomials(e))])
 
     terms = _weak(patch, kernel, linear_moments)
-    inverse, xx, xy, yy, x, y = range(6)
     n = len(patch.xy)
-    parts = [np.zeros((3, n, 3, n)) for _ in range(3)]
+    plain = np.zeros((3, n, 3, n))
     for a in range(3):
-        parts[0][a, :, a] = terms(inverse, a)
-    for a, b, term in ((1, 1, xx), (1, 2, xy), (2, 1, xy), (2, 2, yy)):
-        parts[1][a, :, b] = terms(term, b)
-    for a, term in ((1, x), (2, y)):
-        # The traction on the specimen is -q, so the components of a half-space's tensor that couple p and q change sign
-        parts[2][0, :, a] = -terms(term, a)
-        parts[2][a, :, 0] = terms(term, 0)
-    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in parts)
+        plain[a, :, a] = terms(0, a)
+    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in (plain, *_tangential(terms, n)))
     return plain, dyadic, coupled
+
+
+def _tangential(terms, n: int) -> np.ndarray:
+    """Two matrices (2, 3, n, 3, n) of the terms 1 to 5 of a kernel: xx, xy, yy between the tangential components, and
+    x, y between these and the normal one."""
+    dyadic, coupled = found = np.zeros((2, 3, n, 3, n))
+    for a, b, term in ((1, 1, 1), (1, 2, 2), (2, 1, 2), (2, 2, 3)):
+        dyadic[a, :, b] = terms(term, b)
+    for a, term in ((1, 4), (2, 5)):
+        # The traction on the specimen is -q, so the components that couple p and q change sign
+        coupled[0, :, a] = -terms(term, a)
+        coupled[a, :, 0] = terms(term, 0)
+    return found
 
 
 @lru_cache(maxsize=8)
@@ -119,13 +125,8 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
 
     terms = _smooth(patch, kernel)
     n = len(patch.xy)
-    part = np.zeros((3, n, 3, n))
+    part = _tangential(terms, n).sum(axis=0)
     part[0, :, 0] = terms(0, 0)
-    for a, b, term in ((1, 1, 1), (1, 2, 2), (2, 1, 2), (2, 2, 3)):
-        part[a, :, b] = terms(term, b)
-    for a, term in ((1, 4), (2, 5)):
-        part[0, :, a] = -terms(term, a)
-        part[a, :, 0] = terms(term, 0)
     return _symmetric(part.reshape(3 * n, 3 * n))
 
 

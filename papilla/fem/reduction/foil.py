@@ -8,6 +8,7 @@ solution is corrected without a new factorisation (Woodbury):
 """
 
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 import scipy.sparse as sp
@@ -69,18 +70,14 @@ class FoiledModel(FingerModel):
     def _cover(self, points: np.ndarray) -> np.ndarray:
         """Number of backings, mirror images included, that cover points (3, ...) of the cell's interface."""
         total = np.zeros(points.shape[1:])
-        signs = [np.array([sx, sy, 1]) for sx in self._signs("x") for sy in self._signs("y")]
         for gauge, frame in self._frames:
-            for sign in signs:
+            for sign in (np.array([*image, 1]) for image in _images(self.mesh)):
                 offset = points * sign[:, None, None] - frame.site[:, None, None]
                 sides = zip((frame.along, frame.across), gauge.backing_mm, strict=True)
                 inside = [np.abs(np.einsum("i,i...->...", axis, offset)) <= side / 2 for axis, side in sides]
                 near = np.einsum("i,i...->...", frame.normal, offset) > -max(gauge.backing_mm)
                 total += inside[0] & inside[1] & near
         return total
-
-    def _signs(self, axis: str) -> tuple[int, ...]:
-        return (1, -1) if axis in self.mesh.mirrors else (1,)
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
         """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
@@ -103,14 +100,14 @@ def weight_readings(model: FingerModel, density_g_cm3: float = 1.0) -> np.ndarra
     nodes = _node_volumes(model)
     total = np.zeros(len(model.finger.gauges))
     for parity, field in model.reading_adjoints().items():
-        images = [np.array([sx, sy]) for sx in _images(model, "x") for sy in _images(model, "y")]
-        signs = sum(parity_signs(parity, image)[..., 2] for image in images)
+        signs = sum(parity_signs(parity, image)[..., 2] for image in _images(model.mesh))
         total += signs * np.einsum("n,ng->g", nodes, field[:, 2])
     return -1e6 * 9.80665e-6 * checks.positive("density (g/cm3)", density_g_cm3) * total
 
 
-def _images(model: FingerModel, axis: str) -> tuple[int, ...]:
-    return (1, -1) if axis in model.mesh.mirrors else (1,)
+def _images(mesh: LayeredMesh) -> list[tuple[int, ...]]:
+    """Signs along x and y of the cell's images by the mirrors of the mesh."""
+    return list(product(*((1, -1) if axis in mesh.mirrors else (1,) for axis in "xy")))
 
 
 def _node_volumes(model: FingerModel) -> np.ndarray:
