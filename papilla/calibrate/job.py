@@ -232,14 +232,10 @@ def recover(
 def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
     """Geometric means of neighbouring grid values, thinned out: those inside the limits or, if there are none, all."""
     middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
-    inside = _within(middles, limits)
+    inside = (middles >= limits[0]) & (middles <= limits[1])
     middles = middles[inside] if inside.any() else middles
     picked = np.linspace(0, len(middles) - 1, min(CHECKED_PER_AXIS, len(middles))).round().astype(int)
     return middles[picked].tolist()
-
-
-def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
-    return (values >= limits[0]) & (values <= limits[1])
 
 
 def cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps=None) -> Sweep:

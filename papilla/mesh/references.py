@@ -101,7 +101,7 @@ def from_reference(
 def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
     """The coarsest shipped mesh whose cells at the contact are small enough after the map; refined."""
     for shipped_mm in SIZES_MM[kind]:
-        shipped = _shipped_cell(kind, shipped_mm, variant)
+        shipped = _shipped(kind, shipped_mm, variant, whole=False)
         points = morphed(shipped.points, _origin(kind), body)
         near = np.linalg.norm(points[shipped.tets].mean(axis=1) - body.apex, axis=1).argsort()[:NEAREST]
         own = relative_sizes(shipped.points, shipped.tets, _own_sizing(kind, shipped_mm))
@@ -159,17 +159,11 @@ def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
     return TaggedCells(cell.points, cell.tets, cell.layer, surfaces, planes)
 
 
-@lru_cache(maxsize=8)
-def _shipped(kind: str, size_mm: float, variant: int) -> LayeredMesh:
+@lru_cache(maxsize=16)
+def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
+    """A shipped mesh, or the quarter that its mirrors repeat."""
     with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
-        return unpack(data)
-
-
-@lru_cache(maxsize=8)
-def _shipped_cell(kind: str, size_mm: float, variant: int) -> LayeredMesh:
-    """The quarter of a shipped mesh."""
-    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
-        return unpack({**data, "mirrors": np.array("")})
+        return unpack(data if whole else {**data, "mirrors": np.array("")})
 
 
 def _reference_finger(kind: str) -> Finger:

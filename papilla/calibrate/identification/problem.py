@@ -225,7 +225,8 @@ class Problem:
             elif which == "touch_down_mm":
                 columns[:, g:, place] = 1.0
             elif which in ("common_gain", "common_lever_mm"):
-                columns[:, :g, place] = np.einsum("nqg,qg->ng", felt.values, self._mix_slope(values, which))
+                slope = mix if which == "common_gain" else np.array([0 * mix[0], mix[0]])
+                columns[:, :g, place] = np.einsum("nqg,qg->ng", felt.values, slope)
             else:
                 k = self.gauges.index(gauge)
                 factor = values["common_gain"] / MICROSTRAIN
@@ -261,10 +262,6 @@ class Problem:
         """(q, g) weights of the gauges' values in readings in microstrain."""
         gain, lever = self.each("gain", values), self.each("lever_mm", values)
         return np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
-
-    def _mix_slope(self, values: Mapping[str, float], which: str) -> np.ndarray:
-        mix = self._mix(values)
-        return mix if which == "common_gain" else np.array([0 * mix[0], mix[0]])
 
     def _measurable(self, every: Modelled) -> Modelled:
         """The channels that the log has: S_d in place of the gauges, or no indentation."""
@@ -325,13 +322,14 @@ class Problem:
     def _prior_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """(p, f) and (p,): the priors as rows . vector - target, divided by their standard deviations."""
         rows, target = np.zeros((len(self.free), len(self.free))), np.zeros(len(self.free))
+        sizes = np.maximum(np.abs(np.ones(self.gauge_count) if self.gains is None else self.gains), LEAST_GAIN)
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
             sigma = self.prior_sigma(name)
             if which != "lever_mm":
                 rows[place, place], target[place] = 1 / sigma, self.prior_middle(name) / sigma
                 continue
-            gain = self._gain_sizes[self.gauges.index(gauge)]
+            gain = sizes[self.gauges.index(gauge)]
             rows[place, place] = 1 / (sigma * gain)
             other = f"gain.{gauge}"
             if other in self.free:
@@ -339,11 +337,6 @@ class Problem:
             else:
                 target[place] = LEVER_PER_GAIN_MM * self.held[other] / (sigma * gain)
         return rows, target
-
-    @property
-    def _gain_sizes(self) -> np.ndarray:
-        known = np.ones(self.gauge_count) if self.gains is None else self.gains
-        return np.maximum(np.abs(known), LEAST_GAIN)
 
     def _prior(self, vector: np.ndarray) -> np.ndarray:
         rows, target = self._prior_rows

@@ -134,7 +134,7 @@ class Body:
 
     def pressure_mass(self, number: int) -> sp.csc_matrix:
         """Mass matrix (free, free) of a layer's pressures, mm3."""
-        return self._restrict(self.space.part("mass", number))
+        return self.space.part("mass", number)[:, self.free].tocsr()[self.free].tocsc()
 
     def _parts(self):
         """Each card, with the mask (cells,) of its cells."""
@@ -146,9 +146,6 @@ class Body:
 
     def _kinematics(self, displacement: np.ndarray) -> Kinematics:
         return Kinematics.of(displacement[self._nodes].swapaxes(-1, -2)[:, None] @ self._gradients)
-
-    def _restrict(self, matrix: sp.csc_matrix) -> sp.csc_matrix:
-        return matrix[:, self.free].tocsr()[self.free].tocsc()
 
     def _volume_scale(self, gradient: np.ndarray) -> float:
         size = np.sqrt((gradient**2).sum(axis=(-2, -1))) * self._weights

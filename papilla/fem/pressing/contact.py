@@ -208,9 +208,10 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     if cut_off or determinant <= 0:
         return counted
     square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
-    q = _layer_term(float(share @ _inner_share(square)))
-    if q is None:
+    (terms, shares), inner = _profiles(), float(share @ _inner_share(square))
+    if not shares[0] <= inner <= shares[-1]:
         return counted
+    q = float(np.interp(inner, shares, terms))
     # Hertz's radius is accurate enough to count the elements across it
     edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
@@ -240,9 +241,3 @@ def _profiles() -> tuple[np.ndarray, np.ndarray]:
 def _inner_share(square: np.ndarray) -> np.ndarray:
     """Weight of the pressure at squared radii, over their mean, that tells the profile."""
     return np.maximum(0.0, 1 - square / INNER) ** 2
-
-
-def _layer_term(inner: float) -> float | None:
-    """q from the inner share of a pressure; None if no member of the family has this share."""
-    terms, shares = _profiles()
-    return float(np.interp(inner, shares, terms)) if shares[0] <= inner <= shares[-1] else None

@@ -15,7 +15,6 @@ fails if no ellipse fits on the patch, or if the skin is not convex.
 
 import math
 from dataclasses import dataclass
-from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -133,8 +132,14 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     i, j = np.array(powers).T
     stretches = np.array(STRETCHES)[:, None, None]
     matrices = (reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit))
-    given = reduced.patch, smallest, largest, aspects
-    ellipses = cache.fetch("ellipses", cache.key(__name__, *given), partial(_all_ellipses, *given))["pressure"]
+
+    def make() -> dict[str, np.ndarray]:
+        """Ellipses of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
+        time."""
+        return {"pressure": np.array([_ellipses(reduced.patch, smallest, largest, aspect) for aspect in aspects])}
+
+    key = cache.key(__name__, reduced.patch, smallest, largest, aspects)
+    ellipses = cache.fetch("ellipses", key, make)["pressure"]
     flat, finger, specimen = (
         np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
     )
@@ -212,12 +217,6 @@ def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, 
 def _tabulated(smallest: float, largest: float) -> np.ndarray:
     """Semi-axes a (mm) of the tabulated ellipses; the first `SMALL_POINTS` of them are below `smallest`."""
     return np.append(np.linspace(0.05, 0.95, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS))
-
-
-def _all_ellipses(patch: Patch, smallest: float, largest: float, aspects: np.ndarray) -> dict[str, np.ndarray]:
-    """`_ellipses` of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
-    time."""
-    return {"pressure": np.array([_ellipses(patch, smallest, largest, aspect) for aspect in aspects])}
 
 
 def _ellipses(patch: Patch, smallest: float, largest: float, aspect: float) -> np.ndarray:

@@ -20,7 +20,6 @@ from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
 from papilla.fem.pressing.log_polynomial import LogPolynomial
-from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import QUANTITIES
@@ -182,12 +181,10 @@ def _presses(
                 found = including_large_strain(member, touched, found, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
-        rows.append((force, modulus, ratio, found.resolved, BEYOND not in found.status, *_measures(found)))
+        rows.append(
+            (force, modulus, ratio, found.resolved, BEYOND not in found.status, found.indentation, *found.values.flat)
+        )
     return rows
-
-
-def _measures(found: Press) -> np.ndarray:
-    return np.concatenate([[found.indentation], found.values.ravel()])
 
 
 def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:

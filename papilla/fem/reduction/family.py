@@ -63,7 +63,8 @@ class FingerFamily:
     def at(self, outer: float, inner: float) -> ReducedFinger:
         """The finger with these Young's moduli (MPa); raises `InputError` if their ratio is outside the family."""
         design = self.design(outer, inner)
-        weights = self._basis(np.log(self._checked(outer / inner))) / inner
+        ratio = checks.within("outer over inner modulus", outer / inner, self.ratios.min(), self.ratios.max())
+        weights = self._basis(np.log(ratio)) / inner
         compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in OF_THE_RATIO)
         thickness = self.reduced.layers[:, 0]
         moduli = [layer.modulus for layer in (design.outer, design.inner, design.bone) if layer][: len(thickness)]
@@ -85,9 +86,6 @@ class FingerFamily:
     def _tangential(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         compliance, rows = self.tangential_source()
         return np.einsum("k,k...->...", weights, compliance), np.einsum("k,k...->...", weights, rows)
-
-    def _checked(self, ratio: float) -> float:
-        return checks.within("outer over inner modulus", ratio, self.ratios.min(), self.ratios.max())
 
     @cached_property
     def _basis(self) -> BarycentricInterpolator:

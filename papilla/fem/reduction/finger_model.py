@@ -5,6 +5,7 @@ each part is solved on the quarter cell. A press at the apex needs only the symm
 four, and still uses only a quarter of the mesh.
 """
 
+import math
 from collections.abc import Callable
 from functools import cached_property, partial
 from weakref import WeakValueDictionary
@@ -198,7 +199,7 @@ class FingerModel:
 
     def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
         """The matrix with some pressure mass added to layers that are so incompressible that they have almost none."""
-        empty = [number for number, layer in self.layers.items() if _compressibility_ratio(layer) < INCOMPRESSIBLE]
+        empty = [number for number, layer in self.layers.items() if math.prod(lame(layer)) < INCOMPRESSIBLE]
         for number in empty:
             mu = lame(self.layers[number])[0]
             mass = scaled(self.space.part("mass", number), self._scale)
@@ -302,8 +303,3 @@ def _crossing(down: np.ndarray, level: np.ndarray) -> float:
     if level[k] > 0:
         return np.inf
     return float(np.interp(0.0, -level[k - 1 : k + 1], down[k - 1 : k + 1])) if k else float(down[0])
-
-
-def _compressibility_ratio(layer: Layer) -> float:
-    mu, compressibility = lame(layer)
-    return mu * compressibility

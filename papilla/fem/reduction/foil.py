@@ -105,9 +105,9 @@ def weight_readings(model: FingerModel, density_g_cm3: float = 1.0) -> np.ndarra
     return -1e6 * 9.80665e-6 * checks.positive("density (g/cm3)", density_g_cm3) * total
 
 
-def _images(mesh: LayeredMesh) -> list[tuple[int, ...]]:
-    """Signs along x and y of the cell's images by the mirrors of the mesh."""
-    return list(product(*((1, -1) if axis in mesh.mirrors else (1,) for axis in "xy")))
+def _images(mesh: LayeredMesh) -> list[np.ndarray]:
+    """Signs (2,) along x and y of the cell's images by the mirrors of the mesh."""
+    return [np.array(signs) for signs in product(*((1, -1) if axis in mesh.mirrors else (1,) for axis in "xy"))]
 
 
 def _node_volumes(model: FingerModel) -> np.ndarray:

@@ -112,15 +112,12 @@ class SectionModel:
     def free(self) -> np.ndarray:
         """Numbers of the unknowns that the clamped base leaves free."""
         facets = self.mesh.facets
-        clamped = np.isin(facets, self.section.base).all(axis=0) & np.isin(np.arange(facets.shape[1]), self._boundary)
+        outer = np.isin(np.arange(facets.shape[1]), self.mesh.boundary_facets())
+        clamped = np.isin(facets, self.section.base).all(axis=0) & outer
         still = np.concatenate([self.section.base, self.scalar.facet_dofs[0, clamped]])
         free = np.ones(self.system[0].shape[0], dtype=bool)
         free[self.component[:, still].ravel()] = False
         return np.flatnonzero(free)
-
-    @cached_property
-    def _boundary(self) -> np.ndarray:
-        return self.mesh.boundary_facets()
 
     @cached_property
     def factor(self) -> Factor:
