@@ -78,7 +78,6 @@ class Sensing:
         self.pipeline.reset()
         self._count, self._integral = 0, 0.0
         self._answer: PipelineEstimate | None = None
-        self._amplitudes: dict[float, tuple[float, float]] = {}
         self._sample: tuple[float, ...] = ()
 
     def update(self, sample: Sequence[float]) -> None:
