@@ -32,6 +32,9 @@ def test_without_noise_the_finger_comes_back(smooth):
         assert found[name][0] == pytest.approx(truth[name], rel=0.03), name
     for values in pulls(found, truth).values():
         assert np.abs(values).max() < 1
+    told = len(found.names)
+    assert found.problem.measured.size - told <= found.freedom < found.problem.measured.size - told + 1
+    assert found.rival is None or found.rival > 0
     assert found.finger.outer.modulus == found.values["outer_modulus_MPa"]
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
 
