@@ -24,6 +24,8 @@ from papilla.view.style import (
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Width of a figure; height of a row of panels and of a row of a table, in inches."""
+LEGEND_MARK, TITLE_LINE = 6, 110
+"""Width of a curve's mark in a legend, and of the line of a wide panel's title, in letters."""
 ARROWS = 14
 """Number of phase arrows along each axis of a map."""
 
@@ -44,13 +46,13 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
         figure.set_layout_engine("constrained")
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
-            _panel(figure, axes, panel)
+            _panel(figure, axes, panel, wide=columns == 1 and not narrow)
         for axes in every[len(picture.panels) :]:
             axes.set_axis_off()
         return figure
 
 
-def _panel(figure: Figure, axes: Axes, panel: Panel) -> None:
+def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     axes.set_title(literal(panel.title), fontsize=9.5)
     axes.set_xlabel(literal(panel.x_label), fontsize=9)
     axes.set_ylabel(literal(panel.y_label), fontsize=9)
@@ -77,8 +79,14 @@ def _panel(figure: Figure, axes: Axes, panel: Panel) -> None:
     axes.set_ylim(panel.y_range) if panel.y_range else None
     if panel.even:
         axes.set_aspect("equal")
-    if any(one.label for one in panel.curves):
-        axes.legend(loc="best", fontsize=7.5, frameon=True, framealpha=0.85, edgecolor="none", handlelength=1.6)
+    labels = [one.label for one in panel.curves if one.label]
+    if labels:
+        look = {"fontsize": 7.5, "framealpha": 0.85, "edgecolor": "none", "handlelength": 1.6}
+        beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
+        if beside_title:
+            axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=len(labels), borderaxespad=0.2, **look)
+        else:
+            axes.legend(loc="best", **look)
 
 
 def _curve(axes: Axes, one: Curve, color: str) -> None:
