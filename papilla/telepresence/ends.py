@@ -121,5 +121,7 @@ class DisplayEnd:
         for heard in self._wire.receive():
             if isinstance(heard.message, Parameters):
                 self.message, self.age_ns = heard.message, heard.age_ns
-                self._model.learn(now, heard.message.components, Trust(heard.message.texture))
+                pressed = None if heard.message.force is None else heard.message.force.value
+                force = math.nan if pressed is None else pressed
+                self._model.learn(now, heard.message.components, Trust(heard.message.texture), force)
         return self._model.update(now)

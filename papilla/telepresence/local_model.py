@@ -53,6 +53,8 @@ class LocalModel:
     rate_Hz : of the output, at least 1000.
     compensate : whether the roll-off of the actuator is compensated within the band (the paper uses only its flat
         part). safety : limits of the output.
+    force_exponent : the sensor's amplitude grows with this power of the pressing force. The display then follows the
+        hand's force of now, from the sensor's force in the message. 0 as in the paper: its sensor has no Z axis.
 
     Raises `InputError` for unusable values.
     """
@@ -66,10 +68,12 @@ class LocalModel:
         rate_Hz: float = 1000.0,
         compensate: bool = True,
         safety: Safety | None = None,
+        force_exponent: float = 0.0,
     ):
         if not 1 <= components <= GREATEST:
             raise InputError(f"components must be 1 to {GREATEST}, got {components}")
         self.rate_Hz = checks.within("rate_Hz", rate_Hz, 1000.0, 1e6)
+        self.force_exponent = checks.within("force_exponent", force_exponent, 0.0, 3.0)
         self.actuator, self.components, self.compensate = actuator, components, compensate
         self.rule: Rule = Measured() if rule is None else rule
         self.safety = Safety() if safety is None else safety
@@ -81,10 +85,13 @@ class LocalModel:
         self.hand, self._fader = Hand(), Fader(self.safety)
         self._oscillators: list[Oscillator] = []
         self._heard_s = self._time_s = self._place_mm = math.nan
+        self._pressed_N = self._sensed_N = math.nan
         self._held: Shown | None = None
 
-    def learn(self, time_s: float, components: tuple[Component, ...], trust: Trust = Trust.OK) -> None:
-        """Take the texture from a message that arrived at `time_s`.
+    def learn(
+        self, time_s: float, components: tuple[Component, ...], trust: Trust = Trust.OK, force_N: float = math.nan
+    ) -> None:
+        """Take the texture from a message that arrived at `time_s`, and the sensor's pressing force if it is known.
 
         HELD: the texture stays the same (the sensor stands still). UNKNOWN: there is no texture, and the amplitude goes
         to zero. A component without a usable wavelength or amplitude, or outside the rule's range, is not displayed.
@@ -93,6 +100,7 @@ class LocalModel:
             self._heard_s = time_s
         if trust == Trust.HELD:
             return
+        self._sensed_N = force_N
         wanted = []
         for component in strongest(components, self.components) if trust == Trust.OK else ():
             amplitude = self.rule(component.wavelength_mm, component.amplitude_microstrain)
@@ -119,6 +127,8 @@ class LocalModel:
         """Take a reading of the hand's position and, if there is one, of the pressing force."""
         self.hand.read(time_s, position_mm)
         self._fader.press(force_N)
+        if math.isfinite(force_N):
+            self._pressed_N = force_N
 
     def update(self, time_s: float) -> Shown:
         """The output of the display now; times must rise, and a time that does not changes nothing."""
@@ -158,10 +168,16 @@ class LocalModel:
             return DisplayStatus.NO_HAND
         return DisplayStatus.PRESSED if self._fader.pressed else DisplayStatus.OK
 
+    def _pressing(self) -> float:
+        """The amplitude at the hand's force of now over that at the sensor's; 1 if one of them is unknown."""
+        if self.force_exponent == 0 or not (self._pressed_N >= 0 and self._sensed_N > 0):
+            return 1.0
+        return (self._pressed_N / self._sensed_N) ** self.force_exponent
+
     def _sound(self, moved: float, speed: float, dt: float, gain: float) -> tuple[Shown, DisplayStatus]:
         """The sum of the oscillators after this step, and the status of the limit that applies."""
         actuator, top, status = self.actuator, self.top_Hz, DisplayStatus.OK
-        goals, responses = [], []
+        goals, responses, pressing = [], [], self._pressing()
         for one in self._oscillators:
             frequency = speed / one.wavelength_mm
             share = actuator.passed(frequency, top)
@@ -169,7 +185,7 @@ class LocalModel:
                 status = DisplayStatus.TOO_FAST
             turns = max(-top * dt, min(top * dt, moved / one.wavelength_mm))
             one.turns = (one.turns + turns) % 1.0
-            goals.append(share * one.goal_um)
+            goals.append(share * pressing * one.goal_um)
             responses.append(actuator.response(min(frequency, top)))
         drives = [goal / own if self.compensate else goal for goal, own in zip(goals, responses, strict=True)]
         if sum(drives) > actuator.amplitude_um:

@@ -197,10 +197,31 @@ def test_what_is_held_stays():
     assert shown[-1].status == DisplayStatus.OK and shown[-1].wavelength_mm == 1.0
 
 
+@pytest.mark.parametrize("exponent, grows", [(0.0, 1.0), (0.5, 2.0), (1.0, 4.0)])
+def test_the_amplitude_follows_the_hands_force_of_now(exponent, grows):
+    """Felt at 0.25 N; the hand presses by 1 N after a second, and no further message says so."""
+    model, greatest = LocalModel(force_exponent=exponent, safety=Safety(hold_s=5.0)), []
+    for start, force in ((0.0, 0.25), (1.0, 1.0)):
+        events = every(5.0, (Component(1.0, 20.0),), Trust.OK, 0.25) if start == 0 else None
+        shown = play(model, 1.0, lambda t: 50 * t, events=events, force=lambda t, f=force: f, start_s=start)
+        greatest.append(max(one.displacement_um for one in shown[500:]))
+    assert greatest[0] == pytest.approx(20.0 * 0.238, rel=1e-2)
+    assert greatest[1] == pytest.approx(grows * greatest[0], rel=1e-2)
+
+
+def test_without_either_force_the_amplitude_is_the_sensors():
+    for sensed, pressed in ((math.nan, 1.0), (0.25, math.nan)):
+        model = LocalModel(force_exponent=1.0)
+        events = every(0.05, (Component(1.0, 20.0),), Trust.OK, sensed)
+        shown = play(model, 1.0, lambda t: 50 * t, events=events, force=lambda t, f=pressed: f)
+        assert max(one.displacement_um for one in shown[500:]) == pytest.approx(20.0 * 0.238, rel=1e-2)
+
+
 @pytest.mark.parametrize(
     "make, said",
     [
         (lambda: LocalModel(components=0), "components"),
+        (lambda: LocalModel(force_exponent=-1.0), "force_exponent"),
         (lambda: LocalModel(rate_Hz=500), "rate_Hz"),
         (lambda: Actuator("x", -1, 100), "stroke_um"),
         (lambda: Safety(hold_s=0), "hold_s"),

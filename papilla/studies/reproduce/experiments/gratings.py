@@ -67,7 +67,7 @@ ASSUMED = Assumed()
 SIMULATED = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
 SCENE = (
     "gratings (a smooth plate), two grooves (further apart), the difference between static and kinetic friction,"
-    " viscosity",
+    " viscosity, other depths",
 )
 
 
@@ -108,11 +108,12 @@ def run(tell, cause: bool = True) -> Found:
 
 
 class Felt(NamedTuple):
-    """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the dynamics,
-    and the status."""
+    """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the mean force in
+    N, the dynamics, and the status."""
 
     place_mm: np.ndarray
     readings: np.ndarray
+    force_N: float
     dynamics: str
     status: str
 
@@ -147,11 +148,12 @@ def slid(
         section = _section(assumed.pitch_mm, smooth, size_mm)
         found = sliding.slide(finger, texture, motion, depth=depth, section=section, **how)
         words = np.array([found.dynamics, found.status])
-        return {"place": found.motion.position_mm, "readings": found.readings, "words": words}
+        force = np.array(found.force_N.mean())
+        return {"place": found.motion.position_mm, "readings": found.readings, "force": force, "words": words}
 
     key = cache.key(sliding.__name__, finger.sha256, texture, motion.t_s, motion.position_mm, depth, size_mm, how)
-    found = cache.fetch("scene", key, make)
-    return Felt(found["place"], found["readings"], *found["words"].tolist())
+    found = cache.fetch("slide", key, make)
+    return Felt(found["place"], found["readings"], float(found["force"]), *found["words"].tolist())
 
 
 def grating(wavelength_mm: float) -> Grating:
@@ -217,8 +219,15 @@ def _depths(assumed: Assumed, cause: bool = True) -> dict:
     deep = {(one, depth): slid(assumed, textures[one], motion, depth) for one in textures for depth in DEPTHS_MM}
     answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
     means = {key: float(one.mean()) if one.size else np.nan for key, one in answers.items()}
-    weakest = {key: float(_heard(found, key[0])[:OWN].min()) for key, found in deep.items()}
+    heard = {key: _heard(found, key[0])[:OWN] for key, found in deep.items()}
+    weakest = {key: float(own.min()) for key, own in heard.items()}
+    first, last = DEPTHS_MM[0], DEPTHS_MM[-1] if cause else DEPTHS_MM[0]
+    deeper = {one: float(heard[one, last][MIDDLE] / heard[one, first][MIDDLE]) for one in textures}
+    pressed = deep[3.0, DEPTHS_MM[-1]].force_N / deep[3.0, first].force_N
     return {
+        "deeper": deeper[3.0],
+        "deeper_fine": deeper[0.6],
+        "force_exponent": float(np.log(deeper[3.0]) / np.log(pressed)),
         "depths_apart": float(np.min([means[3.0, depth] / means[0.6, depth] for depth in DEPTHS_MM])),
         "depths_mm": ", ".join(f"{means[3.0, d]:.2f} and {means[0.6, d]:.2f} mm at {d:g} mm" for d in DEPTHS_MM),
         "weakest": min(weakest.values()),
