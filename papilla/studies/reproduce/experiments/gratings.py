@@ -108,8 +108,8 @@ def run(tell, cause: bool = True) -> Found:
 
 
 class Felt(NamedTuple):
-    """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the mean force in
-    N, the dynamics, and the status."""
+    """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the mean force
+    in N, the dynamics, and the status."""
 
     place_mm: np.ndarray
     readings: np.ndarray
