@@ -65,7 +65,7 @@ class Finger:
         for gauge in self.gauges:
             _check_site(gauge, self.shape)
         if self.identified is not None and len(self.identified.zeros_microstrain) != len(self.gauges):
-            raise InputError(f"identified zeros_microstrain must hold {len(self.gauges)} numbers, one a gauge")
+            raise InputError(f"identified zeros_microstrain must hold {len(self.gauges)} numbers, one per gauge")
 
     @classmethod
     def default(cls) -> "Finger":

@@ -248,7 +248,7 @@ def test_a_frame_goes_where_a_file_goes(frame):
 @pytest.mark.parametrize(
     "frame, message",
     [
-        ({"t_s": [0, 1], "g1": ["a", "b"]}, "the frame, column g1: expected one number a row"),
+        ({"t_s": [0, 1], "g1": ["a", "b"]}, "the frame, column g1: expected one number per row"),
         ({"t_s": [0, 1], "g1": [1]}, "columns must be equally long"),
         ({"t_s": [], "g1": []}, "the frame holds columns but no rows"),
         ({"time": [0, 1], "g1": [1, 2]}, "column t_s is missing"),

@@ -221,8 +221,8 @@ def _percent(share: float) -> str:
 def _best(
     rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False, win=BETTER
 ) -> str:
-    """A sentence on one quantity, of which less (`low`) or more is better; win : what is said of the first of two, and
-    of more."""
+    """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
+    and of more."""
     values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
     told = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)

@@ -86,7 +86,7 @@ def _problem(
         if changes and abs(designed[name] - value) > SAME * max(abs(value), SAME):
             raise InputError(
                 f"{name} is {designed[name]:g} in the design and {value:g} in its [identified]: the design was changed "
-                "since, so remove that table or identify the finger anew"
+                "since, so remove that table or identify the finger again"
             )
     force, modulus = (np.geomspace(*calibration.domain[key], GRID) for key in ("force_N", "modulus_MPa"))
     force, modulus = (one.ravel() for one in np.meshgrid(force, modulus))

@@ -216,7 +216,7 @@ class PositionTerms(Axes):
             raise InputError(f"the reach of contact positions (mm) must be greater than 0, got {self.reach_mm:g}")
         shape = self.coefficients.shape
         if len(shape) != 4 or min(shape[1:]) < 4:
-            raise InputError(f"contact positions need at least 4 x 4 x 4 coefficients a gauge, got {shape}")
+            raise InputError(f"contact positions need at least 4 x 4 x 4 coefficients per gauge, got {shape}")
         if self.error.shape != (shape[0], shape[3] - 2) or not (self.error >= 0).all():
             raise InputError(f"contact positions need {shape[0]} x {shape[3] - 2} errors of at least 0")
         if not (np.isfinite(self.coefficients).all() and np.isfinite(self.error).all()):
@@ -235,7 +235,7 @@ class PositionTerms(Axes):
 
     @cached_property
     def spline(self) -> Spline:
-        """The change over (ln force, ln modulus, x)."""
+        """Spline of the change of the readings over (ln force, ln modulus, x)."""
         axes = self.force_axis, self.modulus_axis
         starts, steps = [axis.start for axis in axes], [axis.step for axis in axes]
         return Spline(self.coefficients, [*starts, -self.reach_mm], [*steps, self.step_mm])

@@ -257,7 +257,7 @@ class Calibration:
         """Changes by contacts beside the apex; raises `InputError` if this calibration does not have them."""
         if self.position is None:
             raise InputError(
-                "this calibration has no contact positions (softness.position): make it anew with papilla calibrate, "
+                "this calibration has no contact positions (softness.position): make it again with papilla calibrate, "
                 "from a finger's design"
             )
         return self.position

@@ -36,7 +36,7 @@ from papilla.cli.view import view
 from papilla.errors import InputError, PapillaError
 
 TRACEBACK = "PAPILLA_TRACEBACK"
-"""The environment variable that, set to anything, adds the traceback to the line of an internal error."""
+"""Environment variable that, if set, adds the traceback to the message of an internal error."""
 
 app = typer.Typer(
     name="papilla",
@@ -119,8 +119,7 @@ def run(arguments: list[str] | None = None) -> None:
 
 
 def _open_what_is_closed() -> None:
-    """The next file that is opened would get the number of a closed stream, and output would be written into it."""
-    # A file that is opened next would get the number of a closed stream, and what is printed would go into it.
+    """Open closed standard streams on the null device: otherwise the next file opened would receive what is printed."""
     while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(null)

@@ -84,7 +84,7 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.
 def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
     """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own.
 
-    A command that returns an `Answer` has `--json`, too: then its facts and its seconds are printed, else it is shown.
+    A command that returns an `Answer` also has `--json`, which prints its facts and its seconds instead.
     """
     hints, parameters = get_type_hints(command, include_extras=True), []
     answers = hints.get("return") is Answer

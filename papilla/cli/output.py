@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 LONGEST = 2000
-"""Characters of a line that are shown: more is a quoted name or cell of a broken file, and hides what is said of it."""
+"""Largest number of characters shown of a line: longer ones quote a damaged file, and would hide the message."""
 
 
 class Answer(NamedTuple):
-    """What a command found: plain values for `--json`, what shows them to a person, and the exit code."""
+    """Result of a command: plain values for `--json`, the function that prints them for a reader, and the exit code."""
 
     facts: Mapping[str, Any]
     show: Callable[[], object]

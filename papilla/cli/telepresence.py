@@ -42,7 +42,7 @@ class LinkOptions:
     """Properties of the link."""
 
     round_trip_ms: float = option(120.0, "Mean delay hand - sensor - display.")
-    round_trip_sd_ms: float = option(40.0, "Its standard deviation, drawn anew five times a second.")
+    round_trip_sd_ms: float = option(40.0, "Its standard deviation; a new value is drawn five times a second.")
     uplink_share: float = option(0.0, "Share of the delay on the way to the sensor; the paper has all on the way back.")
     jitter_ms: float = option(0.0, "Standard deviation of the extra wait of each datagram, one way.")
     loss: float = option(0.0, "Share of datagrams that are lost, each way (0 to 1).")

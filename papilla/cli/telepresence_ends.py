@@ -235,7 +235,7 @@ def _quantiles_ms(times: "Spread") -> dict[str, float]:
 
 
 def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> Answer:
-    """Run until the time is over, Ctrl-C or a polite kill; how it went.
+    """Run until the time is over, Ctrl-C or SIGTERM; return the summary.
 
     Both signals are heard also where a script that started this in the background has them ignored.
     """

@@ -97,7 +97,7 @@ def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> 
         # The mesh is fine at the gauges of a real finger, not at all places
         few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
         relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
-        relatives.tangential_source()  # Stuck presses ask for it, and find it in the cache
+        relatives.tangential_source()  # Stuck presses need it, and find it in the cache
     with spent_on(RATIO):
         block = design.bench.specimen(1.0)
         free, stuck = (response(relatives, block, friction=friction) for friction in ENDS)

@@ -53,7 +53,7 @@ class FrameReader(Reader):
         if values.dtype.kind == "M" or name in self._words:
             return values.astype(str)
         if values.ndim != 1 or (values.dtype.kind not in "fiub" and not _all_numbers(values)):
-            raise FileFormatError(f"{self.path}, column {name}: expected one number a row, got {values.dtype}")
+            raise FileFormatError(f"{self.path}, column {name}: expected one number per row, got {values.dtype}")
         return values.astype(float)
 
 

@@ -37,7 +37,7 @@ class MappedReader(Reader):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to say to a person, a sentence each."""
+        """Remarks for the user, one sentence each."""
         return *self._told(), *self._reader.notes
 
     def __exit__(self, *error: object) -> None:

@@ -1,4 +1,4 @@
-"""Logs of presses on specimens of known modulus, one press a row."""
+"""Logs of presses on specimens of known modulus, one press per row."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -27,7 +27,7 @@ SD_TOLERANCE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class PressLog:
-    """Presses on specimens of known modulus, one press a row.
+    """Presses on specimens of known modulus, one press per row.
 
     Parameters
     ----------

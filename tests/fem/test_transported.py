@@ -64,7 +64,7 @@ def test_curvature_counts_by_the_lever(coarse_model, changed, dome, coarse, pres
 
 
 def test_unusable_values_are_refused(coarse_model, coarse, pressed):
-    with pytest.raises(InputError, match=r"tractions must be \(m, 3, \d+\), a row a press, got shape \(3,\)"):
+    with pytest.raises(InputError, match=r"tractions must be \(m, 3, \d+\), one row per press, got shape \(3,\)"):
         transported_readings(coarse_model, coarse.patch, np.ones(3), (0.0,))
     with pytest.raises(InputError, match="no skin to touch at x 50"):
         transported_readings(coarse_model, coarse.patch, pressed.traction[None], (50.0,))

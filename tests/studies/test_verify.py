@@ -7,6 +7,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from papilla.cli.options import grouped
 from papilla.cli.verify import verify as command
 from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.fem.discrete.assembly import lame
@@ -27,7 +28,7 @@ KEYS = ["name", "measure", "error", "bound", "passed", "seconds"]
 def call():
     """Call the command by itself: `call("--only", "patch")`."""
     app = typer.Typer()
-    app.command()(command)
+    app.command()(grouped(command))
     return lambda *arguments: CliRunner().invoke(app, list(arguments))
 
 
@@ -105,7 +106,7 @@ def test_json_and_exit_code(call, monkeypatch, family, code):
     assert answer.exit_code == code
     assert answer.stdout.count("\n") == 1, "one object and nothing else"
     found = json.loads(answer.stdout)
-    assert list(found) == ["passed", "cases", "skipped"]
+    assert list(found) == ["seconds", "passed", "cases", "skipped"]
     assert found["skipped"] == []
     assert found["passed"] is (code == 0)
     assert all(list(case) == KEYS for case in found["cases"])

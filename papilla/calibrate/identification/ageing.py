@@ -95,7 +95,7 @@ def compare(
 
 
 def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
-    """Chi-square of the measurements at the recorded vector (f,), and for each change that may explain them."""
+    """Chi-square of the measurements at the recorded vector (f,), and by how much each possible change lowers it."""
     weights = problem.weighted(vector).weights
     assert weights is not None
     modelled = problem.modelled(vector)

@@ -25,7 +25,7 @@ _NONE = math.nan
 
 
 class ClockStatus(Status):
-    """Remark on the time of a sample; `sentence` says it in words."""
+    """Remark on the time of a sample; `sentence` gives it in words."""
 
     OK = 0, "ok"
     GAP = 1, "samples are missing before this one"
@@ -76,9 +76,9 @@ class ClockState(NamedTuple):
 
 
 class Clock:
-    """Turns (t_s, velocity_mm_s, position_mm) of each sample into a `Tick`; NaN where a value is not known.
+    """Computes a `Tick` from (t_s, velocity_mm_s, position_mm) of each sample; NaN if a value is not known.
 
-    rate_Hz : nominal rate. state : all that is remembered, to be kept or to be set again.
+    rate_Hz : nominal rate. state : all that it remembers; it may be saved and set again.
     """
 
     def __init__(self, rate_Hz: float):
@@ -115,10 +115,10 @@ class Clock:
         return self._move(status, missing, time, velocity, position, (mean, steps, stamps))
 
     def _spread(self, stamp: float) -> tuple[float, tuple[float, int, float]]:
-        """The time of a sample that states this one: itself, or, where samples come in packets whose stamp they share,
-        one period after the sample before. And the stamps to remember.
+        """Time of a sample with this stamp, and the stamps to remember: the stamp itself, or, if packets share a stamp,
+        one period after the sample before.
 
-        Samples are packets' where as many share a stamp as fit at the nominal rate between it and the next one.
+        Samples form packets if as many share a stamp as fit at the nominal rate between it and the next one.
         """
         even, (before, count, usual) = self.state.time_s + 1 / self._rate, self.state.stamps
         if stamp == before:
@@ -130,7 +130,7 @@ class Clock:
         return spread, (stamp, 1, packet)
 
     def _move(self, status: int, missing: int, time: float, velocity: float, position: float, kept) -> Tick:
-        """The tick with the path of this sample, which is remembered; kept : mean_step, steps and stamps."""
+        """Tick with the place of this sample; updates the state. kept : mean_step, steps and stamps."""
         (_, known, before, fast, offset, _, _, trail, _), (mean, steps, stamps) = self.state, kept
         place = _NONE
         if velocity == velocity:

@@ -32,7 +32,7 @@ DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
 SURFACES = ("gauges", "surface", "sd")
 SOFTNESS = (*SURFACES, "compact", "quadratic", "printed", "exact")
-"""Ways to a modulus: the calibrated surfaces of all gauges ("surface" is their old name) or of S_d, or a
+"""Methods of estimating the modulus: the calibrated surfaces of all gauges (old name "surface") or of S_d, or a
 regression of S_d."""
 SLOW_HZ = 200.0
 """Sampling rate below which the steps of usual movements are nearly as long as the wavelengths of usual textures."""
@@ -57,11 +57,11 @@ class Pipeline(Stream):
     (where neither is known), `friction` (tangential and normal force, velocity or position). What the columns or the
     sampling rate do not allow is switched off: `off` says why, and so does every status.
 
-    Time: samples that come in packets which share a stamp are spread evenly over them where their number fits
-    `sample_rate_Hz`; else a sample that is not later than the one before is left out. One that is more than 1.5 periods
-    later has missing samples before it, which estimators see as missing; after more than 1 s everything begins anew, as
-    it does when the time goes back by more than that. A time that is not finite counts as one period after the last.
-    The path is from position_mm where there is one, else from the velocity over the time that passed.
+    Time: samples that arrive in packets with one common time stamp are spread evenly if their number agrees with
+    `sample_rate_Hz`; otherwise a sample not later than the one before is left out. If one is more than 1.5 periods
+    later, samples are missing before it, and estimators treat them as missing; after more than 1 s all is reset, as
+    it is if the time goes back by more than that. A time that is not finite counts as one period after the last.
+    The path is that of position_mm if it is given, otherwise the integral of the velocity.
 
     Parameters
     ----------

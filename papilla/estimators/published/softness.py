@@ -28,7 +28,7 @@ from papilla.units import gf_to_newton, newton_to_gf
 Form = Literal["printed", "exact", "quadratic", "compact"]
 FORMS: tuple[Form, ...] = get_args(Form)
 BEYOND = 1.5
-"""How far a regression of the three specimens is believed beyond the hardest of them, as a factor."""
+"""Largest modulus for which a regression of the three specimens is used, as a multiple of the hardest of them."""
 COMPARED_GF = tuple(range(10, 101, 10))
 """Forces at which a calibration is compared with (9) to find the scale of its S_d."""
 
@@ -38,13 +38,13 @@ class PrintedSoftness(Stream):
 
     E = sqrt(k0 S_d + k1 f^2 + k2 f + k3) - shift (2006, eq. (10)), f in gf, each sample by itself. Form "printed" has
     the printed coefficients, "exact" those of the exact inverse of (9), "quadratic" those refitted for the calibration.
-    S_d's unit is not printed: for the first two it is the calibration's in microstrain times the factor that brings it
-    closest to (9), unless `scale` states it. "compact" is another regression of five coefficients, which follows
-    presses (`papilla.calibration.compact`), where the calibration has it.
+    The unit of S_d is not printed: the first two use the calibration's S_d in microstrain times the factor that brings
+    it closest to (9), unless `scale` gives it. "compact" is another regression of five coefficients, which fits
+    presses (`papilla.calibration.compact`), if the calibration contains it.
 
-    Use `Softness` or `GaugeSoftness` for an answer to rely on: the published form cannot follow the physics. On presses
+    Use `Softness` or `GaugeSoftness` for reliable values: the published form cannot fit the mechanics. On presses
     of the default finger the refitted one refuses many and misses the rest by tens of per cent (`papilla reproduce
-    --only A40`). That misfit is in sigma: the rms by which the calibration's S_d misses the form.
+    --only A40`). Sigma includes that misfit: the rms difference between the calibration's S_d and the form.
 
     Parameters
     ----------

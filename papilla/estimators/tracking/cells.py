@@ -10,7 +10,7 @@ import numpy as np
 @dataclass(eq=False)
 class Cells:
     """rows (2 n, 3 + g) : time, place, samples and mean readings of each cell, oldest first, of which at least the
-    newest n are kept; length : of a cell, turn : the way back from which a stroke is another one, mm.
+    newest n are kept; length : of a cell, turn : smallest movement backwards that begins another stroke, mm.
 
     first : number of the cell in row 0; count : rows in use. open_cell : sums of time, place, samples, readings of each
     gauge, and how many of these there are; began : place at which it began. breaks : cells at which strokes begin;

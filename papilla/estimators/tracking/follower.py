@@ -86,7 +86,7 @@ class Search(NamedTuple):
 
 @dataclass(eq=False)
 class Memory:
-    """cells : the latest path. place, moved_s : where the last sample was, and when it last moved; step : its step,
+    """cells : the latest path. place, moved_s : place of the last sample, time of its last movement; step : its step,
     fading.
 
     begin : first cell of the present texture; limit : mm of path that a search may use; smeared : mm in which the last

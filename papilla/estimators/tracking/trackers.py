@@ -143,8 +143,8 @@ class FusedTracker(Stream):
         return FusedEstimate(wavelength, sigma, frequency, int(status), *by_phase, seen)
 
     def _plain(self, readings: tuple[float, ...]) -> tuple[float, ...]:
-        """The readings, with NaN for one that is saturated, and for a spike: far from the one before it. A second one
-        in a row is a step."""
+        """The readings, with NaN for a saturated one and for a spike: one far from the reading before. A second one in
+        a row is a step."""
         changes, limit, kept = self._memory.changes, self._limit, []
         for gauge, given in enumerate(readings):
             reading = given if -limit < given < limit else math.nan

@@ -1,11 +1,12 @@
-"""Modified Newton's method for a finger in contact: one factorised tangent, kept, and a linear contact problem a step.
+"""Modified Newton's method for a finger in contact: one factorised tangent is kept, with a linear contact problem per
+step.
 
 With K and U = K^-1 M the tangent and its responses to unit pressures of the state where they were made (at rest: those
 of linear elasticity), unknowns are x = U p + z. The drift z is what large strain adds to the linear answer; each step
 solves the contact problem of `contact_step` with the skin moved by z, and corrects z by K^-1 (M p - f(x)), f being the
 internal forces. Anderson's mixing (1965, doi:10.1145/321296.321305) of a few steps makes that converge by an order of
-magnitude a step; where it does not, the tangent is made anew, and a step is then Newton's. The specimen's compliance
-follows the skin's lateral positions as closely as the residual asks for. All tests are relative.
+magnitude per step; if it does not, the tangent is recomputed, and the step is Newton's. The specimen's compliance
+is updated to the skin's lateral positions as the residual requires. All tests are relative.
 """
 
 import warnings

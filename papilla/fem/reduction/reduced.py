@@ -115,7 +115,7 @@ class ReducedFinger:
         """The result of `tangential_source`, computed once. Raises `InputError` for a finger that was saved without
         it."""
         if self.tangential_source is None:
-            raise InputError(f"{self!r} has no tangential compliance, which friction needs: reduce or prepare it anew")
+            raise InputError(f"{self!r} has no tangential compliance, which friction needs: reduce or prepare it again")
         return self.tangential_source()
 
     @cached_property

@@ -39,7 +39,7 @@ def transported_readings(
     """
     traction = np.asarray(traction, float)
     if traction.ndim != 3 or traction.shape[1:] != (3, len(patch.xy)):
-        raise InputError(f"tractions must be (m, 3, {len(patch.xy)}), a row a press, got shape {traction.shape}")
+        raise InputError(f"tractions must be (m, 3, {len(patch.xy)}), one row per press, got shape {traction.shape}")
     places = [checks.finite("place x (mm)", place) for place in places_mm]
     adjoints = on_each_side(model.reading_adjoints())
     pressed = np.any(traction, axis=(0, 1))

@@ -142,7 +142,7 @@ def depths() -> Picture:
     )
     ratio, shown = curves[0].y / curves[2].y, [f"{force:.3g}" for force in (forces[0][0], forces[0][-1])]
     found = (
-        f"The longer grating is told {ratio.min():.2f} to {ratio.max():.2f} times as long as the shorter, truly 5: "
+        f"The longer grating is estimated as {ratio.min():.2f} to {ratio.max():.2f} times the shorter, truly 5: "
         "by finite elements every ridge of the skin feels every edge. "
         f"Forces at 0.2 and 0.8 mm: {' and '.join(shown)} gf (printed 0.70 and 38.37)."
     )

@@ -56,7 +56,7 @@ def without_delay() -> Picture:
 def with_delay() -> Picture:
     """Experiments 3 and 4: the same with a delay of 120 ms (40 ms standard deviation) on the feedback.
 
-    As figure 15; the delay is drawn anew every 200 ms. Direct feedback comes late, which all participants noticed, and
+    As figure 15; a new delay is drawn every 200 ms. Direct feedback comes late, which all participants noticed, and
     has no steady wavelength over the hand's own motion; the local model follows the hand.
     """
     return _cues(3, 4)

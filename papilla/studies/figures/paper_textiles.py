@@ -55,7 +55,7 @@ PRINTED_BANDS = (
     "28-128, 300-400",
     "38-138, 400-500",
 )
-"""Table 2: the lowest start with its widest end, and the highest."""
+"""Table 2: as printed, "lowest start-its widest end, highest start-its end", in Hz."""
 
 
 def profile(fabric: Fabric, seed: int) -> MeasuredProfile:

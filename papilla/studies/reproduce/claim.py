@@ -111,9 +111,9 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True)
 class Found:
-    """What an experiment found: `values` by name, and its picture as `series` over the axes' labels.
+    """Result of an experiment: `values` by name, and its figure: the curves `series`, a title, and labels of the axes.
 
-    A value that is to be compared may be a sentence: why it could not be measured.
+    A value to be compared may be a sentence instead, which says why it could not be measured.
 
     title : what the picture shows, in a sentence. log : which axes are logarithmic, of "x", "y" and "xy".
     """
@@ -148,11 +148,11 @@ class Experiment:
     """A computation that answers several claims; `run` takes a function for lines of progress.
 
     The docstring of `run` is its description: a heading, and how it is done, as a paper's section on methods. With
-    `cause=False` it runs without what the claims are about, which `removed` names: then no tested row may hold.
+    `cause=False` it runs without the effect that the claims are about (`removed` names it): then no tested row holds.
 
-    simulated : what stands for hardware or people, by name. noise : in words; seeds : draws that figures are over.
-    assumed : a frozen dataclass of parameters that the papers do not print. varied : for each finding a function of it
-    that gives the values.
+    simulated : name of the model that replaces hardware or people. noise : in words; seeds : number of random draws.
+    assumed : a frozen dataclass of parameters that the papers do not print. varied : for each finding, a function of
+    them that gives the values.
     """
 
     name: str

@@ -36,10 +36,10 @@ def results(
     experiments: Sequence[Experiment] = EXPERIMENTS,
     claims: Sequence[Claim] = CLAIMS,
 ) -> list[Result]:
-    """Answer all claims, or those whose key, experiment, source or words hold the text `only`, by experiment.
+    """Answer all claims, or those whose key, experiment, source or words contain the text `only`, by experiment.
 
     `processes` experiments run at once; `progress` is called with what is done now, how many experiments are done, and
-    how many there are. Raises `InputError` for a text that no claim holds.
+    how many there are. Raises `InputError` if no claim contains the text.
     """
     chosen = _chosen(only.strip().lower(), experiments, claims)
     jobs = {one.name: (one, own) for one in experiments if (own := [c for c in chosen if c.experiment == one.name])}

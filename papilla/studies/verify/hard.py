@@ -212,7 +212,7 @@ def _scenes(reduced: ReducedFinger, specimen: Specimen) -> list[Press | None]:
 
 
 def _point_load_sd(reduced: ReducedFinger) -> float:
-    """S_d (microstrain) per newton of a point force at the apex, by one adjoint solve a gauge."""
+    """S_d (microstrain) per newton of a point force at the apex, by one adjoint solve per gauge."""
     model = default_model()
     apex = int(
         np.argmin(np.linalg.norm(model.space.displacement.doflocs.T - [0, 0, model.mesh.points[:, 2].max()], axis=1))

@@ -54,7 +54,7 @@ def invariance() -> Iterator[Case]:
 
 
 def _reciprocity() -> Iterator[Case]:
-    """Gauge rows by one adjoint solve a gauge, against the solves of all unit pressures."""
+    """Gauge rows by one adjoint solve per gauge, against the solves of all unit pressures."""
     model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
@@ -180,7 +180,7 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
 
 
 def _rescaled(stress: float, length: float) -> ReducedFinger:
-    """The default finger and its mesh in other units, condensed anew."""
+    """The default finger and its mesh in other units, condensed again."""
     base = default_model(COARSE_MM)
     finger = base.finger
     shape = finger.shape

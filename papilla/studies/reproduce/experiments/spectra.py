@@ -46,7 +46,7 @@ def run(tell, cause: bool = True) -> Found:
 
 
 def _gratings(assumed: Noise) -> dict:
-    """Answers on each grating in strokes: how far the means of the coarse ones are off, over that of the fine ones."""
+    """Answers on each grating in strokes: the mean error on the coarse gratings over that on the fine ones."""
     groups = [
         np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, k, snr_dB=assumed.snr_dB)) for k in SEEDS])
         for one in GRATINGS

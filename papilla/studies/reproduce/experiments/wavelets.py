@@ -124,10 +124,8 @@ class ActiveRun:
 def active_records(period: float, rng, assumed: Assumed = STEADY, cause: bool = True):
     """Speed (n,) in mm/s, and records (n,) of S1, S2 and S4 in one active run."""
     time = np.arange(round(ACTIVE_S * RATE_Hz)) / RATE_Hz - 0.4
-    own = (
-        (ENCODED_S + SHARED_S) / 2
-        # Contact time of a unit with the grating
-    )
+    # Contact time of a unit with the grating
+    own = (ENCODED_S + SHARED_S) / 2
     middle = (ENCODED_S + own) / 4 + (AFTER - BEFORE) / 2 / RATE_Hz
     slope = (FASTEST - SLOWEST) / ((BEFORE + AFTER) / RATE_Hz) * cause
     speed = np.clip((SLOWEST + FASTEST) / 2 + slope * (time - middle), 5, 50) * (
