@@ -174,7 +174,7 @@ def test_a_row_that_is_not_reproduced_is_computed_with_other_values(missed):
     told = [(part.value, part.measured, part.verdict) for part in answer.sensitivity]
     ends = [(2.0, 8.0, "reproduced"), (3.0, 12.0, "not reproduced"), (9.0, None, "not testable here")]
     assert told == ends and answer.verdict == "not reproduced"
-    assert beside(answer) == "edge 2 mm: 8, reproduced; edge 3 mm: 12; edge 9 mm: –"
+    assert beside(answer) == "with other values: edge 2 mm: 8, reproduced; edge 3 mm: 12; edge 9 mm: –"
     assert answer.to_json()["sensitivity"][0]["parameter"] == "edge_mm"
     assert "none reproduces it" in beside(replace(answer, sensitivity=answer.sensitivity[1:]))
     assert beside(replace(answer, sensitivity=(), claim=replace(row, fixed="no value decides"))) == "no value decides"

@@ -317,7 +317,7 @@ def beside(answer: Answer) -> str:
     if not answer.sensitivity:
         return answer.claim.fixed if answer.case.verdict == Verdict.OUTSIDE else ""
     none = not any(one.verdict == VERDICTS[Verdict.WITHIN] for one in answer.sensitivity)
-    return "; ".join(map(str, answer.sensitivity)) + ("; none reproduces it" if none else "")
+    return "with other values: " + "; ".join(map(str, answer.sensitivity)) + ("; none reproduces it" if none else "")
 
 
 def accepted(answer: Answer) -> str:
