@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, plain_log, styled, titled
 
 
-class Heard(Protocol):
+class GratingSignals(Protocol):
     """A scene, as `papilla.studies.grating_signals.signals_over_gratings` returns it."""
 
     wavelength_mm: float
@@ -17,20 +17,20 @@ class Heard(Protocol):
     rms: np.ndarray
 
 
-def hearing_figure(
-    heard: Sequence[Heard], names: Sequence[str], noise_microstrain: tuple[float, float] = (1.0, 5.0)
+def signals_figure(
+    signals: Sequence[GratingSignals], names: Sequence[str], noise_microstrain: tuple[float, float] = (1.0, 5.0)
 ) -> Figure:
     """Standard deviation of each gauge's signal against wavelength, a panel for each pitch of the ridges.
 
     names : of the gauges. noise_microstrain : range of a gauge's noise, drawn as a band.
     """
-    pitches = list(dict.fromkeys(scene.pitch_mm for scene in heard))
-    largest = max(float(scene.rms.max()) for scene in heard)
+    pitches = list(dict.fromkeys(scene.pitch_mm for scene in signals))
+    largest = max(float(scene.rms.max()) for scene in signals)
     with styled(4.1 * len(pitches) + 0.6, 4.6) as figure:
         for number, pitch in enumerate(pitches):
             width = (1 - 0.13) / len(pitches)
             axes = figure.add_axes((0.085 + number * width, 0.13, width - 0.02, 0.66))
-            scenes = sorted((s for s in heard if s.pitch_mm == pitch), key=lambda scene: scene.wavelength_mm)
+            scenes = sorted((s for s in signals if s.pitch_mm == pitch), key=lambda scene: scene.wavelength_mm)
             wavelengths = [scene.wavelength_mm for scene in scenes]
             axes.axhspan(*noise_microstrain, color=FAINT, zorder=0)
             for gauge, (name, color) in enumerate(zip(names, ACCENTS, strict=False)):
@@ -49,7 +49,7 @@ def hearing_figure(
             else:
                 axes.set_ylabel("signal, standard deviation (µε)")
                 axes.legend(ncols=len(names), loc="upper right", fontsize=8.5, handlelength=1.2, columnspacing=1.0)
-        best = max(heard, key=lambda scene: float(scene.rms.max()))
+        best = max(signals, key=lambda scene: float(scene.rms.max()))
         loudest = literal(names[int(best.rms.argmax())])
         skin = f"with ridges of {best.pitch_mm:g} mm" if best.pitch_mm else "on smooth skin"
         titled(
