@@ -40,4 +40,4 @@ def test_designs_bring_receptive_fields_and_the_price_of_a_press(papilla, monkey
     facts = json.loads(papilla("compare", "default", "published", "--json").out)
     assert [len(row["reach"]) for row in facts["rows"]] == [5, 5]
     assert all(row["press_ms"] > 0 and row["reach"][2]["x_mm"] == 0 for row in facts["rows"])
-    assert facts["domain"]["modulus_MPa"][0] > 0.1 and "a smaller field is finer" in facts["verdicts"][-1]
+    assert facts["domain"]["modulus_MPa"][0] > 0.1 and "a smaller one is finer" in facts["verdicts"][-1]
