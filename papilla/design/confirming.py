@@ -13,7 +13,7 @@ import numpy as np
 from papilla import fem
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED
+from papilla.calibrate.press_table import DEFAULT_MODULI, NOT_INCLUDED
 from papilla.calibration import Calibration
 from papilla.design.look import Look
 from papilla.design.scene import Scene, rms_or_worst
@@ -22,9 +22,13 @@ from papilla.errors import PapillaError
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error
 from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.mesh.body import narrowest_mm
 from papilla.specimen import STICK, friction_coefficient
 from papilla.workers import workers
 
+SMALL_MM = 13.0
+"""Height or half breadth below which a finger gets a finer mesh than 0.7 mm, in proportion."""
 WITHIN = 0.10
 """Largest relative difference between predicted and calibrated sigma in a confirmation."""
 
@@ -79,15 +83,16 @@ def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callabl
     ends = (False, True) if told is None else ends_of(friction_coefficient(friction))
     with workers(processes, say) as start:
         doubt = begin_large_strain(finger, ends, start, progress=say)()
-    block, forces, moduli = finger.bench.specimen, DEFAULT_FORCES, DEFAULT_MODULI
-    reduced = fem.prepare(finger, progress=say)
+    block, forces, moduli = finger.bench.specimen, scene.swept_N, DEFAULT_MODULI
+    size = DEFAULT_SIZE_MM * min(1.0, narrowest_mm(finger) / SMALL_MM)
+    reduced = fem.prepare(finger, size_mm=size, progress=say)
     say("sweeping over force and modulus")
     presses = cached_sweep(reduced, moduli, forces, block, friction)
     free = cached_sweep(reduced, moduli, forces, block, 0.0) if told is None else None
     others = []
     for number, variant in enumerate(SCATTER_VARIANTS, start=1):
         say(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
-        other = fem.prepare(finger, variant=variant, progress=say)
+        other = fem.prepare(finger, size_mm=size, variant=variant, progress=say)
         others.append(cached_sweep(other, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
     return fit(presses, others, frictionless=free, friction_known=told is not None, strain=error)

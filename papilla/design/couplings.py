@@ -2,6 +2,7 @@
 `eval`."""
 
 import ast
+import re
 from collections.abc import Iterable, Mapping
 
 from simpleeval import DEFAULT_FUNCTIONS, InvalidExpression, SimpleEval
@@ -9,6 +10,8 @@ from simpleeval import DEFAULT_FUNCTIONS, InvalidExpression, SimpleEval
 from papilla.design.parameters import refuse_unknown
 from papilla.errors import InputError
 
+NAME = re.compile(r"(?<![\w.])[^\W\d]\w*(?:\.\w+)*(?!\s*\(|[\w.])")
+"""A name with dots that is neither a function nor part of a number."""
 FUNCTIONS = {"sqrt": lambda value: value**0.5, "min": min, "max": max, "abs": abs, "round": round}
 
 
@@ -23,15 +26,10 @@ def check(couplings: Mapping[str, str], known: Iterable[str]) -> None:
 def names_of(formula: str, where: str) -> list[str]:
     """The parameters in a formula, such as "outer.modulus_MPa"."""
     try:
-        tree = ast.parse(formula.strip(), mode="eval")
+        ast.parse(formula.strip(), mode="eval")
     except (SyntaxError, ValueError) as error:
         raise InputError(f"{where}: {formula!r} is no formula ({error})") from error
-    inner = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    inner |= {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    outermost = (
-        node for node in ast.walk(tree) if isinstance(node, ast.Attribute | ast.Name) and id(node) not in inner
-    )
-    return [ast.unparse(node) for node in outermost]
+    return NAME.findall(formula)
 
 
 def coupled(values: Mapping[str, float], couplings: Mapping[str, str]) -> dict[str, float]:

@@ -7,16 +7,19 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from papilla.calibrate.press_table import DEFAULT_MODULI
 from papilla.calibrate.surface_fit import usable_part
 from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
 from papilla.design.costs import GAUGES, spent_on
-from papilla.design.geometry import GeometryMap
+from papilla.design.geometry import STANDARD_MM, GeometryMap
 from papilla.design.scene import Scene
 from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
 from papilla.errors import InputError
-from papilla.fem.finite.strain_tables import MODULI
+from papilla.fem.finite.strain_tables import FORCES, MODULI
+from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD
 from papilla.fem.pressing.response import Response
 from papilla.finger import Finger
+from papilla.mesh.body import narrowest_mm
 from papilla.units import to_microstrain
 
 SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
@@ -24,7 +27,7 @@ SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
 finger are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, at 0.2 to 0.98 N."""
 SOFTEST = MODULI[0]
 """Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
-of a harder finger leaves out softer specimens."""
+begins at the next modulus of its table."""
 NEIGHBOUR = 0.005
 """Relative one sigma of S_d and of gauges if large strain comes from another geometry."""
 
@@ -48,7 +51,7 @@ class Look:
             found = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
-        if found[0].large_strain and softest < SOFTEST * inner:
+        if found[0].large_strain and softest < min(one for one in DEFAULT_MODULI if one >= SOFTEST * inner):
             raise InputError(
                 f"a specimen of {softest:g} MPa is softer than half the inner layer ({inner:.3g} MPa): large strain is "
                 "not known there, and no calibration covers it"
@@ -96,15 +99,24 @@ class Look:
     @cached_property
     def surfaces(self) -> SimpleNamespace:
         """Input of the estimators, as from a calibration: `gauges`, and `surface` of S_d if the gauges differ."""
-        gauges = [
-            self._channel(gauge.name, self.readings[:, :, k], GAUGE_ERROR) for k, gauge in enumerate(self.finger.gauges)
-        ]
+        error = math.hypot(GAUGE_ERROR, CONTINUED_GAUGE * self.continued)
+        gauges = [self._channel(one.name, self.readings[:, :, k], error) for k, one in enumerate(self.finger.gauges)]
         if len(gauges) < 2 or not (self.sd > 0).all():
             raise InputError("S_d needs at least two gauges whose readings differ")
         value, change = self._ends(np.log(self.sd))
         fitted = self.scene.solver.surface(value)
-        doubt = self._uncertainty(SD_ERROR, change)
+        doubt = self._uncertainty(math.hypot(SD_ERROR, CONTINUED_SD * self.continued), change)
         return SimpleNamespace(gauges=gauges, surface=SdSurface(fitted.surface, *usable_part(fitted.surface), doubt))
+
+    @cached_property
+    def continued(self) -> float:
+        """Root of the share of a calibration's forces that lie beyond those of its tables of large strain: a sweep
+        from 0.05 N on is too light for them where the inner layer is hard, and all its presses share the error."""
+        if not self.geometry.ends[0].large_strain:
+            return 0.0
+        size = narrowest_mm(self.finger) / STANDARD_MM
+        scaled = np.array(self.scene.swept_N) / (self.finger.inner.modulus * size**2)
+        return math.sqrt(float(np.mean((scaled < FORCES[0]) | (scaled > FORCES[-1]))))
 
     @property
     def _moduli(self) -> tuple[float, float]:

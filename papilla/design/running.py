@@ -24,7 +24,7 @@ from papilla.design.geometry import measure_base, with_sites
 from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.errors import InputError, MissingExtraError, PapillaError, SolverError
+from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.workers import THREADS
 
 BATCH = 50
@@ -267,8 +267,6 @@ class _Runner:
             rows, batch, tried = flight.pop(future)
             try:
                 made: Done = future.result()
-            except PapillaError:
-                raise
             except BrokenExecutor as error:
                 raise SolverError(
                     f"a worker process was killed ({error}): --resume goes on, and with papilla[cluster] Dask starts "

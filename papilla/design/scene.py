@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from papilla import checks
+from papilla.calibrate.press_table import DEFAULT_FORCES
 from papilla.calibrate.surface_fit import SurfaceFit, table_resolution
 from papilla.errors import InputError
 from papilla.estimators.softness.doubts import Doubts
@@ -16,6 +17,10 @@ FORCES, MODULI = 10, 14
 """Number of presses of the grid along the force: the smallest for cells of a spline; and step of the grid in ln E."""
 MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
+
+
+SWEPT_BEYOND = 1.05
+"""How far beyond the largest force of the scene a calibration goes, at least."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +97,13 @@ class Scene:
         forces, moduli = (np.geomspace(low / margin, high * margin, n) for (low, high), margin, n in axes)
         each = np.meshgrid(forces, moduli, indexing="ij")
         return each[0].ravel(), each[1].ravel()
+
+    @property
+    def swept_N(self) -> tuple[float, ...]:
+        """Forces of a calibration: the usual ones, or as far as the scene needs, as contacts of a small finger soon
+        leave its patch."""
+        share = min(1.0, SWEPT_BEYOND * self.force_N[1] / DEFAULT_FORCES[-1])
+        return tuple(share * force for force in DEFAULT_FORCES)
 
     @property
     def solver(self) -> SurfaceFit:

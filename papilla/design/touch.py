@@ -14,7 +14,6 @@ import numpy as np
 
 from papilla.design.scene import Scene
 from papilla.errors import InputError
-from papilla.estimators.softness.doubts import Doubts
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
 from papilla.estimators.softness.touch import RULES
@@ -50,16 +49,8 @@ def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
 
 def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
     """The same from force and indentation, as measured on a bench; `depth` has one "gauge" that reads micrometres."""
-    doubts = Doubts(
-        gauge_gain=0.0,
-        creep=scene.unknown.doubts.creep,
-        zero_microstrain=1000 * scene.depth_zero_mm / RULES.air_share,
-        force_gain=scene.unknown.doubts.force_gain,
-        force_offset_N=scene.unknown.doubts.force_offset_N,
-        beside_mm=0.0,
-        thickness_mm=scene.unknown.doubts.thickness_mm,
-        thickness_error=scene.unknown.doubts.thickness_error,
-    )
+    zero = 1000 * scene.depth_zero_mm / RULES.air_share
+    doubts = replace(scene.unknown.doubts, gauge_gain=0.0, zero_microstrain=zero, beside_mm=0.0)
     return _over(
         Fitter(GaugeSurfaces(depth, False), 1000 * scene.depth_noise_mm, scene.force_noise_N, doubts, None), scene
     )

@@ -65,6 +65,12 @@ def made_up_map(design, places, base=None) -> GeometryMap:
 
 
 @pytest.fixture
+def made_up_geometry():
+    """`made_up_map`, which makes the geometry of a design at some places."""
+    return made_up_map
+
+
+@pytest.fixture
 def made_up(monkeypatch):
     """Studies in this process on the made-up geometry, without large strain and pictures of strain."""
     for module in (batch, job, explaining):

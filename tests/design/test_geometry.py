@@ -1,15 +1,17 @@
-"""What a geometry takes from its neighbour: large strain, measured at one size."""
+"""What a geometry takes from its neighbour, and what a design lacks: large strain."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from papilla.design.geometry import measure_base, with_sites
+from papilla.design.geometry import GeometryMap, measure_base, with_sites
+from papilla.design.look import GAUGE_ERROR, Look
 from papilla.design.parameters import made
 from papilla.design.places import Places
-from papilla.fem.pressing.large_strain import known
-from papilla.finger import Finger
+from papilla.design.scene import Scene
+from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, known
+from papilla.finger import Finger, Layer
 
 
 def test_a_finger_a_third_as_large_has_the_large_strain_of_the_default():
@@ -27,3 +29,22 @@ def test_a_finger_a_third_as_large_has_the_large_strain_of_the_default():
         gauges = len(default.gauges)
         strain, curvature = np.split(one.finite[:, 3:] / other.finite[:, 3:], [gauges], axis=1)
         assert strain == pytest.approx(1.0) and curvature == pytest.approx(3.0)
+
+
+def test_a_hard_inner_layer_leaves_more_of_a_calibration_beyond_its_tables(made_up_geometry):
+    finger = Finger.default()
+    places = Places.of(finger)
+    free, stuck = made_up_geometry(with_sites(finger, places), places).ends
+    measured = GeometryMap(finger, places, (replace(free, large_strain=True), replace(stuck, large_strain=True)))
+
+    def of(inner: float) -> Look:
+        return Look(replace(finger, inner=Layer(inner)), measured, Scene((0.37, 0.98)))
+
+    # The tables begin at F / E_inner = 0.9 mm2, forces of a calibration at 0.05 N, 60 of them evenly in the logarithm
+    assert of(0.034).continued == 0.0
+    assert of(0.1).continued ** 2 == pytest.approx(np.log(0.09 / 0.05) / np.log(20), abs=1 / 60)
+    without = replace(of(0.1), geometry=GeometryMap(finger, places, (free, stuck)))
+    errors = [one.surfaces.gauges[2].uncertainty.strain for one in (of(0.1), without)]
+    assert errors[0] / errors[1] == pytest.approx(
+        np.hypot(GAUGE_ERROR, CONTINUED_GAUGE * of(0.1).continued) / GAUGE_ERROR
+    )
