@@ -24,7 +24,7 @@ def pictures(notebook) -> list[str]:
 
 
 def test_the_notebooks_stand_in_their_order():
-    assert [int(path.name[:2]) for path in NOTEBOOKS] == list(range(1, 11))
+    assert [int(path.name[:2]) for path in NOTEBOOKS] == list(range(1, 13))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

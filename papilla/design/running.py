@@ -6,6 +6,7 @@ worker if one is killed; without Dask they are plain processes. Both are used th
 `concurrent.futures`. A few batches are in progress at a time, so memory does not grow with the study.
 """
 
+import hashlib
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -185,7 +186,9 @@ class _Runner:
         self.records: dict[int, Record] | None = {} if self.study.sampler.kind == "optimise" else None
         self.total = sampling.count(self.study)[0]
         self.began = perf_counter()
-        self.place = self.study.places
+        study, self.place = self.study, self.study.places
+        # Of all its designs: the client would spend a millisecond on each
+        self.shared = cache.key("papilla.design.batch", study.finger.sha256, study.scene, study.asked, self.place)
 
     def run(self, groups: Iterable[list[Values]]) -> None:
         """Store the records of designs; at most `AHEAD` batches a worker are in flight. An optimiser's are kept too."""
@@ -208,8 +211,8 @@ class _Runner:
                 scores.append(sampling.FAILED)
                 continue
             beyond = sum(
-                max(one.least - record.found[one.objective], record.found[one.objective] - one.most, 0.0)
-                for one in self.study.limits
+                max(one.least - record.found[name], record.found[name] - one.most, 0.0)
+                for name, one in self.study.limits.items()
             )
             scores.append(goal.sign * record.found[goal.name] if not beyond else sampling.FAILED / 1000 * (1 + beyond))
         return scores
@@ -240,7 +243,8 @@ class _Runner:
             except InputError as error:
                 failed.append((number, free, cache.key(__name__, study.sha256, free), Record({}, str(error))))
                 continue
-            tried.append(((number, free, self._key(finger)), finger))
+            key = hashlib.sha256(f"{finger.sha256} {self.shared}".encode()).hexdigest()
+            tried.append(((number, free, key), finger))
         known = self.store.known([row[2] for row, _ in tried])
         reused = [(*row, known[row[2]]) for row, _ in tried if row[2] in known]
         self.tally.reused += len(reused)
@@ -250,12 +254,6 @@ class _Runner:
             return None
         rows, fingers = zip(*left, strict=True)
         return list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
-
-    def _key(self, finger: Any) -> str:
-        study = self.study
-        return cache.key(
-            "papilla.design.batch", finger.sha256, study.finger.sha256, study.scene, study.asked, self.place
-        )
 
     def _submit(self, flight: dict, rows: list, batch: Batch, tried: int) -> None:
         flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, tried

@@ -58,7 +58,6 @@ class Free:
 class Limit:
     """A constraint: an objective between `least` and `most`."""
 
-    objective: str
     least: float = -math.inf
     most: float = math.inf
 
@@ -88,7 +87,7 @@ class Study:
     couplings: Mapping[str, str]
     scene: Scene
     objectives: tuple[Objective, ...]
-    limits: tuple[Limit, ...]
+    limits: Mapping[str, Limit]
     sampler: Sampler
     confirm: int
     store: Path | None
@@ -106,7 +105,7 @@ class Study:
     @property
     def asked(self) -> tuple[str, ...]:
         """Names of all objectives that are computed, including those of constraints; sorted."""
-        return tuple(sorted({one.name for one in self.objectives} | {one.objective for one in self.limits}))
+        return tuple(sorted({one.name for one in self.objectives} | set(self.limits)))
 
     def values(self, free: Mapping[str, float]) -> dict[str, float]:
         """All values that a design sets, including fixed and coupled ones; raises `InputError`."""
@@ -130,7 +129,7 @@ class Study:
 
     def feasible(self, found: Mapping[str, float]) -> bool:
         """Whether values of objectives meet all limits."""
-        return all(one.least <= found[one.objective] <= one.most for one in self.limits)
+        return all(one.least <= found[name] <= one.most for name, one in self.limits.items())
 
 
 class _Model(BaseModel):
@@ -145,15 +144,11 @@ class _Range(_Model):
     values: list[float] | None = Field(None, min_length=1)
 
 
-class _Limit(_Model):
-    least: float = -1e300
-    most: float = 1e300
-
-
 def _doubted(friction: Any, **doubts: Any) -> tuple[Any, Doubts]:
     return friction, Doubts(**doubts)
 
 
+_LIMIT = table(Limit, keys_of(Limit), known=True)
 _DOUBTS = table(_doubted, keys_of(Doubts) | {"friction": (Any, None)}, known=True)
 _SAMPLER = table(Sampler, keys_of(Sampler), known=True)
 _SCENE = table(Scene, {key: kind for key, kind in keys_of(Scene).items() if key not in ELSEWHERE}, known=True)
@@ -167,7 +162,7 @@ class _File(_Model):
     free: dict[str, list[float] | _Range] = Field(min_length=1)
     fixed: dict[str, float] = {}
     couplings: dict[str, str] = {}
-    constraints: dict[str, _Limit] = {}
+    constraints: dict[str, _LIMIT] = {}  # type: ignore[valid-type]
     scene: _SCENE = Scene()  # type: ignore[valid-type]
     doubts: _DOUBTS = (None, Doubts())  # type: ignore[valid-type]
     tolerances: _TOLERANCES = Tolerances()  # type: ignore[valid-type]
@@ -215,7 +210,7 @@ def _study(file: _File, path: Path) -> Study:
         file.couplings,
         _scene(file, finger),
         tuple(OBJECTIVES[name] for name in file.objectives),
-        tuple(Limit(name, one.least, one.most) for name, one in file.constraints.items()),
+        file.constraints,
         file.sampler,
         file.confirm,
         path.parent / file.store if file.store else None,
