@@ -194,7 +194,7 @@ class _Runner:
         """Store the records of designs; at most `AHEAD` batches a worker are in flight. An optimiser's are kept too."""
         flight: dict[Future, tuple[list[tuple[int, Values, str]], Batch, int]] = {}
         for rows, batch in self._interleaved(groups):
-            self._submit(flight, rows, batch, 0)
+            flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, 0
             while len(flight) >= AHEAD * self.pool.workers:
                 self._take(flight)
         while flight:
@@ -254,9 +254,6 @@ class _Runner:
             return None
         rows, fingers = zip(*left, strict=True)
         return list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
-
-    def _submit(self, flight: dict, rows: list, batch: Batch, tried: int) -> None:
-        flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, tried
 
     def _take(self, flight: dict) -> None:
         """Store the finished batches; batches of a killed process are run again."""
