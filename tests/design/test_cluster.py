@@ -24,7 +24,7 @@ STUDY = """
 name = "real"
 objectives = ["sigma_sd"]
 [free]
-"outer.modulus_MPa" = [0.15, 0.38]
+"outer.modulus_MPa" = [0.15, 0.36]
 "gauges.lever_mm" = [-1.0, 0.0]
 [couplings]
 "inner.modulus_MPa" = "outer.modulus_MPa / 4"
