@@ -42,8 +42,12 @@ SHORTER = {
     "texture train": "--window 20 --wavelengths 1 10 --bands 5",
 }
 """What a command gets besides, so that it takes seconds."""
-ELSEWHERE = {"--relaxation": "cli/test_identify_rate.py", "--compare": "cli/test_identify.py"}
-"""Options that need a log or an identified finger of their own, and the test that has it."""
+ELSEWHERE = {
+    "--relaxation": "cli/test_identify_rate.py",
+    "--compare": "cli/test_identify.py",
+    "--explain": "design/test_command.py",
+}
+"""Options that need a log, an identified finger or the geometries of a study, and the test that has them."""
 FAILS = ("--check",)
 """Options by which a command may say "no" with exit code 1."""
 
@@ -90,6 +94,7 @@ def laboratory(tmp_path_factory):
     table = papilla.calibrate.sweep(reduced, moduli=np.geomspace(0.05, 2, 14), forces=np.geomspace(0.05, 1, 16))
     (folder / "calibration").mkdir()
     papilla.calibrate.fit(table).save(folder / "calibration" / "calibration.json")
+    shutil.copytree(folder / "calibration", folder / "mine")
     finger.save(folder / "finger.toml")
     ramp = np.linspace(0, 1, 200)
     touch = np.column_stack([ramp, ramp[:, None] * presses[2].reading, 0.4 * ramp])
