@@ -35,8 +35,8 @@ from papilla.files import check_writable, reason, replacing
 ENVIRONMENT = "PAPILLA_CACHE"
 
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
-"""Number of times that this process waits for an entry that another one holds; it says that it waits, and then computes
-the entry itself."""
+"""Times (s) for which another process may hold an entry: after the first this process says that it waits, after the
+second it computes the entry itself."""
 
 PACKAGES = {
     "numpy": "numpy",

@@ -40,9 +40,10 @@ class Table:
 
     Parameters
     ----------
-    path : where the table was read, for messages. columns : name -> (n,) float, an empty cell is NaN; or text, without
-    the spaces around it. lines : (n,) int, line of the file on which each row ends. called : the file's own names of
-    columns, if they differ.
+    path : where the table was read, for messages.
+    columns : name -> (n,) float, an empty cell is NaN; or text, without the spaces around it.
+    lines : (n,) int, line of the file on which each row ends.
+    called : the file's own names of columns, if they differ.
     """
 
     path: Path
@@ -63,8 +64,8 @@ class Reader(ABC):
     """Rows of named columns, block by block and as often as asked for. A context manager.
 
     path : of the source, for messages. header : its columns. names : the wanted ones, in the same order; ignored : the
-    others. notes : what to say to a person, a sentence each. called : what the source calls a column, where it has
-    another name. live : whether the rows come once (standard input).
+    others. notes : remarks for the user, a sentence each. called : the source's own names of
+    columns, if they differ. live : whether the rows come once (standard input).
     """
 
     path: Path
@@ -77,7 +78,7 @@ class Reader(ABC):
     @property
     @abstractmethod
     def notes(self) -> tuple[str, ...]:
-        """What to say to a person, a sentence each."""
+        """Remarks for the user, a sentence each."""
 
     @abstractmethod
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:

@@ -40,7 +40,7 @@ def fit(
     scatter : sweeps of the same finger on independent meshes (any table of forces and moduli): their differences become
         part of every sigma and interval.
     frictionless : the same presses without friction (then `scatter` is without friction, too); None if `sweep` has no
-    friction.
+        friction.
     friction_known : whether later presses have the sweep's friction; if not, intervals also contain presses without
         friction. None means: whether the friction was stated.
     strain : relative standard deviation of S_d by large strain; None takes that of the sweep.

@@ -28,14 +28,15 @@ from papilla.specimen import STICK, Friction, friction_coefficient
 from papilla.workers import workers
 
 SCATTER_VARIANTS = (1, 2, 3)
-"""Number of independent meshes whose sweeps measure the scatter of S_d between meshes."""
+"""Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
 SCATTER_STEP, SHORT_STEP, SHORT = 6, 2, 24
-"""On each other mesh, every n-th force and modulus of a sweep is pressed; up to `SHORT` values, every
+"""On each other mesh every `SCATTER_STEP`-th force and modulus of a sweep is pressed; of up to `SHORT` values every
 `SHORT_STEP`-th."""
 QUICK = "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
 """Note of a quick calibration."""
 QUICK_FORCES, QUICK_MODULI = 15, 12
-"""Moduli and forces of a quick calibration: S_d between them is off by up to 1 %, which its intervals contain."""
+"""Numbers of forces and moduli of a quick calibration: S_d between them is off by up to 1 %, which its intervals
+contain."""
 
 CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
 CHECKED_MODULUS_MPA = (0.05, 0.72)

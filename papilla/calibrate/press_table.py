@@ -43,12 +43,18 @@ class Sweep:
 
     Parameters
     ----------
-    force_N, modulus_MPa : (n,). reading : (n, g) in microstrain; NaN if the press left the range of the model.
-    sd_microstrain : (n,) population standard deviation (ddof 0) of the readings. indentation_mm, contact_area_mm2,
-    peak_pressure_MPa : (n,). resolved : (n,) bool, whether the mesh was fine enough. status : n sentences. gauge_names
-    : g names. specimen : what was pressed, in words; friction : between it and the finger, a number or "stick". physics
-    : what the presses include, in words. friction_told : whether the friction was stated. strain : relative standard
-    deviation of S_d by large strain. finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
+    force_N, modulus_MPa : (n,).
+    reading : (n, g) in microstrain; NaN if the press left the range of the model.
+    sd_microstrain : (n,) population standard deviation (ddof 0) of the readings.
+    indentation_mm, contact_area_mm2, peak_pressure_MPa : (n,).
+    resolved : (n,) bool, whether the mesh was fine enough.
+    status : n sentences.
+    gauge_names : g names.
+    specimen : what was pressed, in words; friction : between it and the finger, a number or "stick".
+    physics : what the presses include, in words.
+    friction_told : whether the friction was stated.
+    strain : relative standard deviation of S_d by large strain.
+    finger_name, finger_sha256, mesh_sha256, mesh_size_mm : where it comes from.
     """
 
     force_N: np.ndarray

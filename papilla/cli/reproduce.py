@@ -70,7 +70,7 @@ def _print(found: "list[Result]", last: list[str]) -> None:
         if len(answers) <= MOST_NOTES:
             why = f" ({one.tolerance})" if one.tolerance else ""
             words += f"\n[dim]accepted: {escape(plain(accepted(answer) + why))}. {escape(plain(answer.note))}\n"
-            words += f"{escape(plain(told))}\n" if (told := beside(answer)) else ""
+            words += f"{escape(plain(remark))}\n" if (remark := beside(answer)) else ""
             words += f"{escape(one.test or one.call)}[/]"
         figures = (escape(published(answer)), number(answer.measured), escape(one.unit))
         table.add_row(one.key, words, *figures, verdict, one.evidence)

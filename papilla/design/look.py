@@ -51,10 +51,12 @@ class Look:
             found = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
-        if found[0].large_strain and softest < min(one for one in DEFAULT_MODULI if one >= SOFTEST * inner):
+        least = min((one for one in DEFAULT_MODULI if one >= SOFTEST * inner), default=math.inf)
+        if found[0].large_strain and softest < least:
+            begins = f"begins at {least:.3g} MPa" if least < math.inf else "has no specimen that is hard enough"
             raise InputError(
-                f"a specimen of {softest:g} MPa is softer than half the inner layer ({inner:.3g} MPa): large strain is "
-                "not known there, and no calibration covers it"
+                f"a specimen of {softest:g} MPa is too soft for an inner layer of {inner:.3g} MPa, because large "
+                f"strain is not known there: a calibration {begins}"
             )
         for one in found:
             inside = one.inside(force, modulus, outer, inner)

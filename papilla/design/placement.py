@@ -26,8 +26,8 @@ from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 EXCHANGES = 20
 """Largest number of rounds of exchange; two or three are usual."""
 STARTS = 14
-"""Numbers of further gauges with which exchange starts, from the best to the worst: started from the best alone, it
-missed the optimum in one of 24 small problems."""
+"""Number of candidates for the next gauge from which exchange starts, spread from the best to the worst: started from
+the best alone, it missed the optimum in one of 24 small problems."""
 FRICTION = 0.5
 """One sigma of friction, relative to the change without friction: two sigmas reach from stick to none."""
 

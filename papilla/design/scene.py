@@ -14,11 +14,9 @@ from papilla.errors import InputError
 from papilla.estimators.softness.doubts import Doubts
 
 FORCES, MODULI = 10, 14
-"""Number of presses of the grid along the force: the smallest for cells of a spline; and step of the grid in ln E."""
+"""Numbers of forces and of moduli of the grid: the fewest forces for cells of a spline, and steps of 0.2 in ln E."""
 MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
-
-
 SWEPT_BEYOND = 1.05
 """How far beyond the largest force of the scene a calibration goes, at least."""
 

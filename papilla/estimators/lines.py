@@ -34,7 +34,8 @@ GRID, PADDING = 8, 8
 """Grid points in the shortest wavelength: aliases from beyond the grid are then weaker than 2 %. And the factor by
 which the grid is extended with zeros, so that a peak is sampled near its top."""
 LEAST = 1e-100
-"""Smallest change of a reading; the fourth power of a larger one is not zero in floating-point numbers."""
+"""A channel that changes by less counts as constant: the square of its change would be near the limit of floating-point
+numbers."""
 LONGEST_GRID = 500_000
 """Largest number of grid points of a spectrum, above which `latest_stretch` shortens a log. It is a little less than
 2**19, so that the padded grid has 2**22 points a channel: 2**23 points would take 370 MB."""

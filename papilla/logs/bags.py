@@ -52,10 +52,10 @@ class BagReader(FrameReader):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to say to a person, a sentence each; what else the messages hold is not told."""
+        """Remarks for the user, a sentence each; other columns of the messages are not listed."""
         leading, held = self._topics[:1], ", ".join(self._topics[1:])
-        told = (*(f"rows are the messages of {topic}" for topic in leading),)
-        return (*told, f"of {held} each row has the latest value") if held else told
+        rows = (*(f"rows are the messages of {topic}" for topic in leading),)
+        return (*rows, f"of {held} each row has the latest value") if held else rows
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:
         """All rows; raises what `FrameReader.blocks` raises."""

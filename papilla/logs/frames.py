@@ -32,7 +32,7 @@ class FrameReader(Reader):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What to say to a person, a sentence each."""
+        """Remarks for the user, a sentence each."""
         return (f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()
 
     def blocks(self, size: int = BLOCK) -> Iterator[Table]:

@@ -40,8 +40,8 @@ class Sizes:
         self._whole &= bool((known[:, : self._gauges] % 1 == 0).all())
 
     def remarks(self, called: Mapping[str, str]) -> Iterator[str]:
-        """Columns that seem to have another unit, each with the line of a map that states it; called : what the log
-        calls a column, where it has another name."""
+        """Columns that seem to have another unit, each with the line of a map that states it; called : the
+        log's own names of columns, if they differ."""
         gauges = self._largest[: self._gauges].max(initial=0)
         if 0 < gauges < STRAIN_BELOW:
             yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend(
@@ -59,9 +59,12 @@ class Sizes:
 
 
 def of_presses(
-    readings: np.ndarray, force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray | None,
+    readings: np.ndarray,
+    force_N: np.ndarray,
+    modulus_MPa: np.ndarray,
+    indentation_mm: np.ndarray | None,
     called: Mapping[str, str],
-) -> Iterator[str]:  # fmt: skip
+) -> Iterator[str]:
     """The same remarks on presses: readings (n, g), and what they were made with (n,)."""
     sizes = Sizes((*(f"g{number + 1}" for number in range(readings.shape[1])), "force_N"), readings.shape[1])
     sizes.add(np.column_stack([readings, force_N]))

@@ -152,7 +152,7 @@ class TimeLogFile:
     cannot be estimated.
 
     lever_mm : lever arm of a column `torque_Nmm`, which becomes tangential_N. progress : called with the number of rows
-    read so far. covered_N : largest force of the calibration, if there is one: beside it a force may look like gf.
+    read so far. covered_N : largest force of the calibration, if there is one: a force far above it may be in gf.
     Raises what `read_time_log` raises.
     """
 

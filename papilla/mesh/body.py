@@ -39,7 +39,7 @@ class Body:
     ----------
     low, high : (3,) smallest and largest coordinates in mm.
     facet_mm, variant : edge length of the triangulations of exact surfaces, and number of the variant: each has its own
-    triangulation.
+        triangulation.
     """
 
     surfaces: dict[str, Surface]

@@ -20,9 +20,11 @@ class Verdict(StrEnum):
 class Case:
     """One checked value.
 
-    what : the case in words. cause : meaning of the value and its comparison, or the reason for a missing value. value
-    : a number, a fraction if `cause` names no unit; None if there is none. bound : the allowed interval, or the largest
-    value. seconds : wall-clock time; work that cases share counts with the first of them.
+    what : the case in words.
+    cause : meaning of the value and its comparison, or the reason for a missing value.
+    value : a number, a fraction if `cause` names no unit; None if there is none.
+    bound : the allowed interval, or the largest value.
+    seconds : wall-clock time; work that cases share counts with the first of them.
     """
 
     what: str

@@ -15,11 +15,12 @@ class Actuator:
 
     Parameters
     ----------
-    name : what it is called. stroke_um : largest displacement, peak to peak; half of it is the largest amplitude.
-    band_Hz : frequencies up to here are displayed; components are faded out over the last 5 % before it. corner_Hz :
-    frequency at which the response has fallen by 3 dB; infinite for a flat response. order : of the Butterworth
-    magnitude that models the roll-off. drive_V : voltage for the whole stroke (linear), so that half of it is the
-    middle; NaN if not known.
+    name : what it is called.
+    stroke_um : largest displacement, peak to peak; half of it is the largest amplitude.
+    band_Hz : frequencies up to here are displayed; components are faded out over the last 5 % before it.
+    corner_Hz : frequency at which the response has fallen by 3 dB; infinite for a flat response.
+    order : of the Butterworth magnitude that models the roll-off.
+    drive_V : voltage for the whole stroke (linear), so that half of it is the middle; NaN if not known.
 
     Raises `InputError` for values that are not positive.
     """

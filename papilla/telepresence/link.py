@@ -22,11 +22,12 @@ class LinkModel:
 
     Parameters
     ----------
-    one_way_ms, one_way_sd_ms : delay, normal and truncated at 0 (a negative draw is drawn again). redraw_Hz : rate at
-    which a new delay is drawn; datagrams keep their order as in a queue (FIFO). jitter_ms : standard deviation of extra
-    wait of each datagram (half-normal); order is kept. loss, reordering, duplication : shares of the datagrams, 0 to 1.
-    bandwidth_bytes_s : limit, headers included; datagrams beyond it wait in a queue. queue_s : longest wait; a datagram
-    that would wait longer is lost, as in a full buffer.
+    one_way_ms, one_way_sd_ms : delay, normal and truncated at 0 (a negative draw is drawn again).
+    redraw_Hz : rate at which a new delay is drawn; datagrams keep their order as in a queue (FIFO).
+    jitter_ms : standard deviation of extra wait of each datagram (half-normal); order is kept.
+    loss, reordering, duplication : shares of the datagrams, 0 to 1.
+    bandwidth_bytes_s : limit, headers included; datagrams beyond it wait in a queue.
+    queue_s : longest wait; a datagram that would wait longer is lost, as in a full buffer.
 
     Raises `InputError` for values out of range.
     """

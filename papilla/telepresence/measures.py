@@ -86,9 +86,9 @@ class Felt(NamedTuple):
 def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> Felt:
     """The strongest line of what is displayed over the hand's own path, in windows of 0.25 s, each a quarter later.
 
-    An ideal observer, who knows the own movement exactly, would obtain it from speed over frequency. Windows in which
-    the hand is slower than 30 % of its peak, or the true wavelength changes, are left out; in a window with a quarter
-    of silence nothing is felt.
+    An ideal observer, who knows the hand's movement exactly, would obtain it from speed over frequency. Windows in
+    which the hand is slower than 30 % of its peak, or the true wavelength changes, are left out; in a window with a
+    quarter of silence nothing is felt.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from papilla.telepresence.sources import Source
 from papilla.telepresence.udp import Endpoint
 
 LIVE_HZ = 4.0
-"""Seconds between two updates of the live line."""
+"""Updates of the live line per second."""
 
 
 class Live(NamedTuple):

@@ -13,9 +13,10 @@ class Safety:
 
     Parameters
     ----------
-    hold_s : time after a message for which it is used; then the output decays. decay_s : time in which it decays
-    linearly to exactly zero, so it is zero `hold_s + decay_s` after the last message. attack_s : time in which it rises
-    again. force_limit_N : pressing force above which it decays; in Okamoto et al. 2011 the limit is 2 N.
+    hold_s : time after a message for which it is used; then the output decays.
+    decay_s : time in which it decays linearly to exactly zero, so it is zero `hold_s + decay_s` after the last message.
+    attack_s : time in which it rises again.
+    force_limit_N : pressing force above which it decays; in Okamoto et al. 2011 the limit is 2 N.
     force_release_N : force below which it rises again.
 
     Raises `InputError` for values that are not positive, or a release above the limit.

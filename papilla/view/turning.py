@@ -32,7 +32,7 @@ SOFT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
 
 
 def need_plotly() -> None:
-    """Raise `MissingExtraError` where plotly is not installed."""
+    """Raise `MissingExtraError` if plotly is not installed."""
     try:
         import plotly.graph_objects  # noqa: F401
     except ImportError as error:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import Noise
-from papilla.calibrate.identification.repeats import STATED_FREEDOM, noise_told
+from papilla.calibrate.identification.repeats import STATED_FREEDOM, estimated_noise
 from papilla.logs import PressLog
 
 SLOPE = np.array([800.0, -300.0, 1500.0, -250.0, 700.0, 0.4])
@@ -47,7 +47,7 @@ def bench(seed, repeats, *, readings=12.0, force=0.03, depth=0.005, conditions=6
 
 
 def test_many_repeats_tell_what_was_put_in():
-    told = noise_told(bench(1, 40), np.zeros(6))
+    told = estimated_noise(bench(1, 40), np.zeros(6))
     assert told.repeats == 6 * 39
     assert told.readings_microstrain == pytest.approx(12.0, rel=0.15)
     assert told.force == pytest.approx(0.03, rel=0.25)
@@ -58,7 +58,7 @@ def test_many_repeats_tell_what_was_put_in():
 def test_few_repeats_leave_much_of_what_was_stated():
     one = bench(2, 1)
     one.log = replace(one.log, force_N=np.append(one.log.force_N[:-1], one.log.force_N[0]))
-    told = noise_told(one, np.zeros(6))
+    told = estimated_noise(one, np.zeros(6))
     assert told.repeats == 1 and told != one.noise
     stated = one.noise.force
     assert stated * np.sqrt(STATED_FREEDOM / (STATED_FREEDOM + 2)) < told.force
@@ -70,7 +70,7 @@ def test_few_repeats_leave_much_of_what_was_stated():
 def test_presses_of_other_conditions_are_no_repeats(change):
     one = bench(3, 1)
     equal = replace(one.log, force_N=np.full(6, 0.3))
-    assert noise_told(Straight(equal, Noise()), np.zeros(6)).repeats == 5
-    assert noise_told(Straight(replace(equal, **change), Noise()), np.zeros(6)) == Noise()
+    assert estimated_noise(Straight(equal, Noise()), np.zeros(6)).repeats == 5
+    assert estimated_noise(Straight(replace(equal, **change), Noise()), np.zeros(6)) == Noise()
     sampled = replace(equal, t_s=np.arange(6.0))
-    assert noise_told(Straight(sampled, Noise()), np.zeros(6)) == Noise()
+    assert estimated_noise(Straight(sampled, Noise()), np.zeros(6)) == Noise()

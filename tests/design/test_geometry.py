@@ -10,6 +10,7 @@ from papilla.design.look import GAUGE_ERROR, Look
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.scene import Scene
+from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, known
 from papilla.finger import Finger, Layer
 
@@ -48,3 +49,14 @@ def test_a_hard_inner_layer_leaves_more_of_a_calibration_beyond_its_tables(made_
     assert errors[0] / errors[1] == pytest.approx(
         np.hypot(GAUGE_ERROR, CONTINUED_GAUGE * of(0.08).continued) / GAUGE_ERROR
     )
+
+
+@pytest.mark.parametrize("inner, begins", [(0.034, "begins at 0.02 MPa"), (0.4, "begins at 0.2"), (20.0, "has no")])
+def test_a_specimen_below_the_first_modulus_of_a_calibration_is_refused(made_up_geometry, inner, begins):
+    finger = Finger.default()
+    places = Places.of(finger)
+    free, stuck = made_up_geometry(with_sites(finger, places), places).ends
+    measured = GeometryMap(finger, places, (replace(free, large_strain=True), replace(stuck, large_strain=True)))
+    stiff = replace(finger, inner=Layer(inner), outer=Layer(4 * inner))
+    with pytest.raises(InputError, match=f"too soft for an inner layer of {inner:.3g} MPa.* a calibration {begins}"):
+        _ = Look(stiff, measured, Scene(modulus_MPa=(0.019, 0.72))).ends

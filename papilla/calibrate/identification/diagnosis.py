@@ -31,8 +31,8 @@ INFLUENTIAL = 1.0
 """Change of a modulus, in standard deviations, when one press is left out, above which the press is named."""
 
 SWAPPED = 2 * math.log(1000)
-"""Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: one pair
-in a hundred logs of ten pairs has it by chance."""
+"""Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: the prior
+assumption is one swapped pair in a hundred logs of ten pairs each."""
 
 IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 """Quantities that are recorded as each gauge's gain and lever."""

@@ -9,9 +9,9 @@ from scipy.optimize import least_squares
 
 from papilla.calibrate.identification.parameters import MOVES, OF_THE_LOG, PARAMETERS, kind, physical
 from papilla.calibrate.identification.posing import moved_by
-from papilla.calibrate.identification.presses import NOT_TOLD
+from papilla.calibrate.identification.presses import NOT_STATED
 from papilla.calibrate.identification.problem import Problem
-from papilla.calibrate.identification.repeats import noise_told
+from papilla.calibrate.identification.repeats import estimated_noise
 from papilla.fem.reduction.family import with_moduli
 from papilla.finger import Finger
 from papilla.identified import Identified
@@ -99,7 +99,7 @@ class Identification:
     def with_record(self, record: Identified) -> Finger:
         """The identified finger with the record of its identification, and its bench."""
         bench = replace(self.finger.bench, touch_down=record.touch_down_mm, thickness=self.values["thickness_mm"])
-        if record.friction != NOT_TOLD:
+        if record.friction != NOT_STATED:
             bench = replace(bench, friction=record.friction)
         return replace(self.finger, identified=record, bench=bench)
 
@@ -124,7 +124,7 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
         progress("identifying")
     first = problem.weighted()
     found = sorted((descend(first, start) for start in starts_of(first)), key=lambda one: one[0])
-    first = replace(first, noise=noise_told(first, found[0][1]))
+    first = replace(first, noise=estimated_noise(first, found[0][1]))
     ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
     ends.sort(key=lambda one: one[0])
     cost, last, vector = ends[0]

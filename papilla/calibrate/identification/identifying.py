@@ -57,7 +57,7 @@ def identify(
     specimen : what was pressed, if the log does not say it; its modulus is ignored. noise : of the presses. friction :
         as for `papilla.fem.press`. If they are None, those of the finger's `bench` are taken.
     size_mm : elements at the contact. processes : number of processes that measure large strain at the same time, if it
-    is not known.
+        is not known.
 
     Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
     than a fit needs, and what `papilla.fem.reduction.family.family` raises.

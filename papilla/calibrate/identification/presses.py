@@ -14,7 +14,7 @@ from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.logs import PressLog
 from papilla.specimen import Friction, Specimen, friction_words
 
-NOT_TOLD = "not told"
+NOT_STATED = "not told"
 """Friction of presses if it is not stated: responses with and without it are mixed."""
 
 LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
@@ -43,8 +43,8 @@ class Shape:
 
     @property
     def friction(self) -> Friction:
-        """Friction of the presses: Coulomb's coefficient, "stick", or `NOT_TOLD`."""
-        return NOT_TOLD if self.friction_open else friction_words(self.responses[0].friction)
+        """Friction of the presses: Coulomb's coefficient, "stick", or `NOT_STATED`."""
+        return NOT_STATED if self.friction_open else friction_words(self.responses[0].friction)
 
 
 @dataclass(frozen=True, eq=False)

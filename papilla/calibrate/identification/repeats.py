@@ -22,7 +22,7 @@ forces."""
 STATED_FREEDOM = 4.0
 
 
-def noise_told(problem: Problem, vector: np.ndarray) -> Noise:
+def estimated_noise(problem: Problem, vector: np.ndarray) -> Noise:
     """The noise of a problem's presses, estimated from repeated ones at a fitted vector (f,); the stated noise, if no
     press is repeated or if the rows are samples of touches (`t_s`), which share an error of force."""
     groups = _groups(problem) if problem.log.t_s is None else []

@@ -16,7 +16,7 @@ from papilla.units import gf_to_newton, newton_to_gf
 FORCE_ERROR = 0.01
 """Relative error of the force whose effect on E is stated."""
 FORCE_N = 0.5
-"""Moduli at which this effect is stated, if inside the domain."""
+"""Force (N) at which this effect is stated, if it is inside the domain."""
 SLOPE_FORCE_N = gf_to_newton(50.0)
 SLOPE_MODULI = (0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0)
 CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)

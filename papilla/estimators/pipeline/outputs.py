@@ -17,7 +17,8 @@ from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 from papilla.status import Status
 
 CONTRADICTED_SIGMAS = 3.0
-"""Relative difference between the wavelengths over the path and between the gauges above which one of them is wrong."""
+"""Difference between the wavelengths over the path and between the gauges, in standard deviations of the difference,
+above which one of them is wrong."""
 LIVELY_S, LIVELIER = 0.1, 4.0
 """Without a velocity: time constant with which the variance of a gauge fades, and the ratio of variances at which
 another gauge is followed."""

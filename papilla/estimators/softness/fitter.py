@@ -34,7 +34,7 @@ BESIDE_SHARE = 0.017
 """All readings fall by this share 1 mm beside the apex across the row of gauges, and with the square of the distance:
 0.4 to 3 % by gauge and load in presses of the default finger (the rest is within the gauges' gains)."""
 SHAPE_ERROR = 0.4
-"""Relative error of the exponent with which the effect of the thickness grows with force."""
+"""Relative error, per factor of e of the force, of the growth of the effect of the thickness with the force."""
 SPREAD_FORCE = 0.5
 """Prior standard deviation of a sample's ln force about that of the one before (for the place it is the reach of the
 calibration): so wide that the prior has almost no weight."""

@@ -42,9 +42,10 @@ class Softness(Touch):
 
     Parameters
     ----------
-    calibration : of the same gauges in the same order. gauge_sigma : standard deviation of a gauge's noise,
-    microstrain, > 0. force_sigma_N : standard deviation of the force's noise, N. doubts : all other uncertain
-    quantities; the modulus' sigma contains them.
+    calibration : of the same gauges in the same order.
+    gauge_sigma : standard deviation of a gauge's noise, microstrain, > 0.
+    force_sigma_N : standard deviation of the force's noise, N.
+    doubts : all other uncertain quantities; the modulus' sigma contains them.
     memory_s : time constant of forgetting; inf remembers until contact is lost.
     sample_rate_Hz : sampling rate; only used with a finite memory.
     contact_force_N : with force and readings below it there is no contact, and the touch is forgotten.

@@ -52,7 +52,7 @@ class FusedTracker(Stream):
     wavelength_range_mm : (shortest, longest) wavelength that is searched for.
     sample_rate_Hz : of the samples.
     scale_sigma : relative standard deviation of the velocity's scale; the relative error of the wavelength contains all
-    of it.
+        of it.
     latency_s : delay of the velocity relative to the readings; None means that it is estimated while the speed changes.
     resonances_Hz : resonance frequencies of the finger or its mount: at a constant speed a line there is not ok.
     ridge_pitch_mm : of the finger's own ridges, which may amplify a harmonic above the fundamental; 0 for none, None if

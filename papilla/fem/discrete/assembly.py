@@ -13,8 +13,7 @@ import scipy.sparse as sp
 from papilla.finger import Layer
 
 LARGEST_COMPRESSIBILITY = 1e10
-"""Smallest mu/lambda relative to which a compressibility counts: for nu = 0 the pressure is zero, and this leaves 1e-10
-of it."""
+"""Largest mu/lambda that is used: for nu = 0 it is infinite and the pressure zero; this value leaves 1e-10 of it."""
 
 CHUNK = 1024
 """Number of cells whose element matrices are made at once, so that they stay in the processor's cache."""
@@ -67,8 +66,9 @@ def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
 class Couplings:
     """The distinct pairs of numbers that share a cell; m cells, k pairs in each, p distinct ones.
 
-    local : (2, k) row and column within a cell of its pairs. rows, columns : (p,) numbers of the distinct pairs, sorted
-    by column, then by row. place : (m, k) position of each cell's pairs among them.
+    local : (2, k) row and column within a cell of its pairs.
+    rows, columns : (p,) numbers of the distinct pairs, sorted by column, then by row.
+    place : (m, k) position of each cell's pairs among them.
     """
 
     local: np.ndarray

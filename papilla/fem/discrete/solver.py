@@ -105,11 +105,11 @@ def factorise(
     Parameters
     ----------
     matrix : (n, n) lower triangle.
-    negative : number of negative eigenvalues that it must have (the pressures). rslab counts them, and another number
-        is an error; SuperLU does not, so for it the residual of each solve is the only check.
+    negative : number of negative eigenvalues that it must have (the pressures). rslab counts them, and its factor is
+        refused for another number; SuperLU does not, so for it the residual of each solve is the only check.
     stabilised : a similar matrix that is factored instead; solves are then refined with `matrix`.
     engine : "rslab" or "superlu"; by default the environment variable PAPILLA_SOLVER, else rslab with SuperLU as
-    fallback.
+        fallback.
 
     Raises `SolverError` if no engine factors the matrix; warns if SuperLU had to.
     """

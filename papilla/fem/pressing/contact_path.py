@@ -102,9 +102,9 @@ class ContactPath:
     """States of growing indentation, computed as far as needed, and kept.
 
     `nodes` (m,) in the order in which they come into contact; the `depth` (m,) in mm and the `force` (m,) in N on the
-    patch at which they do. guess : the path of a similar problem on the same nodes, whose order is tried first; margin
-    : factor by which the path is computed further than needed. Raises `SolverError` if the compliance is not positive
-    definite.
+    patch at which they do. guess : the path of a similar problem on the same nodes, whose order is tried first;
+    margin : factor by which the path is computed further than needed. Raises `SolverError` if the compliance is not
+    positive definite.
     """
 
     def __init__(self, problem: ContactProblem, guess: "ContactPath | None" = None, margin: float = 1.0):

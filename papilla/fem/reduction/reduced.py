@@ -35,17 +35,21 @@ class ReducedFinger:
     If the patch is symmetric, only its positive quarter is kept, and `images` gives its mirror images; the force on the
     finger is `len(images)` times the force on the patch.
 
-    compliance : (n, n) weak displacement of the skin against pressure, mm3 / MPa. half_space : (n, n) the same of a
-    half-space with E* = 1 MPa. rows : (q, g, n) strain and curvature change of the gauges per MPa of nodal pressure, in
-    the order of `gauges.QUANTITIES`. weights : (q, g) of the quantities in a reading. layers : (k, 2) thickness (mm)
-    and Young's modulus (MPa) of the layers below the touch-down point, the skin first. outer_modulus : E / (1 - nu^2)
-    of the outer layer, MPa, which determines a vanishing contact. tangential_source : computes, when friction needs it,
-    (3n, 2n) weak displacements of the skin (inward, then along either axis of the contact plane, mm3 / MPa) and (q, g,
-    2n) rows of the gauges, against tangential tractions. strain_key : `Finger.strain_sha256`, by which tables of large
-    strain are found. strain_source : computes, when a press needs it, the table of large strain without friction
-    (False) or stuck (True), and keeps it under `strain_key`. bench : of the finger: its friction is the default of
-    presses, its specimen the default of sweeps. facets : distance (mm) of the facets of a triangulated skin from the
-    smooth surface that they approximate. element : with which the finger was solved.
+    compliance : (n, n) weak displacement of the skin against pressure, mm3 / MPa.
+    half_space : (n, n) the same of a half-space with E* = 1 MPa.
+    rows : (q, g, n) strain and curvature change of the gauges per MPa of nodal pressure, in the order of
+        `gauges.QUANTITIES`.
+    weights : (q, g) of the quantities in a reading.
+    layers : (k, 2) thickness (mm) and Young's modulus (MPa) of the layers below the touch-down point, the skin first.
+    outer_modulus : E / (1 - nu^2) of the outer layer, MPa, which determines a vanishing contact.
+    tangential_source : computes, when friction needs it, (3n, 2n) weak displacements of the skin (inward, then along
+        either axis of the contact plane, mm3 / MPa) and (q, g, 2n) rows of the gauges, against tangential tractions.
+    strain_key : `Finger.strain_sha256`, by which tables of large strain are found.
+    strain_source : computes, when a press needs it, the table of large strain without friction (False) or stuck (True),
+        and keeps it under `strain_key`.
+    bench : of the finger: its friction is the default of presses, its specimen the default of sweeps.
+    facets : distance (mm) of the facets of a triangulated skin from the smooth surface that they approximate.
+    element : with which the finger was solved.
     """
 
     finger_name: str
@@ -137,7 +141,7 @@ class ReducedFinger:
     def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
         """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa.
 
-        Raises `InputError` where it does not fit the one for pressure alone.
+        Raises `InputError` if it does not fit the one for pressure alone.
         """
         return _of_unit(self, specimen.unit, "traction_compliance") / _scale(specimen)
 
@@ -214,9 +218,9 @@ def _both(compliance: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 @kept(8)
 def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
-    """What a specimen of 1 MPa, or one whose compliance does not go with its modulus, makes of the patch by its method
-    `name`. Of papilla's own specimens on a patch that is not large, which are asked for most, it is kept in the cache:
-    it takes a second."""
+    """The compliance on the patch by the method `name` of a specimen of 1 MPa, or of one whose compliance is not
+    proportional to 1 / modulus. It takes a second, so for papilla's own specimens on a patch that is not large it is
+    kept in the cache."""
 
     def make() -> dict[str, np.ndarray]:
         return {name: np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))}
@@ -234,7 +238,7 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
 
 
 def _scale(specimen: Specimen) -> float:
-    """What the compliance of `specimen.unit` is divided by for that of the specimen."""
+    """The compliance of a specimen is that of its `unit` divided by this number."""
     return specimen.modulus if specimen.elastic else 1.0
 
 

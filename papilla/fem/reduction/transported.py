@@ -4,7 +4,7 @@ Near the apex the skin has nearly the curvature and compliance of the apex; only
 the gauges changes. So the tractions keep their shape in the contact plane, the plane moves with the skin, and by
 reciprocity
 
-  change of a gauge = sum over nodes of (adjoint field of the gauge at the moved node) . (nodal force).
+  value of a gauge = sum over nodes of (adjoint field of the gauge at the moved node) . (nodal force).
 
 One factorisation per parity and one solve per gauge serve all presses at all places.
 """

@@ -37,7 +37,7 @@ TOLERANCE = 1e-9
 @dataclass(frozen=True, eq=False)
 class Rubbed:
     """A solved step: forces along x and inward (2n,) in N/mm on the body, its displacements (2n,), the depth (mm),
-    states (n,), iterations, how it was solved ("newton", "relaxation"), and and the violation of the laws, relative to
+    states (n,), iterations, how it was solved ("newton", "relaxation"), and the violation of the laws, relative to
     the largest displacement and force."""
 
     force: np.ndarray

@@ -64,23 +64,30 @@ BROKEN = 1e-6
 class Slide:
     """Result of sliding over m samples; g gauges, n nodes of the skin that may touch.
 
-    readings : (m, g) instantaneous readings in microstrain, without noise. amplified : (m, g) the same after an
-    amplifier's filter, as in a log: signals above `PASS_BAND` of the rate would otherwise be aliased. force_N,
-    tangential_N : (m,) pressing force, and force of the finger along x (positive against a motion to the right).
-    depth_mm : (m,) distance by which the finger's top is pressed beyond the texture's. pressing, rubbing : (m, n) nodal
-    forces inward and along x on the skin, N/mm. state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the
-    left.
-    carried_mm : (m,) mean tangential displacement of the contact. length_mm : along y; converts N/mm to N. tied : the
-    press that determines it, None if the length was stated or nothing is touched. friction : Coulomb's coefficient
-    during sliding. dynamics, why : the choice, and its reason. ridge_pitch_mm : of the finger, 0 for smooth skin.
-    loss_factor,
-    loss_from : of the first mode (NaN without inertia), and its origin. first_mode_Hz, highest_Hz : of the section, of
-    the scene. relaxed, unresolved : numbers of steps that were solved by relaxation, and of steps whose laws are
-    violated. energy_error : imbalance of energy relative to the converted energy, NaN without inertia. in_groove_mm :
-    largest depth of skin in grooves. flank_push : upper bound of the sideways force of flanks there, which is not
-    modelled, relative to the pressing force: depth of the skin in a groove over the period (or over a shorter contact),
-    as if only flanks of one side were pressed. seconds : computing time without the reduction. status : a sentence,
-    "ok" if nothing is doubtful.
+    readings : (m, g) instantaneous readings in microstrain, without noise.
+    amplified : (m, g) the same after an amplifier's filter, as in a log: signals above `PASS_BAND` of the rate would
+        otherwise be aliased.
+    force_N, tangential_N : (m,) pressing force, and force of the finger along x (positive against a motion to the
+        right).
+    depth_mm : (m,) distance by which the finger's top is pressed beyond the texture's.
+    pressing, rubbing : (m, n) nodal forces inward and along x on the skin, N/mm.
+    state : (m, n) 0 open, 2 stick, 1 and -1 slip to the right and to the left.
+    carried_mm : (m,) mean tangential displacement of the contact.
+    length_mm : along y; converts N/mm to N.
+    tied : the press that determines it, None if the length was stated or nothing is touched.
+    friction : Coulomb's coefficient during sliding.
+    dynamics, why : the choice, and its reason.
+    ridge_pitch_mm : of the finger, 0 for smooth skin.
+    loss_factor, loss_from : of the first mode (NaN without inertia), and its origin.
+    first_mode_Hz, highest_Hz : of the section, of the scene.
+    relaxed, unresolved : numbers of steps that were solved by relaxation, and of steps whose laws are violated.
+    energy_error : imbalance of energy relative to the converted energy, NaN without inertia.
+    in_groove_mm : largest depth of skin in grooves.
+    flank_push : upper bound of the sideways force of flanks there, which is not modelled, relative to the pressing
+        force: depth of the skin in a groove over the period (or over a shorter contact), as if only flanks of one side
+        were pressed.
+    seconds : computing time without the reduction.
+    status : a sentence, "ok" if nothing is doubtful.
     """
 
     motion: Motion
@@ -142,7 +149,7 @@ def slide(
     ----------
     motion : of the finger; its x is the texture's under the finger's apex.
     force, depth : exactly one: pressing force in N, or distance in mm by which the finger's top is pressed beyond the
-    texture's.
+        texture's.
     friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`. None takes that of the finger's bench; if the bench
         states none, or "stick", sliding is without friction. The press to which the section is tied uses the same
         friction, or the default of presses if none is stated.

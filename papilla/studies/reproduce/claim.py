@@ -35,24 +35,32 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Claim:
-    """One claim; the fields are those of its table in `claims/`.
+    """One claim; the fields are those of its table in `claims.toml`.
 
     Parameters
     ----------
     key : short and unique, such as "A14": its paper (A 2006, B 2007, C Okamoto 2011, D Oddo 2011, E textiles, F what
-    papilla is for) and its place there; X marks what is wrong or inconsistent in print. paper : its. experiment : name
-    of the experiment that tests it. source : paper and section, equation or figure. claim : in our words. published :
-    the figure, an interval, or words if there is no figure. accepted : the interval of measured values that reproduce
-    it. In the file: `percent` or `by` its unit around `near` (by default the published figure), or `least` and `most`;
-    without any, exactly the published figure, or 1 (a share of agreements, or a true statement) if words are published.
-    tolerance : the printed digits, spread or words from which the interval follows. evidence : one of `EVIDENCE`. test
-    : of what is implemented, as "file::function" below tests/. contradiction : whether the print contradicts itself, or
-    a closed form. unit : of published, accepted and measured. finding : name of the experiment's value that is
-    compared. call : the command or call that gives it. note : remarks; {names} of findings are filled in, and
-    {simulated} by the experiment's.
+        papilla is for) and its place there; X marks what is wrong or inconsistent in print.
+    paper : its.
+    experiment : name of the experiment that tests it.
+    source : paper and section, equation or figure.
+    claim : in our words.
+    published : the figure, an interval, or words if there is no figure.
+    accepted : the interval of measured values that reproduce it. In the file: `percent` or `by` its unit around `near`
+        (by default the published figure), or `least` and `most`; without any, exactly the published figure, or 1 (a
+        share of agreements, or a true statement) if words are published.
+    tolerance : the printed digits, spread or words from which the interval follows.
+    evidence : one of `EVIDENCE`.
+    test : of what is implemented, as "file::function" below tests/.
+    contradiction : whether the print contradicts itself, or a closed form.
+    unit : of published, accepted and measured.
+    finding : name of the experiment's value that is compared.
+    call : the command or call that gives it.
+    note : remarks; {names} of findings are filled in, and {simulated} by the experiment's.
     cannot : reason why it cannot be tested here.
     vary : other plausible values of parameters that the paper does not print, by their names in the experiment's
-        `assumed`; a row that is not reproduced is computed with each of them. fixed : reason why there are none.
+        `assumed`; a row that is not reproduced is computed with each of them.
+    fixed : reason why there are none.
     """
 
     key: str

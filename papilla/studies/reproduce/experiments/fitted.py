@@ -93,8 +93,8 @@ class Relatives:
 
     @classmethod
     def of(cls, finger: Finger) -> "Relatives":
-        """Press nine fingers. One that is k times as stiff feels of E and F what this one feels of E / k and F / k:
-        only the ratio of its moduli needs a reduction of its own."""
+        """Press nine fingers. A finger that is k times as stiff responds to E and F like this one to E / k and F / k,
+        so only another ratio of the moduli needs a new reduction."""
         readings, depths = [], []
         for skin in SKINS:
             own = fem.prepare(replace(finger, outer=Layer(skin * finger.outer.modulus, finger.outer.nu)))

@@ -37,12 +37,12 @@ GRIDS = {2.4: MIDDLE, 1.0: 5, 0.2: 6}
 OWN = 5
 """Gauges of the design itself."""
 RIDGE_MM = 0.6
-"""Width of a ridge (2011 Okamoto 3.2.2), or half of the pitch where that is less."""
+"""Width of a ridge (2011 Okamoto 3.2.2), or half of the pitch if that is less."""
 OTHER_PITCH_MM = 0.8
 FINE_MM = 0.05
 """Size (mm) of the skin's elements for the finest grating."""
 OKAMOTO_DEPTH_MM, OKAMOTO_SPEED_MM_S = 1.0, 40.0
-"""Wavelengths of the shipped power curve."""
+"""Pressing depth and speed of the scenes behind the shipped power curve."""
 NO_LOSS = 1e-3
 """Loss factor of a finger without viscosity."""
 

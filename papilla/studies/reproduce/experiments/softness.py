@@ -117,8 +117,8 @@ def sweep(
     block: Callable[[float], Specimen] | None = None,
     friction: Friction = STICK,
 ) -> Sweep:
-    """Presses with large strain, kept in the cache: they stick, as silicone does on silicone, on the bench's blocks,
-    unless something else is said."""
+    """Presses with large strain, kept in the cache: by default they stick, as silicone does on silicone, on the
+    bench's blocks."""
     ordered = [tuple(sorted(float(value) for value in values)) for values in (moduli, forces)]
     return cached_sweep(reduced, ordered[0], ordered[1], block or reduced.bench.specimen, friction)
 

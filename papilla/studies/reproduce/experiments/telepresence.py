@@ -28,7 +28,7 @@ SCENE = (
 TRIP_MS = 120.0
 FAINT_MICROSTRAIN = 1e-3
 SAME_MM = 0.1
-"""Half of the factor between the compared scales."""
+"""Half of the step (mm) between neighbouring textures of the comparison scale."""
 
 
 def run(tell, cause: bool = True) -> Found:

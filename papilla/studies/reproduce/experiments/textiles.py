@@ -36,7 +36,7 @@ STROKE_MM_S = 10.0
 CHANCES, SEARCHES = 400, 20
 """Number of random draws: for the choice by amplitude, and for searches by concordance over all bands."""
 HARMONICS = (1, 2, 3)
-"""Number of harmonics of a weave, whose amplitudes fall as 1 / k."""
+"""Harmonics k of a weave, whose amplitudes fall as 1 / k."""
 BETWEEN = 0.84
 """Correlation between textiles, the middle of the printed 0.78 to 0.90; it determines the power of the common
 approach."""
