@@ -6,6 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 LAG_WINDOW_S, FELT_WINDOW_S = 0.25, 0.25
+EARLIEST_S = -0.05
+"""Smallest lag that is searched: a display that is early by chance should not look late."""
 SLOW = 0.3
 """Share of the largest speed below which no wavelength is estimated."""
 SILENT = 0.05
@@ -20,10 +22,10 @@ STEADY = 0.2
 """Share of the largest speed by which the speed must change in a window that determines a lag."""
 
 
-def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: float = -0.05) -> float:
+def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float) -> float:
     """Delay of a displayed signal behind the hand: the shift with which it fits the texture under the hand best.
 
-    In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from `earliest_s` to `longest_s`. Both
+    In windows of 0.25 s, |sum shown(t) exp(-2 pi i turns(t - lag))| over lags from -0.05 s to `longest_s`. Both
     directions of a stroke fit equally well, so a single window also fits half a stroke later; the sum over windows does
     not, if strokes differ. The result is the median over windows of the best lag within 0.15 s of the best lag of that
     sum. NaN if nothing is displayed, if the signal does not contain the texture, or if the speed never changes, because
@@ -32,14 +34,14 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float, earliest_s: 
     Parameters
     ----------
     shown : (n,) displacement. turns : (n,) periods of the texture that the hand has passed, with sign.
-    place_mm : (n,) position of the hand. rate_Hz : of all.
+    place_mm : (n,) position of the hand. rate_Hz : of all. longest_s : greater than 0.
     """
     signal = np.asarray(shown, float)
     passed, place = np.asarray(turns, float), np.asarray(place_mm, float)
     wave = np.exp(-2j * math.pi * passed)
-    size, first, last = (round(own * rate_Hz) for own in (LAG_WINDOW_S, earliest_s, longest_s))
+    size, first, last = (round(own * rate_Hz) for own in (LAG_WINDOW_S, EARLIEST_S, longest_s))
     loudest, scores = _loudest(signal, size), []
-    for begin in range(max(0, last), signal.size - size + min(0, first), size // 2):
+    for begin in range(last, signal.size - size + first, size // 2):
         part, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
         speeds = np.abs(np.diff(place[around]))
         if loudest == 0 or part.std() < SILENT * loudest or np.ptp(speeds) < STEADY * speeds.max():

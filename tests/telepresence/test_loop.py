@@ -75,6 +75,11 @@ def test_a_short_run_is_late_by_the_round_trip_where_feedback_is_direct():
     assert record.lost == {"local": 0.0, "direct": 0.0}
     # 250 readings of the hand a second go up; 50 messages and 1000 samples a second come down
     assert 2000 < record.bytes_per_s["local"] < 10_000 < record.bytes_per_s["direct"]
+    # IPv4 and UDP add 28 bytes to each
+    for name, number in (("local", 50), ("direct", 1000)):
+        headers = record.with_headers[name] - record.bytes_per_s[name]
+        assert headers == pytest.approx(28 * number, rel=0.03)
+    assert np.isnan(record.wavelength_mm[0]) and record.wavelength_mm[-1] == pytest.approx(1.2, rel=0.01)
 
 
 @pytest.mark.parametrize("uplink_ms, downlink_ms", [(0, 0), (60, 60), (0, 300)])
