@@ -43,8 +43,10 @@ AWAY_S = 5.0
 """Seconds between two live lines with the same state if stderr is not a terminal."""
 
 SECONDS = option(None, "Stop after this time; without it, at Ctrl-C.")
-ListenOption = Annotated[str, typer.Option(help="Address at which this end is heard.", metavar="HOST:PORT")]
-PeerOption = Annotated[str, typer.Option(help="The other end: the only address that is heard.", metavar="HOST:PORT")]
+ListenOption = Annotated[str, typer.Option(help="Address at which this end listens.", metavar="HOST:PORT")]
+PeerOption = Annotated[
+    str, typer.Option(help="The other end: messages from any other address are dropped.", metavar="HOST:PORT")
+]
 
 
 @dataclass(frozen=True)
@@ -237,7 +239,7 @@ def _quantiles_ms(times: "Spread") -> dict[str, float]:
 def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> Answer:
     """Run until the time is over, Ctrl-C or SIGTERM; return the summary.
 
-    Both signals are heard also where a script that started this in the background has them ignored.
+    Both signals act even if a script that started this in the background has them ignored.
     """
     from papilla.telepresence.period import Period
 

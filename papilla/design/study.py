@@ -180,7 +180,12 @@ def read_study(path: Path) -> Study:
         file = _File.model_validate(content)
         return _study(file, path)
     except ValidationError as error:
-        raise FileFormatError(f"{path}: {in_words(first_of(error), ('list[float]', '_Range'))}") from error
+        problem = first_of(error)
+        where, key = (*map(str, problem["loc"]), "", "")[:2]
+        words = in_words(problem, ("list[float]", "_Range"))
+        if where == "scene" and key in ("force_N", "modulus_MPa"):
+            words = f"scene.{key} must be [low, high], two finite numbers, got {content['scene'][key]!r}"
+        raise FileFormatError(f"{path}: {words}") from error
     except InputError as error:
         raise FileFormatError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
 
