@@ -207,9 +207,9 @@ def _verdicts(rows: Sequence[Row]) -> list[str]:
         said.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
     wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
     if len(wide) > 1:
-        told = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
+        listed = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
         said.append(
-            f"Median area in which a gauge has at least half of its largest response: {told}; a smaller one is finer."
+            f"Median area in which a gauge has at least half of its largest response: {listed}; a smaller one is finer."
         )
     return said
 
@@ -224,11 +224,11 @@ def _best(
     """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
     and of more."""
     values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
-    told = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
+    listed = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)
     if not ordered:
         return f"{what}: none of them has one."
     near = [name for name in ordered if abs(values[name] - values[ordered[0]]) <= ALIKE * abs(values[ordered[0]])]
     if len(near) > 1:
-        return f"{what}: {' and '.join(near)} are alike ({told})."
-    return f"{what}: {near[0]} {win[len(rows) > 2]} ({told})."
+        return f"{what}: {' and '.join(near)} are alike ({listed})."
+    return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."

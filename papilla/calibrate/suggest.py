@@ -143,8 +143,8 @@ def suggest_presses(
         for rows in ([], chosen)
     ]
     spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
-    told = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
-    return Suggestion(*told, spread[0], spread[1], criterion)
+    best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
+    return Suggestion(*best, spread[0], spread[1], criterion)
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -193,12 +193,12 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     each = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
     grid = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
-    told = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
+    modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
     g = problem.gauge_count
-    sd, shares = sd_and_shares(told.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
+    sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
     by = shares / sd[:, None]
-    slope = (by * told.by_ln_modulus[:, :g]).sum(axis=1)
-    of_sd = np.einsum("mg,mgf->mf", by, told.by_free[:, :g])
+    slope = (by * modelled.by_ln_modulus[:, :g]).sum(axis=1)
+    of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
     information = np.einsum("ncf,nch->nfh", each, each)
     return _Finger(
         prior.T @ prior if known is None else known,

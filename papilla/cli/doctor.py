@@ -91,10 +91,10 @@ def _cache() -> dict:
     kinds: dict[str, int] = {}
     for path, size in sizes.items():
         kinds[path.parent.name] = kinds.get(path.parent.name, 0) + size
-    told = f"the variable {cache.ENVIRONMENT}" if os.environ.get(cache.ENVIRONMENT) else "the user's cache folder"
+    source = f"the variable {cache.ENVIRONMENT}" if os.environ.get(cache.ENVIRONMENT) else "the user's cache folder"
     return {
         "folder": str(cache.folder()),
-        "chosen_by": told,
+        "chosen_by": source,
         "entries": len(sizes),
         "bytes": sum(sizes.values()),
         "bytes_by_kind": kinds,

@@ -170,8 +170,8 @@ class Summary:
         found = {text: rows for text, rows in self._pipeline.faults.items() if text.split(" ")[0].strip(",") in names}
         if not found:
             return []
-        told = ", ".join(f"{text} in {rows} rows" for text, rows in [*found.items()][:4])
-        return [f"gauges: {told}. To do: look at their wiring and the range of the amplifier"]
+        listed = ", ".join(f"{text} in {rows} rows" for text, rows in [*found.items()][:4])
+        return [f"gauges: {listed}. To do: look at their wiring and the range of the amplifier"]
 
     def _lines(
         self, wavelengths: tuple[float, float] | None, remarks: list[str]

@@ -71,8 +71,10 @@ def write_pictures(
     from papilla.view.style import content, kind_of, write_bytes
 
     rows = [*_results(summary), *_lines(summary)]
-    told = "; ".join(f"{name} {value} ({interval})" for name, value, interval, *_ in _results(summary)[:4] if interval)
-    figure = picture.figure(Path(summary["log"]).name, told or "no row has an answer that is ok", spectrum)
+    answers = "; ".join(
+        f"{name} {value} ({interval})" for name, value, interval, *_ in _results(summary)[:4] if interval
+    )
+    figure = picture.figure(Path(summary["log"]).name, answers or "no row has an answer that is ok", spectrum)
     if plot is not None:
         write_bytes(plot, content(figure, kind_of(plot)))
     if page is not None:

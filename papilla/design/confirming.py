@@ -77,10 +77,10 @@ def confirm(name: str, look: Look, processes: int, say: Callable[[str], None]) -
 
 def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callable[[str], None]) -> Calibration:
     """The calibration of a finger with the friction that a scene states."""
-    told = None if scene.unknown.friction == "unknown" else scene.unknown.friction
-    friction = STICK if told is None else told
+    stated = None if scene.unknown.friction == "unknown" else scene.unknown.friction
+    friction = STICK if stated is None else stated
     finger = replace(finger, bench=replace(finger.bench, friction=None))
-    ends = (False, True) if told is None else ends_of(friction_coefficient(friction))
+    ends = (False, True) if stated is None else ends_of(friction_coefficient(friction))
     with workers(processes, say) as start:
         doubt = begin_large_strain(finger, ends, start, progress=say)()
     block, forces, moduli = finger.bench.specimen, scene.swept_N, DEFAULT_MODULI
@@ -88,14 +88,14 @@ def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callabl
     reduced = fem.prepare(finger, size_mm=size, progress=say)
     say("sweeping over force and modulus")
     presses = cached_sweep(reduced, moduli, forces, block, friction)
-    free = cached_sweep(reduced, moduli, forces, block, 0.0) if told is None else None
+    free = cached_sweep(reduced, moduli, forces, block, 0.0) if stated is None else None
     others = []
     for number, variant in enumerate(SCATTER_VARIANTS, start=1):
         say(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
         other = fem.prepare(finger, size_mm=size, variant=variant, progress=say)
         others.append(cached_sweep(other, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
-    return fit(presses, others, frictionless=free, friction_known=told is not None, strain=error)
+    return fit(presses, others, frictionless=free, friction_known=stated is not None, strain=error)
 
 
 def sigmas_of(calibration: Calibration, scene: Scene) -> dict[str, np.ndarray]:

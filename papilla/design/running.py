@@ -288,5 +288,5 @@ class _Runner:
         self.tally.failed += sum(row[3].status != OK for row in rows)
         done, fresh = self.tally.designs, self.tally.designs - self.tally.reused
         left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
-        told = f", about {left:.0f} s left" if fresh and done < self.total else ""
-        self.stage(f"designs, {done} of {self.total}{told}", done, self.total)
+        rest = f", about {left:.0f} s left" if fresh and done < self.total else ""
+        self.stage(f"designs, {done} of {self.total}{rest}", done, self.total)

@@ -85,8 +85,8 @@ def diagnose(found: Identification) -> Diagnosis:
     if turned := _backwards(found):
         good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
     doubts += (*turned, *_rubbing(found, intervals))
-    told = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
-    status = f"{good}: identified from {n} presses, {told}"
+    quality = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
+    status = f"{good}: identified from {n} presses, {quality}"
     return Diagnosis(status, doubts, intervals, profiles, moved, _condition(found))
 
 

@@ -59,10 +59,11 @@ class AnswerMap:
         """A force (N) in the middle of the domain, the hardest modulus (MPa) that can be determined there, and its
         relative sigma."""
         row = len(self.force_N) // 2
-        told = np.flatnonzero(self.identified[row])
-        if not len(told):
+        answered = np.flatnonzero(self.identified[row])
+        if not len(answered):
             return float(self.force_N[row]), None, np.nan
-        return float(self.force_N[row]), float(self.modulus_MPa[told[-1]]), float(self.relative_sigma[row, told[-1]])
+        hardest = answered[-1]
+        return float(self.force_N[row]), float(self.modulus_MPa[hardest]), float(self.relative_sigma[row, hardest])
 
 
 def share_with_known_friction(calibration: Calibration) -> float | None:
@@ -167,6 +168,6 @@ def quadratic_error(calibration: Calibration) -> QuadraticError:
         return QuadraticError(math.nan, 0.0)
     force = np.geomspace(*form.force_N, 24)[:, None]
     modulus = np.geomspace(*form.modulus_MPa, 24)[None, :]
-    told = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
-    known = told[np.isfinite(told)]
-    return QuadraticError(float(np.sqrt(np.mean(known**2))) if known.size else math.nan, known.size / told.size)
+    errors = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
+    known = errors[np.isfinite(errors)]
+    return QuadraticError(float(np.sqrt(np.mean(known**2))) if known.size else math.nan, known.size / errors.size)

@@ -79,8 +79,8 @@ def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
     for k, name in enumerate(problem.reading_names):
         residual = found.residuals[:, k]
         changes = int((np.diff(np.sign(residual[order])) != 0).sum())
-        size, told = (float(np.sqrt(np.mean(values**2))) for values in (residual, weighted[:, k]))
-        rows.append((name, f"{number(size)} µε", number(told), f"{changes} of {len(residual) - 1}"))
+        size, relative = (float(np.sqrt(np.mean(values**2))) for values in (residual, weighted[:, k]))
+        rows.append((name, f"{number(size)} µε", number(relative), f"{changes} of {len(residual) - 1}"))
     return rows
 
 

@@ -21,7 +21,7 @@ from papilla.studies.estimator_bench import other_methods
 
 RIDGE_PITCH_MM = 1.2
 """Ridge pitch of the default finger, used in the scenes "felt by FEM"."""
-PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, told more or less", "rival", "published"
+PRODUCT, VARIANT, RIVAL, PUBLISHED = "product", "product, with more or less stated", "rival", "published"
 
 
 class Answer(NamedTuple):

@@ -28,7 +28,7 @@ class Draft:
 
     rng : of everything random. drawn : whether parameters are. offsets_mm (g,) : of the gauges; asked_mm : the
     wavelength. velocity, position (n,) : of the finger in mm/s and mm; skin (n,) : where its skin is; known (n,) : the
-    velocity as it is told. texture (n, g) : what the surface gives, AC power 1; added (n,) : what else there is.
+    velocity as it is stated. texture (n, g) : what the surface gives, AC power 1; added (n,) : what else there is.
     wavelength (n,) : truth in mm, NaN where there is no line; others_mm : what is right too; mains_Hz : of hum, or NaN.
     """
 

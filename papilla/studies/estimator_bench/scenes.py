@@ -143,7 +143,7 @@ class Scene:
     ----------
     name : one of `SCENES`.
     time_s, velocity_mm_s, position_mm : (n,) what the finger does; position is the integral of velocity.
-    known_mm_s : (n,) the velocity as it is told.
+    known_mm_s : (n,) the velocity as it is stated.
     signal : (n, g) readings of each gauge without noise.
     readings : (n, g) the same with noise.
     wavelength_mm : (n,) truth, NaN where there is no line to be found; others_mm: what is right too.
@@ -201,7 +201,7 @@ class Scene:
         return told | apart
 
     def block(self, delay_samples: int = 0, gain: float = 1.0) -> np.ndarray:
-        """(n, g + 1): readings, then the velocity as it is told: `gain` times that, `delay_samples` later still."""
+        """(n, g + 1): readings, then the velocity as it is stated: `gain` times that, `delay_samples` later still."""
         velocity = gain * self.known_mm_s
         if delay_samples:
             velocity = np.concatenate([np.full(delay_samples, velocity[0]), velocity[:-delay_samples]])

@@ -82,7 +82,7 @@ def two_grooves() -> Picture:
 
 
 def five_gratings() -> Picture:
-    """Wavelengths of five gratings at 100 mm/s, told by the density of impulses.
+    """Wavelengths of five gratings at 100 mm/s, from the density of impulses.
 
     Gratings of 3.0 to 0.6 mm, groove = ridge, slide at 100 mm/s (within 3 %), white noise at 40 dB. Left: a synthetic
     gauge that feels the grating's profile. Right: the middle gauge of the default finger by finite elements, 0.3 N.

@@ -1,4 +1,4 @@
-"""2006 IV: specimens of known modulus, told apart by S_d and a force that is read with an error."""
+"""2006 IV: specimens of known modulus, distinguished by S_d and a force that is read with an error."""
 
 from collections.abc import Sequence
 
@@ -47,8 +47,8 @@ def run(tell, cause: bool = True) -> Found:
         "mixes": share,
         "mixes_next": float(sum(np.trace(confused, offset) for offset in (-1, 0, 1)) / len(confused)),
     }
-    bars = tuple(Series(f"told as {name}", names, matrix[:, k], "bars") for k, name in enumerate(names))
-    title = f"Presses of 0.2 to 0.8 N with 1 % force error: {told:.0%} are told right, the two hard ones are confused"
+    bars = tuple(Series(f"recognised as {name}", names, matrix[:, k], "bars") for k, name in enumerate(names))
+    title = f"Presses of 0.2 to 0.8 N with 1 % force error: {told:.0%} are recognised, the two hard ones are confused"
     return Found(values, title, "specimen", "share of the presses", bars)
 
 
