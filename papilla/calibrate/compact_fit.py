@@ -33,12 +33,8 @@ def fit_compact(calibration: Calibration) -> Compact:
     known = np.log(calibration.predict(np.exp(x), np.exp(y)))
     x, y, known = (part[np.isfinite(known)] for part in (x, y, known))
 
-    def slope(values: np.ndarray) -> np.ndarray:
-        softer = np.exp(values[3] + values[4] * x - y)
-        return softer / (1 + softer)
-
     first = least_squares(lambda values: ln_sd(values, x, y) - known, (float(known.mean()), *START[1:]))
-    weights = 1 / np.maximum(slope(first.x), STEEP)
+    weights = 1 / np.maximum(_slope(first.x, x, y), STEEP)
     found = least_squares(lambda values: weights * (ln_sd(values, x, y) - known), first.x)
     if not found.success or not np.isfinite(found.x).all():
         raise InputError(f"the compact form was not fitted: {found.message}")
@@ -54,6 +50,12 @@ def fit_compact(calibration: Calibration) -> Compact:
     return Compact(
         found.x, *ranges, float(np.sqrt(np.mean(error**2))), float(np.abs(error).max()), form.sd_rms, form.doubt
     )
+
+
+def _slope(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """d ln S_d / d ln E of the form at ln f = x and ln E = y."""
+    softer = np.exp(values[3] + values[4] * x - y)
+    return softer / (1 + softer)
 
 
 def with_compact(calibration: Calibration) -> Calibration:
