@@ -41,8 +41,8 @@ class EstimatorOptions:
         "gauges",
         "The modulus from all gauges, from S_d alone, or from force and depth (column indentation_mm, counted from "
         "contact); or, for comparison, by a regression of S_d: the calibration's compact form, or the published "
-        "quadratic with its or the printed coefficients, which does not fit presses. surface is the old name of "
-        "gauges.",
+        "quadratic, which does not fit presses, with the calibration's coefficients or the printed ones. surface is "
+        "the old name of gauges.",
     )
     friction_memory: float | None = option(
         None, "Path (mm) that friction is averaged over; without it 0.1 s of sliding."

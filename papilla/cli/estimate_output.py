@@ -28,8 +28,8 @@ LAST = {
 quantity."""
 ADVICE = {
     "modulus": "state the thickness (--thickness), press harder and hold the press",
-    "wavelength": "slide over a longer path at changing speed, which separates it from hum and motors, and look at "
-    "the units of t_s, velocity_mm_s and position_mm",
+    "wavelength": "slide over a longer path at changing speed, which separates a texture from hum and motors, and look "
+    "at the units of t_s, velocity_mm_s and position_mm",
     "friction": "slide both ways, and lift the finger off for half a second, which shows the zero of tangential_N",
 }
 """Advice if no row of a quantity is ok."""
