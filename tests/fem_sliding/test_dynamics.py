@@ -1,0 +1,62 @@
+"""One mode with inertia against an integration of its equation, and the choice of the dynamics by frequencies."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from papilla.fem.sliding.dynamics import Modal
+from papilla.fem.sliding.slide import choose_dynamics, highest_frequency
+
+OMEGA, LOSS, STEP = 300.0, 0.2, 2e-4
+PATCH, ROWS, MODE_ROWS = np.array([[0.7], [-0.3]]), np.array([[5.0, 1.0]]), np.array([[40.0]])
+COMPLIANCE = np.array([[2e-5, 3e-6], [3e-6, 1e-5]])
+
+
+def test_a_mode_follows_its_equation_under_forces_that_are_linear_in_each_step():
+    """q'' + eta w q' + w^2 q = phi . f; the rest of the compliance answers at once."""
+    forces = np.array([[2.0, 0.0], [2.5, 1.0], [1.0, 1.5], [0.0, 0.0], [3.0, -1.0]])
+    modes = SimpleNamespace(omega=np.array([OMEGA]), patch=PATCH)
+    inertia = Modal(modes, COMPLIANCE, ROWS, MODE_ROWS, STEP, np.array([LOSS]), forces[0])
+    loads = (forces @ PATCH)[:, 0]
+
+    def equation(t, state):
+        load = np.interp(t, STEP * np.arange(5), loads)
+        return [state[1], load - LOSS * OMEGA * state[1] - OMEGA**2 * state[0], LOSS * OMEGA * state[1] ** 2]
+
+    state = np.array([loads[0] / OMEGA**2, 0.0, 0.0])
+    rest = COMPLIANCE - PATCH @ PATCH.T / OMEGA**2
+    assert inertia.readings(forces[0]) == pytest.approx(ROWS @ forces[0]), "at rest it is the compliance alone"
+    for step in range(1, 5):
+        ends = (STEP * (step - 1), STEP * step)
+        state = solve_ivp(equation, ends, state, rtol=1e-10, atol=1e-16, max_step=STEP / 20).y[:, -1]
+        moved = inertia.free() + inertia.compliance @ forces[step]
+        assert moved == pytest.approx(rest @ forces[step] + PATCH[:, 0] * state[0], rel=1e-6)
+        inertia.accept(forces[step])
+        assert inertia.state[0] == pytest.approx(state[:2], rel=1e-6)
+        quick = (ROWS - MODE_ROWS @ PATCH.T / OMEGA**2) @ forces[step]
+        assert inertia.readings(forces[step]) == pytest.approx(quick + MODE_ROWS[0] * state[0], rel=1e-6)
+    assert inertia.lost == pytest.approx(state[2], rel=0.02)
+    elastic = forces[-1] @ rest @ forces[-1] + OMEGA**2 * state[0] ** 2 + state[1] ** 2
+    assert inertia.energy(forces[-1]) == pytest.approx(elastic / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "wavelength, span, pitch, shortest",
+    [(2.0, 9.0, 0.0, 2.0), (2.0, 9.0, 1.5, 1.5), (None, np.inf, 1.5, 1.5), (None, np.inf, 0.0, 0.4),
+     (None, 9.0, 1.5, 0.4), (None, 9.0, 0.3, 0.3)],
+)  # fmt: skip
+def test_the_highest_frequency_is_of_the_shortest_period_that_is_felt(wavelength, span, pitch, shortest):
+    texture, motion = SimpleNamespace(wavelength=wavelength, span=(-span, span)), SimpleNamespace(fastest_mm_s=60.0)
+    assert highest_frequency(texture, motion, pitch) == pytest.approx(60.0 / shortest)
+
+
+def test_inertia_is_included_above_three_tenths_of_the_first_mode():
+    for highest, dynamics in ((30.1, "modal"), (29.9, "quasi-static")):
+        chosen, why = choose_dynamics("auto", highest, 100.0)
+        assert chosen == dynamics and f"the scene reaches {highest:g} Hz" in why and "0.3 of the first mode" in why
+        assert ("more" in why) == (dynamics == "modal")
+        assert [choose_dynamics(asked, highest, 100.0)[0] for asked in ("modal", "quasi-static")] == [
+            "modal", "quasi-static"
+        ]  # fmt: skip
