@@ -9,28 +9,29 @@ from scipy.integrate import solve_ivp
 from papilla.fem.sliding.dynamics import Modal
 from papilla.fem.sliding.slide import choose_dynamics, highest_frequency
 
-OMEGA, LOSS, STEP = 300.0, 0.2, 2e-4
+OMEGA, LOSS, STEP = 300.0, 0.2, 1e-4
 PATCH, ROWS, MODE_ROWS = np.array([[0.7], [-0.3]]), np.array([[5.0, 1.0]]), np.array([[40.0]])
 COMPLIANCE = np.array([[2e-5, 3e-6], [3e-6, 1e-5]])
 
 
 def test_a_mode_follows_its_equation_under_forces_that_are_linear_in_each_step():
     """q'' + eta w q' + w^2 q = phi . f; the rest of the compliance answers at once."""
-    forces = np.array([[2.0, 0.0], [2.5, 1.0], [1.0, 1.5], [0.0, 0.0], [3.0, -1.0]])
+    turns = np.arange(41) / 40
+    forces = np.column_stack([2 + np.sin(9 * turns), turns * np.cos(5 * turns)])
     modes = SimpleNamespace(omega=np.array([OMEGA]), patch=PATCH)
     inertia = Modal(modes, COMPLIANCE, ROWS, MODE_ROWS, STEP, np.array([LOSS]), forces[0])
     loads = (forces @ PATCH)[:, 0]
 
     def equation(t, state):
-        load = np.interp(t, STEP * np.arange(5), loads)
+        load = np.interp(t, STEP * np.arange(41), loads)
         return [state[1], load - LOSS * OMEGA * state[1] - OMEGA**2 * state[0], LOSS * OMEGA * state[1] ** 2]
 
     state = np.array([loads[0] / OMEGA**2, 0.0, 0.0])
     rest = COMPLIANCE - PATCH @ PATCH.T / OMEGA**2
     assert inertia.readings(forces[0]) == pytest.approx(ROWS @ forces[0]), "at rest it is the compliance alone"
-    for step in range(1, 5):
+    for step in range(1, 41):
         ends = (STEP * (step - 1), STEP * step)
-        state = solve_ivp(equation, ends, state, rtol=1e-10, atol=1e-16, max_step=STEP / 20).y[:, -1]
+        state = solve_ivp(equation, ends, state, rtol=1e-10, atol=1e-16, max_step=STEP / 5).y[:, -1]
         moved = inertia.free() + inertia.compliance @ forces[step]
         assert moved == pytest.approx(rest @ forces[step] + PATCH[:, 0] * state[0], rel=1e-6)
         inertia.accept(forces[step])
