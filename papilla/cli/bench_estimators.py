@@ -74,11 +74,12 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
 
 
 def _show(rows: "Sequence[Row]", touches: Sequence[Any], priced: Sequence[Any], out: Path | None, took: str) -> None:
+    """Print the tables of scenes, touches and costs, and the path of the plot."""
     print_scenes(rows)
     if touches:
         _print("Softness, at the end of a touch; false confident: ok, off by more than 3 sigma and 5 %",
                "disturbed by", touches, "touch", _TOUCH)  # fmt: skip
-    _print("What a sample of five gauges costs, in microseconds", "told", priced, "output", _COST)
+    _print("What a sample of five gauges costs, in microseconds", "output", priced, "output", _COST)
     tell(took)
     if out is not None:
         tell(f"plot: {out / PLOT}")

@@ -28,6 +28,7 @@ def bench_physics(finger: Path | None, short: bool) -> Answer:
 
 
 def _print(found: "Sequence[Effect]") -> None:
+    """Print a row for each effect, with its changes at all forces."""
     from papilla.studies.physics import FORCES_GF, MODELLED, MODULI_MPA
 
     rows = []

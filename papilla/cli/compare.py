@@ -66,6 +66,7 @@ def compare(
 
 
 def _print(comparison: "Comparison", written: list[Path]) -> None:
+    """Print the table, the verdicts and the written files."""
     heads = ("", "sigma of E", "identified", "S_d (µε)", "slope", "gauges", "answer (µs)", "press (ms)")
     show_rows(
         heads,

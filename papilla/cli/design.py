@@ -58,6 +58,7 @@ def design(
 
 
 def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:
+    """Print the results of a study: first sentences, the chosen designs, and the page."""
     from papilla.design.job import first_words
 
     for line in first_words(found):

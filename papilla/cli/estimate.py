@@ -179,6 +179,7 @@ def _opened(log: Path, bar: Progress, **how: Any) -> "TimeLogFile":
 
 
 def _load(path: Path) -> "Calibration":
+    """The calibration of a file, without its warnings, which the pipeline repeats."""
     from papilla.calibration import Calibration
 
     with warnings.catch_warnings():

@@ -44,6 +44,7 @@ def _shaped(finger: Finger, values: Mapping[str, float]) -> Finger:
 
 
 def _axes_of(finger: Finger) -> str:
+    """Letters of the semi-axes of a finger's shape; raises `InputError` for surface files."""
     if not isinstance(finger.shape, Dome | Slab):
         raise InputError("a study varies a dome or a slab: its finger is of surface files")
     return "xyz" if isinstance(finger.shape, Dome) else "xz"

@@ -145,6 +145,7 @@ class _Range(_Model):
 
 
 def _doubted(friction: Any, **doubts: Any) -> tuple[Any, Doubts]:
+    """The table `[doubts]`: the friction, None if it is not stated, and the estimators' `Doubts`."""
     return friction, Doubts(**doubts)
 
 

@@ -109,6 +109,7 @@ class PrintedSoftness(Stream):
         self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
 
     def _take_compact(self, calibration: Calibration) -> None:
+        """Use the calibration's compact form; raises `InputError` if there is none."""
         if calibration.compact is None:
             raise InputError("the calibration has no compact form: its S_d does not follow it")
         form = calibration.compact

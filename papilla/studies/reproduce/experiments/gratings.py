@@ -134,6 +134,7 @@ def finger_of(assumed: Assumed, smooth: bool = False) -> Finger:
 
 @once
 def _section(pitch_mm: float, smooth: bool, size_mm: float) -> ReducedSection:
+    """The section of the finger with ridges of a pitch, or without; kept in memory."""
     return prepare_section(finger_of(replace(ASSUMED, pitch_mm=pitch_mm), smooth), size_mm=size_mm)
 
 
