@@ -1,0 +1,44 @@
+"""Errors of one press against another, the largest of them in words, and an indentation that corrections change."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from papilla.fem.pressing.fidelity import Worst, _settled, relative_errors
+
+
+def pressed(sd, indentation, contact_area, reading):
+    return SimpleNamespace(sd=sd, indentation=indentation, contact_area=contact_area, reading=np.array(reading))
+
+
+def test_errors_are_relative_and_of_readings_where_s_d_is_silent():
+    truth = pressed(100.0, 0.5, 40.0, [-100.0, 100.0])
+    found = pressed(90.0, 0.51, 50.0, [-90.0, 95.0])
+    assert relative_errors(found, truth) == pytest.approx([0.1, 0.02, 0.25])
+    silent = pressed(0.0, 0.5, 40.0, [80.0, 80.0])
+    assert relative_errors(pressed(1.0, 0.5, 40.0, [76.0, 78.0]), silent) == pytest.approx([0.05, 0.0, 0.0])
+    nothing = pressed(0.0, 0.5, 40.0, [0.0, 0.0])
+    assert relative_errors(pressed(0.0, 0.5, 40.0, [0.0, 0.0]), nothing) == [0.0, 0.0, 0.0]
+
+
+def test_the_worst_error_is_named_with_its_quantity():
+    assert Worst.of({"sd": 0.02, "indentation": 0.031, "contact_area": 0.01}) == Worst(0.031, "indentation")
+    assert str(Worst(0.0314, "indentation")) == "3.1 % in indentation"
+
+
+@pytest.mark.parametrize("share", [1.0, 0.8, 1.1])
+def test_a_given_indentation_is_that_after_all_corrections(share):
+    """A correction that shrinks with the indentation: the linear press is made deeper until it is met."""
+    asked = []
+
+    def made(load):
+        asked.append(load)
+        return SimpleNamespace(indentation=load[1] * (share + (1 - share) * 0.2 * load[1]) if load[1] else 0.3)
+
+    found = _settled(made, (None, 0.5))
+    assert found.indentation == pytest.approx(0.5, rel=1e-4)
+    assert len(asked) == 1 if share == 1 else len(asked) > 2
+    asked.clear()
+    assert _settled(made, (0.4, None)).indentation == 0.3 and asked == [(0.4, None)]
+    assert _settled(lambda load: None, (None, 0.5)) is None
