@@ -85,7 +85,6 @@ def test_zeros_of_another_number_of_gauges_are_refused():
     assert _zeros(None).size == 0 and _zeros(calibration()).size == 0
 
 
-@pytest.mark.slow
 def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     from papilla.calibrate import job
     from papilla.calibrate.identification.posing import family_of

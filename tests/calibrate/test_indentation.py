@@ -21,7 +21,6 @@ def test_an_exact_series_gives_modulus_and_offset_back():
     assert found.rms_N < 1e-8 and found.freedom == 38
 
 
-@pytest.mark.slow
 def test_on_a_layer_hertz_is_far_off_and_the_layers_solution_is_not():
     force = [bonded_layer_sphere(float(one), 25.0, 10.0, 0.1).force for one in DEPTH]
     assert fit_indentation(force, DEPTH, on_half_space(25.0)).modulus_MPa > 0.13

@@ -73,7 +73,6 @@ def test_a_bench_says_block_and_friction_unless_another_is_asked_for(made):
     assert made["swept"][0] == (0, 43, 60, "stick")
 
 
-@pytest.mark.slow
 def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     finger, lines = Finger.default(), []
     done = job.calibrate_finger(finger, progress=lines.append)
@@ -98,7 +97,6 @@ def test_a_finger_is_calibrated_on_one_mesh_and_judged_by_three(made, truth):
     assert len(made["swept"]) == 5, "the second time the tables come from the cache"
 
 
-@pytest.mark.slow
 def test_friction_that_is_known_widens_no_interval(made):
     finger = Finger.default()
     known, unknown = (job.calibrate_finger(finger, friction=friction).calibration for friction in ("stick", None))
@@ -142,7 +140,6 @@ def test_a_calibration_is_judged_by_presses_at_finite_strain_on_another_mesh(mad
     assert (found["presses"], found["inside_interval"]) == (3, 1.0)
 
 
-@pytest.mark.slow
 def test_a_law_that_is_unstable_over_the_strains_reached_is_a_doubt(made):
     stable = job.calibrate_finger(Finger.default(), friction="stick").calibration
     assert made["truth"] == [(0.7, STICK)]

@@ -43,7 +43,6 @@ def test_its_own_terms_come_back(prony, held):
     assert found.rms < 1e-3 and found.doubts == ()
 
 
-@pytest.mark.slow
 def test_sigmas_hold_what_noise_does():
     prony, pulls = Prony((0.3,), (2.0,)), []
     for seed in range(30):
@@ -54,7 +53,6 @@ def test_sigmas_hold_what_noise_does():
     assert 0.6 < np.sqrt(np.mean(np.square(pulls))) < 1.6
 
 
-@pytest.mark.slow
 def test_a_finger_that_crept_tells_its_silicone(finger):
     """On a specimen thirty times as hard as its skin: by depth, and by S_d."""
     prony = Prony((0.3,), (2.0,))

@@ -237,7 +237,6 @@ def test_provenance_names_all_sources(swept):
     assert rows["versions"].startswith("papilla ") and ", numpy " in rows["versions"]
 
 
-@pytest.mark.slow
 def test_statuses_are_counted(swept, calibration, sweep_page):
     of_presses, of_answers = statuses(swept, AnswerMap.of(calibration))
     assert of_presses == [("made up", len(swept.presses))]
@@ -253,7 +252,6 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
 def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     from papilla.calibrate.report import page
 
@@ -277,7 +275,6 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     assert "Outer layer 0.136 MPa, inner layer 0.034 MPa" in found.text and "The papers give no moduli" in found.text
 
 
-@pytest.mark.slow
 def test_a_folder_that_is_not_there_is_refused_in_one_line(swept, tmp_path):
     with pytest.raises(FileAccessError, match="cannot write"):
         write_report(tmp_path / "missing" / "report.html", swept)
@@ -378,7 +375,6 @@ def test_the_page_declares_language_charset_and_viewport(swept, tmp_path):
     assert "<title>Calibration of made up</title>" in text
 
 
-@pytest.mark.slow
 def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration, read):
     force, modulus = np.array([0.3, 0.5, 0.3]), np.array([0.1, 0.3, 0.1])
     sd = np.asarray(calibration.predict(force, modulus)) * [0.999, 0.999, 1.03]

@@ -190,7 +190,6 @@ def test_integer_counts_give_the_same_wavelength():
     settled(tracked(np.column_stack([time, counts, velocity]), "velocity_mm_s"), 1.2, 1.5e-3)
 
 
-@pytest.mark.slow
 def test_without_a_velocity_there_is_a_frequency():
     time, _, velocity, readings = slid()
     answer = tracked(np.column_stack([time, readings]))
@@ -224,7 +223,6 @@ def test_friction_from_the_positions(calibration):
     assert answer.mu_kinetic[-1] == pytest.approx(0.6, rel=0.02)
 
 
-@pytest.mark.slow
 def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     rng = np.random.default_rng(4)
     force = np.full(800, 0.4)

@@ -54,7 +54,6 @@ def right(answer, rows=slice(-200, None)):
     assert answer.mu_kinetic[rows] == pytest.approx(np.full(200, FRICTION), rel=0.02)
 
 
-@pytest.mark.slow
 def test_two_gauges_exchanged_in_the_log(five):
     """The softness says who they are and does without them; a wavelength does not ask where a gauge is."""
     rows = slid(five, 1.6)

@@ -52,7 +52,6 @@ def test_it_reaches_the_bound_without_bias(calibration, touch, modulus, gauge_si
     assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
 
 
-@pytest.mark.slow
 def test_a_poor_force_sensor_does_not_bias_a_light_press(calibration, touch):
     """17 % of force noise over a bent S_d: the force that S_d itself measures is where it is linearised."""
     estimator, error, sigma = exact(calibration, gauge_sigma=20, force_sigma_N=0.02), [], []

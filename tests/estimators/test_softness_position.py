@@ -261,7 +261,6 @@ def hard_scene(exact):
     return samples
 
 
-@pytest.mark.slow
 def test_blocks_and_samples_agree_bit_for_bit_and_a_saved_state_continues(exact):
     samples, rng = hard_scene(exact), np.random.default_rng(0)
     single = estimator(exact)
@@ -338,7 +337,6 @@ def test_the_pipeline_takes_touches_to_be_about_the_apex(build):
         Pipeline(calibration, position_sigma_mm=0)
 
 
-@pytest.mark.slow
 def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(build):
     """Over a coarse texture: the few samples that fit do so by chance, and are not to be believed."""
     calibration, rng = build(), np.random.default_rng(9)

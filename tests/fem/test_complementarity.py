@@ -63,7 +63,6 @@ def test_hertz_sphere(ball, elements):
     assert 4 * patch.mass @ by_depth.traction[0] == pytest.approx(exact.force, rel=0.003)
 
 
-@pytest.mark.slow
 def test_hertz_is_approached_as_the_patch_is_refined(disc):
     """Rings are hit and missed in turn, so errors are root mean squares over ten radii: caps, and orders in h."""
     found = []

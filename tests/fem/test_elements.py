@@ -76,7 +76,6 @@ def test_a_change_of_modulus_is_a_combination_of_parts(box, space):
     assert abs(difference - expected).max() < 1e-14 * abs(expected).max()
 
 
-@pytest.mark.slow
 def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
     """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
     depth = {

@@ -149,7 +149,6 @@ def test_receptive_fields_of_the_reference_finger(reference_model, reference):
 # ---- Materials
 
 
-@pytest.mark.slow
 def test_incompressibility_is_approached_smoothly(coarse_model):
     """nu 0.49 to 0.5: readings change by the compressibility, in proportion to 1 - 2 nu, and no more."""
     readings = []

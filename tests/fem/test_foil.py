@@ -57,7 +57,6 @@ def test_stiffness_is_not_negative(coarse):
         FoiledModel(*coarse, -1.0)
 
 
-@pytest.mark.slow
 def test_weight_is_what_a_body_force_does(coarse):
     """By reciprocity in the product; here the body force is solved for."""
     model = FingerModel(*coarse)

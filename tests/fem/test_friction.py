@@ -74,7 +74,6 @@ def check_state(problem, state, friction):
 # ---- Closed forms
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
 def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
     patch = sphere
@@ -111,7 +110,6 @@ def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     check_state(problem, state, friction)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.2, 0.1])
 def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     patch, nu = sphere, 0.3
@@ -128,7 +126,6 @@ def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
     check_state(problem, state, friction)
 
 
-@pytest.mark.slow
 def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     patch, one, other = disc(3.0, 16, paraboloid), (1.0, 0.1), (2.0, 0.45)
     expected = frictional_punch(dundurs_beta(*one, *other), 0.2)
@@ -172,7 +169,6 @@ def mindlin_displacement(tangential, limit, contact_radius, compliance):
     return sliding * (1 - left ** (2 / 3)), contact_radius * left ** (1 / 3)
 
 
-@pytest.mark.slow
 def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
     """Pressed, then pulled along x under the same force; nu = 0, for which their solution is exact."""
     patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15

@@ -69,7 +69,6 @@ def no_factor(monkeypatch):
     monkeypatch.setattr(FingerModel, "factor", lambda *_: pytest.fail("the model was factorised"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("at, job", [((0.0, 0.0), "factorising"), ((2.0, 1.0), "factorising 4 times")])
 def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
     finger = Finger.default()

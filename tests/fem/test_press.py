@@ -59,7 +59,6 @@ def test_gains_and_levers_make_the_reading(reference):
     assert found.reading == pytest.approx(1e6 * (gains * plain.strain + levers * plain.curvature))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fidelity", ["hertz", "contact"])
 @pytest.mark.parametrize("force", [0.05, 0.4])
 def test_limits_of_the_specimens(reference, fidelity, force):
@@ -323,7 +322,6 @@ def test_sd_against_a_finer_mesh(reference, finest):
             assert coarse.peak_pressure == pytest.approx(truth.peak_pressure, rel=0.07), where
 
 
-@pytest.mark.slow
 def test_a_slab_is_pressed_along_a_line(tmp_path, monkeypatch):
     """Its skin is flat along y: the hertz rung refuses, `auto` answers by contact and keeps what was asked."""
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))

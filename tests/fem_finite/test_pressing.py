@@ -128,7 +128,6 @@ def _rescaled(finger: Finger, mesh, stress, length):
     return scaled, mesh.scaled(length)
 
 
-@pytest.mark.slow
 def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
     finger, mesh = coarse
     direct = press_finite(finger, mesh, Block(0.51, 10), force=0.3)
@@ -150,7 +149,6 @@ def test_a_load_that_fails_is_cut_back_to_the_same_answer(coarse, monkeypatch):
     assert careful.indentation == pytest.approx(direct.indentation, rel=1e-7)
 
 
-@pytest.mark.slow
 def test_the_tangent_is_made_anew_where_steps_stay_slow(coarse, monkeypatch):
     finger, mesh = coarse
     direct = press_finite(finger, mesh, Block(0.51, 10), force=1.0)
@@ -163,7 +161,6 @@ def test_the_tangent_is_made_anew_where_steps_stay_slow(coarse, monkeypatch):
     assert anew.reading == pytest.approx(direct.reading, rel=1e-6)
 
 
-@pytest.mark.slow
 def test_a_load_that_stays_out_of_reach_is_refused_with_how_far_it_came(coarse, monkeypatch):
     finger, mesh = coarse
     monkeypatch.setattr(pressing, "SMALLEST_STEP", 0.25)
@@ -273,14 +270,12 @@ def test_refusals_are_one_clear_line(coarse, change, error, message):
         press_finite(*coarse, scene.pop("specimen"), **scene)
 
 
-@pytest.mark.slow
 def test_contact_at_the_rim_of_its_patch_is_refused(coarse):
     finger, mesh = coarse
     with pytest.raises(ContactRangeError, match="the contact reaches the rim of its patch"):
         press_finite(dataclasses.replace(finger, patch_radius=7.0), mesh, HalfSpace(0.51), force=2.0)
 
 
-@pytest.mark.slow
 def test_more_taken_off_a_block_than_linear_theory_of_it_means_is_refused(coarse, monkeypatch):
     """The bound itself, half of the block, needs a softer and thinner one than this mesh resolves."""
     monkeypatch.setattr(specimen, "DEEPEST", 0.05)
@@ -300,7 +295,6 @@ def test_a_bone_of_the_finger_must_be_meshed(coarse):
         press_finite(dataclasses.replace(finger, bone=Layer(3000.0)), mesh, HalfSpace(0.51), force=0.1)
 
 
-@pytest.mark.slow
 def test_both_solvers_give_the_same_press(coarse, monkeypatch):
     finger, mesh = coarse
     results = []
@@ -338,7 +332,6 @@ def test_a_friction_that_is_none_is_refused(coarse):
         press_finite(*coarse, HalfSpace(0.51), force=0.1, friction=-1)
 
 
-@pytest.mark.slow
 def test_the_stability_of_the_laws_over_the_strains_reached_is_said(coarse, monkeypatch):
     finger, mesh = coarse
     stable = press_finite(finger, mesh, HalfSpace(0.51), force=0.5)

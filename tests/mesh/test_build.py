@@ -195,7 +195,6 @@ def test_separate_parts_and_flat_cells_are_refused():
         refuse_unusable(two_tets(apart))
 
 
-@pytest.mark.slow
 def test_half_the_size_is_finer_everywhere():
     default = build(Finger.default()).cell()
     finer = build(Finger.default(), 0.35).cell()

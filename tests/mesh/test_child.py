@@ -117,7 +117,6 @@ def test_the_child_imports_this_very_package(worker, monkeypatch):
     assert str(caught.value).endswith(str(Path(child.__file__).parents[1] / "__init__.py"))
 
 
-@pytest.mark.slow
 def test_hang_is_stopped(worker, hanging):
     source, pipe = hanging
     worker(source)
@@ -126,7 +125,6 @@ def test_hang_is_stopped(worker, hanging):
     wait_for_end(pipe)
 
 
-@pytest.mark.slow
 def test_ctrl_c_ends_the_child(worker, hanging, scratch):
     source, pipe = hanging
     worker(source)
@@ -203,7 +201,6 @@ def test_a_temporary_directory_that_is_not_there(monkeypatch, tmp_path):
         tetrahedralise(SOUP)
 
 
-@pytest.mark.slow
 def test_heartbeat(worker, hanging):
     source, _ = hanging
     worker(source)

@@ -52,7 +52,6 @@ def test_formats(suffix, files):
     assert np.linalg.det(corners).sum() / 6 == pytest.approx(2 / 3 * np.pi * 24 * 30 * 20, rel=0.01)
 
 
-@pytest.mark.slow
 def test_surface_answers_like_the_ellipsoid_it_copies(files):
     surfaces = dict(zip(AXES, read_nested(files()), strict=True))
     random = np.random.default_rng(3)
@@ -87,14 +86,12 @@ def test_facets_deviate_by_what_they_cut_off(divisions, half_ellipsoid):
     assert facet_deviation(Ellipsoid(AXES["outer"]), apex, 8.0) == 0.0
 
 
-@pytest.mark.slow
 def test_height_has_no_gaps_on_edges_and_vertices(files):
     surface = read_nested(files())[0]
     upper = surface.vertices[surface.vertices[:, 2] > 0.1]
     assert np.abs(surface.height(upper[:, :2]) - upper[:, 2]).max() < 1e-6
 
 
-@pytest.mark.slow
 def test_inside_out_triangles_are_turned(tmp_path, half_ellipsoid, write_surface):
     vertices, triangles = half_ellipsoid(AXES["outer"], 8)
     triangles = triangles.copy()
@@ -157,7 +154,6 @@ def test_a_reader_that_crashes_is_a_file_that_cannot_be_read(files, monkeypatch)
     refused(files()[0], r"outer\.stl: not a readable \.stl file$")
 
 
-@pytest.mark.slow
 def test_a_file_is_read_once_for_its_content(files, monkeypatch):
     first, path = read_closed(files()[0]), files()[0]
     monkeypatch.setattr(surface_files, "run", lambda *_: pytest.fail("it was read again"))
@@ -237,13 +233,11 @@ def test_wrong_nesting(files, axes, wrong):
     refused(paths, rf"{wrong}\.stl: (is not inside|its base reaches beyond)", read=read_nested)
 
 
-@pytest.mark.slow
 def test_swapped_files(files):
     outer, interface, bone = files()
     refused((interface, outer, bone), r"outer\.stl: is not inside .*interface\.stl", read=read_nested)
 
 
-@pytest.mark.slow
 def test_interface_below_the_base(files, tmp_path, half_ellipsoid, write_surface):
     outer, interface, bone = files()
     vertices, triangles = half_ellipsoid(AXES["interface"], 8)
@@ -251,7 +245,6 @@ def test_interface_below_the_base(files, tmp_path, half_ellipsoid, write_surface
     refused((outer, low, bone), r"low\.stl: reaches below the base", read=read_nested)
 
 
-@pytest.mark.slow
 def test_no_flat_base(tmp_path, files, write_surface):
     _, interface, bone = files()
     spike = np.array([[60, 0, 40], [-60, 60, 40], [-60, -60, 40], [0, 0, -60.0]])
@@ -259,14 +252,12 @@ def test_no_flat_base(tmp_path, files, write_surface):
     refused((path, interface, bone), "no flat base", read=read_nested)
 
 
-@pytest.mark.slow
 def test_gauge_off_the_interface(files, finger_of):
     finger = finger_of(Surfaces(*files()), gauges=(Gauge("g1", x_mm=0.0), Gauge("g2", x_mm=21.5)))
     with pytest.raises(InputError, match=r"gauge g2 lies outside the interface"):
         surfaces_of(finger)
 
 
-@pytest.mark.slow
 def test_finger_beside_the_origin(tmp_path, half_ellipsoid, write_surface, finger_of):
     moved = []
     for name, axes in AXES.items():

@@ -314,3 +314,25 @@ def test_the_page_opens_with_strokes_an_uncut_link_and_the_limits_of_the_local_m
         "hold_s": 0.5, "decay_s": 0.3, "attack_s": 0.1,
     }  # fmt: skip
     assert settings(Motion(100.0, 2.0), amplitude_um=9.0, **given)["length_mm"] == pytest.approx(100.0 / (2 * math.pi))
+
+
+def test_a_table_of_areas_needs_two_values_of_each():
+    two = np.array([0.1, 1.0])
+    assert ContactArea(two, two, np.array([[1.0, 10.0], [1.0, 10.0]]))(0.3, 0.2)[0] == pytest.approx(3.0)
+    for force, modulus, name in ((two[:1], two, "force_N"), (two, two[:1], "modulus_MPa")):
+        with pytest.raises(InputError, match=f"{name} must be two or more positive numbers that rise"):
+            ContactArea(force, modulus, np.ones((modulus.size, force.size)))
+
+
+def test_a_calibration_that_lacks_readings_of_one_gauge_is_refused(monkeypatch):
+    made = calibration()
+    readings = np.ones((400, 5))
+    readings[7, 2] = math.nan
+    monkeypatch.setattr(type(made), "predict_readings", lambda self, force, modulus: readings)
+    with pytest.raises(InputError, match="no readings of every gauge at 0.3 MPa"):
+        Touch(GratingTexture(1.3), 0.0, Soft(made, 0.3))
+
+
+def test_noise_of_one_gauge_is_added_in_its_standard_deviations():
+    texture = GratingTexture(1.3)
+    assert Touch(texture, 2.0).row(0.4, 9.0, 0.5, [3.0]) == pytest.approx((texture.reading(0.4, 9.0) + 6.0, 0.4))

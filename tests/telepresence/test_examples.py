@@ -65,7 +65,6 @@ class FeltError(Exception):
     """The actuator is driven."""
 
 
-@pytest.mark.slow
 def test_ends_of_ones_own_find_each_other():
     here, there = (Address("127.0.0.1", port) for port in free_ports(2))
     run = f"import runpy; e = runpy.run_path({str(EXAMPLES / 'own_ends.py')!r}); A = e['Address']; "

@@ -53,7 +53,6 @@ def test_a_late_velocity_is_found(late_ms):
     assert usable[2000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.05
 
 
-@pytest.mark.slow
 def test_hum_at_a_constant_speed_is_not_a_texture():
     time = np.arange(2500) / RATE
     hum = np.sin(2 * np.pi * 50 * time) + np.random.default_rng(0).normal(0, 0.1, 2500)
@@ -256,7 +255,6 @@ def test_a_contact_that_repeats_after_four_periods_is_no_longer_wavelength():
     assert found.status[-1] == TrackingStatus.AMBIGUOUS
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("peak, wavelength, mains", [(99.0, 1.98, 50.0), (96.0, 1.6, 60.0), (124.0, 2.48, 50.0)])
 def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelength, mains):
     """Where they are fastest the texture has the frequency of the hum, which is twice as loud."""
@@ -278,7 +276,6 @@ def test_a_guess_does_not_replace_what_was_known(seed):
     assert np.mean(told > 0.05) < 0.03
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_hum_alone_is_no_texture_on_the_way_back_either(seed):
     made = scene("strokes, hum only", 1.2, seed=seed, seconds=2.5)
