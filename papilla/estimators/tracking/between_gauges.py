@@ -28,6 +28,7 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     """
     base, *others = sigmas = np.asarray(sigmas, float)
     distance, phase = (np.subtract(own[1:], own[0]) for own in (places, phases))
+    # Weighted regression of the phase differences on the distances, for all numbers of turns at once.
     pull = distance / (np.square(others) + base**2)
     stiffness = float(pull @ distance)
     turned = phase + TURN * _turns(distance, phase, wavelength)

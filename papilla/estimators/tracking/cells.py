@@ -45,6 +45,7 @@ class Cells:
 
     def fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
         """Add a sample to the open cell, or close that and begin another."""
+        # NaN is the only value that differs from itself: a missing reading adds 0 to the sum and to the count.
         known = (*map(eq, readings, readings),)
         if False in known:
             readings = tuple([value if seen else 0.0 for value, seen in zip(readings, known, strict=True)])
@@ -57,6 +58,7 @@ class Cells:
         self.open_cell, self.began = sample, place
 
     def _close(self, time: float, place: float, samples: float, *sums: float) -> None:
+        # Keep the newer half; cells keep their numbers (`first`), so that breaks and searches stay valid.
         if self.count == len(self.rows):
             kept = len(self.rows) // 2
             self.rows[:kept] = self.rows[-kept:]
@@ -76,6 +78,7 @@ class Cells:
             self.breaks.append(number)
             self.extreme, self.extreme_cell, self.direction = place, number, 0.0
         beyond = place - self.extreme
+        # Movements back by less than `turn` are encoder noise or a tremor, not the end of a stroke.
         if beyond * self.direction <= 0 and abs(beyond) <= self.turn:
             return
         if beyond * self.direction < 0:

@@ -145,6 +145,7 @@ class ChirpTracker(Stream):
     def _take(self, sample):
         memory, (reading, velocity) = self._memory, (*sample, math.nan)[:2]
         usable = -self._limit < reading < self._limit
+        # The buffer holds twice what is kept and is compacted only when full: a copy once in many samples, not in each.
         if memory.count == len(memory.readings):
             for own in (memory.readings, memory.phases):
                 own[: self._kept] = own[-self._kept :]
@@ -156,6 +157,8 @@ class ChirpTracker(Stream):
         memory.asked += 1
         memory.speeds.append(velocity)
         del memory.speeds[0]
+        # A step of the fit is due every HOP_S and has priority; the samples between two steps belong to searches and
+        # tests.
         for _ in range(self._step_pieces):
             if memory.step is None and memory.since < self._hop:
                 for _ in range(self._search_pieces * (memory.count >= self._window + len(self._middle))):
@@ -173,12 +176,15 @@ class ChirpTracker(Stream):
         wavelength, spread = memory.held
         if stroke is None:
             return ChirpEstimate(math.nan, math.nan, wavelength, spread, self._status(usable, False))
+        # Frequency and sigma of all samples until the next step are computed together: one product of matrices for them
+        # all.
         if memory.since >= len(memory.answers):
             memory.answers = self._answers(stroke)
         frequency, sigma = memory.answers[memory.since]
         seen = memory.since < 2 * self._hop and memory.followed > PROVED and not memory.absent
         good = seen and stroke.proved and memory.doubt < DOUBTED and sigma < 2 * VAGUE * frequency
         crawling = frequency <= CRAWL * memory.swing**0.5
+        # Near a reversal f tends to 0, and v / f is a quotient of two small numbers: hold the wavelength instead.
         if good and not memory.other and sigma < VAGUE * frequency and not crawling and speed == speed:
             wavelength = speed / frequency
             spread = wavelength * sigma / frequency
@@ -227,12 +233,15 @@ class ChirpTracker(Stream):
         stride = min(memory.since, STRIDE * self._hop)
         since = stride / self._rate
         motion = motion_fit.moved(stroke.motion, since)
+        # Only the phase within a turn matters. Large phases would lose digits over hours.
         motion[0] -= math.floor(motion[0])
         jumps, age, trend = stroke.jumps, stroke.age + since, stroke.trend
         # Nearer than half a spacing, a jump cannot be distinguished from a chirp.
         if age > 1.5 * self._spacing:
             jumps, age = np.append(0.0, jumps[:-1]), age - self._spacing
             trend = np.concatenate([trend[:2], [0.0], trend[2:-1]])
+        # Periods followed, and fading mean square of the frequency: the scale for the priors of the motion near a turn,
+        # where the present frequency is 0.
         memory.followed += abs(float(motion[1])) * since
         memory.swing += (float(motion[1]) ** 2 - memory.swing) * since / FORGOTTEN_S
         # Readings from before the beginning of the fit may belong to another motion.
@@ -240,6 +249,7 @@ class ChirpTracker(Stream):
         readings = self._latest(memory.since - stride).copy()
         readings[: self._window - memory.span] = math.nan
         stroke = stroke._replace(motion=motion, jumps=jumps, age=age, trend=trend)
+        # No new reading: continue the motion, with a sigma that grows.
         if not np.isfinite(readings[-stride:]).any():
             memory.since -= stride
             self._take_on(stroke._replace(covariance=stroke.covariance * math.exp(2 * since / UNSEEN_S)))
@@ -259,11 +269,16 @@ class ChirpTracker(Stream):
         """Information (31, 31) before the readings of the window, and its mean (31,)."""
         memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + 1e-300
         mean, variance = memory.stiffness
+        # The stiffness k changes slowly. As long as jumps of the chirp could explain the same phases, a change of k is
+        # not believed: so the livelier the motion, the firmer is k.
         firm = FIRM * swing * abs(float(self._times[0])) ** 5 * memory.lively**2
         jump = memory.lively * swing * self._spacing**0.5
+        # Standard deviations: phase within a quarter turn, frequency and chirp wide, jumps as large as this hand's so
+        # far.
         motion = [0.25, 0.5 * swing, 20 * swing, (1 / variance + firm) ** -0.5, *[jump] * KNOTS]
         trend = [math.inf, 2 * size, *[memory.wander * size] * KNOTS]
         prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE]) ** -2.0)
+        # The profile learnt from readings that have left the window.
         prior[-SHAPE:, -SHAPE:] += memory.known / stroke.noise
         about = np.concatenate([stroke.motion, np.zeros(KNOTS), stroke.trend[:2], np.zeros(KNOTS), memory.about])
         about[MOTION - 1] = (mean / variance + stroke.motion[3] * firm) / (1 / variance + firm)
@@ -277,6 +292,7 @@ class ChirpTracker(Stream):
         searched = len(self._middle)
         memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + 1e-300, searched, self._rate)
         memory.doubt = noise / stroke.noise
+        # A residual above the noise means that the hand moves less smoothly than assumed, so let the motion jump more.
         livelier = 2.0 if memory.doubt > LIVELIER else 1.0
         usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + 1e-300
         spread, begin = stroke.covariance.diagonal(), MOTION + KNOTS + 2
@@ -294,7 +310,10 @@ class ChirpTracker(Stream):
         crawling = abs(float(stroke.motion[1])) < CRAWL * self._swing(stroke)
         memory.absent = self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
         memory.quiet = crawling and memory.absent
+        # Learn the noise three times as fast, but only from a fit that explains its readings: a bad fit's residual is
+        # no noise.
         share *= 3 * (memory.doubt < DOUBTED)
+        # A fit that ran beyond the visible band follows nothing: give it up.
         followed = abs(float(stroke.motion[1])) < BAND * self._rate
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
@@ -322,6 +341,7 @@ class ChirpTracker(Stream):
         rows = slice(begin, begin + self._hop)
         columns, _ = motion_fit.profile(*motion_fit.phase_at(stroke, self._times[rows]), self._rate)
         columns = columns * np.isfinite(readings[rows, None])
+        # Recursive least squares with fading memory: information and right-hand side of the nine shape parameters.
         pull = fade * (memory.known @ memory.about) + columns.T @ (stroke.residual[rows] + columns @ stroke.shape)
         memory.known = fade * memory.known + columns.T @ columns
         least = 1e-9 * (float(np.trace(memory.known)) + 1e-300)
@@ -340,6 +360,7 @@ class ChirpTracker(Stream):
         memory.search = None
         if isinstance(search.task, FrequencySearch):
             self._choose(*result)
+        # A sign of a lower frequency; see `CLEAN` for how long it counts.
         elif result > 0:
             # If there was no sign before, a single one may be noise.
             memory.other = result if memory.clean <= CLEAN else memory.other
@@ -348,6 +369,7 @@ class ChirpTracker(Stream):
             memory.clean += 1
             memory.other = 0.0 if memory.clean > CLEAN else memory.other
         else:
+            # Too few periods for a test: repeat it soon.
             memory.asked += round(SOONER * HARMONIC_S * self._rate)
 
     def _due(self) -> FrequencySearch | SubharmonicTest | None:
@@ -360,7 +382,10 @@ class ChirpTracker(Stream):
         if memory.waited < SEARCH_S[sure] * self._rate * (stroke is not None or memory.idle):
             return None
         begun = self._latest()[-len(self._middle) :].copy()
+        # Without a fit, first ask whether the readings are more than noise: a search is the most expensive part.
         memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
+        # The present fit's cost on the readings of this search, minus the margin: fixed now, because the search ends
+        # later.
         memory.rival = memory.price - RIVAL
         return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
 
@@ -387,6 +412,7 @@ class ChirpTracker(Stream):
             return False
         basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
         left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
         noise = np.diff(left, 3)
         ratio = float(left @ left) / max(float(noise @ noise) / 20, 1e-300)
         return not WHITE[0] < ratio < WHITE[1]
@@ -398,10 +424,12 @@ class ChirpTracker(Stream):
             return
         if own is not None and own.proved and memory.doubt < LOST and price > memory.rival:
             return
+        # The search fitted the middle of its window; extrapolate to its end. The next steps catch up with the present.
         motion = motion_fit.moved(best.motion, float(self._middle[-1]))
         memory.step = None
         self._take_on(best._replace(motion=motion, age=0.5 * self._spacing, spacing=self._spacing))
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
+        # A new fit has learnt nothing yet: profile, stiffness and noise of the motion start from their priors.
         memory.known, memory.about = np.zeros((SHAPE, SHAPE)), best.shape.copy()
         memory.stiffness, memory.lively, memory.wander = (0.0, STIFFNESS**2), FIRST_LIVELY, WANDER[0]
         memory.swing = float(best.motion[1]) ** 2

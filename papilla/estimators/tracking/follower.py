@@ -23,8 +23,9 @@ from papilla.estimators.spectrum import slope
 from papilla.estimators.spread import Pieces, Spread
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.cells import Cells
+from papilla.estimators.tracking.delay_trial import sharpness
 from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch, sharpness
+from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch
 from papilla.estimators.tracking.refine import share_kept
 from papilla.estimators.tracking.search_task import GRID, Options, Task
 
@@ -136,6 +137,8 @@ class Follower:
         self.options, self._gauges = options, gauges
         self._cell = CELL * options.low
         self._span = SPAN * options.high
+        # The window is SPAN of the longest wavelengths. A very wide range of wavelengths would need too many cells for
+        # that: it gets MOST_CELLS, but never less than LEAST_SPAN wavelengths.
         self._cells = max(
             min(math.ceil(self._span / self._cell), MOST_CELLS), math.ceil(LEAST_SPAN * options.high / self._cell)
         )
@@ -169,6 +172,7 @@ class Follower:
             memory.cells.broken = True
             return TrackingStatus.NO_VELOCITY
         step = abs(moved) if moved == moved else 0.0
+        # A jump of the path by more than the whole memory: nothing known applies any more.
         if step > self._span:
             self.remember(self.fresh())
             memory, step = self.memory, 0.0
@@ -185,6 +189,7 @@ class Follower:
             return TrackingStatus.MISSING
         if time - memory.moved_s > STILL_S:
             return TrackingStatus.STANDSTILL
+        # The present speed is too high for the sampling rate: even the longest wavelength would alias.
         if FEWEST_STEPS * step > self.options.high:
             return TrackingStatus.ALIASED
         return self._status()
@@ -205,12 +210,15 @@ class Follower:
         # If a search after the change found anything, its status was returned above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
+        # The order is that of certainty: what excludes an answer at all comes before what only makes it doubtful.
         if not found.good:
             return found
         if memory.late_variance > 0 and memory.late_s >= LATEST_S[1]:
             # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
+        # One search may be wrong, but two seldom make the same mistake. Three must agree while hum is subtracted,
+        # because the same subtraction may repeat a mistake.
         if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
@@ -222,6 +230,8 @@ class Follower:
         """Do a glance, the next piece of a search, or the first one."""
         memory, end = self.memory, self.memory.cells.end
         memory.waited += 1
+        # One job a sample, so that no sample takes long: a glance comes first, because it decides whether a running
+        # search looks at a surface that is gone.
         if not memory.doubted and self._glance(end):
             if memory.doubted:
                 memory.search = None
@@ -229,6 +239,7 @@ class Follower:
             self._advance(memory.search)
         elif memory.doubted or (end - memory.searched >= memory.hop and not self._spare()):
             begin, memory.waited = self._window_begin(end), 0
+            # Too little path since the surface changed: wait for more before the first search.
             if end - begin < HOP:
                 memory.searched = end
                 return
@@ -265,6 +276,7 @@ class Follower:
             return False
         memory.glanced = end
         cells = memory.cells
+        # The glance compares phases, so it must stay within one stroke, on one surface, in cells that are still stored.
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase is known only in strokes that the search used, and until the next turn.
         along = cells.between(begin, memory.searched)[:, 1]
@@ -274,6 +286,7 @@ class Follower:
         rows = cells.between(max(begin, end - int(4 / wavenumber / cells.length)), end)
         if len(rows) < 4:
             return False
+        # Path since the finding's origin, corrected for its delay T: x(t + T) = x + T v.
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
         seen = np.isfinite(rows[:, 3:])
         readings = np.where(seen, rows[:, 3:], 0.0)
@@ -304,6 +317,8 @@ class Follower:
         """Update the state by a finished search."""
         memory, end = self.memory, search.end
         memory.searched = end
+        # After each search one other delay of the path is tried on the same cells. A round over all delays takes as
+        # many searches.
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
             if found.score > 0:
@@ -312,6 +327,8 @@ class Follower:
             memory.doubted = False
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
+        # Searching less often saves time. It is safe once many searches agreed (or none found anything), and all delays
+        # were tried.
         tried, cells = max(memory.agreed, memory.missed) > STEADY + len(self._trials), end - search.begin
         memory.hummed += 1
         if found.hums_Hz or memory.hummed > HUMMING:
@@ -324,6 +341,7 @@ class Follower:
         memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
+            # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
             same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
             # A surface that is found again, for example after lost contact, is known.
             again = memory.changed and abs(found.wavenumber / max(memory.proved, 1e-12) - 1) < AGREED
@@ -339,6 +357,8 @@ class Follower:
             # The known wavelength is better than a guess.
             if found.wavenumber > 0 and (before <= 0 or memory.guessed):
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
+        # Choose the path that the next search may use. It shrinks if the line looks smeared (the surface or the force
+        # changed within it) and grows again by 15 % with each good search.
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and found.extent < 1.1 * least:
             memory.limit = self._span
@@ -352,6 +372,7 @@ class Follower:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
             memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
+        # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
 
@@ -373,6 +394,7 @@ class Follower:
         """Begin again for another surface, with the newest path alone."""
         memory = self.memory
         place = memory.cells.between(memory.cells.first, end)[:, 1]
+        # Path counted backwards from the newest cell.
         travelled = np.cumsum(np.abs(np.diff(place[::-1])))
         memory.begin = end - 1 - int(np.searchsorted(travelled, path))
         memory.agreed, memory.changed, memory.limit = 0, True, self._span
@@ -384,9 +406,11 @@ class Follower:
             return
         # Without a clear line, the sharpness at another delay may be larger by chance alone.
         ratio = min((sharp + PLAIN) / (score + PLAIN), 4.0)
+        # A single trial is noisy: half of it enters the running ratio of its delay.
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
         if memory.sharper[best] > SHARPER:
+            # The readings now lie elsewhere on the path, so the agreement of earlier searches does not count.
             memory.late_s, memory.late_variance = self._trials[best], TRIAL_S**2
             memory.sharper = [1.0] * len(self._trials)
             memory.agreed = 0

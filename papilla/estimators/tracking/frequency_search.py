@@ -64,11 +64,13 @@ class FrequencySearch(NamedTuple):
                 if found is not None and cost < price:
                     best, price = found, cost
             # A wrong multiple is found more easily than the right one, and leads to it.
+            # All multiples once more from the new best fit, until none is better.
             trials = [best.motion * (n, n, n, 1) for n in MULTIPLES] if best is not None and price < before else []
         return best, price
 
     def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
         """Lines of the readings over time warped by a chirp: their scores, and motions (4,)."""
+        # Times at which the warped time would nearly stand still, or run backwards, are left out.
         rows = np.isfinite(self.readings) & (1 + chirp * self.time > 0.1)
         if rows.sum() < 32:
             return []
@@ -85,6 +87,7 @@ class FrequencySearch(NamedTuple):
         yield
         rates = [line.wavenumber for line in lines]
         scores = [line.ratio * strokes.extent for line in lines]
+        # In warped time t + a t^2 / 2 a line at f is the motion f (1 + a t): frequency f and chirp f a at time 0.
         return [(score, np.array([0.0, rate, rate * chirp, 0.0])) for score, rate in zip(scores, rates, strict=True)]
 
     def _begun(self, motion: np.ndarray) -> MotionFit | None:
@@ -99,6 +102,7 @@ class FrequencySearch(NamedTuple):
         nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
         still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
         wave = np.exp(-2j * np.pi * motion_fit.phase_at(still, self.time)[0])
+        # The phase of the strongest component near the middle, where the motion matters least.
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
@@ -108,6 +112,8 @@ class FrequencySearch(NamedTuple):
         trial = begun = self._begun(motion)
         if trial is None or begun is None:
             return None, math.inf
+        # The short window of a search cannot distinguish jumps from a chirp: jumps, and kinks of the offset, are held
+        # at 0.
         size, still = 2 * begun.noise**0.5, [1e-3] * KNOTS
         free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), STIFFNESS]
         prior = np.diag(np.array([*free, *still, size, size, *[1e-3 * size] * KNOTS, *[size] * SHAPE]) ** -2.0)
@@ -119,6 +125,7 @@ class FrequencySearch(NamedTuple):
             yield
             trial = motion_fit.solved(design, prior, about)
             count = max(int(design.seen.sum()) - MOTION - 2 - SHAPE, 1)
+            # The noise falls as the fit improves, and with it the weight of the prior: renewed at each step.
             noise = max(float(trial.residual @ trial.residual) / count, 1e-6 * begun.noise)
             trial = trial._replace(noise=noise)
         return (trial if trial.proved else None), price_of(trial, noise, count, self.rate_Hz)
@@ -151,6 +158,7 @@ class SubharmonicTest(NamedTuple):
         spectrum = yield from spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.6 * longest / step)))
         lines = yield from spectrum.lines(1 / SUBHARMONICS, shown, MOST_LINES)
         near = 2 / strokes.extent
+        # Lines at whole cycles are the followed wave itself; the rest may belong to a lower fundamental.
         own = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
         if not own:
             return math.nan

@@ -37,7 +37,7 @@ from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, window_of
+from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, bend_of, window_of
 from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, forward, levelled, silenced
 
 BENT = 0.04
@@ -97,6 +97,7 @@ class LineSearch:
         if self._hum or not bent:
             # Lines over time are equally sharp at any delay, and at a constant speed all lines are.
             finding.score = 0.0
+        # A wavelength longer than the range is reported, but not refined: the window has too few periods of it.
         if fundamental * 1.02 < 1 / self._options.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # The known wavenumber is nearer to the result of the phases than the place of a peak.
@@ -104,9 +105,12 @@ class LineSearch:
         finding.other = other
         self._wavenumber, self._late = task.before if near else fundamental, task.late_s
         yield
+        # The noise comes from the spectrum with all lines; then other lines are subtracted, or they would pull the
+        # phases.
         self._level = self._noise(fundamental)
         yield
         self._strokes = yield from self._unmixed()
+        # A step moves wavenumber and delay, and a new delay moves the whole path: so a second step may be needed.
         for _ in range(2):
             if (yield from self._refined()):
                 break
@@ -117,6 +121,8 @@ class LineSearch:
         """The strongest line that is the surface's, its status, and whether a louder line was refused; or None."""
         if not (yield from self._gathered(self._task.late_s)):
             return None
+        # Hum that an earlier search found is subtracted before the lines are sought. Otherwise it would be the
+        # strongest line again and again, and its side lobes would hide weaker ones.
         if self._task.known_hums_Hz:
             self._cleaned = True
             self._strokes = yield from silenced(self._strokes, self._time, self._known_hums(), self._task.before)
@@ -157,6 +163,10 @@ class LineSearch:
         resolution = 1 / self._strokes.extent
         found = yield from spectrum.lines(2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_LINES)
         yield
+        # The more places a search looks at, the more often noise makes a peak at one of them. So the chance at one
+        # place is multiplied by the number of resolutions within a factor e of it, and by the number of such factors in
+        # the range: each octave gets the same share of false lines. A line that many searches agreed on is sought at
+        # one place only, so a larger chance suffices.
         octaves = np.log(max(self._options.high / self._options.low, 2.0)) / resolution
         real = [
             line
@@ -186,12 +196,16 @@ class LineSearch:
         self._usual = float(np.average(self._speed, weights=self._strokes.weight))
         self._bend = max(bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
         fastest = share_of(self._speed, 0.95)
+        # Grid of the spectrum over time: as fine as the shortest wavelength needs at the highest speed, but no finer
+        # than the samples are.
         step = max(self._options.low / (GRID * fastest), 0.5 / self._options.rate_Hz)
         self._time_lines = self._known_hums()
         shortest, longest = float(self._spans.min()), float(self._spans.max())
         if shortest <= 0:
             return
         size = 1 << max(int(np.ceil(np.log2(1.5 * longest / step))), 4)
+        # A longer grid (a very slow finger) would take too long for one search; then lines over time remain unknown,
+        # and lines of the path can only be called CONSTANT_SPEED.
         if size <= 4096:
             readings = np.where(self._strokes.seen, self._strokes.readings, np.nan)
             strokes = yield from strokes_of(time, readings, self._begin, 1)
@@ -204,9 +218,12 @@ class LineSearch:
         for line in self._ranked():
             yield
             origin = yield from self._origin(line)
+            # The strongest line is hum and can be separated: subtract it and look again, once. What is left may be the
+            # surface.
             if origin == TrackingStatus.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 return (yield from self._chosen_without(self._time_lines))
+            # Accept the first line that is not hum, unless it may be a harmonic of a fundamental that hum hides.
             if origin != TrackingStatus.TIME_LOCKED and not self._hidden(line, hums):
                 return line, origin, bool(hums)
             hums.append(line)
@@ -218,6 +235,8 @@ class LineSearch:
         speed stays near their frequency; none if time and path cannot be distinguished."""
         if self._cleaned or self._bend * self._inside[0].wavenumber < BENT:
             return []
+        # Only a line over time that is louder than the surface's can shift it, and only exact mains frequencies and
+        # stated resonances are certain enough to be subtracted unseen.
         sure = [line for line in self._time_lines if line.chance < FALSE_ALARM]
         loud = [line for line in sure if line.amplitude > self._inside[0].amplitude]
         exact = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in loud]
@@ -240,8 +259,11 @@ class LineSearch:
 
     def _origin(self, line: Line) -> Pieces[TrackingStatus]:
         """OK for a line over the path, CONSTANT_SPEED if it may be one over time, TIME_LOCKED if it is."""
+        # Each explanation is credited with the energy that the other one leaves: the line over the path fitted after
+        # the lines over time are removed, and the reverse.
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
         enough = max(PROVED, DISTINCT * line.ratio)
+        # Below this bend both explanations fit equally well, whatever the energies say.
         separable = self._bend * line.wavenumber > BENT
         if separable and path > enough and EXCLUDED * path > time:
             return TrackingStatus.OK
@@ -306,6 +328,7 @@ class LineSearch:
             either = fundamental_of(chosen, others, reach, own | apart, False)
             if either.loud or either.wavenumber < k:
                 found = Period(k, either.other or either.wavenumber, True)
+        # No line gives a lower fundamental. Look for one that is too weak to be a line: it makes the answer doubtful.
         if found.wavenumber == k and not found.other and not humming:
             divisors = range(2, SUBHARMONICS + 1)
             near, lowest = 2 / self._strokes.extent, 1 / self._options.high
@@ -351,8 +374,11 @@ class LineSearch:
         if abs(self._late - task.late_s) > LATE_S and (yield from self._gathered(self._late)):
             yield
             self._strokes = yield from self._unmixed()
+        # Unknowns of the regression: change of the wavenumber (almost no prior), change of the delay where it is not
+        # stated (prior from earlier searches), and the distance by which the skin trails after a turn.
         columns, prior, off = [self._place - self._place[-1]], [1e-12], [0.0]
         if task.late_variance > 0:
+            # Derivative of the phase by the delay: k v, so only changes of the speed v determine it.
             columns.append(self._wavenumber * slope(self._place) / np.maximum(slope(self._time), 1e-9))
             prior.append(1 / task.late_variance)
             off.append(task.late_s - self._late)
@@ -364,6 +390,7 @@ class LineSearch:
         )  # fmt: skip
         fit = yield from regressed(phases, np.array([*prior, PLAY_MM**-2]), np.array([*off, 0.0]))
         step, limit = float(fit.step[0]), 0.7 / self._strokes.extent
+        # A step turns the phase by at most 0.7 cycles over the window: beyond that the blocks' phases are ambiguous.
         self._wavenumber += min(max(step, -limit), limit)
         if task.late_variance > 0:
             self._late += min(max(float(fit.step[1]), -0.004), 0.004)
@@ -386,6 +413,8 @@ class LineSearch:
             # A louder line that may be one over time leaves no answer: a longer path, not a shorter one, determines its
             # frequency.
             status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
+        # Phase of each gauge at path 0 from the last stroke: the skin shifts the phase at each turn, so strokes are not
+        # averaged.
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
         power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
@@ -417,22 +446,3 @@ class LineSearch:
                 break
             yield
         return kept, sigma
-
-
-def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
-    """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
-    total = float(weight.sum())
-    t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
-    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
-    return (float(weight @ off**2) / total) ** 0.5
-
-
-def sharpness(task: Task, late_s: float) -> Pieces[float]:
-    """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none."""
-    window = window_of(task, late_s)
-    if window is None:
-        return 0.0
-    strokes = yield from strokes_of(window.place, window.readings, window.begin)
-    spectrum = yield from spectrum_of(strokes, task.grid(window.place), task.size)
-    lines = yield from spectrum.lines(1 / task.options.high, task.highest(window.place), MOST_LINES)
-    return max((line.ratio for line in lines), default=0.0)

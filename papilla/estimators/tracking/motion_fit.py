@@ -69,10 +69,12 @@ class MotionFit(NamedTuple):
 
 def swung(stiffness: float, time):
     """S, C, dS/dk, dC/dk and S' at times (m,) or at one time."""
+    # The closed forms divide by k; near 0 they lose all digits, so their series is used.
     if abs(stiffness) < _HELD:
         cube = time**3 / 6
         quartic = cube * time / 4
         return time - stiffness * cube, time**2 / 2 - stiffness * quartic, -cube, -quartic, 1 - stiffness * time**2 / 2
+    # k > 0 is a swing (sine), k < 0 a motion that runs away (hyperbolic sine): one formula for both.
     root, (turn, swing) = abs(stiffness) ** 0.5, (np.cos, np.sin) if stiffness > 0 else (np.cosh, np.sinh)
     turned, sine = turn(root * time), swing(root * time) / root
     cosine = (1 - turned) / stiffness
@@ -94,6 +96,7 @@ def rates_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Rates (m,) in Hz at times (m,), and their derivatives (m, 12) by the motion and the jumps."""
     _, rate, chirp, stiffness = stroke.motion.tolist()
     sine, _, by_sine, _, turned = swung(stiffness, time)
+    # The parameters are those of the present. Before a jump the frequency differs from them by jump x (t - t_jump).
     bent, slopes = np.minimum(time[:, None] - stroke.knots, 0.0), np.zeros((len(time), MOTION + KNOTS))
     slopes[:, 1], slopes[:, 2], slopes[:, 3] = turned, sine, chirp * by_sine - 0.5 * rate * time * sine
     slopes[:, MOTION:] = bent
@@ -158,9 +161,13 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     sine, cosine, by_sine, by_cosine, turned = swung(stiffness, time)
     before = np.minimum(time[:, None] - stroke.knots, 0.0)
     waves = _waves(*_phase(stroke, sine, cosine, turned, before), rate_Hz)
+    # Complex amplitudes a - i b, so that Re(waves @ shape) is the profile, and 2 pi i n times it its slope by the
+    # phase.
     shape = stroke.shape[:HARMONICS] - 1j * np.append(0.0, stroke.shape[HARMONICS:])
     slopes = (waves @ (2j * np.pi * ORDERS * shape)).real
     motion = np.empty((len(time), MOTION + KNOTS))
+    # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
+    # the reading. Offset and shape are linear: their columns are their values.
     motion[:, 0], motion[:, 1], motion[:, 2], motion[:, 3] = 1.0, sine, cosine, rate * by_sine + chirp * by_cosine
     motion[:, MOTION:] = 0.5 * before * before
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
@@ -176,6 +183,7 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     stroke, jacobian, residual, motion, seen, reach = design
     values = stroke.values
     normal = jacobian.T @ jacobian / stroke.noise + prior
+    # Unit diagonal before inverting: the parameters' units differ by many powers of ten.
     scale = normal.diagonal() ** -0.5
     inverse = np.linalg.inv(normal * np.multiply.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
     inverse *= np.multiply.outer(scale, scale)
@@ -183,10 +191,12 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     # A Gauss-Newton step is valid as long as the readings are linear in the parameters.
     turn = float(np.abs((motion @ step[: MOTION + KNOTS])[seen]).max(initial=0.0))
     bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION - 1]) ** 2 / 60
+    # Shorten a step that would turn the phase by more than TURN, or change k so much that its second order counts.
     step *= min(TURN / max(turn, 1e-12), (BENT / max(bend, 1e-12)) ** 0.5, 1.0)
     values += step
     # The columns of missing readings are 0.
     waves = jacobian[:, -SHAPE:] @ values[-SHAPE:]
+    # Energy of the harmonics about their mean: what the profile explains beyond an offset.
     power = float(waves @ waves) - float(waves.sum()) ** 2 / max(int(seen.sum()), 1)
     return stroke._replace(
         motion=values[:MOTION], jumps=values[MOTION : MOTION + KNOTS], trend=values[MOTION + KNOTS : -SHAPE],

@@ -59,6 +59,8 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     stroke (m,) : number of each row's; noise (h, g) : variance of a sample at each harmonic, infinite for none.
     """
     begin = np.flatnonzero(np.diff(stroke, prepend=-1))
+    # Cut each stroke into at most BLOCKS blocks of the same whole number of periods, so that an offset, and every
+    # harmonic, is orthogonal to the others within a block. `label` numbers the blocks of all strokes.
     along = cycles - np.minimum.reduceat(cycles, begin)[stroke]
     length = max(int(np.ceil(along.max() / BLOCKS)), 1)
     label = stroke * (BLOCKS + 2) + (along / length).astype(int)
@@ -70,6 +72,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     weight, along = weight[order], along[order]
     used = weight[:, None] * seen[order]
     values = used * readings[order]
+    # exp(-i n phi) of each harmonic by repeated multiplication: one exponential instead of many.
     waves = accumulate(repeat(turns, len(orders)), np.multiply)
     blocks = np.stack([np.add.reduceat(wave[:, None] * values, edges) for wave in waves], axis=1)
     yield
@@ -80,6 +83,7 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     reach = np.maximum.reduceat(along, edges) - np.minimum.reduceat(along, edges)
     # The remainder at the end of a stroke is not a whole period.
     whole = (reach + middle(np.abs(np.diff(cycles))) > WHOLE * length)[:, None]
+    # Mean amplitude of each stroke and harmonic: the reference against which its blocks' phases are measured.
     first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
     mean = np.add.reduceat(blocks * whole[:, :, None], first)
     mean /= np.maximum(np.add.reduceat(amount * whole, first), 1e-300)[:, None, :]
@@ -87,12 +91,16 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
     inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
+    # Harmonics that noise could have made take no part: their phases would be random.
     size = np.abs(mean) ** 2
     certain = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
+    # Rotate each block by the stroke's reference: its imaginary part is the phase deviation times the amplitude.
+    # Harmonic n turns n times as far, so its score and information carry n and n^2. Their ratio is the phase in cycles.
     pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * certain).sum(axis=(1, 2))
     information = (turn**2 * size[of_stroke] * certain).sum(axis=(1, 2))
+    # Coherence: length of the sum of all blocks along the reference, over the length if all pointed along it.
     agreeing = (pull * certain).sum(axis=(1, 2))
     return Phases(
         np.where(information > 0, score / np.maximum(information, 1e-300), 0.0),
@@ -113,13 +121,16 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
     stroke = phases.stroke[:, None] == np.arange(phases.stroke[-1] + 1)
     columns = np.column_stack([phases.regressors, phases.cycles])
     spare = max(int(known.sum()) - stroke.shape[1] - len(prior), 1)
+    # Iteratively reweighted least squares; three rounds settle the weights.
     for _ in range(3):
         yield
+        # Each stroke has a free phase: subtract its weighted mean instead of adding a parameter for it.
         share = weight[:, None] * stroke
         means = share.T @ columns / np.maximum(share.sum(axis=0), 1e-300)[:, None]
         centred = columns - means[phases.stroke]
         regressors, cycles = centred[:, :-1], centred[:, -1]
         normal = (regressors.T * weight) @ regressors + np.diag(prior)
+        # Scaled to a unit diagonal, because path (mm) and delay (s) differ by many powers of ten.
         scale = np.sqrt(np.maximum(normal.diagonal(), 1e-300))
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
@@ -127,9 +138,11 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         rest = left * np.sqrt(phases.information)
         # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter more than noise does.
         usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
+        # Huber's weights: full up to three robust sigmas, falling as 1 / residual beyond.
         pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
         weight = phases.information * pull**2
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
+    # Scatter beyond the noise: robust variance of the residuals minus what noise alone would give.
     noise, usual = middle(1 / phases.information[known]), MEDIAN_TO_SIGMA * middle(left[known])
     return Fit(step, inverse * ratio, max(usual**2 - noise, 0.0) ** 0.5)
 
@@ -153,6 +166,8 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
         return None
     wanted = np.asarray(wanted)
     size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
+    # Amplitude in whole periods, where the mean is orthogonal to the wave; then the part of it in phase with the known
+    # one.
     values = readings - (used * readings).sum(axis=0) / total
     wave = np.exp(-2j * np.pi * wavenumber * place)[:, None]
     own = 2 * (wave * used * values).sum(axis=0) / total

@@ -105,4 +105,13 @@ def window_of(task: Task, late_s: float) -> Window | None:
         return None
     index, begin = found
     stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
+    # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
     return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:])
+
+
+def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
+    """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
+    total = float(weight.sum())
+    t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
+    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
+    return (float(weight @ off**2) / total) ** 0.5
