@@ -2,23 +2,25 @@
 
 The kinds of a scene are drawn at random: the motion (one direction, strokes, a hand), the force (constant, varying,
 with lifts), the offset of the tangential sensor, the dependence of mu, the pull during a rest, and sensors with noise.
-The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does.
+The skin shears before it slides (Dahl's model), so a start and a turn pull less than sliding does. What is drawn, and
+from which values, stands in `friction_logs.toml`.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from papilla.studies import parameters
+
 FALSE = 0.1
 """Relative error above which an answer that says "ok" is false."""
-PEAK_S = 0.015
-"""Length of a breakaway's peak, base to base."""
-LAWS = ("constant", "by force", "by speed", "by wear", "ridges", "all of these")
-PRESSES = ("constant", "varying", "lifted off")
-MOVES = ("one way", "strokes", "hand")
+TOUCHING_N, SLIDING = 0.03, 0.95
+"""Force of a contact, and share of the friction from which the skin slides."""
+RULES = parameters.tables(__package__, "friction_logs")
 
 
 @dataclass(frozen=True)
@@ -97,70 +99,77 @@ def sheared(friction: np.ndarray, velocity: np.ndarray, rate: float, shear_mm: f
     return np.array(force)
 
 
+def _given(rng: np.random.Generator, name: str) -> Any:
+    """The parameters of a part of a random log."""
+    return SimpleNamespace(**parameters.drawn(RULES["drawn"][name], rng))
+
+
 def _move(rng, kind: str, time: np.ndarray) -> np.ndarray:
     """(n,) velocity in mm/s."""
-    top = np.exp(rng.uniform(np.log(5), np.log(200)))
+    speed, own = _given(rng, "speed"), _given(rng, kind)
+    top, ramp = speed.top_mm_s, speed.ramp_s
     if kind == "one way":
-        rest, slide = rng.uniform(0.3, 1.5), rng.uniform(1.5, 8.0)
-        phase = (time + rng.uniform(0, rest)) % (rest + slide)
-        return top * np.clip((phase - rest) / 0.03, 0, 1) * (1 + 0.2 * np.sin(rng.uniform(0.5, 3) * time))
+        phase = (time + own.begin * own.rest_s) % (own.rest_s + own.slide_s)
+        return top * np.clip((phase - own.rest_s) / ramp, 0, 1) * (1 + own.waver * np.sin(own.waver_rad_s * time))
     if kind == "strokes":
-        rest, slide = rng.choice([0.0, rng.uniform(0.2, 1.5)]), rng.uniform(0.5, 4.0)
-        turn, phase = np.divmod(time + rng.uniform(0, slide), rest + slide)
+        turn, phase = np.divmod(time + own.begin * own.slide_s, own.rests * own.rest_s + own.slide_s)
         way = np.where(turn % 2 < 1, 1.0, -1.0)
-        if rng.random() < 0.4:
-            return way * top * np.sin(np.pi * np.clip(phase / slide, 0, 1))
-        return way * top * np.clip(np.minimum(phase, slide - phase) / 0.03, 0, 1)
-    swing = np.sin(2 * np.pi * rng.uniform(0.3, 1.0) * time + rng.uniform(0, 6))
-    swing += 0.4 * np.sin(2 * np.pi * rng.uniform(0.7, 2.0) * time + rng.uniform(0, 6))
-    swing += rng.choice([0.0, 1.5])
-    return top * np.sign(swing) * np.maximum(np.abs(swing) - 0.2, 0.0)
+        if own.sine:
+            return way * top * np.sin(np.pi * np.clip(phase / own.slide_s, 0, 1))
+        return way * top * np.clip(np.minimum(phase, own.slide_s - phase) / ramp, 0, 1)
+    swing = np.sin(2 * np.pi * own.first_Hz * time + own.first_rad)
+    swing += own.second * np.sin(2 * np.pi * own.second_Hz * time + own.second_rad)
+    swing += own.one_way
+    return top * np.sign(swing) * np.maximum(np.abs(swing) - own.dead_zone, 0.0)
 
 
 def _press(rng, kind: str, time: np.ndarray, hand: bool) -> np.ndarray:
     """(n,) normal force in N, 0 in the air."""
-    mean = np.exp(rng.uniform(np.log(0.15), np.log(3)))
-    force = np.full(len(time), mean) * (1 + rng.uniform(0, 0.01) * np.sin(rng.uniform(1, 20) * time))
-    if kind != "constant" or hand:
-        for _ in range(3):
-            swing = rng.uniform(0.03, 0.2) * np.sin(2 * np.pi * rng.uniform(0.1, 2.0) * time + rng.uniform(0, 6))
-            force *= 1 + swing
+    own = _given(rng, "force")
+    force = np.full(len(time), own.mean_N) * (1 + own.ripple * np.sin(own.ripple_rad_s * time))
+    for _ in range(3 if kind != "constant" or hand else 0):
+        swing = _given(rng, "swing")
+        force *= 1 + swing.depth * np.sin(2 * np.pi * swing.rate_Hz * time + swing.angle_rad)
     if kind == "lifted off":
-        period, air = rng.uniform(2, 6), rng.uniform(0.2, 0.8)
-        phase = (time + rng.uniform(0, period)) % period
-        force *= np.clip((np.minimum(phase, period - phase) - air / 2) / rng.uniform(0.02, 0.2), 0, 1)
-    elif rng.random() < 0.4:
-        force *= np.clip((time - rng.uniform(0.2, 0.6)) / 0.1, 0, 1)
+        own = _given(rng, "lifts")
+        phase = (time + own.begin * own.period_s) % own.period_s
+        force *= np.clip((np.minimum(phase, own.period_s - phase) - own.air_s / 2) / own.ramp_s, 0, 1)
+    elif _given(rng, "touch_down").late:
+        own = _given(rng, "late_touch_down")
+        force *= np.clip((time - own.begin_s) / own.ramp_s, 0, 1)
     return force
 
 
 def _law(rng, kind: str, time, force, velocity) -> np.ndarray:
     """(n,) kinetic coefficient."""
-    mu = np.full(len(time), np.exp(rng.uniform(np.log(0.12), np.log(1.0))))
+    mu = np.full(len(time), _given(rng, "mu").mu)
     every = kind == "all of these"
     if kind == "by force" or every:
-        mu *= np.maximum(force / np.median(force[force > 0]), 0.05) ** -rng.uniform(0, 1 / 3)
+        own = _given(rng, "by force")
+        mu *= np.maximum(force / np.median(force[force > 0]), own.least) ** -own.power
     if kind == "by speed" or every:
-        mu *= 1 + rng.uniform(-0.3, 0.6) * np.exp(-np.abs(velocity) / rng.uniform(5, 60))
+        own = _given(rng, "by speed")
+        mu *= 1 + own.change * np.exp(-np.abs(velocity) / own.speed_mm_s)
     if kind == "by wear" or every:
-        begin, length = rng.uniform(0, time[-1]), rng.choice([0.02, 1.0, time[-1]])
-        mu *= 1 + rng.uniform(-0.35, 0.35) * np.clip((time - begin) / length, 0, 1)
+        own = _given(rng, "by wear")
+        mu *= 1 + own.change * np.clip((time - own.begin * time[-1]) / min(own.length_s, time[-1]), 0, 1)
     return mu
 
 
 def _break_away(rng, rate: float, velocity, mu, pull, force, slides) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(n,) static coefficient of the last start; pull and sliding, with breakaways in half of the draws."""
     static, pull, slides = np.full(len(mu), np.nan), pull.copy(), slides.copy()
-    if rng.random() < 0.5:
+    if _given(rng, "no_breakaways").none:
         return static, pull, slides
-    more, half = rng.uniform(0.05, 0.6), max(round(0.5 * rate * rng.choice([PEAK_S, 4 * PEAK_S])), 1)
+    own = _given(rng, "breakaway")
+    half = max(round(0.5 * rate * own.length_s), 1)
     for start in np.flatnonzero(slides[1:] & ~slides[:-1]) + 1:
         # A finger that touches while moving has no breakaway
-        if (force[max(start - round(0.2 * rate), 0) : start] < 0.03).any():
+        if (force[max(start - round(0.2 * rate), 0) : start] < TOUCHING_N).any():
             continue
         peak = slice(start, min(start + 2 * half, len(mu)))
         rows = np.arange(peak.start, peak.stop)
-        pull[peak] += more * (1 - np.abs(rows - start - half) / half) * (mu * force * np.sign(velocity))[peak]
+        pull[peak] += own.more * (1 - np.abs(rows - start - half) / half) * (mu * force * np.sign(velocity))[peak]
         slides[peak] = False
         top = min(start + half, len(mu) - 1)
         static[peak.stop :] = abs(pull[top]) / max(force[top], 1e-9)
@@ -170,145 +179,113 @@ def _break_away(rng, rate: float, velocity, mu, pull, force, slides) -> tuple[np
 def drawn(seed: int) -> Rubbed:
     """A scene with random kinds."""
     rng = np.random.default_rng(seed)
-    kinds = tuple(str(rng.choice(each)) for each in (MOVES, PRESSES, LAWS))
-    move, press, law = kinds
-    rate = float(
-        rng.choice([10.0, 50.0, 100.0, 200.0, 500.0, 1000.0]) if move != "hand" else rng.choice([200.0, 1000.0])
-    )
-    time = np.arange(round(rng.uniform(8, 20) * rate)) / rate
+    kinds = parameters.drawn(RULES["drawn"]["log"], rng)
+    move, press, law = kinds.values()
+    clock = _given(rng, "clock_of_a_hand" if move == "hand" else "clock")
+    rate = clock.rate_Hz
+    time = np.arange(round(clock.seconds * rate)) / rate
     velocity, force = _move(rng, move, time), _press(rng, press, time, move == "hand")
     mu = _law(rng, law, time, force, velocity)
-    # The skin is rougher in one direction than in the other
-    mu = mu * (1 + rng.normal(0, 0.03) * np.sign(velocity))
-    pull = sheared(mu * force, velocity, rate, rng.uniform(0.05, 0.4))
-    slides = (velocity != 0) & (np.abs(pull) > 0.95 * mu * force) & (force > 0.03)
-    let_go = rng.random() < 0.7
-    if let_go:
-        pull = np.where(velocity == 0, rng.normal(0, 0.05) * mu * force, pull)
+    skin = _given(rng, "skin")
+    mu = mu * (1 + skin.one_way * np.sign(velocity))
+    pull = sheared(mu * force, velocity, rate, skin.shear_mm)
+    slides = (velocity != 0) & (np.abs(pull) > SLIDING * mu * force) & (force > TOUCHING_N)
+    if skin.let_go:
+        pull = np.where(velocity == 0, _given(rng, "rest").pull * mu * force, pull)
     if law in ("ridges", "all of these"):
-        place = np.cumsum(velocity) / rate
-        pull *= 1 + rng.uniform(0.02, 0.15) * np.sin(2 * np.pi * place / rng.uniform(0.5, 5.0))
+        ridges = _given(rng, "ridges")
+        pull *= 1 + ridges.depth * np.sin(2 * np.pi * (np.cumsum(velocity) / rate) / ridges.pitch_mm)
     static, pull, slides = _break_away(rng, rate, velocity, mu, pull, force, slides)
-    offset, told = rng.uniform(-0.3, 0.3), {}
-    if rng.random() < 0.25:
-        offset, told = rng.normal(0, 0.003), {"offset_sigma_N": 0.003}
-    scale = float(np.median(force[force > 0]))
-    noise = np.exp(rng.uniform(np.log(1e-3), np.log(0.02))) * scale, rng.uniform(5e-4, 0.005) * scale
-    tangential, normal = (
-        own + rng.normal(0, size, len(time)) for own, size in zip((pull + offset, force), noise, strict=True)
-    )
-    seen = velocity + rng.normal(0, rng.uniform(0, 0.02) * np.abs(velocity).max(), len(time))
-    if rng.random() < 0.15:
+    offset, told = _given(rng, "offset"), {}
+    if offset.subtracted:
+        offset = _given(rng, "subtracted_offset")
+        told = {"offset_sigma_N": offset.offset_sigma_N}
+    scale, noise = float(np.median(force[force > 0])), _given(rng, "noise")
+    tangential = pull + offset.offset_N + rng.normal(0, noise.tangential * scale, len(time))
+    normal = force + rng.normal(0, noise.normal * scale, len(time))
+    seen = velocity + rng.normal(0, _given(rng, "velocity").noise * np.abs(velocity).max(), len(time))
+    if _given(rng, "seen").direction_alone:
         seen = np.sign(velocity)
     both = (velocity[slides] > 0).any() and (velocity[slides] < 0).any()
     air = (force < 1e-6).sum() > 0.15 * rate
-    rest = let_go and ((velocity == 0) & (force > 0.03)).sum() > 0.3 * rate
+    rest = skin.let_go and ((velocity == 0) & (force > TOUCHING_N)).sum() > 0.3 * rate
     return Rubbed(
-        rate, np.column_stack([tangential, normal, seen]), np.where(slides, mu, np.nan), offset, static,
-        told=bool(both or air or rest or told), options=told, kinds=kinds,
+        rate, np.column_stack([tangential, normal, seen]), np.where(slides, mu, np.nan), offset.offset_N, static,
+        told=bool(both or air or rest or told), options=told, kinds=(move, press, law),
     )  # fmt: skip
 
 
-_NOTHING = np.array(np.nan)
+# ---- Logs of one form each: pull without offset and noise, force and velocity (n,), and true mu (n,)
+
+Form = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def tribometer(seed: int, told: bool = False) -> Rubbed:
-    """(a) One direction for 180 s at 10 Hz in four steps of speed; mu changes by 4 % during running-in, and varies
-    randomly with N.
-
-    told : the offset is subtracted up to 1 mN.
-    """
-    rng = np.random.default_rng(seed)
-    time = np.arange(1800) / 10
-    speed = np.repeat(np.sort(rng.uniform(30, 750, 4)), 450)
-    normal = 3.0 + 0.01 * np.sin(2 * np.pi * rng.uniform(0.05, 1) * time) + rng.normal(0, 0.003, len(time))
-    mu = rng.uniform(0.12, 0.4) * (1 + 0.06 * np.log(speed / speed[0])) * (1 + 0.04 * (1 - np.exp(-time / 60)))
-    offset = rng.normal(0, 0.1)
-    # T is correlated with N: mu varies with it by chance, or with the place on the disc
-    tangential = mu * 3.0 + rng.uniform(-0.8, 0.2) * (normal - 3.0) + offset + rng.normal(0, 0.004, len(time))
-    mu[:8] = np.nan
-    if told:
-        samples = np.column_stack([tangential - offset, normal, speed])
-        return Rubbed(10.0, samples, mu, 0.0, _NOTHING, True, {"offset_sigma_N": 1e-3}, ("(a) told",))
-    samples = np.column_stack([tangential, normal, speed])
-    return Rubbed(10.0, samples, mu, offset, _NOTHING, told=False, kinds=("(a) tribometer",))
+def _tribometer(own: Any, time: np.ndarray) -> Form:
+    speed = np.repeat(np.sort(own.speed_mm_s), len(time) // len(own.speed_mm_s))
+    normal = own.force_N + own.waver_N * np.sin(2 * np.pi * own.waver_Hz * time) + own.force_noise_N
+    running_in = 1 + own.running_in * (1 - np.exp(-time / own.running_in_s))
+    mu = own.mu * (1 + own.mu_by_ln_speed * np.log(speed / speed[0])) * running_in
+    pull = mu * own.force_N + own.slope_with_force * (normal - own.force_N)
+    return pull, normal, speed, np.where(time < own.settling_s, np.nan, mu)
 
 
-def long_strokes(seed: int, rests: bool = True) -> Rubbed:
-    """(b) Strokes of 10 s at 50 Hz, 20 gf, and an offset nearly as large as the friction; with or without rests."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(6000) / 50
-    turn, phase = np.divmod(time, 12.0)
-    way, moving = np.where(turn % 2 < 1, 1.0, -1.0), phase < 10
-    normal = 0.2 * (1 + 0.1 * np.sin(2 * np.pi * rng.uniform(0.05, 0.5) * time + rng.uniform(0, 6)))
-    mu, offset = rng.uniform(0.6, 1.0), rng.uniform(0.13, 0.16)
-    fades = np.exp(-(phase - 10) / rng.uniform(0.05, 0.3)) * ~moving + moving * (1 - np.exp(-phase / 0.1))
-    tangential = way * mu * normal * fades + offset + rng.normal(0, 0.002, len(time))
-    samples = np.column_stack([tangential, normal, way * (moving if rests else 1.0)])
-    true = np.where(moving & (phase > 0.3), mu, np.nan)
-    return Rubbed(50.0, samples, true, offset, _NOTHING, kinds=("(b) rests told" if rests else "(b) rests not told",))
+def _long_strokes(own: Any, time: np.ndarray) -> Form:
+    turn, phase = np.divmod(time, own.period_s)
+    way, moving = np.where(turn % 2 < 1, 1.0, -1.0), phase < own.stroke_s
+    normal = own.force_N * (1 + own.force_waver * np.sin(2 * np.pi * own.waver_Hz * time + own.waver_rad))
+    fades = np.exp(-(phase - own.stroke_s) / own.fade_s) * ~moving + moving * (1 - np.exp(-phase / own.rise_s))
+    true = np.where(moving & (phase > own.settling_s), own.mu, np.nan)
+    return way * own.mu * normal * fades, normal, way * (moving if own.rests else 1.0), true
 
 
-def swipe(seed: int, told: bool = False) -> Rubbed:
-    """(c) A hand's swipe of 7 s at 1 kHz, one way; mu falls within a second; a breakaway of 15 ms."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(7000) / 1000
-    begin, falls = rng.uniform(0.8, 1.5), rng.uniform(3.0, 5.5)
-    normal = np.exp(rng.uniform(np.log(0.3), np.log(2.0))) * (1 + 0.1 * np.sin(rng.uniform(2, 8) * time))
-    velocity = rng.uniform(30, 120) * np.clip((time - begin) / 0.3, 0, 1) * (1 + 0.2 * np.sin(4 * time))
-    first, static = rng.uniform(0.38, 0.48), rng.uniform(0.5, 0.6)
-    mu = first + (0.27 - first) * np.clip((time - falls) / 1.0, 0, 1)
-    # The pull grows for 0.4 s during the rest, and then falls linearly
-    grown = np.clip((time - begin + 0.4) / 0.4, 0, 1)
-    peak = np.clip(1 - np.abs(time - begin) / (0.5 * PEAK_S), 0, 1)
-    pull = grown * mu + (static - first) * peak
-    offset = rng.normal(0, 0.003 if told else 0.05)
-    samples = np.column_stack([pull * normal + offset + rng.normal(0, 0.003, 7000), normal, velocity])
-    samples[:, 1:] += rng.normal(0, 1, (7000, 2)) * (0.002, 0.5)
-    true = np.where(time > begin + 0.02, mu, np.nan)
-    options, kind = ({"offset_sigma_N": 0.003}, "(c) told") if told else ({}, "(c) swipe")
-    return Rubbed(1000.0, samples, true, offset, np.array(static), True, options, (kind,))
+def _swipe(own: Any, time: np.ndarray) -> Form:
+    """The pull grows during the rest; the breakaway is a triangle."""
+    normal = own.force_N * (1 + own.force_waver * np.sin(own.force_rad_s * time))
+    velocity = own.speed_mm_s * np.clip((time - own.begin_s) / own.speed_rise_s, 0, 1)
+    velocity = velocity * (1 + own.speed_waver * np.sin(own.speed_rad_s * time))
+    mu = own.mu_first + (own.mu_last - own.mu_first) * np.clip(time - own.falls_at_s, 0, 1)
+    grown = np.clip((time - own.begin_s + own.pull_rise_s) / own.pull_rise_s, 0, 1)
+    peak = np.clip(1 - np.abs(time - own.begin_s) / (0.5 * own.peak_s), 0, 1)
+    pull = (grown * mu + (own.mu_static - own.mu_first) * peak) * normal
+    return pull, normal, velocity, np.where(time > own.begin_s + own.settling_s, mu, np.nan)
 
 
-def encoder(seed: int) -> Rubbed:
-    """(d) To and fro; the velocity is the difference of an encoder's raw positions."""
-    rng = np.random.default_rng(seed)
-    rate = float(rng.choice([100.0, 500.0, 1000.0]))
-    time = np.arange(round(20 * rate)) / rate
-    frequency, reach, step = rng.uniform(0.2, 1.0), rng.uniform(5, 20), rng.choice([0.005, 0.02, 0.05])
-    place = reach * np.sin(2 * np.pi * frequency * time)
-    velocity = np.gradient(place, time)
-    raw = np.gradient(np.round((place + rng.normal(0, 0.2 * step, len(time))) / step) * step, time)
-    normal = rng.uniform(0.5, 5.0) * (1 + 0.02 * np.sin(9 * time))
-    mu, offset = rng.uniform(0.08, 0.4), rng.uniform(-0.1, 0.1)
-    pull = sheared(mu * normal, velocity, rate, 0.1)
-    true = np.where(np.abs(pull) > 0.95 * mu * normal, mu, np.nan)
-    samples = np.column_stack([pull + offset + rng.normal(0, 0.005, len(time)), normal, raw])
-    return Rubbed(rate, samples, true, offset, _NOTHING, kinds=("(d) encoder",))
+def _encoder(own: Any, time: np.ndarray) -> Form:
+    place = own.reach_mm * np.sin(2 * np.pi * own.stroke_Hz * time)
+    velocity, count = np.gradient(place, time), own.count_mm
+    raw = np.gradient(np.round((place + own.noise_counts * count * own.unit_noise) / count) * count, time)
+    normal = own.force_N * (1 + own.force_waver * np.sin(own.force_rad_s * time))
+    pull = sheared(own.mu * normal, velocity, own.rate_Hz, own.shear_mm)
+    return pull, normal, raw, np.where(np.abs(pull) > SLIDING * own.mu * normal, own.mu, np.nan)
 
 
-def by_force(seed: int) -> Rubbed:
-    """Strokes with mu ~ N^(-1/3) and N +- 20 %; the true mu is that at the mean force."""
-    rng = np.random.default_rng(seed)
-    time = np.arange(12000) / 1000
-    normal = rng.uniform(0.3, 2.0) * (1 + 0.2 * np.sin(2 * np.pi * rng.uniform(0.2, 1.0) * time + rng.uniform(0, 6)))
-    velocity = 40 * np.where(time % 4 < 2, 1.0, -1.0) * (time % 2 > 0.3)
-    mu = rng.uniform(0.2, 0.6)
-    pull = sheared(mu * (normal / normal.mean()) ** (-1 / 3) * normal, velocity, 1000.0, 0.2)
-    offset = rng.uniform(-0.1, 0.1)
-    samples = np.column_stack([pull + offset + rng.normal(0, 0.003, len(time)), normal, velocity])
-    true = np.where((velocity != 0) & (time % 2 > 0.4), mu, np.nan)
-    return Rubbed(1000.0, samples, true, offset, _NOTHING, kinds=("mu ~ N^(-1/3)",))
+def _by_force(own: Any, time: np.ndarray) -> Form:
+    normal = own.force_N * (1 + own.force_waver * np.sin(2 * np.pi * own.waver_Hz * time + own.waver_rad))
+    way, phase = np.where(time % own.period_s < own.stroke_s, 1.0, -1.0), time % own.stroke_s
+    velocity = own.speed_mm_s * way * (phase > own.rest_s)
+    pull = sheared(own.mu * (normal / normal.mean()) ** -own.power * normal, velocity, own.rate_Hz, own.shear_mm)
+    return pull, normal, velocity, np.where((velocity != 0) & (phase > own.settled_s), own.mu, np.nan)
 
 
-NAMED: Mapping[str, Callable[[int], Rubbed]] = {
-    "tribometer": tribometer,
-    "told_tribometer": partial(tribometer, told=True),
-    "long_strokes": long_strokes,
-    "rests_not_told": partial(long_strokes, rests=False),
-    "swipe": swipe,
-    "told_swipe": partial(swipe, told=True),
-    "encoder": encoder,
-    "by_force": by_force,
-}
+FORMS = {own.__name__[1:]: own for own in (_tribometer, _long_strokes, _swipe, _encoder, _by_force)}
+
+
+def _named(name: str, seed: int) -> Rubbed:
+    """A log of `NAMED`."""
+    rules = RULES["named"][name]
+    rules = RULES["named"].get(rules.get("like"), {}) | rules
+    values = parameters.drawn(rules, np.random.default_rng(seed))
+    own: Any = SimpleNamespace(**values)
+    time = np.arange(round(own.seconds * own.rate_Hz)) / own.rate_Hz
+    pull, normal, velocity, mu = FORMS[own.form](own, time)
+    samples, offset = np.column_stack([pull + own.offset_N + own.noise_N, normal, velocity]), own.offset_N
+    samples[:, 1:] += values.get("noise_N_and_mm_s", 0.0)
+    if "subtracted" in values:
+        samples[:, 0], offset = samples[:, 0] - offset, 0.0
+    options = {key: values[key] for key in ("offset_sigma_N",) if key in values}
+    static, known = np.array(values.get("mu_static", np.nan)), values.get("offset_known", True)
+    return Rubbed(own.rate_Hz, samples, mu, offset, static, known, options, (own.label,))
+
+
+NAMED: Mapping[str, Callable[[int], Rubbed]] = {name: partial(_named, name) for name in RULES["named"]}
 """The kinds of logs that an estimator of friction was found wrong on."""

@@ -1,0 +1,68 @@
+"""Parameters of studies in TOML files: rules of drawing, and no key that nobody reads."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papilla import studies
+from papilla.studies import parameters
+
+FOLDERS = sorted(path.parent for path in Path(studies.__path__[0]).rglob("parameters.toml"))
+
+
+def drawn(table, vary=True, seed=3):
+    return parameters.drawn(table, np.random.default_rng(seed), vary=vary)
+
+
+@pytest.mark.parametrize(
+    "rule, low, high",
+    [
+        ({"about": 6.0}, 4.0, 9.0),
+        ({"about": 6.0, "within": 2.0}, 3.0, 12.0),
+        ({"uniform": [-1, 3]}, -1, 3),
+        ({"log_uniform": [0.1, 10]}, 0.1, 10),
+        ({"angle": "any"}, 0, 2 * math.pi),
+        ({"one_of": [2.0, 5.0]}, 2.0, 5.0),
+    ],
+)
+def test_a_rule_draws_between_its_ends(rule, low, high):
+    values = [drawn({"x": rule}, seed=seed)["x"] for seed in range(400)]
+    assert low <= min(values) < low + 0.05 * (high - low) and high - 0.05 * (high - low) < max(values) <= high
+
+
+def test_values_are_drawn_in_the_order_of_the_keys():
+    rules = {"a": 2.0, "b": {"uniform": [0, 1]}, "c": {"normal": 3.0}, "d": {"uniform": [1, 2], "count": 4}}
+    rng = np.random.default_rng(3)
+    values = drawn(rules)
+    assert values["a"] == 2.0 and values["b"] == rng.uniform() and values["c"] == 3 * rng.normal()
+    assert values["d"].tolist() == rng.uniform(1, 2, 4).tolist()
+
+
+def test_tuning_takes_the_value_itself_and_the_first_choice():
+    assert drawn({"x": {"about": 6.0}, "y": {"one_of": [50.0, 60.0]}}, vary=False) == {"x": 6.0, "y": 50.0}
+
+
+def test_noise_has_a_value_for_each_sample_and_column():
+    values = drawn({"rate_Hz": 500.0, "seconds": 4.0, "one": {"noise": 0.1}, "two": {"noise": [1.0, 20.0]}})
+    assert values["one"].shape == (2000,) and values["one"].std() == pytest.approx(0.1, rel=0.1)
+    assert values["two"].std(axis=0) == pytest.approx([1.0, 20.0], rel=0.1)
+
+
+def test_chance_is_a_share_and_an_unknown_rule_is_an_error():
+    assert np.mean([drawn({"x": {"chance": 0.3}}, seed=seed)["x"] for seed in range(400)]) == pytest.approx(
+        0.3, abs=0.06
+    )
+    with pytest.raises(ValueError, match="no rule of drawing: {'abuot': 1}"):
+        drawn({"x": {"abuot": 1}})
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_every_parameter_is_read_by_its_module(folder):
+    package = "papilla.studies." + ".".join(folder.relative_to(studies.__path__[0]).parts)
+    for name, table in parameters.tables(package).items():
+        source = (folder / f"{name}.py").read_text(encoding="utf-8")
+        unread = [key for key in table if not re.search(rf"GIVEN\.{key}\b", source)]
+        assert not unread, f"{name}.py does not read {unread}"
