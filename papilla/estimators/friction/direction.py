@@ -81,6 +81,7 @@ class Direction:
         self.outliers = (*self.outliers, *taken) if outlier else ()
         if 0 < len(self.outliers) < CHANGE_BLOCKS:
             return None
+        # Three in a row agree that the friction changed: forget the mean, and begin with these three.
         if changed := bool(self.outliers):
             taken, self.outliers, self.blocks = list(self.outliers), (), 0.0
         for pull, normal in taken:
@@ -92,12 +93,14 @@ class Direction:
         if not self.blocks:
             self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
             self.variance = max(self.variance, (SCATTER * own) ** 2 + noise / normal**2)
+        # Scatter is a slow mean that begins with its prior; mu is a fast one with `gain`, but a plain mean at first.
         self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
         share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
         self.variance += share * ((own - self.mu(offset)) ** 2 - self.variance)
         self.log_variance += share * ((log - self.log_normal) ** 2 - self.log_variance)
         self.log_normal += share * (log - self.log_normal)
         self.slow_mu += (own - self.slow_mu) / SLOW_BLOCKS
+        # T and N are averaged apart, without the offset, so that mu follows at once when the offset is known better.
         self.pull += gain * (pull - self.pull)
         self.normal += gain * (normal - self.normal)
         self.error, self.age = own - self.mu(offset), 0.0

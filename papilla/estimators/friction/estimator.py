@@ -161,6 +161,7 @@ class Friction(Stream):
         memory = self._memory
         memory.samples.append(sample)
         if len(memory.samples) == self._size:
+            # The last samples of earlier blocks come along, because noise and medians need more than a block may hold.
             window, memory.samples = (*memory.tail, *memory.samples), []
             memory.tail = window[-TAIL:]
             self._block(window)
@@ -178,6 +179,7 @@ class Friction(Stream):
         normal, velocity = _middle(normals[-self._size :]), _mean(_middle(velocities[-self._size :]))
         block = Block(_mean(_middle(forces[-self._size :])), _mean(normal), velocity, _noise(forces))
         heading = self._heading(velocities, velocity)
+        # Any sample without contact ends the stroke. Only a block entirely without contact shows the offset.
         if normal[0] < self._contact:
             memory.heading, memory.standing = 0, False
             offset.rests, offset.moving = (), None
@@ -203,9 +205,11 @@ class Friction(Stream):
         memory, size = self._memory, self._size
         memory.known = min(memory.known + size, max(NOISE_SAMPLES, size))
         memory.noise += (_noise(velocities) - memory.noise) * size / memory.known
+        # The largest speed fades over the path, not over time, so that a long rest does not forget it.
         memory.top = max(memory.top * math.exp(-abs(mean) * self._block_s / TOP_MM), abs(mean))
         slowest = REST_NOISES * memory.noise / math.sqrt(size) if self._rest is None else self._rest
         slowest = max(slowest, REST_SHARE * memory.top, LEAST_MM_S)
+        # The two halves of a block with a turn have different signs; one slow half makes it a rest.
         half = (size + 1) // 2
         first, second = _mean(_middle(velocities[-size:][:half])), _mean(_middle(velocities[-half:]))
         return 0 if min(abs(first), abs(second)) < slowest or first * second < 0 else 1 if mean > 0 else -1
@@ -219,6 +223,7 @@ class Friction(Stream):
         not show."""
         memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
         least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
+        # The test needs an offset whose error is smaller than the pull in question.
         known = offset.observed or offset.prior.variance_N2 < least**2
         idle = direction.blocks > 0 and known and pull <= least
         if idle and memory.heading == heading and self._settled():
@@ -238,6 +243,7 @@ class Friction(Stream):
             memory.heading, memory.last, memory.settling, memory.slid = heading, heading, 0, 0.0
         before, path = self._settled(), self._block_s * abs(block.velocity)
         memory.settling += 1
+        # A velocity that is only a sign tells no path: a usual slow speed is assumed.
         memory.slid += path if abs(block.velocity) != 1.0 else SIGN_MM_S * self._block_s
         offset.moving = block.tangential, block.normal
         for each in memory.directions:
@@ -252,6 +258,7 @@ class Friction(Stream):
             self._forget_start()
             offset.keep_turns(*(each.stroke for each in memory.directions))
             direction.stroke, direction.outliers = Stroke(), ()
+        # Weight of one block in a mean that fades over 0.1 s, or over the stated path.
         gain = 1 - math.exp(-self._block_s / MEMORY_S if self._length is None else -path / self._length)
         learnt = direction.take(block, self._size, offset.all.value_N, gain)
         if learnt is None:
@@ -270,10 +277,13 @@ class Friction(Stream):
             return NOT_SLIDING
         (offset, variance), peak, nothing = self._memory.offset.all, direction.breakaway, math.nan
         mu, offset_sigma = direction.mu(offset), math.sqrt(variance)
+        # The offset's error divided by the normal force, and the scatter of mu itself: independent, so squares add.
         sigma = math.sqrt(variance / direction.normal**2 + direction.model_variance(mu))
         static = (peak.pull - direction.s * offset) / peak.normal
         static_sigma = math.hypot(offset_sigma, peak.sigma, START_SCATTER * peak.pull) / peak.normal
         status = self._status(mu, sigma, offset_sigma / direction.normal)
+        # A static coefficient below the kinetic one means that the start was missed (a slow start, or one between
+        # samples).
         if static + 2 * peak.sigma / peak.normal < mu:
             static = static_sigma = nothing
             status = max(status, FrictionStatus.STATIC_NOT_SEEN)

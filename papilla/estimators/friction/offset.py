@@ -115,6 +115,7 @@ class Offset:
         # A small normal force may be a light contact, which has friction.
         own = AIR_SIGMA_N**2 + (0.5 * block.normal) ** 2 + block.noise**2 / samples + error**2
         self.air = Source(value + error / self.air_blocks, variance + (own - variance) / self.air_blocks)
+        # A rest is left out: air is the better evidence of the same thing.
         self.all = combined(self.prior, self.air, self.turns)
 
     def at_rest(self, block: Block) -> None:
@@ -122,6 +123,7 @@ class Offset:
         if not self.rests:
             self.before, self.rest = self.moving, (math.nan, math.nan, math.inf)
         self.rests = (*self.rests[1 - STEADY_BLOCKS :], (block.tangential, block.normal))
+        # A finger that creeps or is pulled again changes T: keep the steadiest stretch of the rest.
         tangential, normal = zip(*self.rests, strict=True)
         change = max(tangential) - min(tangential)
         if len(self.rests) == STEADY_BLOCKS and change < self.rest[-1]:
@@ -130,6 +132,8 @@ class Offset:
     def sliding(self, block: Block, forward: Stroke, backward: Stroke) -> None:
         """Take a block of steady sliding; forward and backward are the last strokes of both directions, this block
         included."""
+        # Was the rest before this stroke a release? T must be steady, far from the sliding on both sides, and the
+        # normal force unchanged: else the finger was only held less.
         level, force, change = self.rest
         around = [block.tangential] if self.before is None else [block.tangential, self.before[0]]
         alike = self.before is None or 1 / ALIKE < self.before[1] / force < ALIKE
@@ -139,6 +143,7 @@ class Offset:
         self.rests = ()
         turns, anisotropy = self._turn(forward, backward)
         turns = Source(turns.value_N, turns.variance_N2 + anisotropy)
+        # A held finger may look released, so a rest counts only as long as there is nothing better.
         better = self.air_blocks or turns.variance_N2 < math.inf
         self.all = combined(self.prior, self.air, turns, Source() if better else self.let_go)
 
@@ -151,6 +156,7 @@ class Offset:
         anisotropy adds."""
         if not (forward.blocks and backward.blocks):
             return self.turns, 0.0
+        # Means over the last stroke of each direction, with s T / N = mu + s T0 / N: two equations for mu and T0.
         means = ([total / direction.blocks for total in direction[:4]] for direction in (forward, backward))
         (a, b, log, spread), (c, d, other, another) = means
         # mu = a - offset b = c + offset d

@@ -143,6 +143,7 @@ class Fitter:
         for node in nodes.tolist():
             _, H, (b, _) = self._channels(self._middle, 0.0, node, 1.0, 0.0)
             a = H[:, 0]
+            # What the change by the sample's own force explains is taken out of the slope: only the rest tells E.
             slopes.append(math.sqrt(max(a @ a - (a @ b) ** 2 / (b @ b + 1.0), 0.0)))
         return np.array(slopes), float(nodes[0]), 1 / float(nodes[1] - nodes[0])
 
@@ -158,6 +159,8 @@ class Fitter:
         ln_force = min(max(ln_force, self.low), self.high)
         ln_modulus = min(max(modulus / 100, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
+        # The calibration's error is a smooth function of ln force: Legendre polynomials of degree 0, 1 and 2, the
+        # latter two half as large. Gauges that mirror each other share it (`_error`).
         H[self._error] = (self._error_at(ln_force) * w)[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
         if self.anywhere:
             H[self._beside] = self._place_error(place / 50) * w
@@ -174,6 +177,7 @@ class Fitter:
 
     def _channels(self, ln_force: float, place: float, ln_modulus: float, slope: float, thickness: float):
         """expected, H and B of a `Linear`; slope : dh / d ln E."""
+        # A block of another thickness presses like one of another modulus: the surfaces are read at this apparent ln E.
         force = math.exp(ln_force)
         thin = force**SHIFT_POWER
         effect, moved = self._shift_sigma * thin, (self._shift + self._shift_sigma * thickness) * thin
@@ -188,6 +192,8 @@ class Fitter:
         H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
         H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
         B = np.zeros((2, self.channels + 1))
+        # Readings change with the sample's force directly, and because the effect of the thickness grows with the
+        # force.
         B[0, :-1], B[0, -1] = (b * force + a * (SHIFT_POWER * moved)) * (SPREAD_FORCE * w), SPREAD_FORCE * expected[-1]
         B[1, :-1] = d * (self.surfaces.reach * w)
         return expected, H, B
@@ -198,6 +204,7 @@ class Fitter:
         mean, variance = np.zeros(self.size), np.ones(self.size)
         for name in ("the zero of the gauges", "the offset of the force"):
             variance[self.columns[name]] = zero_share**2
+        # The rest of the variance belongs to the cells of force (`_own_errors`).
         variance[self._shaped] = 1 - SHAPE**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
         return FilterState(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / CELL)))
@@ -230,12 +237,15 @@ class Fitter:
         h, white, near = self.h_of_noise(state), (y * self.whiten)[rows], state.linear is not None
         linear = state.linear or self.linear(state.ln_force, state.place_mm, h)
         greatest = float(np.abs(white).max()) * math.sqrt(count)
+        # Products of slope a by h, residual r, and slopes l, m by the sample's own force and place: all that the least
+        # squares need, by one product of matrices.
         table = np.empty((4, len(rows)))
         for _ in range(STEPS):
             table[0] = slope = linear.H[rows, 0]
             table[1] = white - linear.expected[rows] - slope * (h - linear.at[2])
             table[2:] = linear.B[:, rows]
             (aa, ar, al, am), (_, rr, rl, rm), (_, _, ll, lm), (*_, mm) = (table @ table.T).tolist()
+            # The prior of force and place, of variance 1 in these units, against the noise 1 / count of the mean.
             ll, mm = ll + 1 / count, mm + 1 / count
             det = ll * mm - lm * lm
             steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
@@ -243,9 +253,11 @@ class Fitter:
             if self.bend(linear, at, place, h, 0.0) * greatest < (NEAR if near else BENT):
                 break
             linear, near = self.linear(at, place, h), False
+        # Eliminate force and place (Schur complement): what is left of the information and the score belongs to h.
         to_l, to_m = (mm * al - lm * am) / det, (ll * am - lm * al) / det
         here = count * (rr - rl * steps[0] - rm * steps[1])
         information, score = count * (aa - to_l * al - to_m * am), count * (ar - to_l * rl - to_m * rm)
+        # Sums of several slots must refer to one h, the anchor: this slot's parabola in h is moved there.
         away = h - state.anchor
         square = here + away * (2 * score + away * information)
         freedom = len(rows) - 1 - self.anywhere
@@ -254,9 +266,13 @@ class Fitter:
     def tangent(self, linear: Linear, rows: np.ndarray) -> Tangent:
         """The tangent at a linearisation, for some channels."""
         B, expected = linear.B[:, rows], linear.expected[rows]
+        # Projections of a whitened sample onto its force and place, and onto what neither explains: linear, so both are
+        # one matrix, computed once.
         own = np.linalg.inv(B @ B.T + np.eye(2) / SLOT)
         gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
         split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
+        # Samples may share a slot as long as the curvature between them stays below `LEVEL`, plus what noise alone
+        # moves.
         bent = math.sqrt(LEVEL / max(float(np.abs(expected).max()), 1.0))
         slack = bent + JITTER * float(jitter[0]), bent / BENT_PLACE + JITTER * float(jitter[1])
         (at, there, *_), end = linear.at, self.surfaces.reach
@@ -298,13 +314,16 @@ class Fitter:
             residuals, PH, new, cell = self._against(white, rows, state, linear, samples)
             if step == 0:
                 first = residuals
+                # Judge the sample before it has moved anything: a bad one must leave no trace.
                 if first.misfit > limit:
                     return first, known
             B = linear.B[:, rows]
             at, place = self.moved(linear, (B @ residuals.weighted).tolist())
             if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
                 break
+            # The correction moved the sample's contact too far for its linearisation: again, from there.
             linear = self.linear(at, place, *self._unknowns(state))
+        # Variance of the place that remains, relative to its prior; for one sample, not for the mean.
         left = 1 - float(B[1] @ residuals.precision @ B[1])
         place_sigma = self.surfaces.reach * math.sqrt(max(samples * left, 0.0))
         mean, covariance = self._corrected(state, PH, new, samples, keep)
@@ -340,6 +359,7 @@ class Fitter:
         x = state.mean.copy()
         x[:2] -= linear.at[2:]
         innovation = white - linear.expected[rows] - linear.H[rows] @ x
+        # Expected readings are those at the sample, but slopes are those of the node: see the top of the module.
         H = (state.node or linear).H[rows]
         R, new, cell = self._own_errors(H, state.pressed, linear.at[0], samples)
         channels = rows, innovation, H, linear.B[:, rows], state.covariance
@@ -350,6 +370,7 @@ class Fitter:
         self, state: FilterState, PH: np.ndarray, residuals: Residuals, samples: int, keep: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of x after a Kalman correction and after the drift during its samples."""
+        # Zeros and creep drift: their knowledge fades and as much of the prior variance comes back.
         faded = self._faded_by(samples)
         covariance = state.covariance - PH @ residuals.precision @ PH.T
         covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
@@ -376,6 +397,7 @@ class Fitter:
     def estimate(self, state: FilterState) -> tuple[float, float]:
         """h and its standard deviation."""
         h, sigma = float(state.mean[0]), self.widening(state) * math.sqrt(max(float(state.covariance[0, 0]), 0.0))
+        # The value with the smaller error; sigma stays that of the filter.
         if self.noise_explains(state):
             h = state.anchor + state.score / state.information
         return h, sigma
@@ -401,6 +423,7 @@ class Fitter:
         taken = {"noise": 0.0}
         for name, own in self.columns.items():
             if own.stop > own.start:
+                # Decrease of the variance of h if this error were known exactly.
                 taken[name] = float(P[0, own] @ np.linalg.solve(P[own, own], P[own, 0]))
         taken["noise"] = 1 / state.information if state.information else math.inf
         return max(taken, key=lambda name: taken[name])

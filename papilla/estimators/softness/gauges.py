@@ -167,6 +167,7 @@ class GaugeSoftness(Touch):
             return self._refused(SoftnessStatus.NO_CONTACT, faults)
         if len(rows) < self._least:
             return self._refused(SoftnessStatus.BAD_GAUGE, faults)
+        # Until the search ends, samples are neither learnt nor answered; another set of faults makes it pointless.
         if memory.search is not None and memory.search.task.faults == faults:
             return self._search(memory.search)
         memory.search = None
@@ -174,6 +175,8 @@ class GaugeSoftness(Touch):
 
     def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> GaugeEstimate:
         rows = self._of(faults)
+        # The misfit against the filter costs more than the fit, so it is computed only for samples whose own fit is
+        # unusual.
         if fit.here > state.usual:
             residuals = self._fitter.residuals(y, rows, state)
             if residuals.misfit > RULES.contradicts:
@@ -212,12 +215,15 @@ class GaugeSoftness(Touch):
         """The result of `Search.run`; see there."""
         y, faults, residuals, state, known = search
         rows, anew, begun = self._of(faults), residuals, state
+        # First: does any modulus explain the sample? Then the specimen may have changed in a lift that nobody saw.
         if known:
             yield
             anew, begun = yield from self._start(y, rows, self._unknown())
         if outside := self._beyond(y, begun):
             return outside, {}, None
         yield
+        # If another modulus explains it, a pair of bad channels is the less likely cause: only single channels (and
+        # mirrored pairs) are suspected.
         single = known and anew.misfit < RULES.contradicts
         misfits = residuals.misfits_without if known else self._start.misfits_without(y, rows, self._unknown())
         blame = yield from self._to_blame(rows, misfits, single=single)
@@ -225,6 +231,7 @@ class GaugeSoftness(Touch):
             return None, {}, begun if single else None
         yield
         left = np.setdiff1d(rows, blame)
+        # The first fit of the touch was made with the bad channel: make it again without.
         if not known:
             _, state = yield from self._start(y, left, self._unknown())
         named = self._named(y, blame, state)
@@ -232,6 +239,7 @@ class GaugeSoftness(Touch):
             yield
             fit = self._fitter.noise_fit(y, left, state)
             yield
+            # The channel explains the misfit only if the others agree with the touch after a fit of their own.
             if self._fitter.residuals(y, left, state, fit).misfit >= RULES.contradicts:
                 return None, named, None
         yield
@@ -249,6 +257,8 @@ class GaugeSoftness(Touch):
         if state is None:
             self._distrust()
             return self._refused(SoftnessStatus.MISFIT, faults)
+        # Explained by a new modulus, not by a fault: this adds to the distrust, because over a texture it happens again
+        # and again.
         if not named:
             memory.distrust += RULES.unexplained
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
@@ -275,6 +285,7 @@ class GaugeSoftness(Touch):
         before two, and gauges that mirror each other (one amplifier, one batch of foil) count as one.
         """
         channels = rows.tolist()
+        # With so few channels no contradiction can be assigned to one of them.
         if len(channels) <= self._least:
             return None
         groups = (*self._fitter.surfaces.groups, -1)
@@ -294,6 +305,8 @@ class GaugeSoftness(Touch):
                 if left < found[0][0] + RULES.margin
                 and not any(set(other) < set(own) and less < left + RULES.margin for less, other in found)
             ]
+            # Suspects that explain the misfit equally well cannot be told apart: leave out all of them, if enough
+            # remain.
             if suspects:
                 blamed = tuple(sorted(set().union(*suspects)))
                 return blamed if len(channels) - len(blamed) >= self._least else None
@@ -303,6 +316,8 @@ class GaugeSoftness(Touch):
         """The fault of each channel at fault: a reversed sign, two exchanged gauges, or else a contradiction."""
         rows = np.flatnonzero(np.isfinite(y[: self._gauges + self._sensed]))
         rest, variance = self._fitter.residuals(y, rows, state).expected(*blamed)
+        # What the other channels predict for the blamed ones, and within which error: does -y, or the other's y, fit
+        # it?
         scale = self._fitter.noise[list(blamed)]
         expected, limit = y[list(blamed)] - rest * scale, RULES.explained * variance * scale**2
 
@@ -324,6 +339,7 @@ class GaugeSoftness(Touch):
             self._watch_returning(y, rows, state, fit)
         if outside := self._outside(fit):
             return self._refused(outside, faults)
+        # The first sample has been judged by its start; there is nothing else to contradict.
         limit = RULES.contradicts if state.samples else math.inf
         residuals = self._learnt(y, rows, state, fit, limit=limit)
         if residuals.misfit > limit:

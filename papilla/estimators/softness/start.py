@@ -38,6 +38,7 @@ class Start:
         places = np.linspace(-reach, reach, PLACES) if fitter.anywhere else np.zeros(1)
         self._nodes = [(force, place, h) for h in hs.tolist() for place in places.tolist() for force in forces.tolist()]
         found = [fitter.linear(*node) for node in self._nodes]
+        # A contact between nodes must not count as a misfit: h, force and place are free by one step of the table.
         prior = np.ones(fitter.size)
         prior[0] = (hs[1] - hs[0]) ** 2
         narrow = np.array([[(forces[1] - forces[0]) / SPREAD_FORCE], [2 / (PLACES - 1)]])
@@ -52,6 +53,7 @@ class Start:
         root with the channels expected there (n k,)."""
         key = tuple(rows.tolist())
         if key not in self._tables:
+            # With S = G G', the misfit r' S^-1 r is the squared length of G^-1 r.
             root = np.linalg.inv(np.linalg.cholesky(self._covariances[:, rows[:, None], rows]))
             precision = root.transpose(0, 2, 1) @ root
             origin = (root @ self._expected[:, rows, None]).ravel()
@@ -77,6 +79,8 @@ class Start:
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]
+            # Misfits of all nodes without each set, by the formula of `gauges`: a cheap ranking, and only the best are
+            # fitted.
             each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in sets])
             found = [math.inf] * len(sets)
             for number in each.min(axis=0).argsort(kind="stable")[:TRIED].tolist():
@@ -103,9 +107,12 @@ class Start:
             linear = fitter.linear(at, place, h)
             H, B = linear.H[rows], linear.B[:, rows] * wide[:, None]
             innovation = white - linear.expected[rows] - H @ mean
+            # Its prior is about the apex, not about the present linearisation: shift the innovation accordingly.
             if self._known:
                 innovation = innovation + B[1] * (place / fitter.position_sigma)
             residuals, PH = fitter.weighed(rows, innovation, H, B, prior.covariance, 1)
+            # Limited steps: half in ln force, 1 mm, and 1.5 nodes in h. The first linearisation may be far from the
+            # contact.
             moved = wide * (B @ residuals.weighted)
             if self._known:
                 moved[1] -= place / reach

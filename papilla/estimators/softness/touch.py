@@ -196,6 +196,8 @@ class Touch(Stream):
         readings (minus their zeros) are below those of contact; or for a long time the force is below that of contact
         and the readings are within the possible drift of zeros."""
         memory = self._memory
+        # A drifted zero of the gauges looks like a light contact for ever. A force that stays light for long says
+        # otherwise.
         memory.light = 0 if force >= self._contact else memory.light + 1
         square, drift = float(moved @ moved), RULES.largest_drift * self._fitter.doubts.zero_microstrain
         long = memory.light > RULES.light_samples and force == force
@@ -219,6 +221,8 @@ class Touch(Stream):
         learnt."""
         memory, count = self._memory, RULES.rest_samples
         if before is not None:
+            # The earlier mean is learnt, not this one: if this one is the start of a press, it will disagree, and
+            # neither is learnt.
             noise = self._zero_noise**2 / count
             apart = (mean - before) ** 2 / (2 * noise + (RULES.rest_share * self._zero_sigma) ** 2)
             if apart.mean() <= RULES.rest_limit:
