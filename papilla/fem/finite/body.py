@@ -84,6 +84,7 @@ class Body:
         for card, cells in self._parts():
             first[cells] = stress(card.material, kinematics[cells], local[cells])
         first *= self._weights[..., None, None]
+        # The equation of the pressure: J - 1 + p / lambda = 0, weighted by the hat functions.
         volume = self._weights * (kinematics.volume_change + self._compressibility()[:, None] * local)
         forces = np.concatenate(
             [(self._gradients @ first.swapaxes(-1, -2)).sum(axis=1).reshape(-1, 30), -volume @ self._hats], axis=1

@@ -115,6 +115,8 @@ class _Mixing:
         if not self.steps:
             return point + change
         points, changes = (np.stack(part, axis=1) for part in zip(*self.steps, strict=True))
+        # The combination of earlier steps that would leave the least change: for a linear map this is equivalent to
+        # GMRES.
         weights = np.linalg.lstsq(changes[: self.measured], change[: self.measured])[0]
         return point + change - (points + changes) @ weights
 
@@ -139,10 +141,13 @@ def solve_level(
     tolerance = TOLERANCE if tolerance is None else tolerance
     touch, inside = touching.at(state.displacement), body.forces(state.displacement, state.pressure)
     mixing, past = _Mixing(body.free_displacements), [np.inf]
+    # Split the unknowns: what the linear finger does under these tractions, and the drift, which large strain adds.
     drift = _free(body, state) - held.response @ state.contact
     for step in range(1, MAX_STEPS + 1):
         wanted = _in_contact(body, touching, touch, (before, state), held, drift, force, indentation)
         state, inside, whole = _right_side_out(body, state, wanted, inside)
+        # The specimen's compliance belongs to the skin's places. While the residual is large they are only rough, so it
+        # is renewed only for large movements.
         renewed = touching.follow(state.displacement, min(1.0, past[-1]))
         touch = touching.at(state.displacement)
         outside = _free_loads(body, touch) @ state.contact
@@ -152,8 +157,10 @@ def solve_level(
             break
         if balance.worst <= tolerance:
             return state, step, balance, held
+        # Three steps have not helped enough: a new tangent pays for itself.
         if len(past) > 4 and past[-1] > SLOW * past[-4]:
             held, past, whole = Linearisation.at(body, touching, state), past[-1:], False
+        # After a shortened step, or with a new tangent, earlier differences belong to another map.
         if not whole:
             mixing, drift = _Mixing(body.free_displacements), _free(body, state) - held.response @ state.contact
         drift = mixing.next(drift, held.solve(outside - inside.force), not renewed)
@@ -169,6 +176,8 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
     states : the state from which slip counts, and the last one.
     """
     (origin, state), mass, n = states, touching.patch.mass, len(touching.patch.mass)
+    # Gap and slip of the present state, moved to that of the drift alone; the contact problem adds the response to its
+    # tractions.
     gap = touch.gap + held.loads[:, :n].T @ (drift - _free(body, state))
     slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
     moved = np.concatenate([np.zeros(n), slid]).reshape(-1, n)
@@ -191,6 +200,7 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
 def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
     """The wanted state, or the largest part of the step that leaves every cell a positive volume; its forces; and
     whether the step is complete."""
+    # Every cell must keep a positive volume: halve the step until it does.
     length = 1.0
     for _ in range(HALVINGS):
         parts = ("displacement", "pressure", "contact", "indentation")

@@ -164,9 +164,11 @@ def press_path(
     state, steps = start or scene.at_rest, []
     reached = scene.force(state) if name == "force" else state.indentation
     loads = [aim]
+    # From the aim backwards by factors, until the first load is small or the present one is reached.
     while scene.touching.friction and loads[0] > max(GROWTH * reached, FIRST_LOAD * aim):
         loads.insert(0, loads[0] / GROWTH)
     for load in loads:
+        # Knots on the way only pass on who sticks where: they need less accuracy.
         rough = tolerance if load == aim else max(ON_THE_WAY, tolerance or 0.0)
         state, more, balance, held = raise_load(scene, name, load, state, held, rough, progress)
         steps += more

@@ -119,6 +119,7 @@ def finite_presses(
         specimen, state = finger.bench.specimen(modulus), None
         if scene is None:
             scene = Scene.of(finger, mesh, specimen, {}, (0.0, 0.0), min(STICK, friction_coefficient(friction)))
+        # Another specimen on the same body: its factorised tangent stays valid.
         scene = replace(scene, touching=Touching(scene.touching.loaded, specimen, scene.touching.friction))
         for number, force in enumerate(forces, 1):
             began, share = perf_counter(), force / len(scene.touching.patch.images)
@@ -165,6 +166,7 @@ def begin_large_strain(
     """
     key, own = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
     tables = known(key)
+    # The finger's own ratio may lie between known tables: then nothing is missing.
     wanted = [(ratio, stuck) for ratio in ((own,) if ratios is None else ratios) for stuck in ends]
     missing = [(ratio, stuck) for ratio, stuck in wanted if not at_ratio(tables, ratio, stuck)]
     refused = next((_REFUSED[key, *one] for one in missing if (key, *one) in _REFUSED), "")

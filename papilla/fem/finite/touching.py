@@ -102,8 +102,10 @@ class Touching:
             self.loaded.frame,
             self._coupling,
         )
+        # Where the skin has moved sideways, a curved specimen leaves another gap; for a flat one the difference is 0.
         lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
         gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])
+        # Pressure acts along the specimen's normal at the skin's place, friction along the axes of the contact plane.
         directions = [self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]

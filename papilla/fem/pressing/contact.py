@@ -110,6 +110,8 @@ def contact_press(
     force, indentation = load
     refuse_detail(specimen, reduced.patch, reduced.mesh_size_mm)
     path = loading_path(reduced, specimen, friction)
+    # The path is that of the patch alone, a quarter of the contact if mirrors are used: its force is a share of the
+    # whole.
     share = None if force is None else force / reduced.multiplicity
     state = path.at(force=share, indentation=indentation)
     if state is None or not state.active.any():
@@ -172,6 +174,8 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
     scene = ellipse_of(reduced, specimen, (found.force, None))
     if scene is None:
         return found
+    # The ellipse knows no friction. So it is compared with the nodes without friction, and only the difference is
+    # added.
     nodes = found
     if found.friction:
         nodes = contact_press(reduced, specimen, (found.force, None))
@@ -183,6 +187,7 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
     ratios = {name: value / getattr(nodes, name) for name, value in shape.items()}
     if any(abs(ratios[name] - 1) > limit for name, limit in SAME_CONTACT.items()):
         return found
+    # A geometric mean with the weight w: a positive measure stays positive.
     measures = {name: getattr(found, name) * ratio**weight for name, ratio in ratios.items()}
     return replace(found, values=found.values + weight * (scene.values - nodes.values), **measures)
 
@@ -193,6 +198,7 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     `expected_q` is the profile's layer term of least energy, used if the contact is too small for its moments to
     determine q.
     """
+    # Moments of the pressure, which average over the mesh, instead of counting nodes, which jump.
     points, weights, hats = quadrature(patch)
     load = weights * (hats @ pressure)
     total = float(load.sum())
@@ -207,6 +213,8 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
     if cut_off or determinant <= 0:
         return counted
+    # Squared radius in the metric of the second moments, its mean under the pressure being 1: independent of size,
+    # aspect and direction of the ellipse.
     square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
     (terms, shares), inner = _profiles(), float(share @ _inner_share(square))
     if not shares[0] <= inner <= shares[-1]:
@@ -216,11 +224,14 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
     elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
+    # The third moment of u must be that of the family, too: else the contact is no ellipse of this kind.
     sixth = ((1 - q) * SIXTH[0] + q * SIXTH[1]) / mean_square(q) ** 3
     if abs(sixth / float(share @ square**3) - 1) > TRUSTED + TRUSTED_COARSE / elements**4:
         return counted
+    # With few elements across the contact the moments do not determine q: blend from the expected to the measured one.
     known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
     q = known + (q - known) / (1 + (needed / elements) ** 12)
+    # For an ellipse the root of the determinant is a b <u> / 2, so pi a b follows from it.
     area = 2 * np.pi * spread / mean_square(q)
     reached = len(patch.images) * float(weights[load > 0].sum())
     if abs(area - counted.area) > EDGE_BAND * (reached - counted.area):

@@ -163,6 +163,8 @@ class ContactPath:
         """Add nodes that are missing from the order among the `wrong` ones (n,); if none is missing, sort the order."""
         assert self._solved is not None
         missed = np.setdiff1d(np.flatnonzero(wrong), self._solved.nodes)
+        # Nothing is missing and the order is right, but a node pulls: it leaves the contact. With stick the past
+        # matters, so the order cannot be repaired afterwards.
         if self._stuck or not len(missed) and (np.diff(self._solved.depth) >= 0).all():
             raise LeavingError(LEAVES)
         self._solve(np.append(self._solved.nodes, missed), sort=True)
@@ -174,9 +176,11 @@ class ContactPath:
             order = np.argsort(solved.depth, kind="stable")
             depth = solved.depth[order]
             finite = np.isfinite(depth)
+            # The computed depths give a better order; nodes whose gap never closes drop out of it.
             if sort and not (finite.all() and (np.abs(solved.depth - depth) <= EVEN * np.abs(depth)).all()):
                 nodes = nodes[order][finite]
                 continue
+            # With stick the state depends on the past: every knot of the path must be sound, not only the last.
             sound, missed = solved.checked() if self._stuck else (len(nodes), nodes[:0])
             if not len(missed):
                 self._solved, self._ended, self.nodes = solved, sound < len(nodes), nodes[:sound]
@@ -221,6 +225,7 @@ class _Solved:
         normal = np.flatnonzero(self.index < n)
         self.ends = np.append(normal[1:], len(self.index))
         matrix = problem.compliance.take(self.index, 0).take(self.index, 1)
+        # The matrix is symmetric, so its transpose is the same matrix in LAPACK's column order, without a copy.
         self.factor, failed = dpotrf(matrix.T, lower=True, overwrite_a=True)
         if failed:
             raise SolverError(
@@ -238,6 +243,8 @@ class _Solved:
         shear = np.flatnonzero(self.index >= len(self.problem.mass))
         if not len(shear):
             return self.factor
+        # A node that sticks has z = d y, and its pressure gives d = z / y: so the row of a shear says z - z_p y / y_p =
+        # 0, p being the pressure of the same node. It stays triangular, because p stands before its shears.
         first = normal[self.place[shear]]
         closing = self.factor.copy(order="F")
         closing[shear] = 0
@@ -247,6 +254,7 @@ class _Solved:
     @cached_property
     def force(self) -> np.ndarray:
         """Force (m,) on the patch, in N, at which each node comes into contact."""
+        # When a node comes into contact, only the unknowns before it carry load: sums up to there.
         before = np.append(0, self.ends[:-1])
         squares, products = (np.append(0.0, np.cumsum(self.y * other))[before] for other in (self.y, self.z))
         return self.depth * squares - products
@@ -255,6 +263,7 @@ class _Solved:
         """Indentation (mm) and tractions (k,) with `count` nodes in contact, at a force or an indentation."""
         last = self.ends[count - 1]
         y, z = self.y[:last], self.z[:last]
+        # The force y . (depth y - z), solved for the depth.
         depth = float((force + y @ z) / (y @ y)) if force is not None else indentation or 0.0
         right = np.zeros(len(self.y))
         right[:last] = depth * y - z
@@ -281,6 +290,7 @@ class _Solved:
         """Number of knots of the path at which no pressure and no gap is negative; and the nodes outside of the order
         whose gap is negative at the first other knot."""
         problem, knots, n = self.problem, np.arange(len(self.depth)), len(self.problem.mass)
+        # Column k: right-hand side of the state at which node k touches. One triangular solve gives all states.
         rising = np.where(self.place[:, None] < knots, np.outer(self.y, self.depth) - self.z[:, None], 0.0)
         traction = dtrsm(1.0, self.factor, rising, lower=1, trans_a=1)
         gap = problem.compliance[:n].take(self.index, 1) @ traction + problem.gap[:, None]

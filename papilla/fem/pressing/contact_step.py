@@ -85,19 +85,24 @@ def contact_step(
     pressure = (state.traction if guess is None else guess)[0]
     depth, best, patience = indentation or 0.0, len(active) + 1, PATIENCE
     for iteration in range(1, NEWTON_STEPS + 1):
+        # A force needs at least one node that carries it: the nearest.
         if force is not None and not active.any():
             active = np.arange(len(active)) == np.argmin(problem.gap / problem.mass)
         still, per_depth = _linearised(problem, active, slipping, friction, aim, pressure, before)
         if force is not None:
+            # For given sets the tractions are linear in the indentation, so the force determines it.
             depth = (force - problem.force(still)) / problem.force(per_depth)
         traction = still + depth * per_depth
         moved = problem.moved(traction)
         gap = moved[0] + problem.gap - depth * problem.mass
+        # Signs decide: a pressure below zero opens a node, an overlap closes it.
         touching = np.where(active, traction[0] > 0, gap < -CLOSED * (moved[0] + np.abs(problem.gap)))
         slip = moved[1:] - before
+        # q - rho s, whose projection on the friction disc is the law: outside of the disc the node slips.
         aimed = (traction[1:] - rho[1:] * slip).T
         aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
+        # A little hysteresis, so that rounding at the limit does not make a node change for ever.
         limit = friction * np.maximum(pressure, 0) * np.where(slipping, 1 - EVEN, 1 + EVEN)
         slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
@@ -107,6 +112,8 @@ def contact_step(
             return StepState(depth, pushed, traction, active, dissipated, moved, slipping, iteration)
         patience = PATIENCE if wrong.sum() < best else patience - 1
         best = min(best, int(wrong.sum()))
+        # Whole blocks cycle: exchange the last wrong node alone, a rule that, for contact alone, cannot return to an
+        # earlier set.
         if patience < 0 and wrong.any():
             wrong = np.arange(len(wrong)) == np.flatnonzero(wrong)[-1]
         active, slipping = np.where(wrong, touching, active), np.where(wrong, slides, slipping)
@@ -130,6 +137,8 @@ def _linearised(problem, active, slipping, friction, aim, pressure, before) -> t
     component, node = np.divmod(index, n)
     matrix, right = problem.compliance[np.ix_(index, index)], np.zeros((len(index), 2))
     normal = component == 0
+    # Rows of pressures: the gap is zero, as a constant and per mm of indentation. Rows of shears: the slip of sticking
+    # nodes is zero.
     right[normal] = np.column_stack([-problem.gap[node[normal]], problem.mass[node[normal]]])
     right[~normal, 0] = before[component[~normal] - 1, node[~normal]]
     if slipping.any():
@@ -147,6 +156,7 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
     place[index] = np.arange(len(index))
     place = place.reshape(3, n)[:, nodes]
     size = np.hypot(*aim[nodes].T)
+    # d(z/|z|) = (I - d d') dz / |z| with the direction d = z/|z|: turning counts, lengthening does not.
     direction = aim[nodes] / size[:, None]
     share = (friction * pressure[nodes] / size)[:, None, None]
     across = share * (np.eye(2) - direction[:, :, None] * direction[:, None, :])

@@ -124,6 +124,7 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     aspects = round_.b / round_.a * np.exp(STRETCHES)
     smallest, largest = _measured_radii(reduced, aspects)
     share = smallest / largest
+    # Geometric below the smallest measured ellipse, where presses are light; evenly spaced above.
     radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
     measured = _tabulated(smallest, largest)[SMALL_POINTS:] / largest
     # A polynomial can bridge a gap about as wide as the wavelength of its oscillations, but not a wider one
@@ -131,6 +132,8 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
     i, j = np.array(powers).T
     stretches = np.array(STRETCHES)[:, None, None]
+    # Energies of the same nodal pressures on half-space, finger and specimen. Their ratios are compliances relative to
+    # the half-space, so errors of the mesh nearly cancel.
     matrices = (reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit))
 
     def make() -> dict[str, np.ndarray]:
@@ -178,6 +181,7 @@ def _half_space_energy(aspect: float) -> float:
 
 def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     """Energies (3 pairs of terms, m) of a compliance (n, n) under unit ellipses, nodal pressures (2, m + small, n)."""
+    # The smallest ellipses fall between the nodes: their energy would be that of the mesh.
     hertz, other = shapes[:, SMALL_POINTS:]
     pairs = ((hertz, hertz), (hertz, other), (other, other))
     return np.array([((left @ matrix) * right).sum(axis=1) for left, right in pairs])
@@ -209,6 +213,8 @@ def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, 
         # On a coarse patch the smallest ellipses fall between the quadrature points
         caught = load > 0
         per_force = (shapes @ rows.T)[caught] / load[caught, None]
+        # Interpolated over a^2: readings per newton are even in a, because a small ellipse differs from a point load by
+        # its second moments.
         at = np.append(0, np.square(_tabulated(smallest, largest))[caught])
         found.append(PchipInterpolator(at, np.vstack([per_force[:1], per_force]))(radius**2))
     return found
@@ -227,6 +233,7 @@ def _ellipses(patch: Patch, smallest: float, largest: float, aspect: float) -> n
     inside = np.maximum(0.0, 1 - square / np.square(_tabulated(smallest, largest))[:, None])
     hertz = np.sqrt(inside)
     loads = np.concatenate([hertz, hertz * inside]) * weights
+    # Least squares projection on the hat functions, which keeps force and first moments.
     mass = (hats.T @ hats.multiply(weights[:, None])).toarray()
     return np.linalg.solve(mass, hats.T @ loads.T).T.reshape(2, len(inside), -1)
 
@@ -241,6 +248,8 @@ def _radii(reduced: ReducedFinger, curvature: tuple[float, float]) -> tuple[floa
     last = min(int(np.searchsorted(np.cumsum(patch.copies[outwards]), FITTED_NODES)), len(distance) - 1)
     near = distance <= max(CURVATURE_REACH * reach, distance[outwards[last]])
     x, y = points.T / reach
+    # An even polynomial: the curvatures are the coefficients of x^2/2 and y^2/2, terms of degree 4 take up the rest of
+    # the skin's shape. Weak integrals of the terms are compared with the weak gap.
     terms = [x**2 / 2, y**2 / 2, x**4, x**2 * y**2, y**4, np.ones_like(x)]
     if len(patch.images) == 1:
         terms.append(x * y)  # A mirrored patch has no such terms; the fit is the one of the whole patch, node by node

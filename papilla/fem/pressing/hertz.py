@@ -154,6 +154,7 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     """
     family = ellipse_family(reduced, specimen.unit)
     branches = _branches(family, *moduli(family, specimen))
+    # The three aspects are tabulated at the same forces, so that parabolas through them compare like with like.
     root = min(roots[-1] for roots, _ in branches) * family.radius / family.radius[-1]
     columns = np.stack([_through(*branch, root) for branch in branches])
     stretch, vouched = _stretch(columns[:, :, 0], _layered(columns[1, :, 3]))
@@ -162,6 +163,7 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     bend = family.bend(aspect)
     # The energy per force is F c / 2 + gap term, and the indentation F c + gap term
     indentation = 2 * energy - bend * a**2 * mean_square(q) / SECOND[0]
+    # Beyond its bounds the profile would pull; and a radius or depth that falls with the force is no press.
     vouched &= (q >= FLATTEST) & (q <= SHARPEST)
     for column in (a * root, indentation * root**2):
         vouched &= np.diff(column, prepend=0) > 0
@@ -170,6 +172,7 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
         raise ContactRangeError("hertz fidelity: no pressure ellipse has the least energy on this finger and specimen")
     rows = np.column_stack([a, a * aspect, q, indentation, *influence])[kept]
     end = "the contact to the rim of its patch" if kept.all() else "the contact beyond the ellipses of this skin"
+    # At zero force the columns have the values of the smallest ellipse: by Hertz's law they are constant there.
     parts = np.vstack([rows[:1], rows])[None]
     return HertzTable(np.append(0, root[kept]), parts, np.ones(1), end, bool(kept.all()))
 
@@ -186,6 +189,7 @@ def _branches(
     many = _least_energy(family.radius, family.half_space[:, None], change, slope, limit, bend[:, None])
     for q, force, compliance, changed, influence, own in zip(*many, change[0], family.influence, bend, strict=True):
         radius = family.radius
+        # A table over the force needs forces that rise with the radius, without gaps.
         usable = np.append(True, np.diff(np.maximum.accumulate(force)) > 0) & (force > 0)
         last = np.append(-np.inf, radius[usable])
         usable[usable] = np.logical_and.accumulate(radius[usable] < GAP * np.where(last[:-1] > 0, last[:-1], np.inf))
@@ -216,11 +220,14 @@ def _least_energy(
     stationary in q gives F; put into the derivative in a, it leaves a quadratic equation in q.
     """
     factors = np.array(HALF_SPACE_ENERGY).reshape(-1, *[1] * (change.ndim - 1))
+    # Compliances c11, c12, c22 of the pairs of terms, and their derivatives by a.
     c = factors * half_space / (radius * np.exp(limit + change))
     slope = -c * (1 + radius * by_radius)
     first, second = c[1] - c[0], c[0] - 2 * c[1] + c[2]
     first_slope, second_slope = slope[1] - slope[0], slope[0] - 2 * slope[1] + slope[2]
     loss = 1 - SECOND[1] / SECOND[0]
+    # Coefficients of the quadratic equation in q; the root is taken in the form that loses no digits if the square term
+    # is small.
     terms = (
         loss * slope[0] + 4 * first,
         2 * loss * first_slope + 4 * second - 4 * loss * first,
@@ -243,6 +250,7 @@ def _layered(change: np.ndarray) -> np.ndarray:
 def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches has its minimum, scaled
     by `layered` (k,); and whether the parabola has a minimum near them. 0 if it has none."""
+    # Vertex of the parabola through three energies.
     step, bend = STRETCHES[1] - STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
     stretch = -step / 2 * (energy[2] - energy[0]) / np.where(bend > 0, bend, np.inf) * layered
     vouched = ((bend > 0) | (layered < LAYERED)) & (np.abs(stretch) <= STRETCHED)

@@ -197,12 +197,15 @@ class TableFit:
         """The fit to a table."""
         ln_force, ln_area, count = np.log(table.force), np.log(table.linear[:, 1]), len(table.force)
         hardest = table.modulus == table.modulus.max()
+        # The area on a rigid flat is the reference: ln(A/A_rigid) is 0 for the hardest specimen at any force, and grows
+        # with softness.
         rigid = np.polyfit(ln_force[hardest], ln_area[hardest], 2)
         softness = ln_area - np.polyval(rigid, ln_force)
         levels = np.unique(ln_force)
         groups = [softness[ln_force == level] for level in levels]
         ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
         gauges = table.linear[:, 3:].reshape(count, len(QUANTITIES), -1)
+        # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
         sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
         norms = np.concatenate([table.linear[:, :3], sizes.reshape(count, -1)], axis=1)
         enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
@@ -211,6 +214,7 @@ class TableFit:
         terms = _monomials(ln_force, softness, ranges, powers)
         differences = (table.finite - table.linear) / norms
         coefficients = np.linalg.lstsq(terms, differences)[0]
+        # Share of an error of one press that the fit does not follow (1 - leverage).
         left = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
         if count >= MANY:
             errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / left
@@ -235,9 +239,11 @@ def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -
     nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
     if len(nodes) < 3 or not nodes[0] <= at <= nodes[-1]:
         return ()
+    # Tables close to each other count as one node of the interpolation.
     terms = 1 + int(np.sum(np.diff(nodes) > APART))
     if terms < 3:
         return ()
+    # Weights of a polynomial in ln r through the tables (by least squares where there are more tables than terms).
     weights = np.vander([at - nodes[0]], terms)[0] @ np.linalg.pinv(np.vander(nodes - nodes[0], terms))
     return tuple(zip(tables, weights.tolist(), strict=True))
 
@@ -256,6 +262,7 @@ def with_large_strain(
         return None
     force = found.force / reduced.layers[1, 1]
     softness = softness_in_each(tables, force, found.contact_area)
+    # Outside of a table: the change of the nearest press inside, because linear presses were further off (`FURTHER`).
     nearest = [table.nearest(force, soft) for (table, _), soft in zip(tables, softness, strict=True)]
     if not (beyond or all(near for _, near in nearest)):
         return None
@@ -304,7 +311,9 @@ def between_ends(
     small, large = held.reading - free.reading, held_large.reading - free_large.reading
     if not (small.any() and large.any()):
         return replace(free_large, friction=found.friction)
+    # k mu, k being the effect of stick at small strain over that at large strain.
     lower = found.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
+    # Share of stick at some lower coefficients, from linear presses; between them a straight line is enough.
     marks = [found.friction * share for share in (*LOWERED, 1.0)]
     readings = [linear(mark).reading for mark in marks[:-1]] + [found.reading]
     shares = [float(small @ (reading - free.reading) / (small @ small)) for reading in readings]

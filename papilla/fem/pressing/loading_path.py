@@ -60,6 +60,8 @@ def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
     """The path without friction. Its first order of nodes is that of a path at a similar modulus."""
     patch, guess = reduced.patch, None
     if specimen.elastic:
+        # Moduli are rounded to a grid in ln E: a sweep solves a new order at some of them, and the others start from
+        # it.
         near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
         guess = _plain_path(reduced, near).whole if near != specimen else None
     compliance = reduced.compliance + reduced.specimen_compliance(specimen)
@@ -115,6 +117,8 @@ class LoadingPath:
             return None
         if not self.friction:
             return contact_step(self.problem, self.knots[0], force=force, indentation=indentation)
+        # Coulomb's law depends on the path: extend it knot by knot, then solve the asked state from the knot before it,
+        # so that the answer does not depend on earlier questions.
         while getattr(self.knots[-1], name) < aim:
             self._extend()
         k = next(k for k, knot in enumerate(self.knots) if getattr(knot, name) >= aim)
@@ -130,6 +134,7 @@ class LoadingPath:
         length, node = _next_event(self.problem, state, rate)
         sunk = state.indentation - self.knots[0].indentation
         length = 0.0 if length <= TOGETHER * sunk else length
+        # Nodes that come into contact together need steps of no length; too many of them in a row mean a cycle.
         self._idle = 0 if length > 0 else self._idle + 1
         if self._idle > 3 * len(self.problem.mass):
             raise SolverError("nodes keep entering and leaving the contact: no state of stick follows this one")
@@ -158,6 +163,7 @@ class LoadingPath:
 def _next_event(problem: ContactProblem, state: StepState, rate: np.ndarray) -> tuple[float, int | None]:
     """Distance (mm), at given rates, until the next node comes into contact, and that node; infinity and None if there
     is none."""
+    # Gaps and their rates of closing are linear in the step, as long as no node changes its set.
     gap = state.moved[0] + problem.gap - state.indentation * problem.mass
     closing = problem.moved(rate)[0] - problem.mass
     entering = ~state.active & (closing < 0)

@@ -122,6 +122,7 @@ class OffApex:
                 raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
         terms = POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
+        # Many presses share a place: interpolate once for each.
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
         places = _products(PLACES, spots.T, self.limits.reach)
         shifts = _products(SHIFTS, shift_mm, self.limits.shift)
@@ -192,6 +193,7 @@ def _made(
         loads.append(pressed)
         felt = rows.nodes(traction)
         base = felt[_AT_APEX][:, None, None, None, None]
+        # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
         values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * 6))
     terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
     flat = np.concatenate(values)
@@ -271,6 +273,8 @@ def _rolling(model: FingerModel, reach: float) -> np.ndarray:
     for axis in (0, 1):
         spots = steps[:, None] * np.eye(2)[axis]
         normals = skin.normal(np.column_stack([spots, skin.height(spots)]))
+        # Turn of the normal per mm along the skin is the curvature; its inverse is the radius on which the contact
+        # rolls.
         slope = float(np.diff(normals[:, axis] / normals[:, 2])[0] / np.diff(steps)[0])
         found.append(1 / slope if slope * reach > STRAIGHT else np.inf)
     return np.array(found)

@@ -93,6 +93,8 @@ class Response:
         table, *by = POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
         scale = np.concatenate([x[:, None] ** (2 / 3), np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
+        # The polynomial is that of depth / x^(2/3) and of values / x: the product rule adds the power to the slope by
+        # ln x.
         powers = np.concatenate([[2 / 3], np.ones(table.shape[1] - 1)])
         slopes[0] += powers * table
         found, slopes = scale * table, scale * slopes
@@ -196,6 +198,7 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
     if len(rows) < 2 * len(POLYNOMIAL.powers):
         raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")
     x, places, known = rows[:, 0], rows[:, :3], rows[:, 4] > 0
+    # Hertz's powers of the force are taken out first: what remains varies slowly, so a few terms describe it.
     scale = np.column_stack([x ** (2 / 3), np.repeat(x[:, None], rows.shape[1] - 6, axis=1)])
     values = rows[:, 5:] / scale
     terms, weight = POLYNOMIAL.terms(tuple(places.T))[0], np.where(rows[:, 3] > 0, 1.0, UNRESOLVED)[:, None]
@@ -203,6 +206,7 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
     def solve(kept: np.ndarray) -> np.ndarray:
         return np.linalg.lstsq((weight * terms)[kept], (weight * values)[kept])[0]
 
+    # Every fifth press belongs to one part, so that each part covers the whole range.
     fold = np.arange(len(rows)) % FOLDS
     missed = np.zeros_like(values)
     for one in range(FOLDS):

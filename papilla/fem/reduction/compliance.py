@@ -135,6 +135,7 @@ def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
     """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
     points, weights, hats = quadrature(patch)
     height = specimen.gap(points)
+    # A quarter stands for the whole only if the specimen has the same mirror planes.
     for image in patch.images[1:]:
         if not np.allclose(specimen.gap(points * image), height, rtol=1e-9, atol=1e-12):
             raise InputError(
@@ -196,6 +197,8 @@ def _smooth(patch: Patch, kernel):
     scaled = (2 * points - low - high) / (high - low)
     checked = np.unique(np.linspace(0, len(points) - 1, CHECKED).astype(int))
     exact = [kernel(points[checked, None] - (points[checked] * image)[None]) for image in patch.images]
+    # Refine until the interpolated kernel agrees with the kernel itself at some pairs of points. A grid with more nodes
+    # than there are points saves nothing.
     for count in CHEBYSHEV:
         if 2 * count**2 > len(points):
             break
@@ -237,6 +240,7 @@ def _weak(patch: Patch, kernel, exact):
     per_image = []
     for image in patch.images:
         source, total = points * image, np.zeros(())
+        # In blocks of rows, because a kernel between all pairs of points may not fit into memory.
         for first in range(0, len(points), ROWS):
             rows = slice(first, first + ROWS)
             values = kernel(points[rows, None] - source[None])
@@ -258,6 +262,7 @@ def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
     near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR * size)
     triangle = np.repeat(np.arange(len(corners)), [len(found) for found in near])
     point = np.concatenate([np.array(found, dtype=int) for found in near])
+    # Near pairs were already counted by quadrature: replace that by the exact integral.
     change = exact(points[point], flipped[triangle]) - _gauss(points[point], flipped[triangle], kernel)
     n, nodes = len(patch.xy), patch.triangles[triangle]
     total = np.zeros((change.shape[2], len(points), n))

@@ -113,6 +113,7 @@ class FingerModel:
         self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0, 1, 2), (1, 2))
         n = len(loaded.patch.xy)
+        # Only the block between shears is square, and symmetric by reciprocity up to rounding.
         compliance[n:] = (compliance[n:] + compliance[n:].T) / 2
         return compliance, rows
 
@@ -215,6 +216,7 @@ class FingerModel:
         free, factor = self.factor(parity)
         size = len(load)
         rhs = np.zeros((int(free.sum()), load.shape[1]))
+        # Loads act on displacements alone; both sides are scaled, so that the solver sees no units.
         rhs[: int(free[:size].sum())] = load[free[:size]] * self._scale[0]
         solution = np.zeros((len(free), load.shape[1]))
         solution[free] = factor.solve(rhs) * self._scale[free, None]
@@ -243,6 +245,7 @@ class FingerModel:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
         points = np.concatenate([functional.points for functional in functionals])
         weights = np.concatenate([functional.weights for functional in functionals])
+        # Points in another quadrant are evaluated at their mirror image in the cell, with the signs of the parity.
         folded, images = fold(points, self.mesh.mirrors)
         values = interpolation(self.space, folded)
         starts = np.cumsum([0] + [3 * len(functional.points) for functional in functionals])
@@ -263,9 +266,12 @@ class FingerModel:
             felt = sp.hstack([loads[c] for c in moved], format="csc").T
             rows, pushed = self.rows(functionals, parity), sp.hstack([loads[c] for c in loaded_by], format="csc")
             solved = []
+            # In batches of right-hand sides: all responses at once would need too much memory.
             for first in range(0, pushed.shape[1], BATCH):
                 block = slice(first, first + BATCH)
                 solution = self._solve(parity, pushed[:, block].toarray()) / len(parities)
+                # What the patch feels under its own unit tractions: the displacement weighted by the same loads
+                # (reciprocity makes it symmetric).
                 compliance[:, block] += felt @ solution
                 solved.append(rows @ solution)
             influence.append(np.hstack(solved))

@@ -109,6 +109,7 @@ def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
         last = Rubbed(force, moved, depth, state, count, "newton", violation)
         if following is state:
             return last, last
+        # The sets have begun to cycle: change only the node that violates its law most.
         if circles:
             worst = int(np.argmax(np.where(following != state, urgency, -1.0)))
             state = state.copy()
@@ -128,9 +129,12 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
     C, n, free = laws.compliance, len(state), laws.free
     touching = state.nonzero()[0]
     if laws.load is not None and not len(touching):
+        # A load needs at least one node that carries it.
         touching = np.array([int(np.argmin(free[n:] + laws.rise))])
     states = state[touching]
     rubbing = laws.friction > 0
+    # Unknowns: a of all touching nodes, b of sticking ones. A slipping node's b is -mu a sign(s), so its column is
+    # added to that of its a.
     held = touching[states == STICK] if rubbing else touching[:0]
     slips = (np.abs(states) == 1).nonzero()[0] if rubbing else held
     sliding, drag = touching[slips], -laws.friction * states[slips]
@@ -147,9 +151,11 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
     matrix[:size, :size] = wide[:, rows]
     matrix[slips, :size] += beside[:, rows] * drag[:, None]
     rhs = -free[rows]
+    # Rows: the gap of touching nodes is zero, the slip of sticking ones is zero.
     rhs[:count] -= laws.rise[touching]
     rhs[count:] += laws.old[held] - laws.drift
     if laws.load is not None:
+        # Given load: the depth is one more unknown, the sum of a one more equation.
         matrix[size, :count], matrix[:count, size] = -1.0, 1.0
         rhs = np.append(rhs, laws.load)
     else:
@@ -173,6 +179,8 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
     strength = max(float(np.abs(a).sum()), 1e-300)
     touching = state.nonzero()[0]
     gap, pressing, states = inward + laws.rise - depth, a[touching], state[touching]
+    # Violations are shares of the largest displacement or of the whole force, so that overlaps, pulls and slips can be
+    # compared.
     urgency = gap / -length
     urgency[touching] = pressing / -strength
     error = float(np.abs(gap[touching]).max(initial=0)) / length
@@ -180,6 +188,7 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
     if mu > 0:
         slip, rubbing = moved[touching] - laws.old[touching] + laws.drift, force[touching]
         held = states == STICK
+        # A sticking node must not pull more than mu a; a slipping one must not slip against its own friction.
         beyond = np.where(held, (np.abs(rubbing) - mu * pressing) / strength, -states * slip / length)
         against = ((beyond > TOLERANCE) & ~wrong[touching]).nonzero()[0]
         turns, turned = touching[against], np.where(rubbing > 0, LEFT, RIGHT)[against]
@@ -188,6 +197,8 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
         error = max(error, float(np.abs(slip[held]).max(initial=0)) / length)
     following = state
     if wrong.any() or len(turns):
+        # A node that comes into contact slips with the drift at first (it sticks if there is none); the next iterations
+        # decide.
         toward = (STICK if laws.drift == 0 else (RIGHT if laws.drift > 0 else LEFT)) if mu > 0 else RIGHT
         following = np.where(wrong, np.where(state == OPEN, toward, OPEN), state)
         following[turns] = turned
@@ -205,6 +216,8 @@ def relax(laws: Laws) -> Rubbed:
     found = _relax_at(laws, high, begun)
     f_low, f_high = -load, float(found.force[n:].sum()) - load
     error = f_high
+    # Secant steps in a bracket; halving the error of the end that stays (Illinois rule) keeps them from stalling. They
+    # end when the load is met, or when it jumps within the bracket.
     while abs(error) > 1e-8 * load and STEEPEST * load * (high - low) > abs(error * high):
         depth = high - f_high * (high - low) / (f_high - f_low)
         if not low < depth < high:
@@ -238,6 +251,7 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
             slip, gap = gaps[i] - xx * b - xa * a, gaps[m + i] - xa * b - aa * a
             to_b, to_a = _own_law(xx, xa, aa, slip, gap, friction) if gap < 0 else (0.0, 0.0)
             if to_b != b or to_a != a:
+                # One node's new forces move all the others: update slips and gaps instead of solving again.
                 gaps += own[i] * (to_b - b) + own[m + i] * (to_a - a)
                 force[i], force[m + i] = to_b, to_a
                 change = max(change, abs(to_b - b), abs(to_a - a))
@@ -258,6 +272,8 @@ def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction:
     forces."""
     if friction == 0:
         return 0.0, -gap / aa
+    # Stick first: both forces that close the gap and stop the slip. If they lie outside of the friction cone, slip to
+    # the side that they point to, or else to the other.
     determinant = xx * aa - xa * xa
     b, a = (xa * gap - aa * slip) / determinant, (xa * slip - xx * gap) / determinant
     if a >= 0 and abs(b) <= friction * a:

@@ -91,6 +91,7 @@ class Modal:
     ):  # fmt: skip
         self._modes, self._patch = modes, modes.patch
         square = modes.omega**2
+        # Faster modes follow at once: their static compliance is the whole one minus that of the kept modes.
         self._rest = compliance - (self._patch / square) @ self._patch.T
         self._rest_rows, self._mode_rows = rows - (mode_rows / square) @ self._patch.T, mode_rows
         # (q, q', f, slope of f) over one step
@@ -98,6 +99,8 @@ class Modal:
         generator[:, 0, 1] = generator[:, 1, 2] = generator[:, 2, 3] = 1.0
         generator[:, 1, 0], generator[:, 1, 1] = -square, -loss * modes.omega
         whole = expm(generator * step)
+        # Exact step of each mode for a force that is linear over the step: q at the end from q, q', the force before
+        # and the force after.
         self._own, by_force, by_slope = whole[:, :2, :2], whole[:, :2, 2], whole[:, :2, 3] / step
         self._before, self._after = by_force - by_slope, by_slope
         self.compliance = self._rest + (self._patch * self._after[:, 0]) @ self._patch.T

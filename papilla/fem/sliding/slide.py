@@ -261,6 +261,7 @@ class _Run:
         none = np.zeros(2 * self.n)
         nothing = Rubbed(none, none, 0.0, np.zeros(self.n, dtype=np.int64), 0, "newton", 0.0)
         friction, self.friction = self.friction, 0.0
+        # Landing without friction leaves no tangential forces; those of a real landing are not known.
         landed = self._step(still, nothing, x, 0.0)
         self.friction = friction
         held = STICK if friction > 0 else RIGHT
@@ -269,6 +270,7 @@ class _Run:
     def _step(self, inertia: Inertia, before: Rubbed, x: float, drift: float) -> Rubbed:
         """One step: the contact at the place x of the finger, which has moved by `drift` since the step `before`."""
         n, body = self.n, self.body
+        # The skin does not stay where the finger is: friction carries the contact along.
         place = body.x + x + self.carried
         recess = self.felt.recess(place)
         free = inertia.free()
@@ -282,6 +284,8 @@ class _Run:
         self._watch(found, place, recess)
         inertia.accept(found.force)
         if isinstance(inertia, Modal):
+            # Work of the contact forces over the step by the trapezoidal rule; the balance with stored and lost energy
+            # checks the time steps.
             mean, change = (before.force + found.force) / 2, found.moved - before.moved
             self.work += float(mean @ change)
             self.turnover += float(np.abs(mean * change).sum())
@@ -296,6 +300,7 @@ class _Run:
             return
         refuse_end(found.force[self.n :], self.body)
         low, high = self.felt.span
+        # Near the end of the texture a hat function would average over nothing.
         margin = float(self.body.hats.max())
         if place[touching[0]] < low + margin or place[touching[-1]] > high - margin:
             raise ContactRangeError(
@@ -331,6 +336,7 @@ def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
     """Every `substeps`-th row of a signal (n, g) after a low pass at `PASS_BAND` of the remaining rate."""
     if substeps == 1:
         return signal
+    # Of odd length and symmetric, so that the filter delays nothing.
     taps = firwin(2 * TAPS * substeps + 1, 2 * PASS_BAND / substeps)
     return convolve1d(signal, taps, axis=0, mode="nearest")[::substeps]
 

@@ -73,6 +73,8 @@ def tie(
     found = press(reduced, FLAT, force=force, indentation=indentation, friction=friction)
     n = len(body.x)
     none = np.zeros(2 * n)
+    # The section at the depth of the press, without friction: the press's force over the section's load per mm is the
+    # length.
     laws = Laws(body.compliance, body.z.max() - body.z, none[:n], 0.0, 0.0, none, depth=found.indentation)
     landed = rub(laws, np.zeros(n, dtype=np.int64))
     refuse_end(landed.force[n:], body)
