@@ -14,6 +14,7 @@ is stopped; it counts as killed, and the summary says how many.
 import argparse
 import ast
 import copy
+import cProfile
 import json
 import multiprocessing
 import os
@@ -221,32 +222,46 @@ def drawn(package: str, count: int, seed: int) -> list[Mutant]:
 
 
 class Reached:
-    """A plugin of pytest: which functions of the tree each test calls, itself or in its fixtures, and for how long."""
+    """A plugin of pytest: which functions of the tree each test calls, itself or in its fixtures, and for how long.
+
+    A profiler in C notes the calls of the main thread (a trace function in Python makes tests several times slower),
+    a trace function those of the other threads.
+    """
 
     def __init__(self, tree: Path):
         self.own: dict[str, dict[int, CodeType]] = {}
         self.fixtures: dict[str, dict[int, CodeType]] = {}
         self.lasted: dict[str, float] = {}
         self.tests: list[tuple[float, str, list[str]]] = []
-        self.source, self.now = f"{tree}{os.sep}", dict[int, CodeType]()
+        self.source, self.now, self.profile = f"{tree}{os.sep}", dict[int, CodeType](), cProfile.Profile(builtins=False)
 
     def see(self, frame, event, _):
-        """As a trace function: notes each call, and no more, for there are many millions."""
+        """As a trace function: notes each call."""
         self.now[id(frame.f_code)] = frame.f_code
+
+    def follow(self, now: dict[int, CodeType]) -> dict[int, CodeType]:
+        """Notes the calls from here on in `now`; returns what noted them until now."""
+        self.profile.disable()
+        self.now |= {id(one.code): one.code for one in self.profile.getstats() if not isinstance(one.code, str)}
+        before, self.now = self.now, now
+        self.profile.clear()
+        self.profile.enable()
+        return before
 
     def pytest_runtest_protocol(self, item):
         """Notes what follows for this test."""
-        self.now = self.own[item.nodeid] = {}
+        self.own[item.nodeid] = {}
+        self.follow(self.own[item.nodeid])
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef):
         """Notes what a fixture calls for all tests that use it, and the time."""
-        test, self.now = self.now, self.fixtures.setdefault(fixturedef.argname, {})
+        test = self.follow(self.fixtures.setdefault(fixturedef.argname, {}))
         started = time.perf_counter()
         try:
             return (yield)
         finally:
-            self.now = test
+            self.follow(test)
             self.lasted[fixturedef.argname] = time.perf_counter() - started
 
     @pytest.hookimpl(wrapper=True)
@@ -260,6 +275,8 @@ class Reached:
 
     def by_function(self) -> dict[str, tuple[float, list[str]]]:
         """Each "file:line" of a function, and each file -> seconds and names of its tests, the quickest first."""
+        self.follow({})
+        self.profile.disable()
         costs = [(cost + sum(self.lasted.get(name, 0.0) for name in names), test, names)
                  for cost, test, names in self.tests]  # fmt: skip
         found: dict[str, tuple[float, list[str]]] = {}
@@ -300,10 +317,8 @@ def run_tests(tree: Path, tests: list[str], traced: bool) -> None:
     if not traced:
         sys.exit(pytest.main([*QUICK, base, *tests], [Warm(tree / CACHE)]))
     plugin = Reached(tree)
-    sys.settrace(plugin.see)
     threading.settrace(plugin.see)
     failed = pytest.main([*QUICK, base, *tests], [plugin])
-    sys.settrace(None)
     Path("reached.json").write_text(json.dumps(plugin.by_function()))
     sys.exit(failed)
 
