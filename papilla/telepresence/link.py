@@ -97,7 +97,8 @@ class Link:
         """Send a datagram of `size_bytes` (its content, headers are added)."""
         model = self.model
         jitter = 1e-3 * model.jitter_ms * abs(self._jitter.normal())
-        gone, late, twice = self._loss.random(), self._order.random(2), self._twice.random()
+        gone, twice = self._loss.random(), self._twice.random()
+        late, later = self._order.random(), self._order.random()
         self.sent += 1
         self.bytes_sent += size_bytes
         begins = max(time_s, self._free_s)
@@ -107,8 +108,8 @@ class Link:
         leaves = begins + (size_bytes + HEADER_BYTES) / model.bandwidth_bytes_s
         self._free_s = leaves
         arrives = leaves + self.one_way_s(time_s) + jitter
-        if late[0] < model.reordering:
-            arrives += OVERTAKES_S * late[1]
+        if late < model.reordering:
+            arrives += OVERTAKES_S * later
         else:
             arrives = self._last_s = max(arrives, self._last_s)
         for _ in range(2 if twice < model.duplication else 1):

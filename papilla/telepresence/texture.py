@@ -89,12 +89,11 @@ class RecordedTexture:
         ends = np.concatenate([[0], turns, [max(0, place.size - 1)]]).astype(int)
         longest = int(np.argmax(np.abs(np.diff(place[ends])))) if place.size else 0
         rows = slice(ends[longest], ends[longest + 1] + 1)
-        self.place, self.value = place[rows], value[rows]
+        order = np.argsort(place[rows])
+        self.place, self.value = place[rows][order], value[rows][order]
         length = float(np.ptp(self.place)) if self.place.size else 0.0
         if length < LEAST_MM:
             raise InputError(f"the longest stroke in one direction is {length:.3g} mm, {LEAST_MM:g} mm are needed")
-        if self.place[0] > self.place[-1]:
-            self.place, self.value = self.place[::-1], self.value[::-1]
         self.value = self.value - self.value.mean()
         lines = find_lines(self.place, self.value).lines
         self.wavelength_mm = lines[0].wavelength_mm if lines else math.nan

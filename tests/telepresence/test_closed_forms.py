@@ -25,9 +25,10 @@ from papilla.telepresence import (
     Touch,
     gate,
 )
-from papilla.telepresence.answer import DisplayStatus
+from papilla.telepresence import record as records
+from papilla.telepresence.answer import DisplayStatus, Trust
 from papilla.telepresence.direct import HighPass
-from papilla.telepresence.gate import Offset
+from papilla.telepresence.gate import Counts, Offset
 from papilla.telepresence.measures import _loudest, _vertex, felt_wavelength
 from papilla.telepresence.messages import Header, Parameters, decode, encode, lines_of
 from papilla.telepresence.motion import WANDER_HZ
@@ -181,6 +182,34 @@ def test_the_shares_of_statuses_and_the_first_second_of_a_record():
     assert record.statuses("direct") == {DisplayStatus.CLIPPED.sentence: 1.0}
 
 
+@pytest.mark.parametrize("late_ms, longest", [(200.0, 0.6), (math.nan, 0.3), (900.0, 1.2)])
+def test_lags_are_searched_up_to_one_and_a_half_round_trips_and_a_little_more(monkeypatch, late_ms, longest):
+    asked = []
+    monkeypatch.setattr(records, "lag_s", lambda *arguments: asked.append(arguments) or 0.04)
+    hand = 50.0 * np.arange(3000) / 1000
+    record = Record(**{name: None for name in Record._fields})._replace(
+        time_s=np.arange(3000) / 1000,
+        hand_mm=hand,
+        truth_mm=np.full(3000, 1.25),
+        local_um=np.arange(3000.0),
+        direct_um=-np.arange(3000.0),
+        round_trip_ms=np.full(3000, late_ms),
+    )
+    assert record.lag_ms("local") == record.lag_ms("direct") == pytest.approx(40.0)
+    (shown, turns, place, rate, most), (other, *_) = asked
+    np.testing.assert_array_equal(shown, np.arange(1000.0, 3000.0))
+    np.testing.assert_array_equal(other, -shown)
+    np.testing.assert_array_equal(place, hand[1000:])
+    np.testing.assert_allclose(turns, hand[1000:] / 1.25, atol=1e-9)
+    assert rate == 1000.0 and most == pytest.approx(min(longest, 0.4 * 2.999))
+
+
+def test_codes_and_counts_are_those_of_files_and_messages():
+    assert [int(status) for status in DisplayStatus] == list(range(10))
+    assert [int(trust) for trust in Trust] == list(range(4)) and Trust.DOUBTED == 3
+    assert set(vars(Counts()).values()) == {0} and Counts().dropped == 0
+
+
 @pytest.mark.parametrize("beyond_ns, known", [(0, True), (1, False)])
 @pytest.mark.parametrize("truth", [7_000_000, -7_000_000])
 def test_an_offset_is_contradicted_by_more_than_half_both_trips_and_5_ms_three_times(truth, beyond_ns, known):
@@ -236,6 +265,13 @@ def test_a_wavelength_within_25_per_cent_is_the_same_component(ratio, same):
     model.learn(0.0, (Component(1.0, 30.0),))
     model.learn(0.1, (Component(ratio, 30.0),))
     assert (len(model._oscillators) == 1) == same
+
+
+def test_a_free_place_among_the_components_does_not_keep_a_wavelength_from_moving():
+    model = LocalModel(components=3)
+    model.learn(0.0, (Component(2.0, 30.0), Component(0.7, 20.0)))
+    model.learn(0.1, (Component(2.1, 30.0), Component(0.69, 20.0)))
+    assert sorted(one.wavelength_mm for one in model._oscillators) == [0.69, 2.1]
 
 
 @pytest.mark.parametrize("late_ms, moves", [(4.9, True), (5.1, False)])
@@ -316,6 +352,14 @@ def test_the_page_opens_with_strokes_an_uncut_link_and_the_limits_of_the_local_m
     assert settings(Motion(100.0, 2.0), amplitude_um=9.0, **given)["length_mm"] == pytest.approx(100.0 / (2 * math.pi))
 
 
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 2.0), (-1.0, 1.0, 2.0), (0.1, 0.1, 2.0), (0.2, 0.1, 2.0)])
+def test_forces_and_moduli_of_a_table_of_areas_rise_from_above_zero(axis):
+    wrong, good = np.array(axis), np.array([0.1, 0.2, 0.3])
+    for force, modulus, name in ((wrong, good, "force_N"), (good, wrong, "modulus_MPa")):
+        with pytest.raises(InputError, match=f"{name} must be two or more positive numbers that rise"):
+            ContactArea(force, modulus, np.ones((3, 3)))
+
+
 def test_a_table_of_areas_needs_two_values_of_each():
     two = np.array([0.1, 1.0])
     assert ContactArea(two, two, np.array([[1.0, 10.0], [1.0, 10.0]]))(0.3, 0.2)[0] == pytest.approx(3.0)
@@ -336,3 +380,11 @@ def test_a_calibration_that_lacks_readings_of_one_gauge_is_refused(monkeypatch):
 def test_noise_of_one_gauge_is_added_in_its_standard_deviations():
     texture = GratingTexture(1.3)
     assert Touch(texture, 2.0).row(0.4, 9.0, 0.5, [3.0]) == pytest.approx((texture.reading(0.4, 9.0) + 6.0, 0.4))
+
+
+@pytest.mark.parametrize("turned", [1, -1])
+def test_a_recorded_texture_rises_along_its_path_whichever_way_it_was_recorded(turned):
+    place = np.linspace(0.0, 12.0, 500)
+    texture = RecordedTexture(place[::turned], np.sin(2 * math.pi * place / 1.5)[::turned])
+    assert texture.reach_mm == (0.0, 12.0) and texture.wavelength_mm == pytest.approx(1.5, rel=0.01)
+    assert [texture.reading(x, 9.0) for x in (0.375, 1.125)] == pytest.approx([1.0, -1.0], abs=2e-3)
