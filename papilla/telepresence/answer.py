@@ -22,7 +22,7 @@ class DisplayStatus(Status):
     """Status of the display; those that begin with "ok" mean that it shows the intended texture."""
 
     OK = 0, "ok"
-    NO_MESSAGE = 1, "nothing was heard of a texture yet: the output is zero"
+    NO_MESSAGE = 1, "no message about a texture has arrived yet: the output is zero"
     STALLED = 2, "no message for too long: the output decays to zero"
     NO_HAND = 3, "no position of the hand: the output decays to zero"
     PRESSED = 4, "the finger presses harder than allowed: the output decays to zero"

@@ -62,22 +62,22 @@ class DirectFeedback:
     def reset(self) -> None:
         """Forget everything; the output starts at zero."""
         self._fader, self._reading = Fader(self.safety), 0.0
-        self._heard_s = self._time_s = math.nan
+        self._received_s = self._time_s = math.nan
 
     def hear(self, time_s: float, reading_microstrain: float) -> None:
         """Take a reading that arrived at `time_s`; a non-finite one is ignored."""
         if math.isfinite(reading_microstrain):
-            self._reading, self._heard_s = reading_microstrain, time_s
+            self._reading, self._received_s = reading_microstrain, time_s
 
     def update(self, time_s: float) -> Shown:
         """The output of the display now."""
         dt = min(0.005, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
         self._time_s = time_s
-        alive = time_s - self._heard_s <= self.safety.hold_s
+        alive = time_s - self._received_s <= self.safety.hold_s
         gain = self._fader.step(dt, alive)
         limit, asked = self.actuator.amplitude_um, gain * self.um_per_microstrain * self._reading
         shown = max(-limit, min(limit, asked))
         status = DisplayStatus.CLIPPED if shown != asked else DisplayStatus.OK
         if not alive:
-            status = DisplayStatus.NO_MESSAGE if math.isnan(self._heard_s) else DisplayStatus.STALLED
+            status = DisplayStatus.NO_MESSAGE if math.isnan(self._received_s) else DisplayStatus.STALLED
         return Shown(shown, self.actuator.volts(shown), math.nan, math.nan, gain, int(status))

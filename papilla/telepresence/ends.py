@@ -12,7 +12,7 @@ from functools import partial
 from typing import Protocol
 
 from papilla.telepresence.answer import Shown, Trust
-from papilla.telepresence.gate import Heard
+from papilla.telepresence.gate import Received
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.messages import Force, HandReading, Header, Length, Message, Parameters, quantity
 from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, RATE_HZ, Motion
@@ -32,7 +32,7 @@ class Wire(Protocol):
     def send(self, make: Callable[[Header], Message]) -> None:
         """Send the message that `make` builds with the next header."""
 
-    def receive(self) -> list[Heard]:
+    def receive(self) -> list[Received]:
         """What has arrived, oldest first."""
 
 
@@ -73,7 +73,7 @@ class HandEnd:
 class SensorEnd:
     """The sensor, whose source follows the hand: samples go into the estimators, and their results are sent.
 
-    sample : the last one of this period, None if there was none. heard_s : time of the last message of the hand.
+    sample : the last one of this period, None if there was none. received_s : time of the last message of the hand.
     """
 
     def __init__(
@@ -87,13 +87,13 @@ class SensorEnd:
         self._wire, self._source, self._sensing, self._period_s = wire, source, sensing, period_s
         self._timer = Timer(parameters_Hz, period_s)
         self.sample: tuple[float, ...] | None = None
-        self.heard_s = -math.inf
+        self.received_s = -math.inf
 
     def step(self, now: float) -> None:
         """Follow the hand, take the present samples and, when it is due, send the estimates."""
-        for heard in self._wire.receive():
-            self.heard_s = now
-            self._source.hear(heard)
+        for received in self._wire.receive():
+            self.received_s = now
+            self._source.hear(received)
         self.sample = None
         # Late samples are caught up, several in one period.
         for _ in range(CATCH_UP):
@@ -118,10 +118,10 @@ class DisplayEnd:
 
     def step(self, now: float) -> Shown:
         """The output of the display now."""
-        for heard in self._wire.receive():
-            if isinstance(heard.message, Parameters):
-                self.message, self.age_ns = heard.message, heard.age_ns
-                pressed = None if heard.message.force is None else heard.message.force.value
+        for received in self._wire.receive():
+            if isinstance(received.message, Parameters):
+                self.message, self.age_ns = received.message, received.age_ns
+                pressed = None if received.message.force is None else received.message.force.value
                 force = math.nan if pressed is None else pressed
-                self._model.learn(now, heard.message.components, Trust(heard.message.texture), force)
+                self._model.learn(now, received.message.components, Trust(received.message.texture), force)
         return self._model.update(now)

@@ -79,7 +79,7 @@ class Offset:
         return min(self._trips)[1] if self._trips else math.nan
 
 
-class Heard(NamedTuple):
+class Received(NamedTuple):
     """A message with its time of arrival on our clock, its time of sending on the peer's clock, and its age (NaN if the
     offset of the clocks is not known yet), all in ns."""
 
@@ -110,8 +110,8 @@ class Gate:
         self._sequence += 1
         echo = (0, 0, 0)
         if (last := self._peer or self._candidate) is not None:
-            heard, at_ns = last
-            echo = (heard.session, heard.sent_ns, max(0, now_ns - at_ns))
+            received, at_ns = last
+            echo = (received.session, received.sent_ns, max(0, now_ns - at_ns))
         return Header(VERSION, self.session, self._sequence, now_ns, *echo)
 
     def seal(self, data: bytes) -> bytes:
@@ -121,7 +121,7 @@ class Gate:
     def _mac(self, data: bytes) -> bytes:
         return hmac.digest(self._key or b"", data, "sha256")[:MAC_BYTES]
 
-    def admit(self, datagram: bytes, now_ns: int) -> Heard | None:
+    def admit(self, datagram: bytes, now_ns: int) -> Received | None:
         """The message of a datagram from the peer's address, or None; then the cause has been counted."""
         counts, data = self.counts, datagram
         if len(datagram) > MAX_BYTES:
@@ -142,7 +142,7 @@ class Gate:
             return None
         return self._judge(message, now_ns)
 
-    def _judge(self, message: Message, now_ns: int) -> Heard | None:
+    def _judge(self, message: Message, now_ns: int) -> Received | None:
         """Accept a decoded message or count the reason against it: its session must be proven by an echo, its number
         new."""
         header, counts = message.header, self.counts
@@ -164,4 +164,4 @@ class Gate:
             trip = now_ns - header.echo_ns - header.held_ns
             self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)
         counts.accepted += 1
-        return Heard(message, now_ns, header.sent_ns, now_ns + self.offset.offset_ns - header.sent_ns)
+        return Received(message, now_ns, header.sent_ns, now_ns + self.offset.offset_ns - header.sent_ns)

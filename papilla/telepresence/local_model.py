@@ -84,7 +84,7 @@ class LocalModel:
         """Forget everything; the output starts at zero."""
         self.hand, self._fader = Hand(), Fader(self.safety)
         self._oscillators: list[Oscillator] = []
-        self._heard_s = self._time_s = self._place_mm = math.nan
+        self._received_s = self._time_s = self._place_mm = math.nan
         self._pressed_N = self._sensed_N = math.nan
         self._held: Shown | None = None
 
@@ -97,7 +97,7 @@ class LocalModel:
         to zero. A component without a usable wavelength or amplitude, or outside the rule's range, is not displayed.
         """
         if math.isfinite(time_s):
-            self._heard_s = time_s
+            self._received_s = time_s
         if trust == Trust.HELD:
             return
         self._sensed_N = force_N
@@ -160,9 +160,9 @@ class LocalModel:
 
     def _condition(self, time_s: float) -> DisplayStatus:
         """The reason why the display must be silent now, or OK."""
-        if math.isnan(self._heard_s):
+        if math.isnan(self._received_s):
             return DisplayStatus.NO_MESSAGE
-        if not 0 <= time_s - self._heard_s + 1e-9 <= self.safety.hold_s:
+        if not 0 <= time_s - self._received_s + 1e-9 <= self.safety.hold_s:
             return DisplayStatus.STALLED
         if not -1.0 < self.hand.age_s(time_s) <= self.safety.hold_s:
             return DisplayStatus.NO_HAND

@@ -17,7 +17,7 @@ from papilla.errors import InputError
 from papilla.telepresence.answer import Shown
 from papilla.telepresence.direct import DirectFeedback, HighPass
 from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd
-from papilla.telepresence.gate import Heard
+from papilla.telepresence.gate import Received
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.messages import VERSION, Header, Message, Samples, encode
@@ -90,13 +90,13 @@ class SimulatedWire:
         message = make(self._headers.next(self.time_s))
         self._out.send(self.time_s, message, len(encode(message)))
 
-    def receive(self) -> list[Heard]:
+    def receive(self) -> list[Received]:
         """The messages that have arrived; overtaken and duplicate ones are left out, as by `gate.Gate`."""
         found = []
         for sent, arrived, message in self._into.receive(self.time_s):
             if sent > self._newest_s:
                 self._newest_s = sent
-                found.append(Heard(message, round(1e9 * arrived), round(1e9 * sent), math.nan))
+                found.append(Received(message, round(1e9 * arrived), round(1e9 * sent), math.nan))
         return found
 
 

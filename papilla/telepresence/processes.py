@@ -54,9 +54,9 @@ def run_sensor(
             lines, trust = sensing.lines()
             found = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
             state = {Trust.OK: "ok", Trust.HELD: "wavelength held", Trust.UNKNOWN: "no wavelength"}[trust]
-            if now - sensor.heard_s > 1:
-                state = "no display is heard"
-            said = f"{source.said}{found}" if math.isfinite(sensor.heard_s) else ""
+            if now - sensor.received_s > 1:
+                state = "no message from a display"
+            said = f"{source.said}{found}" if math.isfinite(sensor.received_s) else ""
             report(Live(now, state, said, endpoint.gate.counts, period))
         if source.over:
             break

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from papilla.logs import TimeLog
-from papilla.telepresence.gate import Heard
+from papilla.telepresence.gate import Received
 from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.messages import HandReading
 from papilla.telepresence.touch import Touch
@@ -18,7 +18,7 @@ class Source(Protocol):
     columns: tuple[str, ...]
     gauges: int
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, received: Received) -> None:
         """Take a message of the display."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
@@ -43,13 +43,13 @@ class TouchSource:
         self._touch, self._remote, self._noise = touch, RemoteHand(), np.random.default_rng(seed)
         self.place_mm = self._force = math.nan
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, received: Received) -> None:
         """Follow the hand."""
-        message = heard.message
+        message = received.message
         if not isinstance(message, HandReading):
             return
         if message.position.value is not None:
-            self._remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, message.position.value)
+            self._remote.read(1e-9 * received.arrived_ns, 1e-9 * received.sent_ns, message.position.value)
         if message.force is not None and message.force.value is not None:
             self._force = message.force.value
 
@@ -83,7 +83,7 @@ class LogSource:
         rows = np.column_stack([log.t_s - log.t_s[0], log.readings, *(getattr(log, name) for name in self.columns)])
         self._rows = [tuple(row) for row in rows.tolist()]
 
-    def hear(self, heard: Heard) -> None:
+    def hear(self, received: Received) -> None:
         """The log does not follow the hand."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Self
 
 from papilla.errors import FileAccessError, InputError
-from papilla.telepresence.gate import Gate, Heard
+from papilla.telepresence.gate import Gate, Received
 from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
 
 MOST_AT_ONCE = 64
@@ -83,7 +83,7 @@ class Endpoint:
         self.sent += 1
         self.bytes_sent += len(datagram)
 
-    def receive(self) -> list[Heard]:
+    def receive(self) -> list[Received]:
         """The accepted messages that have arrived, oldest first."""
         found = []
         for _ in range(MOST_AT_ONCE):
@@ -97,7 +97,7 @@ class Endpoint:
             if sender[:2] != self._peer[:2]:
                 self.gate.counts.foreign += 1
                 continue
-            heard = self.gate.admit(datagram, self._clock())
-            if heard is not None:
-                found.append(heard)
+            received = self.gate.admit(datagram, self._clock())
+            if received is not None:
+                found.append(received)
         return found

@@ -11,7 +11,7 @@ from stepped_clock import SteppedClock
 
 from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
 from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer
-from papilla.telepresence.gate import Counts, Heard
+from papilla.telepresence.gate import Counts, Received
 from papilla.telepresence.messages import VERSION, Header, Length, Modulus, Parameters, Strain, quantity
 from papilla.telepresence.messages import Line as TextureLine
 from papilla.telepresence.period import Period
@@ -68,17 +68,17 @@ def test_the_sensor_samples_where_the_hand_is_and_sends_50_times_a_second(wire):
     reached = KeptWire()
     hand = HandEnd(reached, LocalModel(), Motion(100.0, 0.0))
     sensor.step(0.0)
-    assert sensor.sample is None and sensor.heard_s == -math.inf, "nobody knows where the hand is"
+    assert sensor.sample is None and sensor.received_s == -math.inf, "nobody knows where the hand is"
     for row in range(1, 401):
         reached.now = wire.now = row / 1000
         hand.step(wire.now)
-        wire.arrived = [Heard(one, round(1e9 * at), round(1e9 * at), 0.0) for at, one in reached.sent]
+        wire.arrived = [Received(one, round(1e9 * at), round(1e9 * at), 0.0) for at, one in reached.sent]
         reached.sent.clear()
         sensor.step(wire.now)
         assert sensor.sample[0] == wire.now
     assert sensor.sample[2] == pytest.approx(100 * wire.now, abs=1e-6)
     assert sensor.sample[1] == pytest.approx(touch.texture.reading(sensor.sample[2], 100.0))
-    assert len(wire.sent) == 21 and sensor.heard_s == 0.397, "the last reading of the hand"
+    assert len(wire.sent) == 21 and sensor.received_s == 0.397, "the last reading of the hand"
     found = wire.sent[-1][1]
     assert found.texture == Trust.OK and found.lines[0].wavelength.value == pytest.approx(1.2, rel=0.01)
 
@@ -90,7 +90,7 @@ def test_late_samples_are_made_up_for_some_in_a_period(wire):
         def __init__(self):
             self.number = 0
 
-        def hear(self, heard):
+        def hear(self, received):
             raise AssertionError("nothing was sent")
 
         def sample(self, now_s, now_ns):
@@ -115,7 +115,8 @@ def test_the_display_learns_from_parameters_alone(wire):
         wire.now = row / 1000
         hand.step(wire.now)
         if row == 100:
-            wire.arrived = [Heard(message, 0, 0, 3e6) for message in (Parameters(HEADER, 0, (line,)), wire.sent[-1][1])]
+            messages = Parameters(HEADER, 0, (line,)), wire.sent[-1][1]
+            wire.arrived = [Received(message, 0, 0, 3e6) for message in messages]
         shown.append(display.step(wire.now))
     assert all(one.displacement_um == 0 for one in shown[:100]) and shown[-1].wavelength_mm == 2.0
     assert max(abs(one.displacement_um) for one in shown[100:]) > 5
@@ -134,14 +135,14 @@ def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
 
     def keep(now, place, shown, message):
         if now == pytest.approx(0.3):
-            wire.arrived = [Heard(Parameters(HEADER, 0, (line,), modulus), 0, 0, 3e6)]
+            wire.arrived = [Received(Parameters(HEADER, 0, (line,), modulus), 0, 0, 3e6)]
 
     found = run_display(
         wire, LocalModel(), Motion(100.0, 0.0), seconds=0.6, report=told.append, keep=keep, period=period
     )
     assert found is period and period.missed == 0
     assert [live.time_s for live in told] == pytest.approx([0, 0.25, 0.5])
-    assert told[0].said == told[1].said == "" and "nothing was heard" in told[1].state
+    assert told[0].said == told[1].said == "" and "no message about a texture" in told[1].state
     assert told[2].said.startswith("2.000 mm, 50 Hz, gain 1.00") and "0.1 ± 0.02 MPa" in told[2].said
     assert told[2].said.endswith("last message 3.0 ms old when it came") and told[2].state == "ok"
     assert len(wire.sent) == 150, "the hand's place, 250 times a second"
@@ -157,7 +158,7 @@ def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
     period, told, touch = on_a_stepped_clock(wire), [], Touch(GratingTexture(1.2), 0.0)
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
     assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
-    assert all(live.state == "no display is heard" and live.said == "" for live in told)
+    assert all(live.state == "no message from a display" and live.said == "" for live in told)
 
 
 @pytest.mark.parametrize("leaks", [False, True])
@@ -170,7 +171,7 @@ def test_a_display_that_runs_holds_no_more_with_time(wire, leaks):
         row = round(1e3 * now)
         wire.sent.clear()
         if row % 20 == 0:
-            wire.arrived = [Heard(Parameters(HEADER, 0, (line,)), 0, 0, 3e6)]
+            wire.arrived = [Received(Parameters(HEADER, 0, (line,)), 0, 0, 3e6)]
         if leaks and row % 4 == 0:
             kept.append(object())
         if row in (10_000, 29_999):

@@ -198,7 +198,7 @@ def test_a_log_is_played_again_with_softness_friction_and_area(start, tmp_path):
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=header, comments="")
     ports = free_ports(2)
     display = start("display", *reversed(ports), "--out", str(tmp_path / "shown.csv"), "--seconds", "40")
-    display.wait_for("nothing was heard")
+    display.wait_for("no message about a texture")
     sensor = start("sensor", *ports, "--log", str(tmp_path / "log.csv"))
     display.wait_for("ok")
     assert sensor.process.wait(PATIENCE_S) == 0

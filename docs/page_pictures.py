@@ -1,5 +1,6 @@
-"""Pictures of pages as a browser shows them, on a desktop and on a telephone: `python docs/look.py PAGE.html ... OUT`.
+"""Pictures of pages as a browser shows them, on a desktop and on a telephone.
 
+`python docs/page_pictures.py PAGE.html ... OUT` makes them.
 Needs Chromium on the machine. Without pages it takes those of the built site (`make docs`).
 """
 
