@@ -53,7 +53,7 @@ def test_gauges_see_the_same_grating_at_their_places():
 def test_the_harsh_skin_trails_the_finger():
     """The skin is 0.3 mm behind on the way out and 0.3 mm ahead (still behind its motion) on the way back."""
     out = np.linspace(0, 10, 500)
-    skin = sheared(np.concatenate([out, out[::-1]]))
+    skin = sheared(np.concatenate([out, out[::-1]]), 0.3, 0.5)
     assert skin[499] - 10 == pytest.approx(-0.3)
     assert skin[-1] == pytest.approx(0.3, abs=1e-6)
 

@@ -21,14 +21,14 @@ EDGE_MM, STEP_MM, BESIDE_MM = 9.0, 0.05, 15.0
 """Mean distance of edges on a surface without a period, spacing of its points, and extra length beyond the path."""
 
 
-def grating(draft: Draft) -> None:
+def felt_grating(draft: Draft) -> None:
     """A grating of the requested wavelength, groove = ridge."""
     half = draft.asked_mm / 2
     draft.wavelength = draft.everywhere(draft.asked_mm)
     _feel(draft, Grating(half, half, DEPTH_MM))
 
 
-def edges(draft: Draft) -> None:
+def felt_edges(draft: Draft) -> None:
     """Single steps up and down at random places: there is no line, but one ridge after the other feels every step."""
     low, high = draft.skin.min() - BESIDE_MM, draft.skin.max() + BESIDE_MM
     x = np.arange(low, high, STEP_MM)

@@ -279,7 +279,8 @@ def _named(name: str, seed: int) -> Rubbed:
     time = np.arange(round(own.seconds * own.rate_Hz)) / own.rate_Hz
     pull, normal, velocity, mu = FORMS[own.form](own, time)
     samples, offset = np.column_stack([pull + own.offset_N + own.noise_N, normal, velocity]), own.offset_N
-    samples[:, 1:] += values.get("noise_N_and_mm_s", 0.0)
+    if "noise_N_and_mm_s" in values:
+        samples[:, 1:] += own.noise_N_and_mm_s
     if "subtracted" in values:
         samples[:, 0], offset = samples[:, 0] - offset, 0.0
     options = {key: values[key] for key in ("offset_sigma_N",) if key in values}

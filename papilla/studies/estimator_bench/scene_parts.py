@@ -1,6 +1,6 @@
 """Parts of scenes: motions, surfaces and disturbances, each a small function that changes a draft.
 
-The defaults of the parameters are the values for tuning; claims draw each parameter around its default.
+Their parameters stand in `scenes.toml`: the values for tuning, and how claims draw each of them.
 """
 
 import math
@@ -12,6 +12,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from papilla import checks
+from papilla.studies import parameters
 
 HARMONICS = 9
 ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15
@@ -20,6 +21,10 @@ SKIN_KERNEL_MM = 0.1
 """Standard deviation of the Gaussian that models the skin's averaging of the profile."""
 PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
+CLEAR = 1.02
+"""Harmonics that must be present are below that fraction by this factor."""
+MULTIPLES, SAME = 6, 0.01
+"""Two lines have a common period if up to so many wavelengths of one are as many of the other, to this error."""
 
 
 @dataclass(eq=False)
@@ -51,13 +56,13 @@ class Draft:
     def __post_init__(self):
         self.added = np.zeros(self.time_s.size)
 
-    def about(self, value: float, factor: float = 1.5) -> float:
-        """A parameter: the value itself for tuning, drawn within this factor of it for claims."""
-        return value * factor ** self.rng.uniform(-1, 1) if self.drawn else value
+    def about(self, value: float, factor: float = parameters.WITHIN) -> float:
+        """A parameter that a part draws after other random numbers, as the rule `about` does."""
+        return parameters.drawn({"own": {"about": value, "within": factor}}, self.rng, vary=self.drawn)["own"]
 
-    def phase(self) -> float:
-        """A random angle in rad."""
-        return self.rng.uniform(0, 2 * math.pi)
+    def wave(self, rate_Hz: float, phase: float) -> np.ndarray:
+        """(n,) a sine over time."""
+        return np.sin(2 * math.pi * rate_Hz * self.time_s + phase)
 
     def moves(self, velocity, position) -> None:
         """Set the motion of the finger."""
@@ -71,41 +76,43 @@ class Draft:
 # ---- Motions
 
 
-def constant(draft: Draft, speed_mm_s: float = 100.0) -> None:
-    """A constant speed within 3 %: exactly 100 mm/s would give whole numbers of samples per period."""
-    speed = draft.about(speed_mm_s) * (1 + draft.rng.uniform(-0.03, 0.03))
+def constant(draft: Draft, speed_mm_s: float, off: float) -> None:
+    """A constant speed, up to a relative error."""
+    speed = speed_mm_s * (1 + off)
     draft.moves(np.full(draft.time_s.size, speed), speed * draft.time_s)
 
 
-def strokes(draft: Draft, peak_mm_s: float = 100.0, rate_Hz: float = 1.0) -> None:
+def strokes(draft: Draft, peak_mm_s: float, rate_Hz: float) -> None:
     """To and fro, a sine."""
-    peak, omega = draft.about(peak_mm_s, 1.3), 2 * math.pi * draft.about(rate_Hz, 1.3)
-    draft.moves(peak * np.sin(omega * draft.time_s), peak / omega * (1 - np.cos(omega * draft.time_s)))
+    omega = 2 * math.pi * rate_Hz
+    draft.moves(peak_mm_s * np.sin(omega * draft.time_s), peak_mm_s / omega * (1 - np.cos(omega * draft.time_s)))
 
 
-def hand(draft: Draft) -> None:
+def hand(
+    draft: Draft, beat_Hz, swing_rad, swing_rad_s, swing_phase, reach_mm, second_mm, second_rad_s, second_phase
+) -> None:
     """Strokes of uneven length and speed, like those of a hand: two sines whose period varies."""
-    beat = 2 * math.pi * draft.about(0.9, 1.2) * draft.time_s + 0.6 * np.sin(1.7 * draft.time_s + draft.phase())
-    place = 18 * (1 - np.cos(beat)) + 5 * np.sin(2.3 * draft.time_s + draft.phase())
+    beat = 2 * math.pi * beat_Hz * draft.time_s + swing_rad * np.sin(swing_rad_s * draft.time_s + swing_phase)
+    place = reach_mm * (1 - np.cos(beat)) + second_mm * np.sin(second_rad_s * draft.time_s + second_phase)
     draft.moves(np.gradient(place, 1 / draft.rate_Hz), place)
 
 
-def turning(draft: Draft, speed_mm_s: float = 90.0, every_s: float = 0.3) -> None:
-    """To and fro at a constant speed, with turns of 30 ms; each stroke lasts `every_s`."""
-    beat = np.sin(math.pi * draft.time_s / draft.about(every_s, 1.2))
-    velocity = draft.about(speed_mm_s, 1.3) * np.clip(beat / math.sin(math.pi * 0.015 / every_s), -1, 1)
+def turning(draft: Draft, every_s: float, speed_mm_s: float, half_turn: float) -> None:
+    """To and fro at a constant speed; each stroke lasts `every_s`, and this share of it is half a turn."""
+    beat = np.sin(math.pi * draft.time_s / every_s)
+    velocity = speed_mm_s * np.clip(beat / math.sin(math.pi * half_turn), -1, 1)
     draft.moves(velocity, (np.cumsum(velocity) - (velocity + velocity[0]) / 2) / draft.rate_Hz)
 
 
 # ---- The skin, before it feels the surface
 
 
-def play(draft: Draft, lag_mm: float = 0.3, relaxation_mm: float = 0.5) -> None:
+def play(draft: Draft, lag_mm: float, relaxation_mm: float) -> None:
     """The skin trails the finger, and settles on the other side after each reversal."""
-    draft.skin = sheared(draft.skin, draft.about(lag_mm), relaxation_mm)
+    draft.skin = sheared(draft.skin, lag_mm, relaxation_mm)
 
 
-def sheared(position, lag_mm: float = 0.3, relaxation_mm: float = 0.5):
+def sheared(position, lag_mm: float, relaxation_mm: float):
     """(n,) place of the skin in mm: it trails the finger by `lag_mm`, and settles over `relaxation_mm` of sliding after
     a reversal."""
     steps = np.diff(position, prepend=position[0])
@@ -116,9 +123,9 @@ def sheared(position, lag_mm: float = 0.3, relaxation_mm: float = 0.5):
     return position - trail
 
 
-def anywhere(draft: Draft) -> None:
-    """The surface begins at a random place."""
-    draft.skin = draft.skin + draft.rng.uniform(0, 60)
+def anywhere(draft: Draft, begin_mm: float) -> None:
+    """The surface begins at another place."""
+    draft.skin = draft.skin + begin_mm
 
 
 # ---- Surfaces
@@ -153,6 +160,11 @@ def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.n
     return np.real(waves @ amplitudes)
 
 
+def _passed(draft: Draft, order: int) -> float:
+    """The shortest wavelength (mm) of which the amplifier passes a harmonic at the lowest speed."""
+    return CLEAR * order * float(np.abs(draft.velocity).min()) / (PASS_BAND * draft.rate_Hz)
+
+
 def grating(
     draft: Draft, *, duty: float = 0.5, skin_mm: float = SKIN_KERNEL_MM, missing: int = 0, times: float = 1.0
 ) -> None:
@@ -163,73 +175,78 @@ def grating(
     """
     wavelength = times * draft.asked_mm
     if missing:
-        slowest = float(np.abs(draft.velocity).min())
-        wavelength = max(wavelength, 1.02 * (missing + 2) * slowest / (PASS_BAND * draft.rate_Hz))
+        wavelength = max(wavelength, _passed(draft, missing + 2))
     amplitudes = profile_amplitudes(wavelength, duty, skin_mm)
     if missing:
         amplitudes = _of_power_one(amplitudes * (np.arange(HARMONICS) >= missing))
     draft.texture, draft.wavelength = _felt(draft, wavelength, amplitudes), draft.everywhere(wavelength)
 
 
-def hollow(draft: Draft, times: float = 1.8) -> None:
-    """A period without its fundamental, `times` the wavelength asked for: harmonics 2 and 3 and, weaker, 4 and 5; for
-    claims two of 2 to 5 that have no common divisor, and faint others in every second draw."""
-    sizes = np.array([0.0, 1.0, 0.8, 0.1, 0.3])
+def hollow(draft: Draft, times: float, sizes, pairs, faint: float, strong) -> None:
+    """A period without its fundamental, `times` the wavelength asked for, with harmonics of these relative sizes; for
+    claims one of `pairs` with sizes of `strong`, and others of up to `faint` in every second draw."""
+    count = len(sizes)
     if draft.drawn:
-        first, second = ((2, 3), (2, 5), (3, 4), (3, 5))[draft.rng.integers(4)]
-        sizes = draft.rng.uniform(0, 0.2, 5) * (np.arange(5) > 0) * draft.rng.integers(2)
-        sizes[[first - 1, second - 1]] = draft.rng.uniform(0.3, 1.0, 2)
+        first, second = pairs[draft.rng.integers(len(pairs))]
+        sizes = draft.rng.uniform(0, faint, count) * (np.arange(count) > 0) * draft.rng.integers(2)
+        sizes[[first - 1, second - 1]] = draft.rng.uniform(strong[0], strong[1], 2)
     # Two harmonics at least must pass the amplifier.
-    wavelength = max(
-        times * draft.asked_mm, 1.02 * 5 * float(np.abs(draft.velocity).min()) / (PASS_BAND * draft.rate_Hz)
-    )
-    waves = sizes * np.exp(1j * draft.rng.uniform(0, 2 * math.pi, sizes.size))
-    draft.texture = _felt(draft, wavelength, _of_power_one(np.pad(waves, (0, HARMONICS - sizes.size))))
+    wavelength = max(times * draft.asked_mm, _passed(draft, count))
+    waves = np.asarray(sizes) * np.exp(1j * draft.rng.uniform(0, 2 * math.pi, count))
+    draft.texture = _felt(draft, wavelength, _of_power_one(np.pad(waves, (0, HARMONICS - count))))
     draft.wavelength = draft.everywhere(wavelength)
 
 
-def out_of_range(draft: Draft, wavelength_mm: float = 12.0) -> None:
-    """A grating with twice the longest wavelength of the search range: any answer is false."""
-    grating(draft, times=draft.about(wavelength_mm, 1.2) / draft.asked_mm)
+def out_of_range(draft: Draft, wavelength_mm: float) -> None:
+    """A grating with a wavelength that is not searched for."""
+    grating(draft, times=wavelength_mm / draft.asked_mm)
     draft.wavelength = draft.everywhere(math.nan)
 
 
-def step(draft: Draft, to_mm: float | None = None, at_s: float | None = None) -> None:
-    """A grating whose wavelength changes on the way: to the far end of 0.6-4 mm where nothing else is said."""
+def step(
+    draft: Draft,
+    short_mm: float,
+    long_mm: float,
+    short_from_mm: float,
+    to_mm: float | None = None,
+    at_s: float | None = None,
+) -> None:
+    """A grating whose wavelength changes on the way: halfway, to a short or to a long one where nothing else is
+    said."""
     grating(draft)
     after = draft.time_s >= (0.5 * draft.time_s[-1] if at_s is None else at_s)
-    wavelength = checks.positive("step_to_mm", to_mm or (4.0 if draft.asked_mm < 1.5 else 0.7))
+    wavelength = checks.positive("step_to_mm", to_mm or (long_mm if draft.asked_mm < short_from_mm else short_mm))
     draft.wavelength[after] = wavelength
     draft.texture[after] = _felt(draft, wavelength, profile_amplitudes(wavelength), after)
 
 
-def two_lines(draft: Draft, ratio: float = 0.62, factor: float = 1.1) -> None:
+def two_lines(draft: Draft, ratio: float) -> None:
     """Two superposed gratings of equal power: either wavelength is right, and so is a common period."""
-    second = draft.about(ratio, factor) * draft.asked_mm
+    second = ratio * draft.asked_mm
     grating(draft)
     draft.texture = (draft.texture + _felt(draft, second, profile_amplitudes(second))) / math.sqrt(2)
     draft.others_mm = (second, *common_period(draft.asked_mm, second))
 
 
 def common_period(first: float, second: float) -> tuple[float, ...]:
-    """The smallest multiple of a wavelength that is a multiple of another to 1 %; () if there is none up to the sixth
-    of both."""
-    for count in range(1, 7):
+    """The smallest multiple of a wavelength that is a multiple of another to `SAME`; () if there is none up to
+    `MULTIPLES` of both."""
+    for count in range(1, MULTIPLES + 1):
         other = count * first / second
-        if round(other) <= 6 and abs(other / max(round(other), 1) - 1) < 0.01:
+        if round(other) <= MULTIPLES and abs(other / max(round(other), 1) - 1) < SAME:
             return (count * first,)
     return ()
 
 
-def rough(draft: Draft, skin_mm: float = 0.15, slope: float = 0.0) -> None:
+def rough(draft: Draft, skin_mm: float, slope: float, spacing_mm: float, spare_mm: float, longest_mm: float) -> None:
     """A rough surface without a line, averaged by a Gaussian skin: amplitudes fall with the wavenumber to the power
-    `-slope`."""
-    spacing, reach = 0.01, draft.skin[:, None] + draft.offsets_mm
-    count = 2 * math.ceil((np.ptp(reach) / spacing + 8000) / 2)
+    `-slope`, from the longest wavelength on."""
+    reach = draft.skin[:, None] + draft.offsets_mm
+    count = 2 * math.ceil((np.ptp(reach) / spacing_mm + round(4 * spare_mm / spacing_mm)) / 2)
     spectrum = np.fft.rfft(draft.rng.normal(size=count))
-    spectrum *= np.maximum(np.fft.rfftfreq(count, spacing), 1 / 30) ** -slope
-    surface = gaussian_filter1d(np.fft.irfft(spectrum, count), draft.about(skin_mm, 2.0) / spacing)
-    felt = np.interp(reach - reach.min() + 20, np.arange(count) * spacing, surface - surface.mean())
+    spectrum *= np.maximum(np.fft.rfftfreq(count, spacing_mm), 1 / longest_mm) ** -slope
+    surface = gaussian_filter1d(np.fft.irfft(spectrum, count), draft.about(skin_mm, 2.0) / spacing_mm)
+    felt = np.interp(reach - reach.min() + spare_mm, np.arange(count) * spacing_mm, surface - surface.mean())
     draft.texture, draft.wavelength = felt / felt.std(), draft.everywhere(math.nan)
 
 
@@ -242,87 +259,86 @@ def smooth(draft: Draft) -> None:
 # ---- Disturbances
 
 
-def hum(draft: Draft, rms: float = 2.0, mains_Hz: float = 50.0) -> None:
-    """The mains at so many times the texture's RMS, with a quarter of its third harmonic.
+def hum(draft: Draft, mains_Hz: float, phase: float, rms: float, third: float) -> None:
+    """The mains at so many times the texture's RMS, with this share of its third harmonic.
 
     At a constant speed an answer is asked for only where the drawn frequencies are far enough apart for a spectrum to
     tell the texture from the hum (`Scene.tellable`).
     """
-    draft.mains_Hz = float(draft.rng.choice([50.0, 60.0])) if draft.drawn else mains_Hz
-    turns = 2 * math.pi * draft.mains_Hz * draft.time_s + draft.phase()
-    draft.added += draft.about(rms) * math.sqrt(2) * (np.sin(turns) + 0.25 * np.sin(3 * turns))
+    draft.mains_Hz = mains_Hz
+    turns = 2 * math.pi * mains_Hz * draft.time_s + phase
+    draft.added += rms * math.sqrt(2) * (np.sin(turns) + third * np.sin(3 * turns))
 
 
-def motor(draft: Draft, frequency_Hz: float = 47.0, rms: float = 1.0) -> None:
-    """A sine over time that is not the mains': a motor's, 25 to 90 Hz."""
-    draft.added += (
-        rms * math.sqrt(2) * np.sin(2 * math.pi * draft.about(frequency_Hz, 1.9) * draft.time_s + draft.phase())
-    )
+def motor(draft: Draft, rms: float, frequency_Hz: float, phase: float) -> None:
+    """A sine over time that is not the mains'."""
+    draft.added += rms * math.sqrt(2) * draft.wave(frequency_Hz, phase)
 
 
-def ripple(draft: Draft, wavelength_mm: float = 20.0, size: float = 6.0) -> None:
-    """A component over the path, far longer than the range, many times stronger than the texture."""
-    draft.added += draft.about(size, 2.0) * np.sin(2 * math.pi * draft.skin / draft.about(wavelength_mm, 1.1))
+def ripple(draft: Draft, size: float, wavelength_mm: float) -> None:
+    """A component over the path."""
+    draft.added += size * np.sin(2 * math.pi * draft.skin / wavelength_mm)
 
 
-def spikes(draft: Draft, share: float = 0.004, size: float = 20.0) -> None:
+def spikes(draft: Draft, share: float, size: float) -> None:
     """Single samples with large errors of either sign."""
     hit = draft.rng.uniform(size=draft.time_s.size) < share
     draft.added += hit * draft.about(size, 2.0) * draft.rng.choice([-1, 1], draft.time_s.size)
 
 
-def lost(draft: Draft, every_s: float = 0.9, away_s: float = 0.25, offset: float = 8.0) -> None:
+def lost(draft: Draft, begin_s: float, every_s: float, away_s: float, offset: float, edge_s: float) -> None:
     """Contact is lost and found again: in the air there is neither texture nor the offset of the press."""
-    away = (draft.time_s + draft.rng.uniform(0, every_s)) % draft.about(every_s) < draft.about(away_s)
-    press = gaussian_filter1d(np.where(away, 0.0, 1.0), 0.004 * draft.rate_Hz)
+    away = (draft.time_s + begin_s) % every_s < away_s
+    press = gaussian_filter1d(np.where(away, 0.0, 1.0), edge_s * draft.rate_Hz)
     draft.texture *= press[:, None]
-    draft.added += draft.about(offset) * press
+    draft.added += offset * press
 
 
-def stick_slip(draft: Draft, slip_mm: float = 1.5, scatter: float = 0.3, rms: float = 1.0) -> None:
+def stick_slip(draft: Draft, slip_mm: float, scatter: float, rms: float) -> None:
     """A saw tooth over the path, each tooth with its own length: lognormal, with this relative scatter."""
     travelled = np.cumsum(np.abs(np.diff(draft.position, prepend=draft.position[0])))
-    mean, spread = draft.about(slip_mm), draft.about(scatter)
-    teeth = np.cumsum(mean * np.exp(spread * draft.rng.normal(size=math.ceil(3 * travelled[-1] / mean) + 99)))
+    # Three times as many teeth as the path has on average, and some for a short path.
+    lengths = draft.rng.normal(size=math.ceil(3 * travelled[-1] / slip_mm) + 99)
+    teeth = np.cumsum(slip_mm * np.exp(scatter * lengths))
     place = np.interp(travelled, np.concatenate([[0.0], teeth]), np.arange(teeth.size + 1.0)) % 1
     draft.added += rms * math.sqrt(12) * (place - 0.5) * np.sign(draft.velocity)
 
 
-def drift(draft: Draft, size: float = 2.0) -> None:
+def drift(draft: Draft, rate_Hz: float, phase: float, size: float) -> None:
     """A slow baseline."""
-    draft.added += size * np.sin(2 * math.pi * draft.about(0.3) * draft.time_s + draft.phase())
+    draft.added += size * draft.wave(rate_Hz, phase)
 
 
-def steps(draft: Draft, smallest: float = 1.5, largest: float = 4.0) -> None:
-    """Pressing steps every 0.7 s with ramps of 20 ms."""
-    for start in np.arange(0.35, draft.time_s[-1], draft.about(0.7)):
-        size = draft.rng.uniform(smallest, largest) * draft.rng.choice([-1, 1])
-        draft.added += size * np.clip((draft.time_s - start) / 0.02, 0, 1)
+def steps(draft: Draft, every_s: float, first_s: float, sizes, ramp_s: float) -> None:
+    """Pressing steps with ramps, of sizes in a range."""
+    for start in np.arange(first_s, draft.time_s[-1], every_s):
+        size = draft.rng.uniform(sizes[0], sizes[1]) * draft.rng.choice([-1, 1])
+        draft.added += size * np.clip((draft.time_s - start) / ramp_s, 0, 1)
 
 
-def fading(draft: Draft, depth: float = 0.4) -> None:
+def fading(draft: Draft, rate_Hz: float, phase: float, depth: float) -> None:
     """The texture's amplitude drifts."""
-    swell = np.sin(2 * math.pi * draft.about(0.37) * draft.time_s + draft.phase())
-    draft.texture *= (1 + depth * swell)[:, None]
+    draft.texture *= (1 + depth * draft.wave(rate_Hz, phase))[:, None]
 
 
-def friction(draft: Draft, size: float = 3.0) -> None:
+def friction(draft: Draft, size: float, turn_mm_s: float) -> None:
     """A friction force that changes sign with the velocity."""
-    draft.added += draft.about(size) * np.tanh(draft.velocity / 5)
+    draft.added += size * np.tanh(draft.velocity / turn_mm_s)
 
 
-def force(draft: Draft, size: float = 6.0, depth: float = 0.3) -> None:
-    """A pressing force that varies below 3 Hz: it changes the gauge's reading, and the texture's amplitude follows
-    it."""
-    waver = gaussian_filter1d(draft.rng.normal(size=draft.time_s.size + 1000), 0.1 * draft.rate_Hz)[500:-500]
+def force(draft: Draft, size: float, depth: float, slowness_s: float, least: float) -> None:
+    """A pressing force that varies slowly: it changes the gauge's reading, and the texture's amplitude follows it."""
+    spare = 500  # samples at both ends, of which the filter knows one side only
+    waver = draft.rng.normal(size=draft.time_s.size + 2 * spare)
+    waver = gaussian_filter1d(waver, slowness_s * draft.rate_Hz)[spare:-spare]
     waver = waver / waver.std()
-    draft.texture *= np.clip(1 + depth * waver, 0.1, None)[:, None]
+    draft.texture *= np.clip(1 + depth * waver, least, None)[:, None]
     draft.added += draft.about(size) * waver
 
 
 def late(draft: Draft, ms: float) -> None:
     """The encoder is late; the first velocity is repeated."""
-    samples = max(round(draft.about(ms, 1.3) * draft.rate_Hz / 1000), 1)
+    samples = max(round(ms * draft.rate_Hz / 1000), 1)
     draft.known = np.concatenate([np.full(samples, draft.known[0]), draft.known[:-samples]])
 
 
@@ -332,25 +348,24 @@ def scaled(draft: Draft, percent: float) -> None:
     draft.known = draft.known * (1 + off * percent / 100)
 
 
-def counted(draft: Draft, count_mm: float = 0.05) -> None:
+def counted(draft: Draft, count_mm: float) -> None:
     """The velocity is the difference of an encoder's counts."""
-    count = draft.about(count_mm)
-    counts = np.floor(draft.position / count)
-    draft.known = np.diff(counts, prepend=counts[0]) * count * draft.rate_Hz
+    counts = np.floor(draft.position / count_mm)
+    draft.known = np.diff(counts, prepend=counts[0]) * count_mm * draft.rate_Hz
 
 
-def smoothed(draft: Draft, over_s: float = 0.05) -> None:
+def smoothed(draft: Draft, over_s: float) -> None:
     """The velocity passes a first-order low-pass with this time constant."""
-    share = -math.expm1(-1 / (draft.about(over_s, 1.2) * draft.rate_Hz))
+    share = -math.expm1(-1 / (over_s * draft.rate_Hz))
     draft.known = lfilter([share], [1, share - 1], draft.known)
 
 
-def stamped(draft: Draft, every_s: float = 0.01) -> None:
+def stamped(draft: Draft, every_s: float) -> None:
     """Samples carry the time of the packet in which they arrived."""
     draft.time_s = np.floor(draft.time_s / every_s + 1e-9) * every_s
 
 
-def dropped(draft: Draft, every_s: float = 0.4, length_s: float = 0.01) -> None:
+def dropped(draft: Draft, begin_s: float, every_s: float, length_s: float) -> None:
     """Bursts of missing readings."""
-    gone = (draft.time_s + draft.rng.uniform(0, every_s)) % draft.about(every_s) < draft.about(length_s)
+    gone = (draft.time_s + begin_s) % every_s < length_s
     draft.added += np.where(gone, np.nan, 0.0)

@@ -1,24 +1,24 @@
 """Sliding scenes with a known truth: a motion, a surface and disturbances (`scene_parts`), in white noise.
 
 Synthetic on purpose: the truth is exact and a Cramér-Rao bound exists. The sign of the velocity is the sign of motion.
-Tuning sees every parameter as it stands in `scene_parts`; claims, from the seed `CLAIMS` on, draw them about that.
+Tuning sees every parameter as it stands in `scenes.toml`; claims, from the seed `CLAIMS` on, draw them about that.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.references.bounds import wavelength_bound
+from papilla.studies import parameters
 from papilla.studies.estimator_bench import fem_surfaces
 from papilla.studies.estimator_bench import scene_parts as parts
-from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Draft, grating, profile_amplitudes
+from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
 CLAIMS = 100
@@ -27,109 +27,73 @@ MAINS_HZ = (50.0, 60.0)
 HIDDEN, APART = 6, 3.0
 """Number of harmonics of a fundamental that may be hidden by hum; and resolutions that separate a line from a louder
 one."""
-Part = Callable[[Draft], None]
+RULES = parameters.tables(__package__, "scenes")
+
+
+class Part(NamedTuple):
+    """A function of `scene_parts` or `fem_surfaces`, by name, with parameters other than those of its rules."""
+
+    name: str
+    changes: Mapping[str, Any] = MappingProxyType({})
+
+    @classmethod
+    def of(cls, entry: str | Mapping[str, Any]) -> "Part":
+        """The part of an entry of the file: its name, or a table."""
+        given = {"part": entry} if isinstance(entry, str) else dict(entry)
+        return cls(given.pop("part"), given)
+
+    def __call__(self, draft: Draft) -> None:
+        """Change the draft. A number in place of a rule changes the value that the rule draws about."""
+        rules = dict(RULES["parts"].get(self.name, {}))
+        for key, change in self.changes.items():
+            rules[key] = {**rules[key], "about": change} if _rules(rules.get(key)) and not _rules(change) else change
+        act = getattr(parts, self.name, None) or getattr(fem_surfaces, self.name)
+        act(draft, **parameters.drawn(rules, draft.rng, vary=draft.drawn))
+
+
+def _rules(entry: Any) -> bool:
+    return isinstance(entry, Mapping)
 
 
 class Recipe(NamedTuple):
-    """A motion, a surface, disturbances in their order, seconds, a motion of the skin relative to the finger, and
+    """A motion, a surface, disturbances in their order, a motion of the skin relative to the finger, seconds, and
     samples per second."""
 
     motion: Part
-    surface: Part
+    surface: Part = Part("grating")
     disturbances: tuple[Part, ...] = ()
-    seconds: float = 4.0
     skin: Part | None = None
+    seconds: float = 4.0
     rate_Hz: float = 1000.0
+
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> "Recipe":
+        """The recipe of a table of the file."""
+        made = {key: Part.of(table[key]) for key in ("motion", "surface", "skin") if key in table}
+        return cls(**{**table, **made, "disturbances": tuple(map(Part.of, table.get("disturbances", ())))})
 
     @property
     def clean(self) -> bool:
         """Whether noise is the only error, so that the Cramér-Rao bound holds for the scene."""
-        return self.surface is grating and not self.disturbances and self.skin is None
+        return self.surface == Part("grating", {}) and not self.disturbances and self.skin is None
 
     @property
     def lined(self) -> bool:
         """Whether there is a line to find."""
-        return getattr(self.surface, "func", self.surface) not in (
-            parts.smooth,
-            parts.rough,
-            parts.out_of_range,
-            fem_surfaces.edges,
-        )
+        return self.surface.name not in ("smooth", "rough", "out_of_range", "felt_edges")
 
     @property
     def hums(self) -> bool:
         """Whether the hum is louder than the surface."""
-        return parts.hum in self.disturbances
+        return Part("hum", {}) in self.disturbances
 
 
-_WAYS: Mapping[str, Part] = {"const": parts.constant, "strokes": parts.strokes}
-_SURFACES: Mapping[str, tuple[Part, tuple[Part, ...]]] = {
-    "hum": (grating, (parts.hum,)),
-    "missing fundamental": (partial(grating, missing=1), ()),
-    "two lines": (parts.two_lines, ()),
-    "30 % ridges": (partial(grating, duty=0.3), ()),
-    "rounded": (partial(grating, skin_mm=0.3), ()),
-    "drift and steps": (grating, (parts.drift, parts.steps)),
-    "force in the gauge": (grating, (parts.force,)),
-    "stick-slip": (grating, (parts.stick_slip,)),
-    "hum only": (parts.smooth, (parts.hum,)),
-    "rough, white": (partial(parts.rough, skin_mm=0.001), ()),
-    "rough, through skin": (parts.rough, ()),
-    "rough, coloured": (partial(parts.rough, slope=1.0), ()),
-    "stick-slip only": (parts.smooth, (parts.stick_slip,)),
-    "beyond the range": (parts.out_of_range, ()),
-    "no fundamental": (parts.hollow, ()),
-    "no fundamental, drift and steps": (parts.hollow, (parts.drift, parts.steps)),
-    "no fundamental, force x 8": (parts.hollow, (partial(parts.force, depth=0.7),)),
-    "1 : 1.07": (partial(parts.two_lines, ratio=1.07, factor=1.0), ()),
-    "motor only": (parts.smooth, (parts.motor,)),
-    "spikes": (grating, (parts.spikes,)),
-    "contact lost": (grating, (parts.lost,)),
-    "stamps of 10 ms": (grating, (parts.stamped,)),
-    "felt by FEM": (fem_surfaces.grating, ()),
-    "edges felt by FEM": (fem_surfaces.edges, ()),
-}
-_ENCODERS: Mapping[str, Part] = {
-    **{f"{ms} ms late": partial(parts.late, ms=ms) for ms in (4, 10, 20)},
-    **{f"scale {percent} % off": partial(parts.scaled, percent=percent) for percent in (1, 3)},
-    "encoder counts": parts.counted,
-    "dropped samples": parts.dropped,
-    "velocity smoothed": parts.smoothed,
-}
-_HAND = (
-    parts.force,
-    parts.drift,
-    parts.steps,
-    partial(parts.hum, rms=0.2),
-    partial(parts.late, ms=2),
-)
 SCENES: Mapping[str, Recipe] = MappingProxyType(
-    {
-        "const": Recipe(parts.constant, grating),
-        "act1": Recipe(parts.strokes, grating),
-        "act2": Recipe(partial(parts.strokes, peak_mm_s=197.0, rate_Hz=1.07), grating),
-        "harsh": Recipe(
-            parts.strokes,
-            grating,
-            (parts.drift, parts.steps, parts.fading, parts.friction),
-            skin=parts.play,
-        ),
-        "slow": Recipe(partial(parts.constant, speed_mm_s=1.0), grating, seconds=40.0),
-        "start": Recipe(parts.constant, grating, seconds=0.4),
-        "step": Recipe(parts.constant, parts.step),
-        "hand": Recipe(parts.hand, grating),
-        "hand, realistic": Recipe(parts.hand, grating, _HAND, skin=parts.play),
-        "quick turns": Recipe(parts.turning, grating),
-        "slow board": Recipe(
-            partial(parts.constant, speed_mm_s=10.0),
-            partial(grating, times=1.9),
-            (parts.ripple, parts.drift),
-            12.0,
-            rate_Hz=35.6,
-        ),
-        **{f"{way}, 200 Hz": Recipe(motion, grating, rate_Hz=200.0) for way, motion in _WAYS.items()},
-        **{f"strokes, {name}": Recipe(parts.strokes, grating, (own,)) for name, own in _ENCODERS.items()},
-        **{f"{way}, {name}": Recipe(motion, *of) for name, of in _SURFACES.items() for way, motion in _WAYS.items()},
+    {name: Recipe.of(table) for name, table in RULES["scenes"].items()}
+    | {
+        f"{way}, {name}": Recipe.of({"motion": motion, **table})
+        for name, table in RULES["both_ways"].items()
+        for way, motion in (("const", "constant"), ("strokes", "strokes"))
     }
 )
 """Every scene by its name."""
@@ -257,8 +221,8 @@ def scene(
     time, offsets = np.arange(round(length * rate)) / rate, np.asarray(gauge_positions_mm, float)
     asked = checks.positive("wavelength (mm)", wavelength_mm)
     draft = Draft(np.random.default_rng(seed), drawn, rate, time, offsets, asked)
-    changes = None if step_to_mm is None else partial(parts.step, to_mm=step_to_mm, at_s=step_at_s)
-    for change in (recipe.motion, recipe.skin, parts.anywhere, changes or recipe.surface, *recipe.disturbances):
+    surface = recipe.surface if step_to_mm is None else Part("step", {"to_mm": step_to_mm, "at_s": step_at_s})
+    for change in (recipe.motion, recipe.skin, Part("anywhere"), surface, *recipe.disturbances):
         if change is not None:
             change(draft)
     noise_sd = 10 ** (-checks.finite("snr_dB", snr_dB) / 20)
