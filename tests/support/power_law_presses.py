@@ -1,5 +1,6 @@
 """A problem of presses whose responses are powers of the loads, so that fits of it take milliseconds."""
 
+import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -25,7 +26,7 @@ class Powers:
 
     strained: float = 1e9
     error: float = 0.003
-    friction: str = "stick"
+    friction: float = math.inf
     large_strain: bool = True
     most: float = 1e9
     specimen = "a block"
