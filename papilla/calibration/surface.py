@@ -41,6 +41,7 @@ class Spline:
         windows = np.lib.stride_tricks.sliding_window_view(coefficients, (4,) * axes, axis=tuple(range(1, axes + 1)))
         for axis in range(axes):
             windows = np.moveaxis(np.tensordot(windows, POWERS, (1 + axes + axis, 0)), -1, 1 + axes + axis)
+        # Each axis: four neighbouring coefficients of a cell times POWERS are the powers of the polynomial in it.
         # (cells ..., powers ..., c): a cell's polynomials lie together.
         self.polynomials = np.ascontiguousarray(np.moveaxis(windows, 0, -1))
         self._last = [count - 1 for count in self.polynomials.shape[:axes]]
@@ -262,6 +263,7 @@ def solve_cubic(cubic: Sequence[float], value: float) -> float:
     u = min(max((value - p) / rise, 0.0), 1.0) if rise > 0 else 0.5
     for _ in range(NEWTON_STEPS):
         error, slope = p - value + u * (q + u * (r + u * s)), q + u * (2 * r + 3 * u * s)
+        # Newton's step, unless it leaves the bracket that is known: then bisection, so that it cannot diverge.
         below, above = (u, above) if error < 0 else (below, u)
         following = u - error / slope if slope > 0 else -1.0
         if not below <= following <= above:

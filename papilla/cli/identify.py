@@ -119,8 +119,6 @@ def _held(fix: list[str]) -> dict[str, float]:
 
 def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
     """Parameters with intervals, and doubts, as plain values."""
-    from papilla.specimen import physics_words
-
     parameters = {}
     for name, value in found.values.items():
         parameters[name] = {"value": value, "free": name in found.names}
@@ -136,10 +134,7 @@ def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
         "condition": diagnosis.condition,
         "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
         "friction": found.problem.friction,
-        "physics": " and ".join(
-            physics_words(shape.specimen, shape.friction, shape.responses[0].large_strain)
-            for shape in found.problem.shapes
-        ),
+        "physics": " and ".join(shape.physics for shape in found.problem.shapes),
         "profiles": [vars(one) for one in diagnosis.profiles],
         "influence": diagnosis.influence.tolist(),
         "doubts": list(diagnosis.doubts),

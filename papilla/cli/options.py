@@ -106,6 +106,7 @@ def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
 
     @wraps(command)
     def called(**values: Any) -> None:
+        """Fill the groups, run the command, print its answer or its JSON, and end with its exit code."""
         watch, as_json = Stopwatch(), answers and values.pop("as_json")
         filled = {
             name: kind(**{field.name: values.pop(field.name) for field in fields(kind)})

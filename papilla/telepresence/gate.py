@@ -60,6 +60,8 @@ class Offset:
         if not 0 <= round_trip_ns <= FRESH_NS:
             return
         if self._trips:
+            # The shortest trip waited least in queues, so it knows the offset best. Others may differ by half of both
+            # trips.
             shortest, known = min(self._trips)
             apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + 5_000_000
             self._contradicted = self._contradicted + 1 if apart else 0
@@ -124,6 +126,7 @@ class Gate:
     def admit(self, datagram: bytes, now_ns: int) -> Received | None:
         """The message of a datagram from the peer's address, or None; then the cause has been counted."""
         counts, data = self.counts, datagram
+        # Cheap tests first, so that a flood costs little: size, key, form; the session and the number last.
         if len(datagram) > MAX_BYTES:
             counts.oversize += 1
             return None
@@ -147,10 +150,12 @@ class Gate:
         new."""
         header, counts = message.header, self.counts
         proven = header.echo_session == self.session and 0 <= now_ns - header.echo_ns <= FRESH_NS
+        # Our own message, sent back to us.
         if header.session == self.session:
             counts.forged += 1
             return None
         if self._peer is None or header.session != self._peer[0].session:
+            # An unknown session: answer it by an echo in our next header, and wait for its proof.
             if not proven:
                 self._candidate = header, now_ns
                 counts.unproven += 1
@@ -161,6 +166,7 @@ class Gate:
             return None
         self._peer, self._newest = (header, now_ns), header.sequence
         if proven:
+            # Time that the message spent on the wires: without the time for which the peer held our echo.
             trip = now_ns - header.echo_ns - header.held_ns
             self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)
         counts.accepted += 1

@@ -152,6 +152,7 @@ def run(
     for row, now in enumerate(time.tolist()):
         if row % PROGRESS_ROWS == 0:
             progress(round(now), round(scene.seconds))
+        # One clock for both ends, and a fixed order of steps: the run is the same for the same seed.
         here.time_s = there.time_s = now
         places.append(hand.step(now))
         sensor.step(now)

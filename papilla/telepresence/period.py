@@ -51,8 +51,10 @@ class Period:
         """Times in s since the first tick, for so long."""
         begin, period, number = self._clock(), round(1e9 * self.period_s), 0
         while number * self.period_s < seconds:
+            # On a grid from the beginning, so that late ticks do not shift all later ones.
             due = begin + number * period
             now = self._clock()
+            # A sleep may end early.
             while now < due:
                 self._sleep(1e-9 * (due - now))
                 now = self._clock()
@@ -62,6 +64,7 @@ class Period:
             self.busy.add(1e-9 * (time.thread_time_ns() - had))
             done = self._clock()
             self.work.add(1e-9 * (done - now))
+            # Ticks that are already over are left out and counted, instead of being caught up in a hurry.
             following = max(number + 1, (done - begin) // period)
             self.missed += following - number - 1
             number = following

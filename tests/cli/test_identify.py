@@ -53,7 +53,7 @@ def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_pat
     outer = found["parameters"]["outer_modulus_MPa"]
     assert outer["lower"] < 0.2 < outer["upper"] and outer["lower"] < outer["value"] < outer["upper"]
     assert found["presses"] == 10 and found["friction"] == "not told" and found["finger"] == str(out)
-    assert found["physics"] == "block 10 mm thick, friction not told, large strain included"
+    assert found["physics"] == "block 10 mm thick, friction not stated, large strain included"
     assert any("g2 reads backwards" in doubt for doubt in found["doubts"])
     assert "but 1 of 5 gauges read backwards: identified from 10 presses" in found["status"]
     finger = Finger.load(out)

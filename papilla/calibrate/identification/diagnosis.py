@@ -28,7 +28,7 @@ POORLY = 0.15
 likelihood."""
 
 INFLUENTIAL = 1.0
-"""Change of a modulus, in standard deviations, when one press is left out, above which the press is named."""
+"""Change of a parameter, in standard deviations, when one press is left out, above which the press is named."""
 
 SWAPPED = 2 * math.log(1000)
 """Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: the prior
@@ -40,8 +40,11 @@ IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Doubts about an `Identification` from n presses. influence : (n,) change of the moduli, in standard deviations,
-    by leaving out each press. condition : condition number of the presses' information, columns scaled."""
+    """Doubts about an `Identification` from n presses.
+
+    influence : (n,) largest change of a parameter other than the gauges', in standard deviations, by leaving out each
+    press (to first order). condition : condition number of the presses' information, columns scaled.
+    """
 
     status: str
     doubts: tuple[str, ...]
@@ -66,7 +69,8 @@ def diagnose(found: Identification) -> Diagnosis:
     if "stick_share" in intervals:
         low, high = intervals["stick_share"]
         intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
-    moved = influence(found)
+    moved = influence_by_parameter(found)
+    largest = np.array([max(each) for each in zip(*moved.values(), strict=True)])
     asked = (found.asked,) if found.asked else ()
     doubts = (
         *asked,
@@ -77,9 +81,10 @@ def diagnose(found: Identification) -> Diagnosis:
         *_of_gauges(found),
     )
     doubts += tuple(sentence for one in profiles for sentence in one.doubts)
-    if moved.size and moved.max() > INFLUENTIAL:
-        row = int(moved.argmax())
-        doubts += (f"press {row + 1} alone moves a modulus by {moved[row]:.2g} of its standard deviations",)
+    if largest.size and largest.max() > INFLUENTIAL:
+        row = int(largest.argmax())
+        name = max(moved, key=lambda one: moved[one][row])
+        doubts += (f"press {row + 1} alone moves {name} by about {largest[row]:.2g} of its standard deviations",)
     n = len(found.problem.log)
     good = "ok" if not doubts else "doubtful"
     if turned := _backwards(found):
@@ -87,7 +92,7 @@ def diagnose(found: Identification) -> Diagnosis:
     doubts += (*turned, *_rubbing(found, intervals))
     quality = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
     status = f"{good}: identified from {n} presses, {quality}"
-    return Diagnosis(status, doubts, intervals, profiles, moved, _condition(found))
+    return Diagnosis(status, doubts, intervals, profiles, largest, _condition(found))
 
 
 def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identified:
@@ -139,31 +144,36 @@ def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.nd
     return tuple(rows), np.array([values[name] for name in rows]), np.array(list(rows.values()))
 
 
-def influence(found: Identification) -> np.ndarray:
-    """(n,) largest change of a parameter other than the gauges', in standard deviations, when each press is left out.
+def influence_by_parameter(found: Identification) -> dict[str, np.ndarray]:
+    """(n,) change of each parameter other than the gauges', in standard deviations, when each press is left out.
 
-    One Gauss-Newton step from the fit (Cook and Weisberg, Residuals and Influence in Regression, 1982, chapter 5).
+    One Gauss-Newton step from the fit with the weights of all presses (Cook and Weisberg, Residuals and Influence in
+    Regression, 1982, chapter 5). A new fit without the press also finds new weights and follows the curvature of the
+    model: for one log 0.45 instead of 0.93 standard deviations.
     """
     problem = found.problem
     which = np.array([not PARAMETERS[kind(name)].each_gauge for name in found.names])
     n, channels = problem.measured.shape
     if not which.any() or n < 2:
-        return np.zeros(0)
+        return {}
     jacobian, residuals = problem.jacobian(found.vector), problem.residuals(found.vector)
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / size
     information = scaled.T @ scaled
     spread = np.sqrt(np.diag(np.linalg.inv(information)))[which]
-    moved = np.zeros(n)
+    moved = np.zeros((n, int(which.sum())))
     for row in range(n):
         part = slice(row * channels, (row + 1) * channels)
+        # Information without this press, and the step that its missing residuals cause.
         without = information - scaled[part].T @ scaled[part]
         shift = np.linalg.lstsq(without, scaled[part].T @ residuals[part])[0]
-        moved[row] = np.abs(shift[which] / spread).max()
-    return moved
+        moved[row] = np.abs(shift[which] / spread)
+    names = [name for name, counts in zip(found.names, which, strict=True) if counts]
+    return dict(zip(names, moved.T, strict=True))
 
 
 def _condition(found: Identification) -> float:
+    # Without the priors' rows: what do the presses alone determine?
     rows = found.problem.jacobian(found.vector)[: -(len(found.names) + 1)]
     values = np.linalg.svd(rows / np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny), compute_uv=False)
     return float(values[0] / max(values[-1], np.finfo(float).tiny))
@@ -242,6 +252,7 @@ def _swapped(found: Identification) -> list[str]:
     for one, other in combinations(range(problem.reading_count), 2):
         order = np.arange(len(names))
         order[[one, other]] = other, one
+        # Fit the log with two columns exchanged, from the moduli that were found.
         turned = replace(problem, log=replace(problem.log, readings=problem.log.readings[:, order])).weighted()
         _, vector = descend(turned, found.vector[~problem.linear])
         costs[names[one], names[other]], _ = descend(turned.weighted(vector), vector[~problem.linear])

@@ -124,10 +124,12 @@ def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Id
         progress("identifying")
     first = problem.weighted()
     found = sorted((descend(first, start) for start in starts_of(first)), key=lambda one: one[0])
+    # Repeated presses tell the noise, but only with a model that already fits.
     first = replace(first, noise=estimated_noise(first, found[0][1]))
     ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
     ends.sort(key=lambda one: one[0])
     cost, last, vector = ends[0]
+    # Another minimum counts only if its nonlinear parameters differ; else it is the same finger found twice.
     others = [one[0] - cost for one in ends[1:] if np.abs(one[2] - vector)[~problem.linear].max(initial=0.0) > 0.05]
     return _judged(last, vector, min(others, default=None))
 
@@ -155,6 +157,7 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
         vector = problem.solved(start)
         return float((problem.residuals(vector) ** 2).sum()), vector
     low, high = (side[~problem.linear] for side in problem.bounds)
+    # `least_squares` asks for residuals and Jacobian in two calls; both come from one evaluation.
     known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -216,6 +219,7 @@ def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identi
     residuals, jacobian = problem.residuals(vector), problem.jacobian(vector)
     of_presses = residuals[:-priors]
     covariance = _covariance(problem, vector)
+    # Degrees of freedom that the presses themselves lose to the fit: a parameter that its prior decides uses none.
     used = float(np.trace(covariance @ (jacobian[:-priors].T @ jacobian[:-priors])))
     freedom = float(np.isfinite(problem.measured).sum()) - used
     chi_square = float((of_presses**2).sum())

@@ -86,6 +86,7 @@ def freed(
     names: list[str] = []
     alike: list[str] = []
     while _misfit(best) and len(names) < MOST_FREED:
+        # Score test first: a whole fit for each candidate would take minutes.
         gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
         likely = sorted(gains, key=lambda name: -gains[name])[:TRIED]
         if progress is not None:
@@ -97,6 +98,7 @@ def freed(
         best = tried.pop(name)
         names.append(name)
         alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE]
+    # Only if the model then fits: otherwise the freed parameter would only hide another error.
     if not names or _misfit(best):
         return found
     named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)

@@ -56,6 +56,7 @@ def problem_of(
     refuse(log, finger)
     held = checked_values(fix or {}, finger)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
+    # Several specimens: the one with the most presses defines the parameter thickness.
     if log.on is not None:
         touched = log.specimens[int(np.bincount(log.on).argmax())]
     if isinstance(touched, Block) and "thickness_mm" in held:
@@ -131,6 +132,7 @@ def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
     there."""
     gauges = []
     for gauge in finger.gauges:
+        # Rounded, so that a gauge that is moved and moved back has its designed place to the last digit.
         back = [
             float(np.round(at - by, 9)) for at, by in zip(gauge.moved_mm, moved_by(values, gauge.name), strict=True)
         ]
@@ -229,6 +231,7 @@ def shapes_of(
                 f"a tilt moves the contact with a {kept.words} by what it turns about: only flat ones tell it"
             )
         responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
+        # Friction not stated: stick and no friction, between which a share is fitted.
         if friction is None and responses[0].friction:
             responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)

@@ -12,10 +12,10 @@ from papilla.fem.pressing.off_apex import MoveLimits, OffApex
 from papilla.fem.pressing.response import RATIO_LIMITS, Response
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.logs import PressLog
-from papilla.specimen import Friction, Specimen, friction_words
+from papilla.specimen import Friction, Specimen, friction_words, physics_words
 
 NOT_STATED = "not told"
-"""Friction of presses if it is not stated: responses with and without it are mixed."""
+"""Friction of presses, in records and JSON, if it is not stated: responses with and without it are mixed."""
 
 LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
 """Quantities on whose logarithms every press depends; the last one alone is the ratio of moduli."""
@@ -45,6 +45,12 @@ class Shape:
     def friction(self) -> Friction:
         """Friction of the presses: Coulomb's coefficient, "stick", or `NOT_STATED`."""
         return NOT_STATED if self.friction_open else friction_words(self.responses[0].friction)
+
+    @property
+    def physics(self) -> str:
+        """The physics of the presses in words."""
+        friction = "not stated" if self.friction_open else self.friction
+        return physics_words(self.specimen, friction, self.responses[0].large_strain)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +90,8 @@ def felt_by(
         rows = shape.rows
         loads = log.force_N[rows], moduli[rows], ratio * inner, inner
         felts = [one.felt(*loads) for one in shape.responses]
+        # Each response belongs to one thickness, and to stick or to no friction. Their weights are products of a
+        # polynomial in ln thickness and of the share of stick, which is linear.
         weight, steep = _between(shape.thicknesses, values["thickness_mm"])
         by_share = np.zeros_like(weight)
         if shape.friction_open:
@@ -100,6 +108,7 @@ def felt_by(
             force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
             slope["force"][rows], slope["modulus"][rows] = force, modulus
             slope["outer_modulus_MPa"][rows] = by_ratio
+            # Responses depend on F / E_inner, E / E_inner and E_outer / E_inner: E_inner stands below in all three.
             slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
             slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
             slope["stick_share"][rows] = np.tensordot(by_share, of_all, 1)

@@ -217,6 +217,8 @@ class Problem:
         by = {name: channels(felt.slopes[name], felt.depth_slopes[name]) for name in felt.slopes}
         for name, known in self.specimens.items():
             by[name] = by["modulus"] * np.isin(np.arange(len(self.log)), known.rows)[:, None]
+        # Derivative of every measurement by each free parameter: what the finger feels (moduli, places, friction), the
+        # zero of the stage, common factors, or one gauge's own factors.
         columns = np.zeros((*found.shape, len(self.free)))
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
@@ -234,6 +236,8 @@ class Problem:
                 parts = {"gain": factor * gain, "lever_mm": factor * felt.values[:, 1, k]}
                 columns[:, k, place] = parts.get(which, 1.0)
         errors = self._model_errors(values["inner_modulus_MPa"])
+        # The model's error is a share of the usual size of the gauges, not of the single gauge, which may read nearly
+        # nothing.
         size = np.sqrt((felt.values**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.values.shape)
         moved = UNSURE * np.sqrt((felt.changed**2).mean(axis=2, keepdims=True) * self._together[:, None, None])
         size = np.hypot(size, moved)
@@ -297,6 +301,7 @@ class Problem:
         vector = self.start.copy()
         vector[~self.linear] = outside
         if self.linear.any():
+            # Linear in these parameters: one least-squares step from anywhere ends at the best.
             residuals, jacobian = self.linearised(vector)
             vector[self.linear] -= np.linalg.lstsq(jacobian[:, self.linear], residuals)[0]
         return vector
@@ -305,6 +310,7 @@ class Problem:
         """Residuals (m,) with the best linear parameters, and their Jacobian (m, others) by the others."""
         vector = self.solved(outside)
         residuals, jacobian = self.linearised(vector)
+        # Kaufman's Jacobian: the part of each column that the linear parameters cannot follow.
         inner = np.linalg.qr(jacobian[:, self.linear])[0]
         outer = jacobian[:, ~self.linear]
         return residuals, outer - inner @ (inner.T @ outer)
@@ -329,6 +335,8 @@ class Problem:
             if which != "lever_mm":
                 rows[place, place], target[place] = 1 / sigma, self.prior_middle(name) / sigma
                 continue
+            # The prior is on lever - ratio x gain, relative to the largest possible gain. Relative to the fitted gain,
+            # the fit could satisfy it by shrinking gain and lever.
             gain = sizes[self.gauges.index(gauge)]
             rows[place, place] = 1 / (sigma * gain)
             other = f"gain.{gauge}"
@@ -363,6 +371,8 @@ class Problem:
     def weighted(self, vector: np.ndarray | None = None) -> "Problem":
         """The problem with the weights that follow from a vector (f,); without a vector, from the readings."""
         if vector is None:
+            # No model yet: readings grow about as the force to the power of 0.67, and the model's error is a share of
+            # them.
             slope = FIRST_EXPONENT * np.nan_to_num(self.measured)
             weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
             held, robust = dict(self.held), np.ones(self.measured.shape)
@@ -375,6 +385,8 @@ class Problem:
         """(g,) largest gains that could give readings of this size, over the levers of the prior."""
         if self.log.stated_sd is not None:
             return np.ones(self.gauge_count)
+        # Zeros do not count, so compare changes from press to press. The smallest modelled size over all levers asks
+        # for the largest gain.
         moved = self.log.readings - self.log.readings.mean(axis=0)
         parts = (felt - felt.mean(axis=0)) / MICROSTRAIN
         sizes = [np.sqrt(((parts[:, 0] + lever * parts[:, 1]) ** 2).mean(axis=0)) for lever in LEVERS_PER_GAIN_MM]
@@ -389,7 +401,9 @@ class Problem:
         spread = np.full(self.measured.shape, self.reading_noise**2)
         spread[:, self.reading_count :] = noise.indentation_mm**2
         spread += unsure**2
+        # A missing value gets a standard deviation so large that it has no weight.
         spread[np.isnan(self.measured)] *= MISSING**2
+        # An error of the force moves all channels of a press along their slopes: a matrix of rank one.
         covariance = noise.force**2 * slope[:, :, None] * slope[:, None, :]
         covariance += np.eye(len(spread[0])) * spread[:, None, :]
         return np.linalg.inv(np.linalg.cholesky(covariance))

@@ -63,6 +63,7 @@ def profile(found: Identification, name: str) -> Profile:
     """The profile of a nonlinear parameter; each step costs a fit."""
     place = found.names.index(name)
     best, sigma = float(found.vector[place]), float(found.sigma[place])
+    # If the model does not fit, the level grows with chi-square per degree of freedom, as the sigmas do.
     excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
     level = NORMAL**2 * (excess if excess > MISFIT else 1.0)
     curve = _Curve(found, name)
@@ -81,8 +82,11 @@ def profile(found: Identification, name: str) -> Profile:
             if value == limit:
                 break
         ends.append(end)
+        # Where the interval ends and where the bounds are: both are needed for the verdict and for what cuts the
+        # interval off.
         curve(end)
         curve(limit)
+    # Would the presses alone, without the parameter's prior, have bounded it?
     without = curve.without_prior
     low = min(without.values())
     rises = [max(cost for value, cost in without.items() if sign * (value - best) >= 0) - low for sign in (-1, 1)]

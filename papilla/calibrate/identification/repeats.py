@@ -41,6 +41,7 @@ def estimated_noise(problem: Problem, vector: np.ndarray) -> Noise:
         variance = np.exp(ln_variance)
         own = np.full(problem.measured.shape[1], variance[0])
         own[problem.reading_count :] = variance[-1]
+        # The stated variances as so many earlier repeats: a few presses cannot move the noise far.
         total = STATED_FREEDOM * float((ln_variance + stated**2 / variance).sum())
         for contrasts, slope in parts:
             covariance = np.diag(own) + variance[1] * np.outer(slope, slope)
@@ -52,6 +53,7 @@ def estimated_noise(problem: Problem, vector: np.ndarray) -> Noise:
     start = 2 * np.log(stated)
     sides = [(one - 2 * np.log(1e3), one + 2 * np.log(1e3)) for one in start]
     found = np.exp(minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", bounds=sides).x / 2)
+    # The estimate is of S_d or of a gauge, whichever was measured; the noise is stated for a gauge.
     readings = float(found[0]) * problem.noise.readings_microstrain / problem.reading_noise
     depth = float(found[2]) if deep else problem.noise.indentation_mm
     return replace(
@@ -81,5 +83,6 @@ def _groups(problem: Problem) -> list[np.ndarray]:
 
 def _contrasts(problem: Problem, modelled: Modelled, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Independent differences (m - 1, c) of m repeated presses, and the mean derivative (c,) by ln force."""
+    # Differences between repeats contain no error of the model; Helmert's are independent.
     off = (problem.measured - modelled.values)[rows]
     return helmert(len(rows)) @ off, modelled.by_ln_force[rows].mean(axis=0)

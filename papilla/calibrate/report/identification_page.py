@@ -31,8 +31,7 @@ def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "diagnosis": diagnosis,
         "noise": found.problem.noise.words,
-        "friction": found.problem.friction,
-        "specimen": " and ".join(shape.specimen.words for shape in found.problem.shapes),
+        "physics": " and ".join(shape.physics for shape in found.problem.shapes),
         "parameters": _parameters(found, diagnosis),
         "held": ", ".join(dict.fromkeys(map(kind, _held(found, diagnosis)))),
         "gauges": _gauges(found),

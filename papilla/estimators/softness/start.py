@@ -76,6 +76,7 @@ class Start:
         likeliest few are fitted, the others are inf."""
 
         def misfits(sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
+            """Squared misfits of the other channels when each set is left out; inf for sets that are not fitted."""
             precision, left = self._table(rows)[0], self.misfits(y, rows)
             rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
             weighted = (precision @ rest[..., None])[..., 0]

@@ -27,6 +27,7 @@ def kept(most: int) -> Callable[[Function], Function]:
 
         @wraps(function)
         def found(owner: Any, *others: Any) -> Any:
+            """The kept result, or a new one, which is then kept with `owner`."""
             known = vars(owner).setdefault(name, OrderedDict())
             if others not in known:
                 try:
