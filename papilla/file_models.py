@@ -80,7 +80,7 @@ def _same(expected: Any, value: Any) -> Any:
 
 
 def first_of(error: ValidationError) -> Mapping[str, Any]:
-    """The most helpful error of a validation: of a misspelt key, that it is unknown, not that another is missing."""
+    """The most helpful error of a validation: for a misspelt key, "unknown key" is more helpful than "key missing"."""
     first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN)
     return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN else first
 

@@ -22,8 +22,8 @@ _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
 """Test -> exponent: the principal stretch in the stress-free direction is stretch ** exponent."""
 
 POSITIVE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
-"""Ranges of a parameter in a fit, over the shear modulus of a neo-Hookean fit. No fit starts at that modulus itself, so
-that a parameter that did not move shows."""
+"""Ranges of a parameter in a fit, relative to the shear modulus of a neo-Hookean fit. No fit starts at that modulus
+itself: a parameter that ended there would look like one that the fit never moved."""
 
 
 class _Material(ABC):

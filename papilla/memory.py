@@ -34,7 +34,7 @@ OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
 FINITE_ASSEMBLY = 30e3
 """Replaces ASSEMBLY for a press at finite strain, which computes the tangents of all cells at once."""
 
-SPREAD = 1.4  # Largest factor between formula and measurement
+SPREAD = 1.4  # Largest ratio of the measured memory to that of the formula
 UNKNOWNS_PER_CELL, COLUMNS = 4.8, 0.4
 """n / c, and k / c^(2/3), of Taylor-Hood elements on meshes of the default finger."""
 

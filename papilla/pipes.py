@@ -25,7 +25,7 @@ class LiveText:
         self._next = 0
 
     def once(self) -> None:
-        """Begin again with the first line, for the last time: no line is kept any more."""
+        """Begin again with the first line. From then on lines are no longer kept, so this is the last new beginning."""
         self._ready = (self._kept or []) + self._ready
         self._kept = None
 

@@ -276,7 +276,8 @@ class TableReader(Reader):
             return [name.strip() for name in next(rows, [])], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
-        """Rows and their line numbers as a `Table`; raises `FileFormatError` for a row of another length, and text."""
+        """Rows and their line numbers as a `Table`; raises `FileFormatError` for a row of another length, and for text
+        in a column of numbers."""
         width = len(self.header)
         for row, line in zip(rows, lines, strict=True):
             if len(row) != width:

@@ -19,7 +19,8 @@ class CheckedPress:
     """One press: what was stated, what was recovered, and whether that is right.
 
     recovered_MPa, sigma_MPa, lower_MPa, upper_MPa : of `Calibration.invert`; NaN if there is none.
-    passed : the stated modulus lies in the interval, widened by the tolerance, and that interval has an end.
+    passed : the stated modulus lies in the interval, widened by the tolerance; an interval without any bound does not
+    pass.
     sentence : what happened, in words.
     """
 

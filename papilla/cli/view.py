@@ -134,7 +134,7 @@ class _Pictures:
         self.found = [pictures.shown(self.reduced, one, force=force) for one in self.touched]
 
     def write(self, what: str, targets: dict[str, Path | None], component: str | None) -> dict[str, Any]:
-        """Write the files that have a name; returns the press as plain values."""
+        """Write the files whose paths are not None; returns the press as plain values."""
         from papilla import view as pictures
         from papilla.fem.field_files import save_field
         from papilla.view.style import STRAIN

@@ -129,7 +129,8 @@ def foil_of(gauges: Iterable[Gauge]) -> tuple:
 
 
 def moved(gauge: Gauge, shape: Shape, along_mm: float, turn_deg: float = 0.0) -> Gauge:
-    """A gauge moved along the interface and turned; a degree has the length that it has on the ellipse there."""
+    """A gauge moved along the interface (mm) and turned; mm become degrees by the length of a degree of the ellipse at
+    the gauge's place."""
     assert isinstance(shape, Dome | Slab)
     angle = math.radians(angle_of(gauge, shape))
     a, c = shape.interface[0], shape.interface[-1]

@@ -191,7 +191,10 @@ class _Runner:
         self.shared = cache.key("papilla.design.batch", study.finger.sha256, study.scene, study.asked, self.place)
 
     def run(self, groups: Iterable[list[Values]]) -> None:
-        """Store the records of designs; at most `AHEAD` batches a worker are in flight. An optimiser's are kept too."""
+        """Store the records of designs; at most `AHEAD` batches a worker are in flight.
+
+        The records of designs that an optimiser asks for are stored, too.
+        """
         flight: dict[Future, tuple[list[tuple[int, Values, str]], Batch, int]] = {}
         for rows, batch in self._interleaved(groups):
             flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, 0

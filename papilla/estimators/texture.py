@@ -99,8 +99,8 @@ class Features:
 
 
 def _strokes(place: np.ndarray, widest: float) -> list[np.ndarray]:
-    """Indices of the samples of each movement one way without a step over `widest`, made to rise; samples without
-    progress are left out."""
+    """Indices of the samples of each stroke, in the order of rising place. A stroke ends at a turn and at a step over
+    `widest`; samples that do not move are left out."""
     steps = np.diff(place)
     moving = np.flatnonzero(steps)
     breaks = (np.diff(np.sign(steps[moving])) != 0) | (np.abs(steps[moving[:-1]]) > widest)

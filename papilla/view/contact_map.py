@@ -53,7 +53,7 @@ class Profile:
     layer_term: float
 
     def edge(self) -> np.ndarray:
-        """Line (181, 2) around the contact."""
+        """Points (181, 2) of the closed line around the contact, mm."""
         angle = np.linspace(0, 2 * np.pi, 181)
         return self.centre + np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self.axes.T
 

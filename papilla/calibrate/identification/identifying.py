@@ -27,8 +27,8 @@ TRIED = 3
 """Number of likely parameters of which each is tried."""
 
 ALIKE = 3.84
-"""Difference of chi-square up to which another parameter explains the presses as well: 95 % of one degree of
-freedom."""
+"""Difference of chi-square up to which two parameters explain the presses equally well: the 95 % quantile for one
+degree of freedom."""
 
 
 def identify(

@@ -155,8 +155,8 @@ class Design(NamedTuple):
 
 
 def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz: float) -> Design:
-    """The first half of a step from a stroke: its linearised model for readings (m,), NaN if missing, at times (m,)
-    before now."""
+    """The first half of a Gauss-Newton step: the model of `stroke`, linearised for readings (m,), NaN if missing, at
+    times (m,) before now."""
     seen, (_, rate, chirp, stiffness) = np.isfinite(readings), stroke.motion.tolist()
     sine, cosine, by_sine, by_cosine, turned = swung(stiffness, time)
     before = np.minimum(time[:, None] - stroke.knots, 0.0)

@@ -62,9 +62,8 @@ class HertzTable:
 
     cube_root : (k,) of the force (N). parts : (l, k, 4 + q g), whose sum weighted by `weights` (l,) gives the columns:
     semi-axes a and b (mm) over the root, layer term q, indentation (mm) over its square, and the response of the gauges
-    per newton, quantity by quantity. By Hertz's law all columns except the last group are constant. end : why the table
-    ends, as words that follow "takes".
-    complete : whether the table ends at the patch's rim.
+    per newton, quantity by quantity. By Hertz's law all columns except the last group are constant. end : what limits
+    the table, as the object of "a force of 2 N takes ...". complete : whether the table ends at the patch's rim.
     """
 
     cube_root: np.ndarray
@@ -180,8 +179,8 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
 def _branches(
     family: EllipseFamily, change: np.ndarray, slope: np.ndarray, limit: float
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """F^(1/3) (k,) of ellipses of each aspect, and columns energy / F^(5/3), a / F^(1/3), q, change of ln E* and
-    influence (q g).
+    """For each aspect: F^(1/3) (k,) of the ellipses, and a table with the columns energy / F^(5/3), a / F^(1/3), q,
+    change of ln E*, and response of the gauges (q g).
 
     On a half-space all of them except the influence are constant.
     """

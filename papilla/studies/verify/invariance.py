@@ -169,7 +169,7 @@ def _units() -> Iterator[Case]:
 
 
 def _pressed(reduced: ReducedFinger, stress: float, length: float):
-    """A press of 50 gf and the exchanges that contact takes from a cold start, all in the given units."""
+    """A press of 50 gf in the given units, and the number of iterations that its contact needs from first touch."""
     block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
     force = gf_to_newton(50) * stress * length**2
     found = contact_press(reduced, block, (force, None), 0.0)

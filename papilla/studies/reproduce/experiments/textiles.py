@@ -31,7 +31,8 @@ RATE_Hz, SECONDS = 1000.0, 4.0
 RECEPTORS_Hz = {"SA I": (2, 16), "RA": (2, 60), "PC": (40, 500), "SA II": (100, 500)}
 """Bands of the four kinds of mechanoreceptors, as the textile paper's introduction gives them."""
 YARNS_PER_INCH = {"1": (95, 64), "2": (65, 100), "3": (175, 108), "4": (78, 59)}
-"""Warp and weft of the four fabrics; the table says per 10 cm, which does not agree with the weights."""
+"""Warp and weft yarns of the four fabrics per inch. The printed table says per 10 cm, but these counts agree with the
+printed weights only per inch."""
 STROKE_MM_S = 10.0
 CHANCES, SEARCHES = 400, 20
 """Number of random draws: for the choice by amplitude, and for searches by concordance over all bands."""

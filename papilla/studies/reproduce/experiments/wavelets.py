@@ -168,7 +168,7 @@ def table_3(runs: list[ActiveRun]) -> np.ndarray:
 
 
 def accuracy(runs: list[ActiveRun], left_out: int, cause: bool = True, splits: int = 1000) -> float:
-    """Per cent right by the nearest neighbour in the mean f_MP of the two pairs."""
+    """Percentage of runs that the nearest neighbour classifies correctly; features: the mean f_MP of both pairs."""
     features = [[own.mean_Hz for own in one.windows] for one in runs]
     names = [f"{one.period_mm:g}" for one in runs]
     if not cause:
