@@ -65,8 +65,8 @@ than the least energy does."""
 
 EDGE_BAND = 1.2
 """Largest difference between the area of an ellipse and the area that belongs to the pressed nodes. Its unit is the
-area of the strip at the contact's edge: all triangles at pressed nodes, less the nodes' own area. True ellipses stay below
-0.93; a square, whose low moments an ellipse can match, gives 1.5 or more."""
+area of the strip at the contact's edge: all triangles at pressed nodes, less the nodes' own area. True ellipses stay
+below 0.93; a square, whose low moments an ellipse can match, gives 1.5 or more."""
 
 EQUAL_ELEMENTS, STEEPNESS = 5, 10
 """Elements across the radius at which ellipse and nodes have equal weight, and the power of n in the weight."""
