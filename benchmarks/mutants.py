@@ -82,6 +82,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
     ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket that is wider than it need be",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
+    ("papilla/calibrate/relaxation.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
     ("papilla/estimators/published/wavelet/transform.py", "6", "7"): "zeros behind where a wavelet has died away",
