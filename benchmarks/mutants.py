@@ -351,10 +351,10 @@ def reached(package: str, tree: Path) -> dict[str, tuple[float, list[str]]]:
     return found
 
 
-def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]]) -> tuple[float, list[str]]:
+def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]], tree: Path) -> tuple[float, list[str]]:
     """The tests that reach the mutant's function; of what stands outside of functions, those that reach a file in
-    which its name occurs; all where none does (a child's code)."""
-    line, body = mutant.span[0], ast.parse((ROOT / mutant.file).read_text())
+    which its name occurs; all where none does (a child's code). The copy `tree` stays as it is if the checkout changes."""
+    line, body = mutant.span[0], ast.parse((tree / mutant.file).read_text())
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
         for node in ast.walk(body)
@@ -365,7 +365,7 @@ def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]]) -> tuple
     top = next(node for node in body.body if node.lineno <= line <= (node.end_lineno or 0))
     stored = (node.id for node in ast.walk(top) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
     name = re.compile(rf"\b({'|'.join({*stored, getattr(top, 'name', Path(mutant.file).stem)})})\b")
-    texts = {file: (ROOT / file).read_text() for file in tests if file.endswith(".py")}
+    texts = {file: (tree / file).read_text() for file in tests if file.endswith(".py")}
     users = {test for file, text in texts.items() if name.search(text) for test in tests[file][1]}
     return (tests[EVERY][0], [test for test in tests[EVERY][1] if test in users]) if users else tests[""]
 
@@ -408,7 +408,7 @@ def main() -> None:
             tree = copied(Path(folder).resolve() / "tree")
             tests, found = reached(package, tree), []
             for one in plan:
-                found.append(verdict(one, tests_of(one, tests), tree))
+                found.append(verdict(one, tests_of(one, tests, tree), tree))
                 print(f"{package}: {found[-1]}  {one}", flush=True)
         alive, late = found.count("SURVIVED"), found.count("killed by time")
         share = f"{len(found) - alive} of {len(found)} killed ({100 * (1 - alive / len(found)):.0f} %)"
