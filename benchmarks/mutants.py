@@ -353,7 +353,8 @@ def reached(package: str, tree: Path) -> dict[str, tuple[float, list[str]]]:
 
 def tests_of(mutant: Mutant, tests: dict[str, tuple[float, list[str]]], tree: Path) -> tuple[float, list[str]]:
     """The tests that reach the mutant's function; of what stands outside of functions, those that reach a file in
-    which its name occurs; all where none does (a child's code). The copy `tree` stays as it is if the checkout changes."""
+    which its name occurs; all where none does (a child's code). The copy `tree` is read, because the checkout may
+    change while this runs."""
     line, body = mutant.span[0], ast.parse((tree / mutant.file).read_text())
     inside = [
         min([node.lineno, *(one.lineno for one in node.decorator_list)])
