@@ -182,7 +182,8 @@ def test_gauges_look_swapped_if_chi_square_falls_by_twice_ln_1000(
 
 def test_a_diagnosis_has_profiles_of_what_is_poorly_determined_and_normal_intervals_of_the_rest(monkeypatch, found):
     monkeypatch.setattr(diagnosis, "profile", lambda found, name: profiles.Profile(name, 0.1, 0.9, "bounded"))
-    monkeypatch.setattr(diagnosis, "influence", lambda found: np.array([0.1, 1.01, 0.3]))
+    moved = {"outer_modulus_MPa": np.array([0.1, 0.2, 0.3]), "touch_down_mm": np.array([0.0, 1.01, 0.1])}
+    monkeypatch.setattr(diagnosis, "influence_by_parameter", lambda found: moved)
     one = varied(found, {"outer_modulus_MPa": 0.151, "inner_modulus_MPa": 0.149, "gain.g1": 9.0}, chi_square=5.0)
     told = diagnosis.diagnose(one)
     assert [each.name for each in told.profiles] == ["outer_modulus_MPa"]
@@ -190,9 +191,11 @@ def test_a_diagnosis_has_profiles_of_what_is_poorly_determined_and_normal_interv
     inner = one.values["inner_modulus_MPa"]
     assert told.intervals["inner_modulus_MPa"] == pytest.approx(inner * np.exp(np.array([-1, 1]) * 1.959964 * 0.149))
     assert told.intervals["gain.g1"] == pytest.approx(one.values["gain.g1"] + np.array([-1, 1]) * 1.959964 * 9)
-    assert said(told.doubts, "press 2 alone moves a modulus by 1 of its") and told.status.startswith("doubtful, but 1")
+    assert said(told.doubts, "press 2 alone moves touch_down_mm by about 1 of its") and told.status.startswith(
+        "doubtful, but 1"
+    )
     assert told.status.endswith(f"identified from 8 presses, chi-square 5 at {one.freedom:.3g} degrees of freedom")
-    monkeypatch.setattr(diagnosis, "influence", lambda found: np.array([0.1, 0.99, 0.3]))
+    moved["touch_down_mm"][1] = 0.99
     quiet = diagnosis.diagnose(varied(found, chi_square=5.0))
     assert quiet.status.startswith("ok, but 1 of 3 gauges read backwards") and len(quiet.doubts) == 1
 
@@ -370,7 +373,7 @@ def test_the_page_of_an_identification_has_its_numbers(monkeypatch, found):
     intervals = {name: (1.0, 2.0) for name in one.names}
     told = Diagnosis("ok", (), intervals, (), np.array([0.1, 0.5, 0.3, 0, 0, 0, 0, 0]), 1.0)
     page = identification_page.parts(one, told)
-    assert page["friction"] == "stick" and page["specimen"] == Block(1.0, 10.0).words and page["diagnosis"] is told
+    assert page["physics"] == found.problem.shapes[0].physics and page["diagnosis"] is told
     assert page["held"].startswith("row_along_mm, row_across_mm, place_mm, tilt_x_deg") and "gain" in page["held"]
     rows = {name: (interval, unit) for name, _, interval, unit in page["parameters"]}
     assert rows["outer_modulus_MPa"] == ("1.000 to 2.000", "MPa") and rows["thickness_mm"] == ("held", "mm")
