@@ -55,7 +55,7 @@ def run_sensor(
             found = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
             state = {Trust.OK: "ok", Trust.HELD: "wavelength held", Trust.UNKNOWN: "no wavelength"}[trust]
             if now - sensor.received_s > 1:
-                state = "no message from a display"
+                state = "no display has sent a message"
             said = f"{source.said}{found}" if math.isfinite(sensor.received_s) else ""
             report(Live(now, state, said, endpoint.gate.counts, period))
         if source.over:

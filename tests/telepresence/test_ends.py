@@ -158,7 +158,7 @@ def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
     period, told, touch = on_a_stepped_clock(wire), [], Touch(GratingTexture(1.2), 0.0)
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
     assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
-    assert all(live.state == "no message from a display" and live.said == "" for live in told)
+    assert all(live.state == "no display has sent a message" and live.said == "" for live in told)
 
 
 @pytest.mark.parametrize("leaks", [False, True])
