@@ -3,16 +3,12 @@ recovers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from papilla import cache, fem, units
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.identification import Diagnosis, Identification, diagnose, identify, record
-from papilla.calibrate.identification.presses import places
-from papilla.calibrate.identification.problem import sd_and_shares
-from papilla.calibrate.identified_finger import with_identification
 from papilla.calibrate.physics import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
 from papilla.calibrate.position_terms import with_positions
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, sweep
@@ -26,6 +22,9 @@ from papilla.logs import PressLog
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.specimen import STICK, Friction, friction_coefficient
 from papilla.workers import workers
+
+if TYPE_CHECKING:
+    from papilla.calibrate.identification import Diagnosis, Identification
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
@@ -72,8 +71,8 @@ class BenchPresses:
 
     log: PressLog
     finger: Finger
-    found: Identification
-    diagnosis: Diagnosis
+    found: "Identification"
+    diagnosis: "Diagnosis"
     recovery: Recovery
     sd_microstrain: np.ndarray
     sigma_microstrain: np.ndarray
@@ -138,7 +137,10 @@ def calibrate_finger(
         calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
-        calibration = with_identification(calibration, finger, progress, size_mm)
+        if finger.identified is not None:
+            from papilla.calibrate.identified_finger import with_identification
+
+            calibration = with_identification(calibration, finger, progress, size_mm)
         if not quick:
             progress("contacts beside the apex")
             calibration = with_positions(calibration, finger, reduced, friction)
@@ -176,6 +178,10 @@ def calibrate_bench(
     Arguments as of `identify` and `calibrate_finger`, which receives `table` (forces, moduli, quick); raises what these
     raise, and `InputError` for presses beside the apex, whose moduli a calibration at the apex cannot recover.
     """
+    from papilla.calibrate.identification import diagnose, identify, record
+    from papilla.calibrate.identification.presses import places
+    from papilla.calibrate.identification.problem import sd_and_shares
+
     if (beside := places(log).any(axis=1)).any():
         raise InputError(
             f"press {int(beside.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
@@ -223,7 +229,7 @@ def recover(
     """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
     calibration's surface. Presses outside the range of the model are left out."""
     between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
-    pressed = sweep(reduced, *between, reduced.bench.specimen, friction=friction)
+    pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
     force, modulus, sd = (
         part[pressed.valid] for part in (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
     )

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from papilla import checks
+from papilla import cache, checks
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.grid import press_grid
-from papilla.fem.pressing.large_strain import is_known, large_strain_error
+from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
 from papilla.short_repr import html_table
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
@@ -211,6 +211,24 @@ def sweep(
         strain=large_strain_error(reduced, rubbing) if large_strain else NOT_INCLUDED,
         **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
     )
+
+
+def cached_press(press: Callable[..., Press], reduced: ReducedFinger, specimen: Specimen, **scene: Any) -> Press:
+    """What `press`, a function of papilla, makes of a scene; from the cache the second time, with the old seconds.
+
+    The tables of large strain that are known for the finger are part of the key, because a press uses them.
+    """
+
+    def make() -> dict[str, np.ndarray]:
+        return {name: np.asarray(value) for name, value in vars(press(reduced, specimen, **scene)).items()
+                if name in names and value is not None}  # fmt: skip
+
+    names = [item.name for item in fields(Press)]
+    tables = [table.to_json() for table in known(reduced.strain_key)]
+    key = cache.key(press.__module__, press.__name__, reduced.to_arrays(), repr(specimen), scene, tables)
+    found = cache.fetch("press", key, make)
+    values: dict[str, Any] = {name: value if value.ndim else value.item() for name, value in found.items()}
+    return Press(**values)
 
 
 def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:

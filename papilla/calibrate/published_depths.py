@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from papilla.calibrate.press_table import cached_press
 from papilla.fem import ReducedFinger, press
 from papilla.finger import Finger
 from papilla.specimen import HalfSpace
@@ -33,6 +34,6 @@ def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
     """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
     depths = []
     for depth, force in PUBLISHED_POINTS:
-        found = press(reduced, RIGID, force_N=force)
+        found = cached_press(press, reduced, RIGID, force_N=force)
         depths.append(Depth(depth, force, found.indentation + finger.bench.touch_down))
     return depths

@@ -25,6 +25,7 @@ from papilla.errors import FileFormatError, InputError
 if TYPE_CHECKING:
     from papilla.fem import Press, ReducedFinger
     from papilla.finger import Finger
+    from papilla.specimen import Friction, Specimen
 
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
@@ -64,12 +65,10 @@ def press(
     written = _outputs(log, export, fidelity)
     keep_inputs([finger], list(written.values()))
 
-    from papilla import fem
     from papilla.fem.preparing import prepare
+    from papilla.fem.pressing.fidelity import press as press_reduced
     from papilla.files import check_writable
     from papilla.finger import Finger
-    from papilla.mesh import build
-    from papilla.specimen import STICK
 
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
     touched = specimen.of(modulus, design)
@@ -77,23 +76,14 @@ def press(
         for path in written.values():
             check_writable(path.parent)
         if fidelity == "finite":
-            mesh = build(design, size, progress=shown.line)
-            found = fem.press_finite(
-                design,
-                mesh,
-                touched,
-                force=force,
-                indentation=indentation,
-                friction=next(one for one in (rubbing, design.bench.friction, STICK) if one is not None),
-                at=at,
-                progress=shown.line,
-            )
+            load = {"force": force, "indentation": indentation}
+            found = _finite(design, size, touched, rubbing, shown.line, at=at, **load)
         else:
             reduced = prepare(design, size_mm=size, at=at, progress=shown.line)
             how: dict[str, Any] = {"fidelity": fidelity, "friction": rubbing}
-            found = fem.press(reduced, touched, force=force, indentation=indentation, **how)
+            found = press_reduced(reduced, touched, force=force, indentation=indentation, **how)
             if log is not None:
-                write_touch_log(log, found, lambda own: fem.press(reduced, touched, force=own, **how), shown.line)
+                write_touch_log(log, found, lambda own: press_reduced(reduced, touched, force=own, **how), shown.line)
             if export is not None:
                 _export(export, design, reduced, found, shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
@@ -115,6 +105,23 @@ def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
     return written
+
+
+def _finite(
+    design: "Finger",
+    size: float,
+    touched: "Specimen",
+    rubbing: "Friction | None",
+    say: Callable[[str], None],
+    **scene: Any,
+) -> "Press":
+    """The press on the whole mesh, which sticks if neither the option nor the bench states a friction."""
+    from papilla.fem.finite import press_finite
+    from papilla.mesh import build
+    from papilla.specimen import STICK
+
+    friction = next(one for one in (rubbing, design.bench.friction, STICK) if one is not None)
+    return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
 
 
 def _export(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]) -> None:

@@ -12,8 +12,6 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
-from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
@@ -71,12 +69,12 @@ _STYLE = {
 }
 
 
-_CANVAS: dict[str, tuple[Any, dict[str, None]]] = {
-    "png": (FigureCanvasAgg, {"Software": None}),
-    "pdf": (FigureCanvasPdf, {"CreationDate": None, "Creator": None, "Producer": None}),
-    "svg": (FigureCanvasSVG, {"Date": None, "Creator": None}),
+_UNDATED: dict[str, dict[str, None]] = {
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "svg": {"Date": None, "Creator": None},
 }
-"""The canvas for each kind of file, and the metadata (time, program) to leave out."""
+"""The metadata (time, program) to leave out, for each kind of file."""
 
 
 @contextmanager
@@ -165,17 +163,17 @@ def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str
 def kind_of(path: str | Path) -> str:
     """The kind of picture given by a file name's ending; raises `InputError` for an unknown one."""
     kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _CANVAS:
-        raise InputError(f"{path}: pictures are written as .{', .'.join(_CANVAS)}, not as {kind or 'a name without'}")
+    if kind not in _UNDATED:
+        raise InputError(f"{path}: pictures are written as .{', .'.join(_UNDATED)}, not as {kind or 'a name without'}")
     return kind
 
 
 def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
     """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
-    canvas, undated = _CANVAS[kind]
     stream = io.BytesIO()
     with matplotlib.rc_context(_STYLE):
-        canvas(figure).print_figure(stream, format=kind, dpi=dpi, metadata=undated)
+        # It imports the canvas of the kind when a picture of this kind is written
+        FigureCanvasAgg(figure).print_figure(stream, format=kind, dpi=dpi, metadata=_UNDATED[kind])
     return stream.getvalue()
 
 

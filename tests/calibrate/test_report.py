@@ -263,7 +263,7 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     draw = lambda *given: drawn.append(given[:4]) or [b"a picture", b"narrow"]  # noqa: E731
     # First the names of view: their modules are imported with the true names of mesh
     monkeypatch.setattr(page.view, "strain_pictures", draw)
-    monkeypatch.setattr(page.view, "shown", lambda *given, **options: (given[1], options["force"]))
+    monkeypatch.setattr(page, "cached_press", lambda *given, **options: (given[2], options["force"]))
     monkeypatch.setattr(page.mesh, "build", lambda given, size_mm: (given, size_mm))
     monkeypatch.setattr(page.mesh, "quality", lambda built: figures | {"edge_max_mm": built[1]})
     found = read(replace(swept, reduced=reduced), finger=finger)

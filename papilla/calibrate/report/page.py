@@ -11,6 +11,7 @@ from markupsafe import Markup, escape
 
 from papilla import mesh, view
 from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
+from papilla.calibrate.press_table import cached_press
 from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
 from papilla.calibrate.report import facts
 from papilla.calibrate.report.facts import AnswerMap
@@ -96,7 +97,8 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[s
     if done.reduced is None or finger is None:
         return {"quality": None, "strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
-    press = view.shown(done.reduced, specimen, force=SHOWN_FORCE_N, friction=done.presses.friction)
+    scene = {"force": SHOWN_FORCE_N, "friction": done.presses.friction}
+    press = cached_press(view.shown, done.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
         "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
