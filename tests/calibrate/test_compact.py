@@ -147,3 +147,13 @@ def test_the_example_in_cpp_compiles_and_answers_as_the_library_does(fitted, tmp
     told = [float(word) for word in re.findall(r"[0-9.]+(?= MPa| to| \()", done.stdout.splitlines()[0])]
     assert told == pytest.approx([expected.modulus_MPa, expected.lower_MPa, expected.upper_MPa], rel=1e-4)
     assert subprocess.run(["./softness"], cwd=tmp_path, input="1\n", capture_output=True, text=True).returncode == 2
+
+
+@pytest.mark.parametrize("real, ending", [("double", ""), ("float", "f")])
+def test_whole_and_tiny_coefficients_are_numbers_of_c(real, ending):
+    made = with_compact(calibration())
+    values = np.array([3.0, 0.5, 1e-5, -2.0, 1e-6])
+    text = c_header(dataclasses.replace(made, compact=dataclasses.replace(made.compact, coefficients=values)), real)
+    digits = ".17g" if real == "double" else ".9g"
+    tiny = [f"{value:{digits}}{ending}" for value in (1e-5, 1e-6)]
+    assert f"3.0{ending}, 0.5{ending}, {tiny[0]}, -2.0{ending}, {tiny[1]}" in text

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, press_table, sweep
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem.pressing import grid
 from papilla.finger import Bench
@@ -130,3 +130,21 @@ def test_arrays_there_and_back(made_up):
 
 def test_the_repr_is_short(made_up):
     assert repr(made_up) == "<Sweep of made up: 900 presses, 0.05-1 N, 0.02-5 MPa>"
+
+
+@pytest.mark.parametrize(
+    "known, curvature, answer",
+    [(True, (0.0, 0.0), "more"), (True, (0.0, 0.0), None), (False, (0.0, 0.0), "same"), (True, (0.2, 0.0), "same")],
+)
+def test_a_press_is_corrected_where_large_strain_is_known_and_the_specimen_flat(monkeypatch, known, curvature, answer):
+    found, specimen, asked = SimpleNamespace(friction=0.4), SimpleNamespace(curvature=curvature), []
+    monkeypatch.setattr(
+        press_table, "is_known", lambda reduced, friction: known and (reduced, friction) == (REDUCED, 0.4)
+    )
+    monkeypatch.setattr(press_table, "including_large_strain", lambda *parts: asked.append(parts) or answer)
+    if answer is None:
+        with pytest.raises(ContactRangeError, match="outside of the measured range"):
+            press_table.corrected(REDUCED, specimen, found)
+    else:
+        assert press_table.corrected(REDUCED, specimen, found) is (found if answer == "same" else answer)
+    assert asked == ([] if answer == "same" else [(REDUCED, specimen, found)])

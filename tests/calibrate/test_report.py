@@ -387,3 +387,31 @@ def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration
     assert cards.index(said) < cards.index("same mesh, no noise")
     assert f"{number(100 * truth.inside.mean(), 3)} % of these 3 presses have their E inside" in text
     assert f"{calibration.dominant.capitalize()} is what E is most uncertain by" in text
+
+
+def test_the_diagrams_have_forces_and_moduli_of_the_calibration(monkeypatch, swept, calibration):
+    drawn, answers = {}, AnswerMap.of(calibration)
+    names = ("sd_against_force", "sd_against_modulus", "gauge_readings", "uncertainty_map", "recovery_map")
+    for name in names:
+        monkeypatch.setattr(
+            page.view.plots, name, lambda *parts, name=name, **more: drawn.setdefault(name, (parts, more))
+        )
+    monkeypatch.setattr(page, "image", lambda plot, words: plot)
+    assert set(page._plots(swept, answers, None)) == set(names)
+    force, moduli, sd = drawn["sd_against_force"][0]
+    assert sd == pytest.approx(calibration.predict(force[:, None], np.array(moduli)[None, :]))
+    assert (force[0], force[-1]) == pytest.approx(calibration.domain["force_N"])
+    assert (moduli[0], moduli[-1]) == pytest.approx(calibration.domain["modulus_MPa"]) and moduli == sorted(moduli)
+    modulus, forces, sd = drawn["sd_against_modulus"][0]
+    assert sd == pytest.approx(calibration.predict(np.array(forces)[:, None], modulus)) and len(forces) == 6
+    along, gauges, readings, words = drawn["gauge_readings"][0]
+    shown = float(words.removesuffix(" MPa"))
+    assert readings == pytest.approx(calibration.predict_readings(along, shown), rel=0.01)
+    assert gauges == [gauge.name for gauge in calibration.gauges]
+    first, second, sigma, identified, box = drawn["uncertainty_map"][0]
+    assert first is answers.force_N and second is answers.modulus_MPa and sigma is answers.relative_sigma
+    assert (identified == answers.identified).all() and box == (*page.CHECKED_FORCE_N, *page.CHECKED_MODULUS_MPA)
+    recovery = swept.recovery
+    assert [part.tolist() for part in drawn["recovery_map"][0][:2]] == [
+        recovery.force_N.tolist(), recovery.modulus_MPa.tolist(),
+    ]  # fmt: skip
