@@ -44,7 +44,8 @@ shorter pieces; a sample does at most `MOST_PIECES` of them."""
 STEADY, SPARE_S, SPARE, GROWN = 4, 0.15, 0.25, 0.1
 """After so many searches that agree, the least time between two of them; and, once every delay of the path was tried,
 the least path between two, as a part of the path that a search covers; the same where no glance would see another
-surface, or no search found a line: a tenth of new path hardly changes what so many searches said."""
+surface, or no search found a line: a tenth of new path hardly changes what so many searches said. As long as glances
+see the line of so many searches, the next one waits for a whole window of new path."""
 GLANCE, CLEARLY = 8, 3.0
 """Cells between two glances, which test whether the newest two periods still contain the line; and the number of sigmas
 by which the line must be missing, because a step of the force passes quickly."""
@@ -95,7 +96,8 @@ class Memory:
     search : the one under way. finding : of the last search, whose path begins at origin. known : wavenumber and sigma
     of the answer; guessed : whether no search was sure of them; agreed : searches that agree; missed : searches in a
     row without a line; proved : wavenumber that many agreed on, 0 for none. glances : whether glances are possible;
-    glanced : cell of the last; doubted : whether it missed the line; changed : whether a new surface was found and not
+    glanced, seen : cell of the last, and of the last that saw the line; whole : cells until the next search as long as
+    glances see it; doubted : whether one missed it; changed : whether a new surface was found and not
     yet measured. hums_Hz : lines over time, hummed : searches since they were found. late_s, late_variance : delay of
     the path; trial, sharper : number of the delay that is tried, and how much sharper lines are for each.
     """
@@ -119,6 +121,8 @@ class Memory:
     proved: float = 0.0
     glances: bool = False
     glanced: int = 0
+    seen: int = 0
+    whole: int = 0
     doubted: bool = False
     changed: bool = False
     guessed: bool = False
@@ -232,12 +236,12 @@ class Follower:
         memory.waited += 1
         # One job a sample, so that no sample takes long: a glance comes first, because it decides whether a running
         # search looks at a surface that is gone.
-        if not memory.doubted and self._glance(end):
+        if end - memory.glanced >= GLANCE and not memory.doubted and self._glance(end):
             if memory.doubted:
                 memory.search = None
         elif memory.search is not None:
             self._advance(memory.search)
-        elif memory.doubted or (end - memory.searched >= memory.hop and not self._spare()):
+        elif memory.doubted or (end - memory.searched >= memory.hop and self._due(end)):
             begin, memory.waited = self._window_begin(end), 0
             # Too little path since the surface changed: wait for more before the first search.
             if end - begin < HOP:
@@ -245,10 +249,13 @@ class Follower:
                 return
             memory.search = Spread(Search(self._task(begin, end), begin, end, memory.cells.place(begin)))
 
-    def _spare(self) -> bool:
-        """Whether the next search can wait: many agreed, and glances would detect another surface."""
+    def _due(self, end: int) -> bool:
+        """Whether the next search is due, a hop after the last one: many that agreed save some time, if glances would
+        detect another surface; and as long as glances see the line, a whole window."""
         memory = self.memory
-        return memory.glances and memory.agreed > STEADY and memory.waited < SPARE_S * self.options.rate_Hz
+        if end - memory.seen < memory.hop and end - memory.searched < memory.whole:
+            return False
+        return not memory.glances or memory.agreed <= STEADY or memory.waited >= SPARE_S * self.options.rate_Hz
 
     def _advance(self, search: Spread) -> None:
         """Do the next piece of the running search, or several at low rates."""
@@ -262,20 +269,22 @@ class Follower:
                 return self._weigh(result, search.task.score)
 
     def _glances(self, found: Finding) -> bool:
-        """Whether glances are possible. They are not if a search must subtract other lines first, or if the line is
-        weaker than the rest of the readings, which may be another wave as well as noise."""
+        """Whether a glance may find the line missing. It may not if the line is weaker than the rest of the readings,
+        which may be another wave as well as noise."""
         power = np.abs(found.amplitude) ** 2 / 2
-        alone = not (found.mixed or self.memory.hums_Hz)
-        return bool(found.amplitude) and alone and bool((power > found.noise).any())
+        return self._alone(found) and bool((power > found.noise).any())
+
+    def _alone(self, found: Finding) -> bool:
+        """Whether a glance can measure the line: not if a search must subtract other lines first."""
+        return bool(found.amplitude) and not (found.mixed or self.memory.hums_Hz)
 
     def _glance(self, end: int) -> bool:
         """Test whether the newest periods still contain the line; if not, a search is due. False if there was no
         test."""
-        memory, found = self.memory, self.memory.finding
-        if end - memory.glanced < GLANCE or not memory.agreed or not memory.glances:
+        memory, found, cells = self.memory, self.memory.finding, self.memory.cells
+        if not (memory.agreed and self._alone(found) and (memory.glances or memory.whole)):
             return False
         memory.glanced = end
-        cells = memory.cells
         # The glance compares phases, so it must stay within one stroke, on one surface, in cells that are still stored.
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase is known only in strokes that the search used, and until the next turn.
@@ -291,7 +300,10 @@ class Follower:
         seen = np.isfinite(rows[:, 3:])
         readings = np.where(seen, rows[:, 3:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
-        memory.doubted = share is not None and share[0] + CLEARLY * share[1] < LOST
+        if share is not None:
+            memory.doubted = memory.glances and share[0] + CLEARLY * share[1] < LOST
+            if share[0] - CLEARLY * share[1] > LOST:
+                memory.seen = end
         return True
 
     def _window_begin(self, end: int) -> int:
@@ -375,6 +387,7 @@ class Follower:
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
+        memory.whole = cells if tried and memory.agreed > STEADY else 0
 
     def _soon(self, spare: int) -> int:
         """Cells until the next search, of which so many can be spared; at slow rates, where one takes few samples, a

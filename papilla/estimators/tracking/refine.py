@@ -157,21 +157,22 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
     first = len(cycles) - int((cycles[::-1] > periods).argmax())
     if cycles.max(initial=0.0) < periods + 1 or first > len(cycles) - 3:
         return None
-    place, readings, path = place[first:], readings[first:], np.maximum(np.abs(slope(place[first:])), 1e-12)
-    used = seen[first:] * path[:, None]
-    total = np.maximum(used.sum(axis=0), 1e-150)
+    place, readings, seen = place[first:], readings[first:], seen[first:]
+    path = np.maximum(np.abs(slope(place)), 1e-12)
+    total = np.maximum(path @ seen, 1e-150)
     # A gauge that is lost does not mean that its line is lost.
     weight = np.where(total > 0.5 * path.sum(), 1 / np.asarray(noise), 0.0)
     if not weight.any():
         return None
     wanted = np.asarray(wanted)
-    size = max(float((np.abs(wanted) ** 2 * weight).sum()), 1e-300)
+    power = np.abs(wanted) ** 2 * weight
+    size = max(float(power.sum()), 1e-300)
     # Amplitude in whole periods, where the mean is orthogonal to the wave; then the part of it in phase with the known
     # one.
-    values = readings - (used * readings).sum(axis=0) / total
-    wave = np.exp(-2j * np.pi * wavenumber * place)[:, None]
-    own = 2 * (wave * used * values).sum(axis=0) / total
-    rest = (used * (values - (own * np.conj(wave)).real) ** 2).sum(axis=0) / total
-    share = (used**2).sum(axis=0) / total**2
-    kept = float(((np.conj(wanted) * own).real * weight).sum()) / size
-    return kept, float(np.sqrt(2 * (rest * share * np.abs(wanted) ** 2 * weight**2).sum())) / size
+    values = seen * (readings - path @ (seen * readings) / total)
+    wave = np.exp(-2j * np.pi * wavenumber * place)
+    own = 2 * ((wave * path) @ values) / total
+    rest = path @ (values - seen * np.outer(wave.conj(), own).real) ** 2 / total
+    share = path**2 @ seen / total**2
+    kept = float((wanted.conj() * own * weight).sum().real) / size
+    return kept, float(np.sqrt(2 * (rest * share * power * weight).sum())) / size

@@ -345,9 +345,15 @@ def test_a_lateness_is_taken_when_the_lines_are_often_sharper_for_it():
 
 
 def test_the_next_look_waits_while_glances_see_and_many_agreed():
-    for known, spare in (({}, True), ({"waited": 151}, False), ({"glances": False}, False), ({"agreed": 4}, False)):
+    for known, due in (({}, False), ({"waited": 151}, True), ({"glances": False}, True), ({"agreed": 4}, True)):
         own = made(**({"glances": True, "agreed": 5, "waited": 149} | known))
-        assert own._spare() == spare
+        assert own._due(24) == due
+
+
+def test_the_next_look_waits_for_a_whole_window_while_glances_see_the_line():
+    for known, due in (({}, False), ({"searched": 399}, True), ({"seen": 476}, True), ({"whole": 0}, True)):
+        own = made(**({"searched": 400, "seen": 477, "whole": 101, "hop": 24, "waited": 151} | known))
+        assert own._due(500) == due
 
 
 def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
@@ -362,7 +368,11 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         knowing(own, **known, searched=own.memory.cells.end - 20)
         end = own.memory.cells.end
         assert own._glance(end) and own.memory.doubted == doubted and own.memory.glanced == end
-        assert not own._glance(end + 7)
+        assert own.memory.seen == end * (not doubted)
+        own.memory.glances = own.memory.doubted = False
+        assert not own._glance(end), "nothing would follow from it"
+        own.memory.whole = 100
+        assert own._glance(end) and not own.memory.doubted, "a weak line is seen, but not missed"
         own.memory.glanced, own.memory.searched = 0, 60
         assert not own._glance(end), "less path than the look had"
 
