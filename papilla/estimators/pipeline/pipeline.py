@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
+from operator import itemgetter
 from typing import Any, ClassVar, NamedTuple
 
 from papilla import checks
@@ -130,8 +131,10 @@ class Pipeline(Stream):
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._gauges, self._names = len(named), named
         self.columns = ("t_s", *named, *columns)
-        # Column of each of `OPTIONAL` in a sample; a missing one points to the NaN that is appended.
-        self._at = tuple(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
+        # The values of `OPTIONAL` in a sample; a missing one points to the NaN that is appended.
+        self._optional = itemgetter(
+            *(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
+        )
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
         self._outputs: dict[str, Output] = {}
@@ -284,7 +287,7 @@ class Pipeline(Stream):
 
     def _take(self, sample: tuple[float, ...]) -> PipelineEstimate:
         known = (*sample, _NONE)
-        force, velocity, position, tangential = [known[place] for place in self._at]
+        force, velocity, position, tangential = self._optional(known)
         tick = self._clock.tick(known[0], velocity, position)
         if tick.status == REPEATED:
             self._faults[REPEATED, ()] += 1

@@ -97,8 +97,9 @@ class Memory:
     of the answer; guessed : whether no search was sure of them; agreed : searches that agree; missed : searches in a
     row without a line; proved : wavenumber that many agreed on, 0 for none. glances : whether glances are possible;
     glanced, seen : cell of the last, and of the last that saw the line; whole : cells until the next search as long as
-    glances see it; doubted : whether one missed it; changed : whether a new surface was found and not
-    yet measured. hums_Hz : lines over time, hummed : searches since they were found. late_s, late_variance : delay of
+    glances see it; doubted : whether one missed it; changed : whether a new surface was found and not yet measured.
+    status : of the answer, None if it may have changed. hums_Hz : lines over time, hummed : searches since they were
+    found. late_s, late_variance : delay of
     the path; trial, sharper : number of the delay that is tried, and how much sharper lines are for each.
     """
 
@@ -126,6 +127,7 @@ class Memory:
     doubted: bool = False
     changed: bool = False
     guessed: bool = False
+    status: TrackingStatus | None = None
     hums_Hz: tuple[float, ...] = ()
     hummed: int = 0
     late_s: float = 0.0
@@ -196,7 +198,9 @@ class Follower:
         # The present speed is too high for the sampling rate: even the longest wavelength would alias.
         if FEWEST_STEPS * step > self.options.high:
             return TrackingStatus.ALIASED
-        return self._status()
+        if memory.status is None:
+            memory.status = self._status()
+        return memory.status
 
     def estimate(self) -> tuple[float, float]:
         """Wavelength and its standard deviation in mm; NaN before the first."""
@@ -263,7 +267,7 @@ class Follower:
         for _ in range(max(self._pieces, min(LIGHT // size, MOST_PIECES))):
             result = search.advance()
             if result is not None:
-                self.memory.search = None
+                self.memory.search = self.memory.status = None
                 if isinstance(result, Finding):
                     return self._conclude(result, search.task)
                 return self._weigh(result, search.task.score)
@@ -301,6 +305,7 @@ class Follower:
         readings = np.where(seen, rows[:, 3:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
         if share is not None:
+            memory.status = None
             memory.doubted = memory.glances and share[0] + CLEARLY * share[1] < LOST
             if share[0] - CLEARLY * share[1] > LOST:
                 memory.seen = end
