@@ -76,19 +76,19 @@ def test_a_touch_begins_in_the_air_and_lets_go():
 
 
 @pytest.mark.parametrize(
-    "disturb, gauges, force",
+    "disturb, size, gauges, force",
     [
-        (touches.creep, 0.03, 0),
-        (touches.gauge_gain, 0.03, 0),
-        (touches.zero_drift, 200 / 1000, 0),
-        (touches.force_gain, 0, 0.02),
+        (touches.creep, 0.03, 0.03, 0),
+        (touches.gauge_gain, 0.03, 0.03, 0),
+        (touches.zero_drift, 200.0, 200 / 1000, 0),
+        (touches.force_gain, 0.02, 0, 0.02),
     ],
 )
-def test_disturbances_have_their_size(disturb, gauges, force):
+def test_disturbances_have_their_size(disturb, size, gauges, force):
     """RMS over 400 seeds of the relative change at the end, of readings of 1000 microstrain."""
     changes = []
     for seed in range(400):
-        readings, felt = disturb(np.random.default_rng(seed), np.full((400, 5), 1000.0), touches.forces())
+        readings, felt = disturb(np.random.default_rng(seed), np.full((400, 5), 1000.0), touches.forces(), size)
         changes.append((readings[-1, 0] / 1000 - 1, felt[-1] / touches.forces()[-1] - 1))
     assert np.sqrt(np.mean(np.square(changes), axis=0)) == pytest.approx([gauges, force], rel=0.15)
 

@@ -10,12 +10,11 @@ import numpy as np
 
 from papilla.calibration import Calibration
 from papilla.estimators import Pipeline
+from papilla.studies import parameters
 from papilla.studies.estimator_bench.scenes import scene
 
-BLOCK, REPEATS = 500, 3
-GAUGES_MM = (-13.5, -7.2, 0.0, 7.2, 13.5)
-TEXTURE_MICROSTRAIN, MODULUS_MPA, FORCE_N, FRICTION = 60.0, 0.3, 0.45, 0.6
-NOISE: dict[str, Any] = {"gauge_sigma": 20.0, "force_sigma_N": 0.002}
+GIVEN = parameters.parameters(__name__)
+NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}
 OUTPUTS = {
     "frequency, no velocity": (),
     "wavelength": ("velocity_mm_s",),
@@ -56,29 +55,31 @@ def costs(calibration: Calibration | None, seconds: float) -> tuple[Cost, ...]:
 
 def _log(seconds: float, calibration: Calibration | None) -> dict[str, np.ndarray]:
     """The columns of a log, gauges (n, 5): a finger slides to and fro over a grating with a slightly varying force."""
-    made = scene("act1", 1.8, seed=1, seconds=seconds, gauge_positions_mm=GAUGES_MM)
-    rng, force = np.random.default_rng(0), FORCE_N + 0.01 * np.sin(2 * made.time_s)
-    gauges = TEXTURE_MICROSTRAIN * made.readings
+    made = scene("act1", GIVEN.wavelength_mm, seed=1, seconds=seconds, gauge_positions_mm=GIVEN.gauges_mm)
+    rng, force = np.random.default_rng(0), GIVEN.force_N + GIVEN.force_waver_N * np.sin(2 * made.time_s)
+    gauges = GIVEN.texture_microstrain * made.readings
     if calibration is not None:
-        gauges = gauges + calibration.predict_readings(force, MODULUS_MPA)
-    for begin in rng.integers(300, len(gauges), len(gauges) // 500).tolist():
-        gauges[begin : begin + 10, rng.integers(0, 5)] = np.nan
+        gauges = gauges + calibration.predict_readings(force, GIVEN.modulus_MPa)
+    for begin in rng.integers(GIVEN.gaps_from, len(gauges), len(gauges) // GIVEN.gap_every).tolist():
+        gauges[begin : begin + GIVEN.gap, rng.integers(0, gauges.shape[1])] = np.nan
     noisy = force + NOISE["force_sigma_N"] * rng.standard_normal(len(force))
-    tangential = FRICTION * force * np.tanh(made.velocity_mm_s / 2)
+    tangential = GIVEN.friction * force * np.tanh(made.velocity_mm_s / 2)
     columns = {"t_s": made.time_s, "gauges": gauges, "force_N": noisy, "tangential_N": tangential}
     return columns | {"velocity_mm_s": made.velocity_mm_s}
 
 
 def timed(make: Callable, rows: np.ndarray) -> tuple[float, ...]:
     """block_us to loop_p999_us of new estimators from `make`, on these rows."""
-    make().process(rows[:100])
-    parts = [rows[start : start + BLOCK] for start in range(0, len(rows), BLOCK)]
-    blocks = [np.divide(_each(make().process, parts), [len(part) for part in parts]) for _ in range(REPEATS)]
-    updates = np.array([_each(make().update, rows.tolist()) for _ in range(REPEATS)])
+    make().process(rows[: GIVEN.warm_up])
+    parts = [rows[start : start + GIVEN.block] for start in range(0, len(rows), GIVEN.block)]
+    blocks = [np.divide(_each(make().process, parts), [len(part) for part in parts]) for _ in range(GIVEN.repeats)]
+    updates = np.array([_each(make().update, rows.tolist()) for _ in range(GIVEN.repeats)])
     best = updates.min(axis=0)
-    median, high = np.quantile(best, [0.5, 0.999])
+    median, high = np.quantile(best, [0.5, GIVEN.slow])
     block = np.median(np.min(blocks, axis=0))
-    return tuple(1e6 * float(value) for value in (block, median, best.mean(), high, np.quantile(updates[0], 0.999)))
+    return tuple(
+        1e6 * float(value) for value in (block, median, best.mean(), high, np.quantile(updates[0], GIVEN.slow))
+    )
 
 
 def _each(call: Callable, arguments) -> list[float]:

@@ -9,15 +9,12 @@ from functools import partial
 
 import numpy as np
 
-LOW_MM, HIGH_MM = 0.4, 6.0
+from papilla.studies import parameters
+
+GIVEN = parameters.parameters(__name__)
+LOW_MM, HIGH_MM = GIVEN.low_mm, GIVEN.high_mm
 GRID_MM = LOW_MM / 8
-SHORT_MM, LONG_MM, LEAST_MM = 24.0, 96.0, 12.0
-"""Path of a short and of a long window (the long one equals the pipeline's memory), and smallest path for an answer."""
-HOP_MM = 2.0
-FALSE_ALARM = 1e-4
-ORDER, SOURCES = 60, 6
-"""Parameters of MUSIC: samples of a snapshot, and number of complex waves in the signal (three lines)."""
-DECIMATED = 2
+SHORT_MM, LONG_MM, LEAST_MM = GIVEN.short_mm, GIVEN.long_mm, GIVEN.least_mm
 _NOTHING = (math.nan, math.nan, False)
 
 
@@ -27,7 +24,7 @@ def hopping(search: Callable, path_mm: float, time, reading, velocity):
     travelled = np.cumsum(np.abs(np.diff(place, prepend=0.0)))
     found = np.full((3, time.size), np.nan)
     known = np.isfinite(reading)
-    hops = np.searchsorted(travelled, np.arange(LEAST_MM, travelled[-1], HOP_MM)).tolist()
+    hops = np.searchsorted(travelled, np.arange(LEAST_MM, travelled[-1], GIVEN.hop_mm)).tolist()
     for end, after in zip(hops, [*hops[1:], time.size], strict=True):
         rows = np.arange(np.searchsorted(travelled, travelled[end] - path_mm), end)
         rows = rows[known[rows]]
@@ -40,7 +37,7 @@ def hopping(search: Callable, path_mm: float, time, reading, velocity):
 def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
     """Wavelength, sigma in mm and ok of the largest line of a spectrum over the path, with or without a Hann taper.
 
-    ok: noise of the median's level reaches it more rarely than `FALSE_ALARM` in all places together. sigma: Rife &
+    ok: noise of the median's level reaches it more rarely than `false_alarm` in all places together. sigma: Rife &
     Boorstyn (1974), doi:10.1109/TIT.1974.1055282, twice that under the taper.
     """
     weight = np.abs(np.gradient(place))
@@ -58,7 +55,7 @@ def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
     wavenumber = (top + _vertex(np.log(power[top - 1 : top + 2] + 1e-300))) * step
     sigma = (2 if tapered else 1) * math.sqrt(1.5 / over) / (math.pi * span) / wavenumber**2
     places = span * (1 / LOW_MM - 1 / HIGH_MM)
-    return 1 / wavenumber, sigma, bool(over > math.log(places / FALSE_ALARM))
+    return 1 / wavenumber, sigma, bool(over > math.log(places / GIVEN.false_alarm))
 
 
 def _vertex(three) -> float:
@@ -76,23 +73,23 @@ def music(place, reading) -> tuple[float, float, bool]:
     turns = np.flatnonzero(np.diff(place)[1:] * np.diff(place)[:-1] < 0)
     first = int(turns[-1]) + 2 if turns.size else 0
     place, reading = place[first:], reading[first:]
-    spacing = DECIMATED * GRID_MM
+    spacing = GIVEN.decimated * GRID_MM
     if place.size < 2 or np.ptp(place) < LEAST_MM:
         return _NOTHING
     order = np.argsort(place, kind="stable")
     grid = np.arange(place.min(), place.max(), spacing)
     even = np.interp(grid, place[order], reading[order])
-    snapshots = np.lib.stride_tricks.sliding_window_view(even - even.mean(), ORDER)
+    snapshots = np.lib.stride_tricks.sliding_window_view(even - even.mean(), GIVEN.order)
     covariance = snapshots.T @ snapshots / len(snapshots)
     values, vectors = np.linalg.eigh(covariance + covariance[::-1, ::-1])
-    k = np.linspace(1 / HIGH_MM, 1 / LOW_MM, 1200)
-    steering = np.exp(-2j * np.pi * np.outer(k * spacing, np.arange(ORDER)))
-    log_pseudo = -np.log(np.sum(np.abs(steering @ vectors[:, :-SOURCES]) ** 2, axis=1) + 1e-300)
+    k = np.linspace(1 / HIGH_MM, 1 / LOW_MM, GIVEN.wavenumbers)
+    steering = np.exp(-2j * np.pi * np.outer(k * spacing, np.arange(GIVEN.order)))
+    log_pseudo = -np.log(np.sum(np.abs(steering @ vectors[:, : -GIVEN.sources]) ** 2, axis=1) + 1e-300)
     top = 1 + int(np.argmax(log_pseudo[1:-1]))
     wavenumber = k[top] + _vertex(log_pseudo[top - 1 : top + 2]) * (k[1] - k[0])
-    over = values[-1] / max(float(np.median(values[:-SOURCES])), 1e-300)
-    sigma = math.sqrt(1.5 / (over * len(snapshots) / ORDER)) / (math.pi * (grid[-1] - grid[0])) / wavenumber**2
-    return 1 / wavenumber, sigma, bool(over > 10)
+    over = values[-1] / max(float(np.median(values[: -GIVEN.sources])), 1e-300)
+    sigma = math.sqrt(1.5 / (over * len(snapshots) / GIVEN.order)) / (math.pi * (grid[-1] - grid[0])) / wavenumber**2
+    return 1 / wavenumber, sigma, bool(over > GIVEN.stands_out)
 
 
 def seeded_filter(time, reading, velocity):
@@ -108,13 +105,14 @@ def seeded_filter(time, reading, velocity):
     noise = 1.4826 * np.nanmedian(np.abs(np.diff(reading))) / math.sqrt(2)
     size = float(np.nanstd(reading[:begin]))
     x = np.array([0.0, 2 * np.pi / seeded[begin], np.nanmean(reading[:begin]), size, 0.0, 0.0])
-    P = np.diag([np.pi**2 / 3, (0.01 * x[1]) ** 2, size**2, size**2, size**2, size**2])
+    P = np.diag([np.pi**2 / 3, (GIVEN.seed_sigma * x[1]) ** 2, size**2, size**2, size**2, size**2])
+    walk, wander, swell = GIVEN.walk
     for row in range(begin, time.size):
         step = 0.5 * (velocity[row] + velocity[row - 1]) * (time[row] - time[row - 1])
         F = np.eye(6)
         F[0, 1] = step
         x = F @ x
-        P = F @ P @ F.T + np.diag([0.0, 1e-9 * x[1] ** 2, 1e-4 * size**2, *3 * [1e-6 * size**2]]) * abs(step)
+        P = F @ P @ F.T + np.diag([0.0, walk * x[1] ** 2, wander * size**2, *3 * [swell * size**2]]) * abs(step)
         if np.isfinite(reading[row]):
             c1, c2, s2 = math.cos(x[0]), math.cos(2 * x[0]), math.sin(2 * x[0])
             slope = -x[3] * math.sin(x[0]) - 2 * x[4] * s2 + 2 * x[5] * c2
@@ -124,4 +122,4 @@ def seeded_filter(time, reading, velocity):
             x = x + K * (reading[row] - x[2] - x[3] * c1 - x[4] * c2 - x[5] * s2)
             P = P - np.outer(K, H @ P)
         found[:, row] = 2 * np.pi / abs(x[1]), 2 * np.pi * math.sqrt(max(P[1, 1], 0.0)) / x[1] ** 2
-    return *found, found[1] < 0.02 * found[0]
+    return *found, found[1] < GIVEN.sure * found[0]

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from types import MappingProxyType
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,36 +22,30 @@ from papilla.fem import prepare
 from papilla.finger import Finger
 from papilla.references.bounds import modulus_bound
 from papilla.specimen import STICK, THICKNESS_MM, Block
+from papilla.studies import parameters
 
-MODULI_MPA = (0.05, 0.72)
-GAUGE_SIGMA, FORCE_SIGMA_N = 20.0, 0.002
-NOISE: dict[str, Any] = {"gauge_sigma": GAUGE_SIGMA, "force_sigma_N": FORCE_SIGMA_N}
-AIR, TOUCHED, PRESSES = 100, 300, 16
-LIGHT_N, FIRM_N = 0.15, 0.9
-RATE_HZ = 1000.0
-FALSE_SIGMAS, WRONG = 3.0, 0.05
-"""False confident: "ok" with an error of more than this many sigmas and more than this share of the modulus."""
-UNSEEN_VARIANT = 5
-"""Calibrations take their mesh scatter from variants 1 to 4."""
+GIVEN = parameters.parameters(__name__)
+NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}
+AIR, TOUCHED, RATE_HZ = GIVEN.air, GIVEN.touched, GIVEN.rate_Hz
 Disturbance = Callable[[np.random.Generator, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def creep(rng, readings, force, share: float = 0.03):
+def creep(rng, readings, force, share: float):
     """Readings grow under load; at the end by this share."""
     return readings * (1 + share * -np.expm1(-np.cumsum(force > 0) / (TOUCHED / 3)))[:, None], force
 
 
-def gauge_gain(rng, readings, force, sigma: float = 0.03):
+def gauge_gain(rng, readings, force, sigma: float):
     """Each gauge has its own gain."""
     return readings * (1 + sigma * rng.normal(size=readings.shape[1])), force
 
 
-def zero_drift(rng, readings, force, sigma: float = 200.0):
+def zero_drift(rng, readings, force, sigma: float):
     """Each gauge has its own zero (microstrain), already in the air."""
     return readings + sigma * rng.normal(size=readings.shape[1]), force
 
 
-def force_zero(rng, readings, force, offset: float = 0.02):
+def force_zero(rng, readings, force, offset: float):
     """The force sensor has its own zero (N), already in the air."""
     return readings, force + offset
 
@@ -69,7 +63,7 @@ def drawn(scale: float) -> tuple[Disturbance, ...]:
     return crept, *gains, partial(zero_drift, sigma=scale * Doubts.zero_microstrain), zeroed
 
 
-def force_gain(rng, readings, force, sigma: float = 0.02):
+def force_gain(rng, readings, force, sigma: float):
     """The force sensor has its own gain."""
     return readings, force * (1 + sigma * rng.normal())
 
@@ -91,36 +85,22 @@ class Touch(NamedTuple):
     others: tuple["Touch", ...] = ()
 
 
-MIXED = (
-    Touch(friction=0.0),
-    Touch(thickness_mm=5.0, friction=0.3),
-    Touch(variant=UNSEEN_VARIANT),
-    Touch(at=(1.0, 0.0)),
-    Touch(thickness_mm=20.0, friction=0.3),
-    Touch(thickness_mm=3.0),
-)
-"""Differences in presses of which a lab may be unaware."""
+def _touch(row: Any) -> Touch:
+    """The touch of a row of the file."""
+    given = dict(vars(row))
+    if "doubts" in given:
+        return Touch(disturbances=drawn(given["doubts"]), others=tuple(map(_touch, vars(GIVEN.mixed).values())))
+    known: tuple[Callable, ...] = (creep, gauge_gain, zero_drift, force_gain, force_zero)
+    sizes = vars(given.pop("disturbances", SimpleNamespace()))
+    acts = {own.__name__: own for own in known}
+    return Touch(**given, disturbances=tuple(_sized(acts[name], size) for name, size in sizes.items()))
 
-TOUCHES: Mapping[str, Touch] = MappingProxyType(
-    {
-        "noise alone": Touch(exact=True),
-        "nothing but the press": Touch(),
-        "unseen mesh": Touch(variant=UNSEEN_VARIANT),
-        "1 mm beside the apex in x": Touch(at=(1.0, 0.0)),
-        "1 mm beside the apex in y": Touch(at=(0.0, 1.0)),
-        "block of 3 mm": Touch(thickness_mm=3.0),
-        "creep of 3 %": Touch(disturbances=(creep,)),
-        "gauge gain 3 %": Touch(disturbances=(gauge_gain,)),
-        "gauge gain 6 %": Touch(disturbances=(partial(gauge_gain, sigma=0.06),)),
-        "zero drift 200 µε": Touch(disturbances=(zero_drift,)),
-        "force gain 2 %": Touch(disturbances=(force_gain,)),
-        "force zero 20 mN": Touch(disturbances=(force_zero,)),
-        "no friction": Touch(friction=0.0),
-        "realistic mix": Touch(disturbances=drawn(1.0), others=MIXED),
-        "realistic mix, twice the doubts": Touch(disturbances=drawn(2.0), others=MIXED),
-        "all of them at 1 mm in y": Touch(at=(0.0, 1.0), disturbances=(creep, gauge_gain, zero_drift, force_gain)),
-    }
-)
+
+def _sized(act: Callable, size: float) -> Disturbance:
+    return lambda rng, readings, force: act(rng, readings, force, size)
+
+
+TOUCHES: Mapping[str, Touch] = MappingProxyType({name: _touch(row) for name, row in vars(GIVEN.rows).items()})
 """Every touch by its disturbance."""
 
 
@@ -175,8 +155,12 @@ the pipeline returns no modulus that may not be used."""
 def forces() -> np.ndarray:
     """(AIR + TOUCHED,) force in N: none, then up to 0.9 and back to 0.6."""
     up, down = 2 * TOUCHED // 3, TOUCHED // 3
-    steps = np.append(np.linspace(0, PRESSES - 1, up), np.linspace(PRESSES - 1, 0.6 * PRESSES, down))
-    return np.append(np.zeros(AIR), np.linspace(LIGHT_N, FIRM_N, PRESSES)[np.round(steps).astype(int)])
+    steps = np.append(
+        np.linspace(0, GIVEN.presses - 1, up), np.linspace(GIVEN.presses - 1, GIVEN.released * GIVEN.presses, down)
+    )
+    return np.append(
+        np.zeros(AIR), np.linspace(GIVEN.light_N, GIVEN.firm_N, GIVEN.presses)[np.round(steps).astype(int)]
+    )
 
 
 def taken_as_exact(calibration: Calibration) -> Calibration:
@@ -192,14 +176,16 @@ def taken_as_exact(calibration: Calibration) -> Calibration:
 
 def bound(calibration: Calibration, modulus: float, force, by_sd: bool) -> float:
     """Cramér-Rao bound of ln E from the gauges, or S_d alone, at forces (n,), with noise alone."""
-    predict, step = calibration.predict if by_sd else calibration.predict_readings, 1e-4
-    noise = GAUGE_SIGMA / math.sqrt(len(calibration.gauges)) if by_sd else GAUGE_SIGMA
+    predict, step = calibration.predict if by_sd else calibration.predict_readings, GIVEN.relative_step
+    noise = (
+        GIVEN.gauge_sigma_microstrain / math.sqrt(len(calibration.gauges)) if by_sd else GIVEN.gauge_sigma_microstrain
+    )
     along = [
         (predict(force * (1 + df), modulus * (1 + dE)) - predict(force * (1 - df), modulus * (1 - dE))) / (2 * step)
         for df, dE in ((0.0, step), (step, 0.0))
     ]
     by_modulus, by_ln_force = (slope.reshape(len(force), -1) for slope in along)
-    return modulus_bound(by_modulus, by_ln_force / force[:, None], noise, FORCE_SIGMA_N)
+    return modulus_bound(by_modulus, by_ln_force / force[:, None], noise, GIVEN.force_sigma_N)
 
 
 def feel(
@@ -208,7 +194,7 @@ def feel(
     *,
     touches=tuple(TOUCHES),
     methods=tuple(METHODS),
-    seeds=range(100, 140),
+    seeds=range(*GIVEN.seeds),
     progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
 ) -> tuple[TouchRow, ...]:
     """A row for each touch and method: one trial per seed, each with another modulus of 0.05-0.72 MPa.
@@ -218,7 +204,8 @@ def feel(
     if len(seeds) < 2:
         raise InputError(f"trials must be at least 2, got {len(seeds)}")
     rows, force, drawn = [], forces()[AIR:], np.random.default_rng(seeds[0]).uniform(size=len(seeds))
-    moduli = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** np.sort(drawn)
+    least, most = GIVEN.moduli_MPa
+    moduli = least * (most / least) ** np.sort(drawn)
     for number, name in enumerate(touches):
         progress("softness", number, len(touches))
         touch = TOUCHES[name]
@@ -264,8 +251,8 @@ def _block(touch: Touch, readings: np.ndarray, seed: int) -> np.ndarray:
     readings = np.concatenate([np.zeros((AIR, readings.shape[1])), readings])
     for disturb in touch.disturbances:
         readings, force = disturb(rng, readings, force)
-    readings = readings + GAUGE_SIGMA * rng.normal(size=readings.shape)
-    return np.column_stack([readings, force + FORCE_SIGMA_N * rng.normal(size=len(force))])
+    readings = readings + GIVEN.gauge_sigma_microstrain * rng.normal(size=readings.shape)
+    return np.column_stack([readings, force + GIVEN.force_sigma_N * rng.normal(size=len(force))])
 
 
 def row_of(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bounds: np.ndarray) -> TouchRow:
@@ -273,7 +260,7 @@ def row_of(touch: str, method: str, found: np.ndarray, moduli: np.ndarray, bound
     ok = (found[:, 2] == 1) & np.isfinite(found).all(axis=1)
     error = np.abs(np.log(found[ok, 0] / moduli[ok]))
     over = error / (found[ok, 1] / found[ok, 0])
-    falsely = (over > FALSE_SIGMAS) & (error > WRONG)
+    falsely = (over > GIVEN.false_sigmas) & (error > GIVEN.wrong)
     middle, covered = (float(np.median(error)), float(np.mean(over <= 2))) if ok.any() else (math.nan, math.nan)
     return TouchRow(
         touch, method, float(ok.mean()), middle, _rms(error), covered, float(falsely.sum() / len(ok)), _rms(over),

@@ -16,6 +16,7 @@ from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, CHORDS, FEW_CHORDS, coated, compared, off
 from papilla.studies.verify.finger import (
@@ -30,42 +31,23 @@ from papilla.studies.verify.incompressible import residual
 from papilla.studies.verify.spectral import stack_sphere
 from papilla.units import gf_to_newton, to_microstrain
 
-CONTRASTS = (1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3)
-
-STATED = 0.03
-"""Error of S_d that a resolved press states (docs/adr/0005)."""
-
-FORCE_BOUND, AREA_BOUND, COMPLEMENTARITY = 0.01, 0.02, 1e-9
-
-MODULI = (1e-3, 1e-2, 1e-1, 1e0, 1e2, 1e6)
-"""Specimens from 1 kPa to rigid, MPa."""
-
-SLIVERS = 200
-
-PLACES = ((4.0, 0.0), (0.0, 12.0), (12.0, 10.0), (20.0, 0.0), (23.0, 0.0), (0.0, 29.5))
-"""Touch-down points (mm) from near the apex to half a millimetre from the rim."""
-
-LIGHT_BOUND = 0.07
-"""Error of fidelity hertz that `auto` states at 0.1 gf on the default mesh."""
-
-LOADS_GF = (0.1, 0.5, 2, 5, 20, 100, 300, 1000)
-"""Forces from the lightest press to more than the finger can bear."""
+GIVEN = parameters.parameters(__name__)
 
 
 def contrast() -> Iterator[Case]:
     """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
-    thickness, depth, nu = 1.0, 8.0, 0.4999
-    for ratio in CONTRASTS:
+    thickness, depth, nu = GIVEN.thickness_mm, GIVEN.depth_mm, GIVEN.nu
+    for ratio in GIVEN.contrasts:
         lower = 1 / ratio
         stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, lower, nu)]
         exact = stack_sphere(1.0, BALL_RADIUS, stack, None)
-        growth, chords = (1.6, FEW_CHORDS) if ratio <= 1 else (1.35, CHORDS)
+        growth, chords = (GIVEN.growth_on_soft, FEW_CHORDS) if ratio <= 1 else (GIVEN.growth_on_hard, CHORDS)
         layers = Layer(1.0, nu), Layer(lower, nu)
-        model = coated(*layers, thickness, depth=depth, width=60.0, ratio=growth, chords=chords)
+        model = coated(*layers, thickness, depth=depth, width=GIVEN.width_mm, ratio=growth, chords=chords)
         found = press(model.reduce(), BALL, indentation=exact.indentation, fidelity="contact")
         name = f"modulus contrast {ratio:g}"
         against = "at given indentation, against integral transforms (second method)"
-        yield from compared(name, against, found, exact, force=FORCE_BOUND, area=AREA_BOUND)
+        yield from compared(name, against, found, exact, force=GIVEN.force_bound, area=GIVEN.area_bound)
         yield residual(name, model)
 
 
@@ -74,37 +56,48 @@ def loads() -> Iterator[Case]:
     five."""
     finger, reduced = Finger.default(), default_reduced()
     other = FingerModel(finger, build(finger, variant=1)).reduce()
-    for modulus in MODULI:
+    for modulus in GIVEN.moduli_MPa:
         specimen = HalfSpace(modulus)
         scenes = _scenes(reduced, specimen)
         answers = [one for one in scenes if one is not None]
         pairs = [(one, two) for one, two in zip(scenes, _scenes(other, specimen), strict=True) if one and two]
         resolved = [(one, two) for one, two in pairs if one.resolved]
-        name = f"half-space of {modulus:g} MPa, {LOADS_GF[0]:g} to {LOADS_GF[-1]:g} gf"
+        name = f"half-space of {modulus:g} MPa, {GIVEN.loads_gf[0]:g} to {GIVEN.loads_gf[-1]:g} gf"
         counts = (
             f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {len(scenes) - len(answers)} refused"
         )
         away = max((off(one.sd, two.sd) for one, two in resolved), default=np.inf)
-        yield Case(f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, STATED)
+        yield Case(
+            f"{name}, S_d", f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)", away, GIVEN.stated
+        )
         broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
-        yield Case(f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, COMPLEMENTARITY)
-    light = press(reduced, BLOCK, force=gf_to_newton(0.1))
+        yield Case(
+            f"{name}, complementarity", "worst of pressure, gap, product (exactly 0)", broken, GIVEN.complementarity
+        )
+    light = press(reduced, BLOCK, force=gf_to_newton(GIVEN.loads_gf[0]))
     measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
-    yield Case("0.1 gf, S_d per newton", measure, off(light.sd / light.force, _point_load_sd(reduced)), LIGHT_BOUND)
+    yield Case(
+        f"{GIVEN.loads_gf[0]:g} gf, S_d per newton",
+        measure,
+        off(light.sd / light.force, _point_load_sd(reduced)),
+        GIVEN.light_bound,
+    )
 
 
 def places() -> Iterator[Case]:
     """Presses beside the apex up to the rim, each on two meshes; refusals and warnings must say so."""
-    finger = replace(Finger.default(), patch_radius=6.0)
+    finger = replace(Finger.default(), patch_radius=GIVEN.patch_mm)
     one, two = (_pressed_at(FingerModel(finger, build(Finger.default(), variant=variant))) for variant in (0, 1))
-    for at, ours, theirs in zip(PLACES, one, two, strict=True):
-        name = f"5 gf at ({at[0]:g}, {at[1]:g}) mm"
+    for at, ours, theirs in zip(GIVEN.places_mm, one, two, strict=True):
+        name = f"{GIVEN.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
         if isinstance(ours, ContactRangeError) or isinstance(theirs, ContactRangeError):
             error = ours if isinstance(ours, ContactRangeError) else theirs
             yield Case(name, f"refused: {error}", 0.0, 0.0)
             continue
         (found, broken), (other, _) = ours, theirs
-        yield Case(f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, COMPLEMENTARITY)
+        yield Case(
+            f"{name}, balance", "worst of pressure, gap, product, force (exactly 0)", broken, GIVEN.complementarity
+        )
         away = float(np.abs(found.reading - other.reading).max() / np.abs(found.reading).max())
         said = "resolved" if found.resolved else "warned"
         measure = f"worst reading on another mesh, over the largest ({said}; the status states {100 * OFF_APEX:g} %)"
@@ -112,12 +105,12 @@ def places() -> Iterator[Case]:
 
 
 def _pressed_at(model: FingerModel) -> list[tuple[Press, float] | ContactRangeError]:
-    """A press at each of `PLACES` with its residual, or the reason for its refusal."""
+    """A press at each of `places_mm` with its residual, or the reason for its refusal."""
     found: list[tuple[Press, float] | ContactRangeError] = []
-    for at in PLACES:
+    for at in GIVEN.places_mm:
         reduced = model.reduce(at)
         try:
-            pressed = pressed_by(reduced, 5)
+            pressed = pressed_by(reduced, GIVEN.place_gf)
         except ContactRangeError as error:
             found.append(error)
         else:
@@ -130,32 +123,42 @@ def thin_layer() -> Iterator[Case]:
     base = default_model().finger
     shape = base.shape
     assert isinstance(shape, Dome)
-    interface = (shape.outer[0] - 0.3, shape.outer[1] - 0.3, shape.outer[2] - 0.3)
-    thin = replace(base, shape=replace(shape, interface=interface))
+    x, y, z = (axis - GIVEN.thin_mm for axis in shape.outer)
+    thin = replace(base, shape=replace(shape, interface=(x, y, z)))
     mesh = build(thin)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
     found, expected = (
-        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), 30)
+        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), GIVEN.firm_gf)
         for finger, on in ((thin, mesh), (base, default_model().mesh))
     )
-    name = f"outer layer of 0.3 mm (worst cell of mean ratio {quality:.2g})"
-    against = "at 30 gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
-    yield from compared(name, against, found, expected, indentation=0.005, contact_area=0.02, peak_pressure=0.03)
+    name = f"outer layer of {GIVEN.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
+    against = f"at {GIVEN.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
+    yield from compared(name, against, found, expected, **vars(GIVEN.thin_bounds))
     yield residual(name, FingerModel(thin, mesh))
 
 
 def slivers() -> Iterator[Case]:
     """The default mesh with crushed cells, and one with a flat cell."""
     base = default_model()
-    ruined = crushed(base.mesh.cell(), SLIVERS)
+    ruined = crushed(base.mesh.cell(), GIVEN.slivers)
     ratio = mean_ratio(ruined.points, ruined.tets)
     model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
-    found = pressed_by(model.reduce(), 30)
-    sound = pressed_by(default_reduced(), 30)
-    name = f"{int((ratio < 0.05).sum())} slivers down to mean ratio {ratio.min():.1g}"
-    yield Case(f"{name}, S_d", "S_d at 30 gf, against the sound mesh (stated: 3 %)", off(found.sd, sound.sd), STATED)
+    found = pressed_by(model.reduce(), GIVEN.firm_gf)
+    sound = pressed_by(default_reduced(), GIVEN.firm_gf)
+    name = f"{int((ratio < GIVEN.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
+    yield Case(
+        f"{name}, S_d",
+        f"S_d at {GIVEN.firm_gf} gf, against the sound mesh (stated: 3 %)",
+        off(found.sd, sound.sd),
+        GIVEN.stated,
+    )
     away = off(found.indentation, sound.indentation)
-    yield Case(f"{name}, indentation", "indentation at 30 gf, against the sound mesh", away, 0.005)
+    yield Case(
+        f"{name}, indentation",
+        f"indentation at {GIVEN.firm_gf} gf, against the sound mesh",
+        away,
+        GIVEN.crushed_indentation_bound,
+    )
     yield residual(name, model)
     yield Case("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
 
@@ -178,7 +181,7 @@ def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:
         normal = np.cross(face[1] - face[0], face[2] - face[0])
         normal /= np.linalg.norm(normal)
         before = points[vertex].copy()
-        points[vertex] -= (1 - 1e-3) * ((before - face[0]) @ normal) * normal
+        points[vertex] -= (1 - GIVEN.crushed_height) * ((before - face[0]) @ normal) * normal
         if (volumes(points, around) > 0).all():
             taken[around] = True
             count -= 1
@@ -201,9 +204,9 @@ def _refuses_flat_cell(mesh: LayeredMesh) -> bool:
 
 
 def _scenes(reduced: ReducedFinger, specimen: Specimen) -> list[Press | None]:
-    """A press by each of `LOADS_GF`, None where it is refused."""
+    """A press by each of `loads_gf`, None where it is refused."""
     found: list[Press | None] = []
-    for force in LOADS_GF:
+    for force in GIVEN.loads_gf:
         try:
             found.append(pressed_by(reduced, force, specimen))
         except ContactRangeError:

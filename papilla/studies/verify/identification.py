@@ -13,22 +13,11 @@ from papilla.fem.pressing.response import Response, response
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import STICK, Block
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.units import MICROSTRAIN
 
-SIZE_MM = 2.8
-SAME_COST, SAME_SIGMAS = 1e-3, 0.05
-"""Tolerances: of chi-square; of parameters and ends of profiles, in sigma."""
-
-STRATEGY, TOLERANCE = 2, 0.01
-"""Strategy of Minuit, the careful one: by default it ends up to 0.3 sigma short of the minimum."""
-
-LOGS = {
-    "15 presses": ((0.05, 0.1, 0.25, 0.5, 0.98), (0.089, 0.51, 0.72), True),
-    "9 presses without depths": ((0.2, 0.5, 0.98), (0.089, 0.51, 0.72), False),
-    "4 presses on one modulus": ((0.1, 0.3, 0.6, 0.98), (0.51,), False),
-}
-"""Forces, moduli, and whether indentations are measured: the last log does not determine the outer layer's modulus."""
+GIVEN = parameters.parameters(__name__)
 
 
 def identification() -> Iterator[Case]:
@@ -39,23 +28,29 @@ def identification() -> Iterator[Case]:
     except ImportError as error:
         raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
     finger = Finger.default()
-    smooth = response(family_of(finger, size_mm=SIZE_MM), Block(1.0, 10.0))
-    for seed, (name, (forces, moduli, deep)) in enumerate(LOGS.items(), start=1):
-        log = _log(smooth, np.random.default_rng(seed), forces, moduli, deep)
-        yield from _against_minuit(name, identify(log, finger, size_mm=SIZE_MM, friction=STICK))
+    smooth = response(family_of(finger, size_mm=GIVEN.size_mm), Block(1.0, 10.0))
+    for seed, (name, presses) in enumerate(vars(GIVEN.logs).items(), start=1):
+        log = _log(smooth, np.random.default_rng(seed), **vars(presses))
+        yield from _against_minuit(name, identify(log, finger, size_mm=GIVEN.size_mm, friction=STICK))
 
 
-def _log(smooth: Response, rng: np.random.Generator, forces, moduli, deep: bool) -> PressLog:
+def _log(smooth: Response, rng: np.random.Generator, forces_N, moduli_MPa, deep: bool) -> PressLog:
     """Presses of a randomly drawn finger, with the noise that `identify` assumes."""
-    outer, inner = 0.136 * np.exp(rng.uniform(-0.69, 0.69)), 0.034 * np.exp(rng.uniform(-0.5, 0.5))
-    gain = np.exp(rng.uniform(np.log(0.02), 0, 5)) * rng.choice([-1, 1], 5)
-    lever, zero = gain * rng.uniform(-1.8, 0.8, 5), rng.uniform(-20, 20, 5)
-    force, modulus = (values.ravel() for values in np.meshgrid(forces, moduli))
-    felt = smooth.felt(force * (1 + 0.01 * rng.normal(size=force.size)), modulus, outer, inner)
+    own, gauges = GIVEN.drawn, 5
+    outer, inner = (
+        middle * np.exp(rng.uniform(-ln, ln))
+        for middle, ln in ((own.outer_MPa, own.outer_ln), (own.inner_MPa, own.inner_ln))
+    )
+    gain = np.exp(rng.uniform(np.log(own.least_gain), 0, gauges)) * rng.choice([-1, 1], gauges)
+    least, most = own.lever
+    lever = gain * rng.uniform(least, most, gauges)
+    zero = rng.uniform(-own.zero_microstrain, own.zero_microstrain, gauges)
+    force, modulus = (values.ravel() for values in np.meshgrid(forces_N, moduli_MPa))
+    felt = smooth.felt(force * (1 + own.force_noise * rng.normal(size=force.size)), modulus, outer, inner)
     readings = (gain * felt.values[:, 0] + lever * felt.values[:, 1]) / MICROSTRAIN + zero
-    readings += 5.0 * rng.normal(size=readings.shape)
-    depth = felt.indentation + 0.15 + 0.02 * rng.normal(size=force.size)
-    names = tuple(f"g{number}" for number in range(1, 6))
+    readings += own.noise_microstrain * rng.normal(size=readings.shape)
+    depth = felt.indentation + own.depth_zero_mm + own.depth_noise_mm * rng.normal(size=force.size)
+    names = tuple(f"g{number + 1}" for number in range(gauges))
     return PressLog(force, modulus, readings, names, depth if deep else None)
 
 
@@ -65,15 +60,18 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
     second = _minuit(problem, begun, found.sigma).migrad()
     least = float((problem.residuals(vector) ** 2).sum())
     yield Case(
-        f"least chi-square, {name}", "above what Minuit's migrad comes to", max(0.0, least - second.fval), SAME_COST
+        f"least chi-square, {name}",
+        "above what Minuit's migrad comes to",
+        max(0.0, least - second.fval),
+        GIVEN.same_cost,
     )
     away = np.abs((np.array(second.values) - vector) / found.sigma).max()
-    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), SAME_SIGMAS)
+    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), GIVEN.same_sigmas)
     ends, verdicts = [], 0
     for place in np.flatnonzero(~problem.linear):
         parameter = found.names[place]
         own = profile(found, parameter)
-        second.minos(parameter, cl=0.95)
+        second.minos(parameter, cl=GIVEN.confidence)
         error, middle = second.merrors[parameter], second.values[parameter]
         # If a prior limits the interval there are side valleys, and minos stays in its valley.
         if own.verdict == "bounded" and not own.cut_off_by:
@@ -83,7 +81,7 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
         verdicts += own.verdict != _verdict(problem, found, parameter)
     if ends:
         against = "largest distance to Minuit's minos, in sigma"
-        yield Case(f"95 % ends of profiles, {name}", against, max(ends), SAME_SIGMAS)
+        yield Case(f"95 % ends of profiles, {name}", against, max(ends), GIVEN.same_sigmas)
     what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
     yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
 
@@ -102,7 +100,7 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
         return 2 * problem.jacobian(vector)[rows].T @ problem.residuals(vector)[rows]
 
     found = Minuit(chi_square, start, grad=gradient, name=problem.free)
-    found.errordef, found.strategy, found.tol = Minuit.LEAST_SQUARES, STRATEGY, TOLERANCE
+    found.errordef, found.strategy, found.tol = Minuit.LEAST_SQUARES, GIVEN.strategy, GIVEN.tolerance
     found.errors = step
     sides = zip(*problem.bounds, problem.linear, strict=True)
     found.limits = [(None, None) if linear else (low, high) for low, high, linear in sides]

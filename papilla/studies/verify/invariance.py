@@ -16,6 +16,7 @@ from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.finger import Dome, Gauge, Layer
 from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, bonded_layer
 from papilla.studies.verify.finger import (
@@ -30,18 +31,7 @@ from papilla.studies.verify.finger import (
 from papilla.studies.verify.flat import FlatModel
 from papilla.units import gf_to_newton
 
-TIGHT, BALANCE, MIRROR = 1e-10, 1e-9, 1e-9
-
-WORK_BOUND = 1e-3
-"""Bound of the work of a press, integrated over `STEPS` by the trapezoidal rule."""
-
-STEPS = 40
-
-SMALL_PATCH = 8.0
-"""Patch radius (mm) that contains a press of 20 gf."""
-
-LEANING = ((17.0, 4.0, 30.0), (-33.0, -6.0, 0.0), (5.0, 0.0, 90.0))
-"""Angle, y (mm) and direction of the gauges of a design without symmetry."""
+GIVEN = parameters.parameters(__name__)
 
 
 def invariance() -> Iterator[Case]:
@@ -63,18 +53,18 @@ def _reciprocity() -> Iterator[Case]:
     # A press at the apex is symmetric about both planes: only that part of an adjoint, halved for each plane, does work
     rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
     worst = float(np.abs(rows - reduced.strain_rows).max() / np.abs(reduced.strain_rows).max())
-    yield Case("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, TIGHT)
+    yield Case("reciprocity of gauge rows", "adjoint rows, against direct solves (second method)", worst, GIVEN.tight)
 
 
 def _energy() -> Iterator[Case]:
     model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
-    pressed = pressed_by(reduced, 50)
+    pressed = pressed_by(reduced, GIVEN.firm_gf)
     displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
     yield Case("strain energy", "integral over the mesh, against half of pressure times displacement",
-                abs(stored / work - 1), BALANCE)  # fmt: skip
-    depths = np.linspace(0, pressed.indentation, STEPS + 1)[1:]
+                abs(stored / work - 1), GIVEN.balance)  # fmt: skip
+    depths = np.linspace(0, pressed.indentation, GIVEN.steps + 1)[1:]
     forces = [0.0]
     for depth in depths:
         step = contact_press(reduced, BLOCK, (None, float(depth)), 0.0)
@@ -83,7 +73,7 @@ def _energy() -> Iterator[Case]:
     stored = reduced.multiplicity * float(step.pressure @ own @ step.pressure) / 2
     work = float(np.trapezoid(forces, np.append(0, depths)))
     yield Case("work of a press", "integral of force over indentation, against stored energy",
-                abs(work / stored - 1), WORK_BOUND)  # fmt: skip
+                abs(work / stored - 1), GIVEN.work_bound)  # fmt: skip
 
 
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
@@ -98,6 +88,7 @@ def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
 def _complementarity() -> Iterator[Case]:
     """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
     reduced = default_reduced(COARSE_MM)
+    forces = ", ".join(map(str, GIVEN.forces_gf))
     specimens: dict[str, Specimen] = {
         "block": BLOCK,
         "half-space of 0.089 MPa": HalfSpace(0.089),
@@ -105,42 +96,49 @@ def _complementarity() -> Iterator[Case]:
         "soft thin block": Block(0.05, 3.0, 0.5),
     }
     for name, specimen in specimens.items():
-        presses = [pressed_by(reduced, gf, specimen) for gf in (5, 20, 60)]
+        presses = [pressed_by(reduced, gf, specimen) for gf in GIVEN.forces_gf]
         residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
-            yield Case(f"complementarity, {name}, {measure}", "largest at 5, 20, 60 gf (exactly 0)", error, BALANCE)
+            yield Case(
+                f"complementarity, {name}, {measure}", f"largest at {forces} gf (exactly 0)", error, GIVEN.balance
+            )
         balance = max(
             abs(reduced.multiplicity * float(reduced.patch.mass @ one.pressure) / one.force - 1) for one in presses
         )
         yield Case(
-            f"force balance, {name}", "integral of pressure at 5, 20, 60 gf, against the force", balance, BALANCE
+            f"force balance, {name}", f"integral of pressure at {forces} gf, against the force", balance, GIVEN.balance
         )
 
 
 def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
     base = default_model(COARSE_MM)
-    there = [Gauge(f"a{k}", angle_deg=a, y_mm=y, direction_deg=d) for k, (a, y, d) in enumerate(LEANING)]
-    back = [Gauge(f"b{k}", angle_deg=-a, y_mm=y, direction_deg=-d) for k, (a, y, d) in enumerate(LEANING)]
-    model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=SMALL_PATCH), base.mesh)
-    found = [pressed_by(model.reduce((x, 3.0)), 20) for x in (5.0, -5.0)]
+    x, y = GIVEN.leaning_at_mm
+    there = [Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d) for k, (a, b, d) in enumerate(GIVEN.leaning)]
+    back = [Gauge(f"b{k}", angle_deg=-a, y_mm=b, direction_deg=-d) for k, (a, b, d) in enumerate(GIVEN.leaning)]
+    model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=GIVEN.small_patch_mm), base.mesh)
+    found = [pressed_by(model.reduce((place, y)), GIVEN.small_gf) for place in (x, -x)]
     del model
     strain = [one.reading for one in found]
-    count = len(LEANING)
+    count = len(GIVEN.leaning)
     away = max(np.abs(strain[0][:count] - strain[1][count:]).max(), np.abs(strain[0][count:] - strain[1][:count]).max())
-    measure = "readings of a design pressed at (5, 3) mm, against its mirror image pressed at (-5, 3) mm"
-    yield Case("mirrored design, readings", measure, float(away / np.abs(strain[0]).max()), MIRROR)
+    measure = (
+        f"readings of a design pressed at ({x:g}, {y:g}) mm, against its mirror image pressed at ({-x:g}, {y:g}) mm"
+    )
+    yield Case("mirrored design, readings", measure, float(away / np.abs(strain[0]).max()), GIVEN.mirror)
     depth = abs(found[0].indentation / found[1].indentation - 1)
-    yield Case("mirrored design, indentation", measure.replace("readings", "indentation"), depth, MIRROR)
-    quarter = bonded_layer(Layer(1.0, 0.4999), 0.7, Layer(0.2, 0.4999), gauge_sites=(0.3, -0.8))
+    yield Case("mirrored design, indentation", measure.replace("readings", "indentation"), depth, GIVEN.mirror)
+    upper, lower = (Layer(modulus, GIVEN.halves_nu) for modulus in GIVEN.halves_MPa)
+    thickness, sites = GIVEN.halves_thickness_mm, GIVEN.halves_sites_mm
+    quarter = bonded_layer(upper, thickness, lower, gauge_sites=sites)
     whole = FlatModel(
         replace(quarter.mesh, mirrors=()),
         quarter.finger.outer,
         quarter.finger.inner,
         quarter.finger.patch_radius,
-        interface=0.35,
-        gauge_sites=(0.3, -0.8),
+        interface=thickness / 2,
+        gauge_sites=sites,
     )
     ball, depth = BALL, 1 / BALL_RADIUS / 4
     readings = [
@@ -148,13 +146,13 @@ def _mirrors() -> Iterator[Case]:
     ]
     away = float(np.abs(readings[0] - readings[1]).max() / np.abs(readings[0]).max())
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
-    yield Case("mirror planes, readings", measure, away, MIRROR)
+    yield Case("mirror planes, readings", measure, away, GIVEN.mirror)
 
 
 def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
     reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
-    for unit, scales in (("stress", [(1e-6, 1.0), (1e6, 1.0)]), ("length", [(1.0, 1e-6), (1.0, 1e6)])):
+    for unit, scales in vars(GIVEN.units).items():
         for stress, length in scales:
             found, taken = _pressed(_rescaled(stress, length), stress, length)
             worst = max(
@@ -163,7 +161,9 @@ def _units() -> Iterator[Case]:
                 abs(found.peak_pressure / stress / reference.peak_pressure - 1),
             )
             name = f"{unit} rescaled by {stress * length:g}"
-            yield Case(f"{name}, answer", "strain, indentation, peak pressure, against the usual units", worst, BALANCE)
+            yield Case(
+                f"{name}, answer", "strain, indentation, peak pressure, against the usual units", worst, GIVEN.balance
+            )
             measure = f"difference of {taken} from {steps} exchanges of the contact search"
             yield Case(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
 
@@ -171,7 +171,7 @@ def _units() -> Iterator[Case]:
 def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf in the given units, and the number of iterations that its contact needs from first touch."""
     block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
-    force = gf_to_newton(50) * stress * length**2
+    force = gf_to_newton(GIVEN.firm_gf) * stress * length**2
     found = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch

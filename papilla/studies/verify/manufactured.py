@@ -14,24 +14,12 @@ import numpy as np
 from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
 from papilla.mesh.layered import LayeredMesh
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube, shell
 
-MODULUS = 0.1
-
-SHORTFALL = 0.25
-"""Largest difference of the measured slope below the order."""
-
-ORDERS = {"flat": {"P1": (2.0, 1.0), "P2": (3.0, 2.0)}, "curved": {"P1": (2.0, 1.0), "P2": (2.0, 1.5)}}
-"""In L2 and H1; Taylor-Hood has those of P2. Flat facets of a curved boundary cost quadratic elements an order and a
-half of one. Source: Strang and Berger (1973), doi:10.1090/pspum/023/0337023.
-"""
-
-CAPS = {"flat": {"P1": (1e-2, 1e-1), "P2": (1e-3, 1e-2)}, "curved": {"P1": (1e-2, 1e-1), "P2": (1e-2, 1e-1)}}
-"""Largest relative error on the finer mesh, in L2 and H1."""
-
-RUNS = (("Taylor-Hood", 0.3), ("Taylor-Hood", 0.4999), ("Taylor-Hood", 0.5), ("P2", 0.3), ("P1", 0.3))
+GIVEN = parameters.parameters(__name__)
 
 
 @dataclass(frozen=True)
@@ -84,14 +72,15 @@ class Manufactured:
 def manufactured() -> Iterator[Case]:
     """Slopes between two meshes and caps on the finer one, for every element, nu, boundary and norm."""
     for boundary, solve in (("flat", _solve_flat), ("curved", _solve_curved)):
-        for element, nu in RUNS:
+        for element, nu in GIVEN.runs:
             errors = np.array([solve(mesh, element, nu) for mesh in _meshes(boundary, element)])
             slopes = np.log2(errors[0] / errors[1])
             name, degree = f"{element}, nu {nu:g}, {boundary} boundary", "P1" if element == "P1" else "P2"
-            for norm, slope, order in zip(("L2", "H1"), slopes, ORDERS[boundary][degree], strict=True):
+            orders, caps = (vars(vars(own)[boundary])[degree] for own in (GIVEN.orders, GIVEN.caps))
+            for norm, slope, order in zip(("L2", "H1"), slopes, orders, strict=True):
                 measure = f"shortfall of the slope, {slope:.2f}, from the order {order:g} (exact solution)"
-                yield Case(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), SHORTFALL)
-            for norm, error, cap in zip(("L2", "H1"), errors[1], CAPS[boundary][degree], strict=True):
+                yield Case(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), GIVEN.shortfall)
+            for norm, error, cap in zip(("L2", "H1"), errors[1], caps, strict=True):
                 yield Case(f"{name}, error in {norm}", f"{norm} norm of the error (exact solution)", float(error), cap)
 
 
@@ -106,7 +95,7 @@ def _meshes(boundary: str, element: str) -> list[LayeredMesh]:
 
 def _solve_flat(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, float]:
     """Errors on the cube: displacement given below, exact tractions on the other sides."""
-    exact, discrete = Manufactured(Layer(MODULUS, nu)), Discretisation(mesh, element)
+    exact, discrete = Manufactured(Layer(GIVEN.modulus_MPa, nu)), Discretisation(mesh, element)
     load = discrete.body_load(exact.body_force)
     for axis, value in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
         load += _plane_load(discrete, exact, axis, value)
@@ -118,7 +107,7 @@ def _solve_curved(mesh: LayeredMesh, element: str, nu: float) -> tuple[float, fl
 
     Boundary values on a sphere are known only on the true sphere, and are taken from it.
     """
-    exact, discrete = Manufactured(Layer(MODULUS, nu)), Discretisation(mesh, element)
+    exact, discrete = Manufactured(Layer(GIVEN.modulus_MPa, nu)), Discretisation(mesh, element)
 
     def pull(x):
         outward = x / np.linalg.norm(x, axis=0)

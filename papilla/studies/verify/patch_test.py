@@ -12,15 +12,12 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import INNER, OUTER
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.elements import Discretisation, one_material
 from papilla.studies.verify.structured import cube
 
-BOUND = 1e-10
-
-GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
-
-POISSONS = (0.3, 0.4999)
+GIVEN = parameters.parameters(__name__)
 
 
 def patch_test() -> Iterator[Case]:
@@ -31,29 +28,35 @@ def patch_test() -> Iterator[Case]:
 
 def exact_fields() -> Iterator[Case]:
     """Constant strain, and constant stress across the layers."""
-    mesh = cube(4, jitter=0.15, split=True)
+    mesh = cube(4, jitter=GIVEN.jitter, split=True)
     for element in ELEMENTS:
-        for nu in POISSONS:
+        for nu in GIVEN.poissons:
             error = _constant_strain(Discretisation(mesh, element), nu)
             measure = "displacement inside, linear on the boundary (exact solution)"
-            yield Case(f"constant strain, {element}, nu {nu:g}", measure, error, BOUND)
-    for contrast in (1e-3, 1e3):
+            yield Case(f"constant strain, {element}, nu {nu:g}", measure, error, GIVEN.bound)
+    for contrast in GIVEN.contrasts:
         error = _constant_stress(Discretisation(mesh, "Taylor-Hood"), contrast)
         measure = "displacement that bends on the interface, pressure that jumps there (exact solution)"
-        yield Case(f"constant stress, layer contrast {contrast:g}", measure, error, BOUND)
+        yield Case(f"constant stress, layer contrast {contrast:g}", measure, error, GIVEN.bound)
 
 
 def _constant_strain(discrete: Discretisation, nu: float) -> float:
-    return _interior_error(discrete, one_material(Layer(0.2, nu)), lambda x: np.einsum("ij,j...->i...", GRADIENT, x))
+    return _interior_error(discrete, one_material(Layer(GIVEN.strain_modulus_MPa, nu)), _linear)
+
+
+def _linear(x: np.ndarray) -> np.ndarray:
+    return np.einsum("ij,j...->i...", np.array(GIVEN.gradient), x)
 
 
 def _constant_stress(discrete: Discretisation, contrast: float) -> float:
     """Shear and confined compression by a stress that is the same above and below z = 1/2."""
-    layers = {OUTER: Layer(0.1 * contrast, 0.3), INNER: Layer(0.1, 0.4999)}
+    (nu, incompressible), modulus = GIVEN.poissons, GIVEN.stress_modulus_MPa
+    layers = {OUTER: Layer(modulus * contrast, nu), INNER: Layer(modulus, incompressible)}
+    along, across, through = GIVEN.stress_MPa
     slopes = {}
     for number, layer in layers.items():
         mu, compressibility = lame(layer)
-        slopes[number] = np.array([0.02 / mu, -0.01 / mu, 0.03 / (2 * mu + 1 / compressibility)])
+        slopes[number] = np.array([along / mu, across / mu, through / (2 * mu + 1 / compressibility)])
 
     def field(x):
         below, above = np.minimum(x[2], 0.5), np.maximum(x[2] - 0.5, 0)
@@ -80,7 +83,7 @@ def _rigid_motions() -> Iterator[Case]:
     rotations = [np.cross(axis, places) for axis in np.eye(3)]
     size = np.abs(rotations[0]).max()
     strain = max(_largest_strain(space, motion) for motion in rotations)
-    yield Case("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, BOUND)
+    yield Case("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, GIVEN.bound)
     motions = np.stack(rotations + [size * np.broadcast_to(axis, places.shape) for axis in np.eye(3)])
     interface = surfaces_of(finger)["interface"]
     measure = f"largest of 5 gauges and 6 motions of up to {size:.0f} mm (exactly 0)"
@@ -90,7 +93,7 @@ def _rigid_motions() -> Iterator[Case]:
             functional = make(gauge, gauge_frame(finger, gauge, interface), interface)
             at_points = interpolation(space, functional.points)
             worst = max(worst, *(abs(float(np.sum(functional.weights * (at_points @ motion)))) for motion in motions))
-        yield Case(f"rigid motions, gauge {name}", measure + unit, worst, BOUND)
+        yield Case(f"rigid motions, gauge {name}", measure + unit, worst, GIVEN.bound)
 
 
 def _largest_strain(space: TaylorHood, motion: np.ndarray) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
 from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Shape
 from papilla.studies.verify.axisymmetric.law import Rubber
@@ -16,33 +17,22 @@ from papilla.studies.verify.axisymmetric.rings import Rings
 from papilla.studies.verify.bodies import off
 from papilla.units import gf_to_newton
 
-MODULI = (0.05, 0.51, 100.0)
-FORCES_GF = (5, 20, 60)
-
-LINEAR = {"S_d": 5e-3, "gauges": 1e-2, "indentation": 5e-3, "contact area": 0.03, "peak pressure": 0.03}
-"""Bounds of linear presses: twice the largest error of six meshes, which differ from machine to machine."""
-
-PRESSED_N, PRESSED_MPA = 0.6, 0.51
-"""The press whose change by large strain is compared."""
-COARSE_MM = 1.4
-"""Element size of that press, with large strain and without: the elements' own errors cancel."""
-
-CHANGE = {"S_d": 6e-3, "indentation": 3e-3}
-"""Bounds of the change by large strain: the press assumes a linear block."""
+GIVEN = parameters.parameters(__name__)
+LINEAR = vars(GIVEN.linear)
 
 
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
     yield from _linear(FingerModel(FINE.finger, build(FINE.finger)).reduce())
-    mesh = build(FINE.finger, size_mm=COARSE_MM)
+    mesh = build(FINE.finger, size_mm=GIVEN.coarse_mm)
     reduced = FingerModel(FINE.finger, mesh).reduce()
-    yield from _large_strain(mesh, press(reduced, _block(PRESSED_MPA), force=PRESSED_N, fidelity="contact"))
+    yield from _large_strain(mesh, press(reduced, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, fidelity="contact"))
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
-    for modulus in MODULI:
+    for modulus in GIVEN.moduli_MPa:
         rings = Rings(_bodies(FINE, modulus, linear=True), FINE.finger.gauges)
-        for force_gf in FORCES_GF:
+        for force_gf in GIVEN.forces_gf:
             force = gf_to_newton(force_gf)
             exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
             errors = {
@@ -63,20 +53,20 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK, "stuck"))
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        found = press_finite(FINE.finger, mesh, _block(PRESSED_MPA), force=PRESSED_N, friction=friction)
+        found = press_finite(FINE.finger, mesh, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, friction=friction)
         changes = {
             "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
             "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(f"large strain {name}, {quantity}", measure, off(*change), CHANGE[quantity])
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), vars(GIVEN.change)[quantity])
 
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
-    path = press_path(_bodies(Shape(), PRESSED_MPA, linear), FINE.finger.gauges, PRESSED_N, friction)
-    indentation, values = path.at(PRESSED_N)
+    path = press_path(_bodies(Shape(), GIVEN.pressed_MPa, linear), FINE.finger.gauges, GIVEN.pressed_N, friction)
+    indentation, values = path.at(GIVEN.pressed_N)
     return float(indentation), float(values[0].std())
 
 

@@ -8,14 +8,11 @@ from papilla.fem import FingerModel
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.references import VARIANTS
+from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.finger import FORCES_GF, pressed_by
 
-SD_BOUNDS = {5: 0.005, 10: 0.005, 30: 0.003, 60: 0.003, 100: 0.003}
-"""Target for S_d of the default mesh at each force (gf)."""
-
-OTHER_BOUNDS = {"indentation": 0.002, "contact_area": 0.01, "peak_pressure": 0.01}
-"""Targets for other results of a press, at 50 gf."""
+GIVEN = parameters.parameters(__name__)
 
 
 def scatter() -> Iterator[Case]:
@@ -23,16 +20,23 @@ def scatter() -> Iterator[Case]:
     scatter."""
     finger = Finger.default()
     reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
-    for force_gf in FORCES_GF:
+    for force_gf, bound in zip(FORCES_GF, GIVEN.sd_bounds, strict=True):
         values = [pressed_by(one, force_gf).sd for one in reduced]
-        yield Case(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), SD_BOUNDS[force_gf])
-    presses = [pressed_by(one, 50) for one in reduced]
-    for key, bound in OTHER_BOUNDS.items():
+        yield Case(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), bound)
+    presses = [pressed_by(one, GIVEN.other_gf) for one in reduced]
+    for key, bound in vars(GIVEN.other_bounds).items():
         name = key.replace("_", " ")
-        yield Case(f"{name} at 50 gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound)
+        yield Case(
+            f"{name} at {GIVEN.other_gf} gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound
+        )
     highest = float(np.mean([one.sd for one in presses]))
     worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
-    yield Case("readings at 50 gf", "standard deviation of the worst gauge's reading over S_d, 5 meshes", worst, 0.003)
+    yield Case(
+        f"readings at {GIVEN.other_gf} gf",
+        "standard deviation of the worst gauge's reading over S_d, 5 meshes",
+        worst,
+        GIVEN.gauge_bound,
+    )
 
 
 def _measure(name: str) -> str:
