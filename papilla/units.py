@@ -16,6 +16,15 @@ GRAM_FORCE_N = 9.80665e-3
 MICROSTRAIN = 1e-6
 """One microstrain as a dimensionless strain."""
 
+PER_CENT = 100.0
+"""One in per cent."""
+
+MS, UM, KPA = 1000.0, 1000.0, 1000.0
+"""One second in ms, one mm in micrometres, one MPa in kPa."""
+
+INCH_MM = 25.4
+"""One inch in mm (exact)."""
+
 
 def newton_to_gf(force_N: Number) -> Number:
     """Force in gram-force of a force in newton (scalar or array)."""

@@ -12,9 +12,9 @@ from papilla.specimen import Grating, HalfSpace
 from papilla.studies.estimator_bench.scenes import Scene
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
-from papilla.studies.reproduce.experiments.gratings import FRICTION, LENGTH_MM
+from papilla.studies.reproduce.experiments.gratings import SCENE as GRATINGS
 from papilla.studies.reproduce.experiments.presses import OFFSET_MM, RIGID_MPA
-from papilla.studies.reproduce.signals import FIVE_MM, answers_to, correlation, heard, lag_ms
+from papilla.studies.reproduce.signals import SHARED, answers_to, correlation, heard, lag_ms
 from papilla.textures import MeasuredProfile
 from papilla.units import newton_to_gf
 
@@ -50,7 +50,9 @@ def two_grooves() -> Picture:
     x = np.arange(-40.0, 60.0, 0.02)
     grooves = MeasuredProfile(x, -0.5 * (((x > 0) & (x < 1.5)) | ((x > 3.0) & (x < 4.5))))
     motion = fem.Motion.sampled([0, 0.5], [place[0], place[-1]], seconds=0.5)
-    slid = fem.slide(Finger.default(), grooves, motion, depth=0.5, friction=FRICTION, length_mm=LENGTH_MM)
+    slid = fem.slide(
+        Finger.default(), grooves, motion, depth=0.5, friction=GRATINGS.friction, length_mm=GRATINGS.length_mm
+    )
     panels: list[Panel] = []
     fired = []
     for kind, output, unit in (
@@ -91,7 +93,7 @@ def five_gratings() -> Picture:
     panels, told = [], []
     for number, kind in enumerate(BOTH):
         curves = []
-        for color, wavelength in enumerate(FIVE_MM):
+        for color, wavelength in enumerate(SHARED.five_mm):
             seen = _scene("const", kind, wavelength, 1.5)
             found = answers_to(ImpulseDensity(), seen)[0]
             rows = slice(SETTLED, None)
@@ -121,7 +123,13 @@ def depths() -> Picture:
         for depth in DEPTHS_MM:
             grating, motion = Grating(wavelength / 2, wavelength / 2, 0.5), fem.Motion.steady(100.0, 0.7)
             slid = fem.slide(
-                finger, grating, motion, depth=depth, friction=FRICTION, section=section, length_mm=LENGTH_MM
+                finger,
+                grating,
+                motion,
+                depth=depth,
+                friction=GRATINGS.friction,
+                section=section,
+                length_mm=GRATINGS.length_mm,
             )
             told = ImpulseDensity().process(np.column_stack([slid.readings[:, 2], np.full(700, 100.0)])).wavelength_mm
             low, middle, high = np.nanquantile(np.asarray(told)[SETTLED:], (0.16, 0.5, 0.84))

@@ -10,7 +10,7 @@ from papilla.finger import Finger
 from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
-from papilla.studies.reproduce.experiments.gratings import FRICTION, LENGTH_MM
+from papilla.studies.reproduce.experiments.gratings import SCENE as GRATINGS
 from papilla.studies.reproduce.signals import answers_to, heard
 from papilla.textures import MeasuredProfile
 
@@ -23,7 +23,9 @@ BORDER_S, PERIOD_S = 1.0, 0.08
 def _slid(texture, seconds: float, start_mm: float = 0.0) -> np.ndarray:
     """(n,) of the middle gauge in microstrain, noise at 20 dB."""
     motion = fem.Motion.sampled([0, seconds], [start_mm, start_mm + SPEED_MM_S * seconds], seconds=seconds)
-    found = fem.slide(Finger.default(), texture, motion, depth=0.5, friction=FRICTION, length_mm=LENGTH_MM)
+    found = fem.slide(
+        Finger.default(), texture, motion, depth=0.5, friction=GRATINGS.friction, length_mm=GRATINGS.length_mm
+    )
     output = found.amplified[:, 2]
     return output + 0.1 * output[200:].std() * np.random.default_rng(7).standard_normal(len(output))
 

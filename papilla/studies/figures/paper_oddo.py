@@ -12,27 +12,27 @@ from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.wavelets import (
     ASSUMED,
-    FIRST_S,
+    PASSIVE,
+    PASSIVE_S,
     PERIODS_MM,
-    PITCH_MM,
-    REST_S,
     RUNS,
-    SECOND_S,
+    SCENE,
     SPEEDS_MM_S,
-    SPREADS,
     ActiveRun,
     RATE_Hz,
     accuracy,
     active_records,
     campaign,
     channels,
+    indices,
     passive_speed,
+    phase_deg,
     table_3,
 )
-from papilla.studies.reproduce.signals import SNR_DB
+from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times
 
 CHANNELS = ("P1S4", "P1S1", "P1S2")
-STEP_S = REST_S + FIRST_S
+STEP_S = PASSIVE.rest_s + PASSIVE.first_s
 """When a passive run changes its speed: 2.0 s, as in print."""
 BEGIN_S = 0.4
 """Of the touch in an active record of `active_records`."""
@@ -56,9 +56,9 @@ Records = tuple[np.ndarray, np.ndarray, np.ndarray]
 def _passive(period: float = 0.48, seed: int = 20) -> Records:
     """S4, S1 and S2 (n,) of a passive run."""
     rng = np.random.default_rng(seed)
-    speed = passive_speed(np.arange(round((2 * REST_S + FIRST_S + SECOND_S) * RATE_Hz)) / RATE_Hz)
+    speed = passive_speed(times(PASSIVE_S, RATE_Hz))
     place = np.cumsum(speed) / RATE_Hz
-    first, second, fourth = channels(place, period, rng, (0.0, 0.0, PITCH_MM), speed > 0)
+    first, second, fourth = channels(place, period, rng, (0.0, 0.0, SCENE.pitch_mm), speed > 0)
     return fourth, first, second
 
 
@@ -83,7 +83,7 @@ def passive_record() -> Picture:
     print the waves are those of a MEMS array, with harmonics and drift.
     """
     records = _passive()
-    apart = np.degrees(np.angle(np.exp(2j * np.pi * PITCH_MM / 0.48)))
+    apart = phase_deg(PERIODS_MM[-1])
     found = f"S1 and S2 are in phase; S4 is shifted by {apart:.0f} degrees before and after the step, equation (4)."
     panels = (_lines(records, "the run", (0.0, 3.5)), _lines(records, "the step of the speed", (1.75, 2.25)))
     return Picture(panels, columns=2, found=found)
@@ -168,8 +168,7 @@ def three_gratings() -> Picture:
     """
     window = (BEGIN_S + 0.02, BEGIN_S + 0.13)
     panels = tuple(_lines(_active(period), f"{1000 * period:.0f} µm", window) for period in PERIODS_MM)
-    shifts = [np.degrees(np.angle(np.exp(2j * np.pi * PITCH_MM / period))) for period in PERIODS_MM]
-    words = ", ".join(f"{one:.0f}" for one in shifts)
+    words = listed(map(phase_deg, PERIODS_MM), ".0f")
     return Picture(panels, found=f"Phase of S1 before S4 by equation (4): {words} degrees for 400, 440, 480 µm.")
 
 
@@ -247,7 +246,7 @@ def textiles() -> Picture:
             height = np.convolve(rng.standard_normal(len(x)), np.exp(-0.5 * (np.arange(-40, 41) / 7.5) ** 2), "same")
         surface = np.interp(place, x, height / height.std())
         felt = np.clip(np.minimum(time - BEGIN_S, BEGIN_S + 0.15 - time) / 0.015, 0, 1)
-        noise = 10 ** (-SNR_DB["2011_oddo"] / 20)
+        noise = share_of_noise(SHARED.snr_dB["2011_oddo"])
         one, other = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
         wavelet = cross_wavelet(one, other, RATE_Hz, octaves(8, 120))
         inside = (time >= BEGIN_S - 0.1) & (time <= BEGIN_S + 0.25)
@@ -288,7 +287,7 @@ def passive_table() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     worst = 0.0
-    parts = {6.7: round((REST_S + 0.4) * RATE_Hz), 10.0: round((STEP_S + 0.2) * RATE_Hz)}
+    parts = {6.7: round((PASSIVE.rest_s + 0.4) * RATE_Hz), 10.0: round((STEP_S + 0.2) * RATE_Hz)}
     for period in PERIODS_MM:
         ridges = []
         for run in range(RUNS):
@@ -299,7 +298,7 @@ def passive_table() -> Picture:
         for speed, begin in parts.items():
             for pair, name in enumerate(PAIRS):
                 own = values[:, pair, begin : begin + 200]
-                cells = own.mean(), own.std(ddof=1), own.max(axis=1).mean(), own.min(axis=1).mean()
+                cells = indices(own)
                 rows.append(
                     (
                         f"{1000 * period:.0f} µm",
@@ -337,13 +336,13 @@ def neighbours() -> Picture:
     one neighbour. The number measures how well the speed repeats from run to run, which is not published.
     """
     own = ASSUMED.speed_spread
-    sets = {one: _runs() if one == own else campaign(200, replace(ASSUMED, speed_spread=one)) for one in SPREADS}
+    sets = {one: _runs() if one == own else campaign(200, replace(ASSUMED, speed_spread=one)) for one in SCENE.spreads}
     printed = {21: "97.6", 12: "100", 9: "100", 6: "100", 3: "100"}
     rows: list[tuple[str | float, ...]] = [
         (f"{left}", f"{RUNS - left // 3}", *(accuracy(runs, left) for runs in sets.values()), printed.get(left, ""))
         for left in range(3, 22, 3)
     ]
-    heads = ("left out", "runs a grating", *(f"speed ± {100 * one:g} %, % right" for one in SPREADS), "printed")
+    heads = ("left out", "runs a grating", *(f"speed ± {100 * one:g} %, % right" for one in SCENE.spreads), "printed")
     found = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
     return Picture(table=Table(heads, tuple(rows)), found=found)
 

@@ -11,7 +11,7 @@ from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.grating_signals import signals_over_gratings
-from papilla.studies.reproduce.signals import SNR_DB, answers_mm, heard
+from papilla.studies.reproduce.signals import SHARED, answers_mm, heard, share_of_noise
 from papilla.studies.telepresence.roughness import TESTS_MM
 from papilla.telepresence import read_curve
 
@@ -47,7 +47,9 @@ def wavelengths() -> Picture:
             finger, Grating(one / 2, one / 2, 0.5), motion, depth=DEPTH_MM, friction=0.3, section=section, length_mm=7.0
         )
         output = slid.amplified[:, 2] - slid.amplified[:, 2].mean()  # An amplifier is balanced in contact
-        noise = 10 ** (-SNR_DB[PAPER] / 20) * output.std() * np.random.default_rng(9).standard_normal(len(output))
+        noise = (
+            share_of_noise(SHARED.snr_dB[PAPER]) * output.std() * np.random.default_rng(9).standard_normal(len(output))
+        )
         told = np.asarray(Okamoto().process(np.column_stack([output + noise, velocity])).wavelength_mm)
         rows = (np.abs(velocity) > 0.3 * PEAK_MM_S) & (time > 0.1) & np.isfinite(told)
         felt.append(told[rows])

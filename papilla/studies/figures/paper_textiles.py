@@ -10,8 +10,9 @@ from papilla.estimators.published.texture import band_amplitudes, best_band, con
 from papilla.finger import Finger
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
 from papilla.studies.figures.registry import Figure
-from papilla.studies.reproduce.experiments.textiles import STROKE_MM_S, YARNS_PER_INCH, RATE_Hz, fabric
+from papilla.studies.reproduce.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla.textures import MeasuredProfile
+from papilla.units import INCH_MM
 
 
 class Fabric(NamedTuple):
@@ -25,12 +26,12 @@ class Fabric(NamedTuple):
     @property
     def pitch_mm(self) -> float:
         """Of the warp, with its density taken as an inch's: only so do the weights agree."""
-        return 25.4 / self.yarns[0]
+        return INCH_MM / self.yarns[0]
 
     @property
     def yarn_mm(self) -> float:
         """Diameter of the warp yarn, 1 / (28 sqrt(count)) inch: Peirce 1937, doi:10.1080/19447023708658809."""
-        return 25.4 / (28 * self.count_warp**0.5)
+        return INCH_MM / (28 * self.count_warp**0.5)
 
 
 FABRICS = {
@@ -75,7 +76,7 @@ SYNTHETIC, FELT = "synthetic", "finger by finite elements"
 @cache
 def _records() -> dict[str, np.ndarray]:
     """(n, 4) over each fabric, over its standard deviation: sines of the weave in noise, and the middle gauge."""
-    finger, motion = Finger.default(), fem.Motion.steady(STROKE_MM_S, SECONDS + 0.2, RATE_Hz)
+    finger, motion = Finger.default(), fem.Motion.steady(SCENE.stroke_mm_s, SECONDS + 0.2, RATE_Hz)
     section, found = fem.prepare_section(finger), []
     for number, own in enumerate(FABRICS.values()):
         slid = fem.slide(
@@ -198,9 +199,12 @@ def fabrics() -> Picture:
         # tex = 590.5 / count, mg a metre; a yarn a mm of 1 mg a metre weighs 1 g a square metre
         weights = [
             sum(590.5 / count * yarns / unit for yarns, count in zip(one.yarns, counts, strict=True))
-            for unit in (25.4, 100.0)
+            for unit in (INCH_MM, SCENE.stated_mm)
         ]
-        lines = [", ".join(f"{STROKE_MM_S * yarns / unit:.0f}" for yarns in one.yarns) for unit in (25.4, 100.0)]
+        lines = [
+            ", ".join(f"{SCENE.stroke_mm_s * yarns / unit:.0f}" for yarns in one.yarns)
+            for unit in (INCH_MM, SCENE.stated_mm)
+        ]
         woven = " x ".join(map(str, one.yarns))
         rows.append((name, woven, str(one.weight), *(f"{weight:.0f}" for weight in weights), *lines))
     heads = ("fabric", "warp x weft", "g/m2, printed", "if an inch", "if 10 cm", "Hz, if an inch", "Hz, if 10 cm")

@@ -16,6 +16,7 @@ from papilla.studies.figures import drawing
 from papilla.studies.figures.papers import PAPERS
 from papilla.studies.figures.picture import Picture, as_csv
 from papilla.studies.figures.registry import Figure
+from papilla.studies.reproduce.scenes import scenes
 from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.telepresence import read_curve
 
@@ -116,4 +117,4 @@ def _kept(paper: str, figure: Figure) -> Made:
 
 def _key(paper: str, figure: Figure) -> str:
     designs = [Finger.load(name).sha256 for name in DESIGNS]
-    return cache.key(figure.make.__module__, paper, figure.name, designs, read_curve())
+    return cache.key(figure.make.__module__, paper, figure.name, designs, read_curve(), scenes())

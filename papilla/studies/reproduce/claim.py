@@ -14,6 +14,7 @@ import numpy as np
 from papilla import cache
 from papilla.errors import PapillaError
 from papilla.studies.case import Case, Interval, Verdict
+from papilla.studies.reproduce.scenes import scenes
 
 EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
 """Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the
@@ -289,7 +290,7 @@ def _variant(claim: Claim, experiment: Experiment, name: str, value: float) -> V
         found = part(assumed)
         return {key: np.asarray(one) for key, one in found.items() if not isinstance(one, str)}
 
-    key = cache.key(part.__module__, part.__name__, assumed)
+    key = cache.key(part.__module__, part.__name__, assumed, scenes())
     try:
         found = cache.fetch("claim", key, make)
     except PapillaError:

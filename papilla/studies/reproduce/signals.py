@@ -1,30 +1,42 @@
 """Signals and figures that several experiments share: synthetic gratings, errors of an answer, and delays."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from papilla.estimators.published.roughness import RoughnessStream
 from papilla.studies.estimator_bench.scenes import Scene, scene
+from papilla.studies.reproduce.scenes import scene as scene_of
+from papilla.units import MS
 
-FIVE_MM = (3.0, 2.4, 1.8, 1.2, 0.6)
-"""The wavelengths of the 2006 gratings."""
-QUIET_DB, USUAL_DB = 40.0, 20.0
-SNR_DB = {"2006": QUIET_DB, "2007": USUAL_DB, "2011_okamoto": USUAL_DB, "2011_oddo": USUAL_DB}
-"""One signal-to-noise ratio per paper (AC power of the texture over the variance of white noise), because no paper
-prints it. Signals of the finite-element finger over gratings are 60 to 3000 microstrain, the noise of an amplifier 1 to
-5: 30 to 60 dB. If rows are reproduced at 20 dB, this more cautious value is used."""
-SEEDS = tuple(range(8))
+SHARED = scene_of("signals")
+RATE_Hz: int = SHARED.rate_Hz
+SEEDS = range(SHARED.seeds)
 """Seeds of every scene with noise; statistical statements are judged by a share over them."""
+
+
+def times(seconds: float, rate_Hz: float = RATE_Hz) -> np.ndarray:
+    """Times (n,) in s of the samples of a record."""
+    return np.arange(round(seconds * rate_Hz)) / rate_Hz
+
+
+def share_of_noise(snr_dB: float) -> float:
+    """Standard deviation of the noise over that of the signal."""
+    return 10 ** (-snr_dB / 20)
+
+
+def listed(numbers: Iterable[float], form: str = ".2f") -> str:
+    """Numbers in a line, with commas."""
+    return ", ".join(f"{one:{form}}" for one in numbers)
 
 
 def heard(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
     """A scene of `estimator_bench` with the noise of a paper; without its cause, noise of the same power alone."""
-    seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SNR_DB[paper], **how})
+    seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SHARED.snr_dB[paper], **how})
     if cause:
         return seen
-    noise = np.random.default_rng(1000 + seed).standard_normal(seen.readings.shape)
+    noise = np.random.default_rng(SHARED.first_seed_of_noise + seed).standard_normal(seen.readings.shape)
     return replace(seen, readings=noise * seen.readings.std())
 
 
@@ -36,9 +48,9 @@ def answers_to(method: RoughnessStream, seen: Scene):
 
 
 def wavelength_error(method: RoughnessStream, seen: Scene) -> float:
-    """Root mean square relative error of the wavelength over the judged rows that were answered (clipped to 1, 3)."""
+    """Root mean square relative error of the wavelength over the judged rows that were answered (clipped)."""
     found, answered = answers_to(method, seen)
-    ratio = np.clip(found.wavelength_mm[answered] / seen.wavelength_mm[answered] - 1, -1, 3)
+    ratio = np.clip(found.wavelength_mm[answered] / seen.wavelength_mm[answered] - 1, *SHARED.clipped_error)
     return float(np.sqrt(np.mean(ratio**2))) if answered.any() else 1.0
 
 
@@ -47,15 +59,15 @@ def mean_error(make, scenes: Sequence[Scene]) -> float:
     return float(np.sqrt(np.mean([wavelength_error(make(), seen) ** 2 for seen in scenes])))
 
 
-def lag_ms(answer: np.ndarray, truth: np.ndarray, rate_Hz: float, longest_ms: float = 250.0) -> float:
+def lag_ms(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     """Delay in ms of `answer` (n,): the shift with the best correlation with `truth` (n,)."""
     best, found = -np.inf, 0
-    for shift in range(round(longest_ms * rate_Hz / 1000) + 1):
+    for shift in range(round(SHARED.longest_lag_ms * rate_Hz / MS) + 1):
         late, own = answer[shift:], truth[: len(truth) - shift]
         both = np.isfinite(late) & np.isfinite(own)
-        if both.sum() > 100 and (value := float(np.corrcoef(late[both], own[both])[0, 1])) > best:
+        if both.sum() > SHARED.fewest_for_a_lag and (value := float(np.corrcoef(late[both], own[both])[0, 1])) > best:
             best, found = value, shift
-    return 1000 * found / rate_Hz
+    return MS * found / rate_Hz
 
 
 def correlation(one: np.ndarray, other: np.ndarray) -> float:
@@ -66,7 +78,7 @@ def correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 def follows(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     """Correlation of an answer (n,) with the truth (n,), after the answer's delay is removed."""
-    shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / 1000)
+    shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / MS)
     late, own = answer[shift:], truth[: len(truth) - shift]
     return correlation(late, own)
 
@@ -89,3 +101,9 @@ def answers_mm(method: RoughnessStream, seen: Scene) -> np.ndarray:
     """Wavelengths (k,) that a method answers in the judged rows of a scene."""
     found, answered = answers_to(method, seen)
     return np.asarray(found.wavelength_mm)[answered]
+
+
+def last_number(column) -> float:
+    """The last finite value of a column (n,); nan if there is none."""
+    known = np.asarray(column)[np.isfinite(column)]
+    return float(known[-1]) if known.size else float("nan")

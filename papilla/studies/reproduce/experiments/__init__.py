@@ -24,12 +24,11 @@ EXPERIMENTS: tuple[Experiment, ...] = tuple(
     Experiment(
         module.__name__.rpartition(".")[2],
         module.run,
-        module.SIMULATED,
-        **dict(zip(("removed", "noise", "seeds"), module.SCENE, strict=False)),
+        **module.SCENE.about,
         assumed=getattr(module, "ASSUMED", None),
         varied=getattr(module, "VARIED", {}),
     )
     for module in _MODULES
 )
-"""Attributes of a module. `SCENE`: what is removed in a run without the cause, the noise in words, the seeds. `ASSUMED`
-and `VARIED`, if rows are computed with other values of parameters that are not printed."""
+"""Attributes of a module. `SCENE`: its table in `scenes.toml`, with `about` (fields of `Experiment`) and `picture` (its
+words). `ASSUMED` and `VARIED`, if rows are computed with other values of parameters that are not printed."""

@@ -8,28 +8,24 @@ from scipy.stats import binomtest
 from papilla.estimators.published.roughness import ZeroCrossing, expected_error, optimal_period
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.studies.reproduce.signals import SEEDS, SNR_DB, answers_mm, answers_to, apart, heard
+from papilla.studies.reproduce.scenes import even, scene
+from papilla.studies.reproduce.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, heard, listed, times
+from papilla.units import MS
 
-SIMULATED = "synthetic gratings of 1-4 mm at 100 mm/s"
-SCENE = ("the gratings, noise of the same power instead", f"white, {SNR_DB['2007']:g} dB", len(SEEDS))
-MILLIMETRES = (4.0, 3.0, 2.0, 1.0)
+SCENE = scene("counts")
+MILLIMETRES: tuple[float, ...] = SCENE.wavelengths_mm
+PERIODS_S = even(SCENE.periods_s)
 
 
 @dataclass(frozen=True)
 class Touch:
     """The natural touch for which A was chosen: peak speed in mm/s and strokes a second, of 2006 and 2007."""
 
-    peak_mm_s: float = 100.0
-    strokes_Hz: float = 1.0
+    peak_mm_s: float
+    strokes_Hz: float
 
 
-ASSUMED = Touch()
-PERIODS_S = np.linspace(0.02, 0.2, 361)
-"""Values of A to compare."""
-
-NEARER_TO_TWO = 1 / 3
-"""Tolerance around 4 mm: within it an answer is nearer to a count of two in 0.08 s than to one or three (8.0 and 2.7
-mm)."""
+ASSUMED = Touch(**SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -42,64 +38,64 @@ def run(tell, cause: bool = True) -> Found:
     tell("gratings 1 mm apart")
     values = gathered(lambda: _period(ASSUMED), lambda: _told_apart(cause), lambda: _steps(cause))
     series = tuple(
-        Series(f"{one:g} mm", 1000 * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
+        Series(f"{one:g} mm", MS * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
         for one in MILLIMETRES[::-1]
     )
-    title = "Expected error of counting in natural touch: flat about 0.08 s, least where counting and delay balance"
-    return Found(values, title, "time A that is counted over, ms", "expected error of the frequency, Hz", series)
+    return Found(values, **SCENE.picture, series=series)
 
 
 def _period(assumed: Touch) -> dict:
     """One impulse per period; the A with the smallest expected error."""
-    touch = astuple(assumed)
-    time = np.arange(4000) / 1000
-    crossings = UpwardCrossings(80, UpwardCrossings.PRINTED, 1000.0, 10.0)
-    fired = [crossings.fire(value) for value in np.sin(2 * np.pi * 41.3 * time + 0.3).tolist()]
+    touch, n = astuple(assumed), SCENE.answers
+    line = np.sin(2 * np.pi * SCENE.line_Hz * times(SCENE.seconds) + SCENE.phase)
+    window = round(SCENE.printed_s * RATE_Hz)
+    crossings = UpwardCrossings(window, UpwardCrossings.PRINTED, float(RATE_Hz), SCENE.cutoff_Hz)
+    fired = [crossings.fire(value) for value in line.tolist()]
     best = {wavelength: optimal_period(wavelength, *touch) for wavelength in MILLIMETRES[::-1]}
     # Error of the wavelength, relative: the error of the frequency over its amplitude
     total = np.sqrt(sum((expected_error(PERIODS_S, wavelength, *touch) * wavelength) ** 2 for wavelength in best))
     cost = max(
-        float(expected_error(0.08, wavelength, *touch) / expected_error(period, wavelength, *touch)) - 1
+        float(expected_error(SCENE.printed_s, wavelength, *touch) / expected_error(period, wavelength, *touch)) - 1
         for wavelength, period in best.items()
     )
     return {
-        "a_period": sum(fired) / (41.3 * 4),
-        "window": ZeroCrossing().window_samples / 1000,
+        "a_period": sum(fired) / (SCENE.line_Hz * SCENE.seconds),
+        "window": ZeroCrossing().window_samples / RATE_Hz,
         "best_A": float(PERIODS_S[int(np.argmin(total))]),
-        "each": ", ".join(f"{period:.3f}" for period in best.values()),
+        "each": listed(best.values(), ".3f"),
         "cost": cost,
-        "significant": float(next(k for k in range(6, 11) if binomtest(k, 10).pvalue < 0.05)),
+        "significant": float(next(k for k in range(n // 2, n + 1) if binomtest(k, n).pvalue < SCENE.level)),
     }
 
 
 def _told_apart(cause: bool) -> dict:
     """Answers on each grating, the longest first: share of means nearest to their own millimetre."""
     values: dict = {}
-    for name, scene in (("apart", "const"), ("apart_touch", "act1")):
+    for name, kind in (("apart", "const"), ("apart_touch", "act1")):
         groups = [
-            [answers_mm(ZeroCrossing(), heard(scene, one, "2007", seed, cause=cause)) for one in MILLIMETRES]
+            [answers_mm(ZeroCrossing(), heard(kind, one, "2007", seed, cause=cause)) for one in MILLIMETRES]
             for seed in SEEDS
         ]
         means = np.array([[one.mean() if one.size else np.nan for one in own] for own in groups])
         values[name] = float(np.mean(np.round(means) == MILLIMETRES))
-        values[f"{name}_mm"] = ", ".join(f"{mean:.2f}" for mean in means.mean(axis=0)) + " mm"
+        values[f"{name}_mm"] = listed(means.mean(axis=0)) + " mm"
         values[f"{name}_deviations"] = float(np.mean([apart(own) for own in groups]))
     return values
 
 
 def _steps(cause: bool) -> dict:
     """Time in ms from a step of 1 to 4 mm until the answer is first about 4 mm, and its mean from there on."""
-    first, means = [], []
-    for seed in range(20):
-        seen = heard("const", 1.0, "2007", seed, cause=cause, seconds=3.0, step_to_mm=4.0)
-        after = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)[2000:]
-        near = np.abs(after / 4.0 - 1) <= NEARER_TO_TWO
+    own, first, means = SCENE.step, [], []
+    for seed in range(own.seeds):
+        seen = heard("const", own.from_mm, "2007", seed, cause=cause, seconds=own.seconds, step_to_mm=own.to_mm)
+        after = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)[own.at_sample :]
+        near = np.abs(after / own.to_mm - 1) <= own.near[0] / own.near[1]
         first.append(float(np.argmax(near)) if near.any() else np.inf)
-        means.append(np.nanmean(after[int(min(first[-1], 900)) :]))
+        means.append(np.nanmean(after[int(min(first[-1], own.latest_sample)) :]))
     return {
         "reached": float(np.median(first)),
         "steps": len(first),
-        "at_80": float(np.mean(np.array(first) <= 80)),
+        "at_80": float(np.mean(np.array(first) <= MS * SCENE.printed_s)),
         "afterwards": float(np.mean(means)),
     }
 

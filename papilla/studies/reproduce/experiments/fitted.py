@@ -12,35 +12,18 @@ from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.finger import Finger, Layer
 from papilla.specimen import HalfSpace
 from papilla.studies.reproduce.claim import Found, Series
-from papilla.studies.reproduce.experiments.presses import PRINTED_N, RIGID_MPA
-from papilla.studies.reproduce.experiments.softness import (
-    COMPARED_GF,
-    HEAVY,
-    by_force,
-    scaled_to_9,
-    sweep,
-    with_lever,
-)
-from papilla.units import gf_to_newton, newton_to_gf
+from papilla.studies.reproduce.experiments.presses import NAMES, PRINTED_N, RIGID_MPA
+from papilla.studies.reproduce.experiments.softness import COMPARED_GF, by_force, scaled_to_9, sweep, with_lever
+from papilla.studies.reproduce.experiments.softness import SCENE as SOFTNESS
+from papilla.studies.reproduce.scenes import by_factors, scene
+from papilla.units import PER_CENT, gf_to_newton, newton_to_gf
 
-MISFIT, NUMBERS = 0.03, 5
-"""Assumed error of (9) relative to the rms of its values, and number of independent values: its coefficients."""
-DEPTH_ERROR = 0.01
-"""Relative error of a published depth."""
-PRIORS_MPA, PRIOR_WIDTH = (0.136, 0.034), float(np.log(2) / 2)
-"""Moduli of epidermis and subcutaneous tissue; one sigma of their logarithm, half an octave."""
-SKINS, STIFFER = (0.7, 1.0, 1.4), (0.8, 1.0, 1.25)
-"""Outer over inner modulus, and both, as factors of the fitted finger's, between which presses are interpolated."""
-DEPTH_FORCES_N = np.geomspace(0.003, 0.95, 30)
-"""Forces of the presses on a rigid flat that give the force at a depth."""
-LEVERS_MM = (-1.0, 0.0)
-"""Levers of the presses between which readings are interpolated; they are linear in the lever."""
-LOWEST, HIGHEST = (-2.0, 0.05), (1.0, 0.3)
-"""Bounds of lever and touch-down, mm."""
-SIMULATED = "fitted to this very figure: it says that the physics can follow it, not that the finger is known"
-
-
-SCENE = ("",)
+SCENE = scene("fitted")
+MISFIT, NUMBERS, DEPTH_ERROR = SCENE.misfit, SCENE.numbers, SCENE.depth_error
+PRIOR_WIDTH = float(np.log(2) / 2)
+"""One sigma of a modulus' logarithm: half an octave."""
+SKINS, STIFFER, LEVERS_MM = (np.array(SCENE[name]) for name in ("skins", "stiffer", "levers_mm"))
+DEPTH_FORCES_N = by_factors(SCENE.forces_N)
 
 
 def run(tell) -> Found:
@@ -55,27 +38,25 @@ def run(tell) -> Found:
     finger = Finger.published()
     reduced = fem.prepare(finger)
     tell("presses")
-    forces = [gf_to_newton(float(force)) for force in COMPARED_GF]
-    ours = by_force(sweep(reduced, SPECIMENS_MPA, forces))
+    ours = by_force(sweep(reduced, SPECIMENS_MPA, gf_to_newton(COMPARED_GF)))
     early = finger.bench.touch_down
-    (scale, rms), (_, heavy) = (scaled_to_9(ours, first) for first in (0, HEAVY))
+    (scale, rms), (_, heavy) = (scaled_to_9(ours, first) for first in (0, SOFTNESS.heavy))
     values = {"early": early, "hard_ratio": ours[-1, 2] / ours[-1, 1], "rms": rms, "rms_30": heavy}
-    for depth in PRINTED_N:
+    for depth, name in zip(PRINTED_N, NAMES, strict=True):
         force = fem.press(reduced, HalfSpace(RIGID_MPA), indentation=depth - early).force
-        values[f"at_{round(100 * depth):03d}"] = float(newton_to_gf(force)) if depth < 1 else force
+        values[f"at_{name}"] = float(newton_to_gf(force)) if depth < 1 else force
     tell("fits without one specimen or depth")
     values |= _left_out(finger)
     series = []
     for column, modulus in enumerate(SPECIMENS_MPA):
         series.append(Series(f"fitted finger, {modulus:g} MPa", COMPARED_GF, scale * ours[:, column]))
         series.append(Series(f"(9), {modulus:g} MPa", COMPARED_GF, _printed()[:, column], "points"))
-    title = "The finger fitted to (9): a spread between specimens that grows with force, where (9)'s is the same"
-    return Found(values, title, "force, gf", "S_d as printed", tuple(series))
+    return Found(values, **SCENE.picture, series=tuple(series))
 
 
 def _printed() -> np.ndarray:
     """S_d (forces, specimens) of (9)."""
-    return published_sd(np.array(COMPARED_GF, float)[:, None], np.array(SPECIMENS_MPA))
+    return published_sd(COMPARED_GF[:, None], np.array(SPECIMENS_MPA))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +64,7 @@ class Relatives:
     """Presses of fingers close to the fitted one, by the logarithms of two factors: of the ratio of outer to inner
     modulus, and of both moduli.
 
-    readings : (skins, stiffnesses, levers, forces, specimens, gauges). depths : (skins, stiffnesses, 30) in mm on a
+    readings : (skins, stiffnesses, levers, forces, specimens, gauges). depths : (skins, stiffnesses, forces) in mm on a
     rigid flat, at `DEPTH_FORCES_N`.
     """
 
@@ -100,7 +81,7 @@ class Relatives:
             own = fem.prepare(replace(finger, outer=Layer(skin * finger.outer.modulus, finger.outer.nu)))
             levers = [with_lever(own, lever) for lever in LEVERS_MM]
             for k in STIFFER:
-                moduli, forces = np.array(SPECIMENS_MPA) / k, gf_to_newton(np.array(COMPARED_GF, float)) / k
+                moduli, forces = np.array(SPECIMENS_MPA) / k, gf_to_newton(COMPARED_GF) / k
                 tables = [sweep(one, moduli, forces) for one in levers]
                 order = np.lexsort((tables[0].modulus_MPa, tables[0].force_N))
                 readings.append([one.reading[order].reshape(len(forces), len(moduli), -1) for one in tables])
@@ -115,7 +96,7 @@ class Relatives:
         touch-down in mm."""
         skin, stiff, lever, early = unknowns
         places = zip((SKINS, STIFFER), (skin, stiff), strict=True)
-        weights = [BarycentricInterpolator(np.log(nodes), np.eye(3))(place) for nodes, place in places]
+        weights = [BarycentricInterpolator(np.log(nodes), np.eye(len(nodes)))(place) for nodes, place in places]
         both = np.einsum("r,s,rs...->...", *weights, self.readings)
         share = (lever - LEVERS_MM[1]) / (LEVERS_MM[0] - LEVERS_MM[1])
         readings = share * both[0] + (1 - share) * both[1]
@@ -133,21 +114,22 @@ class Relatives:
 
         def residuals(unknowns: np.ndarray) -> np.ndarray:
             sd, depth = self.press(unknowns)
-            own = sd[:, specimens]
-            left = (own * printed).sum() / (own**2).sum() * own - printed
+            ours = sd[:, specimens]
+            left = (ours * printed).sum() / (ours**2).sum() * ours - printed
             of_9 = left.ravel() / np.sqrt(np.mean(_printed() ** 2)) / MISFIT * np.sqrt(NUMBERS / _printed().size)
             found = [np.interp(np.log(PRINTED_N[one]), np.log(DEPTH_FORCES_N), depth) / one - 1 for one in depths]
-            priors = np.log(np.array(moduli) * np.exp([unknowns[:2].sum(), unknowns[1]]) / PRIORS_MPA) / PRIOR_WIDTH
+            own = np.array(moduli) * np.exp([unknowns[:2].sum(), unknowns[1]])
+            priors = np.log(own / SCENE.priors_MPa) / PRIOR_WIDTH
             return np.concatenate([of_9, np.array(found) / DEPTH_ERROR, priors])
 
         low, high = np.log([[SKINS[k], STIFFER[k]] for k in (0, -1)])
-        bounds = ([*low, *LOWEST], [*high, *HIGHEST])
-        return least_squares(residuals, self.start, bounds=bounds, x_scale=(0.1, 0.1, 0.1, 0.01)).x
+        bounds = ([*low, *SCENE.lowest_mm], [*high, *SCENE.highest_mm])
+        return least_squares(residuals, self.start, bounds=bounds, x_scale=SCENE.scales).x
 
 
 def _left_out(finger: Finger) -> dict:
     """Each printed figure, predicted by a fit to the others."""
-    family, all_three, depths = Relatives.of(finger), [0, 1, 2], list(PRINTED_N)
+    family, all_three, depths = Relatives.of(finger), [*range(len(SPECIMENS_MPA))], list(PRINTED_N)
     values, missed, printed = {}, [], _printed()
     for one in all_three:
         others = [k for k in all_three if k != one]
@@ -156,10 +138,10 @@ def _left_out(finger: Finger) -> dict:
         missed.append(scale * sd[:, one] - printed[:, one])
         if one == all_three[-1]:
             values["hard_ratio_alone"] = float(sd[-1, 2] / sd[-1, 1])
-    values["rms_alone"] = 100 * float(np.sqrt(np.mean(np.square(missed)) / np.mean(printed**2)))
-    for depth in depths:
+    values["rms_alone"] = PER_CENT * float(np.sqrt(np.mean(np.square(missed)) / np.mean(printed**2)))
+    for depth, name in zip(PRINTED_N, NAMES, strict=True):
         _, reached = family.press(family.fit(all_three, [one for one in depths if one != depth]))
         force = float(np.exp(np.interp(depth, reached, np.log(DEPTH_FORCES_N))))
-        values[f"at_{round(100 * depth):03d}_alone"] = float(newton_to_gf(force)) if depth < 1 else force
+        values[f"at_{name}_alone"] = float(newton_to_gf(force)) if depth < 1 else force
     again = family.fit(all_three, depths) - family.start
     return values | {"again": float(np.abs(again).max())}

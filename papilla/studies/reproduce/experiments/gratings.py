@@ -1,8 +1,9 @@
 """Gratings under the finite-element finger: the signals of its gauges, and the results of the published methods."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache as once
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -19,56 +20,40 @@ from papilla.finger import Finger, Gauge, Ridges
 from papilla.mesh.section import SIZE_MM
 from papilla.specimen import Grating
 from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.studies.reproduce.signals import FIVE_MM, apart
+from papilla.studies.reproduce.scenes import scene
+from papilla.studies.reproduce.signals import SHARED, apart, listed
 from papilla.telepresence import read_curve
 from papilla.telepresence.amplitude import PowerCurve
 from papilla.textures import Flat, MeasuredProfile, Texture
 
-GROOVE_MM = 0.5
-DEPTHS_MM = (0.2, 0.5, 0.8)
-LENGTH_MM = 7.0
-"""Length along y, which converts forces of the section to newtons; no reading depends on it."""
-FRICTION, STATIC = 0.3, 0.4
-"""Kinetic friction; static friction, a third more as in A7."""
-MIDDLE = 2
-"""The gauge at the apex, with a grid of 2.4 mm."""
-GRIDS = {2.4: MIDDLE, 1.0: 5, 0.2: 6}
-"""Gauges at the apex by the length of their grid in mm: the finger's own, and two more."""
-OWN = 5
-"""Gauges of the design itself."""
-RIDGE_MM = 0.6
-"""Width of a ridge (2011 Okamoto 3.2.2), or half of the pitch if that is less."""
-OTHER_PITCH_MM = 0.8
-FINE_MM = 0.05
-"""Size (mm) of the skin's elements for the finest grating."""
-OKAMOTO_DEPTH_MM, OKAMOTO_SPEED_MM_S = 1.0, 40.0
-"""Pressing depth and speed of the scenes behind the shipped power curve."""
-NO_LOSS = 1e-3
-"""Loss factor of a finger without viscosity."""
+SCENE = scene("gratings")
+MIDDLE: int = SCENE.middle
+OWN: int = SCENE.own_gauges
+MORE_GRIDS = {float(length): gauge for length, gauge in SCENE.more_grids.items()}
 
 
 @dataclass(frozen=True)
 class Assumed:
-    """Parameters that the papers do not print: pitch of the ridges, grid of the gauge that is read, loss factor of the
-    silicone, friction."""
+    """Parameters that the papers do not print: pitch of the ridges, grid of the gauge that is read, friction, loss
+    factor of the silicone."""
 
-    pitch_mm: float = 1.2
-    grid_mm: float = 2.4
+    pitch_mm: float
+    grid_mm: float
+    friction: float
     loss_factor: float = LOSS_FACTOR
-    friction: float = FRICTION
 
     @property
     def gauge(self) -> int:
         """Number of the gauge that is read."""
-        return GRIDS[self.grid_mm]
+        return MORE_GRIDS.get(self.grid_mm, MIDDLE)
+
+    @property
+    def heard(self) -> list[int]:
+        """Numbers of the gauges that are read: the finger's own, or the one with another grid."""
+        return [*range(OWN)] if self.gauge == MIDDLE else [self.gauge]
 
 
-ASSUMED = Assumed()
-SIMULATED = "a plane section with ridges and inertia, rigid gratings; gauges read strain"
-SCENE = (
-    "gratings (a smooth plate), two grooves (further apart), the difference between static and kinetic friction,"
-    " viscosity, other depths",
-)
+ASSUMED = Assumed(**SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -97,14 +82,12 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _finest(cause),
         lambda: _curve(ASSUMED),
     )
-    rows = slice(300, 600)
-    series = []
-    for one in (3.0, 1.8, 0.6) if cause else ():
-        found = slid(ASSUMED, grating(one), Motion.steady(100.0, 0.7), 0.5)
+    rows, series = slice(*SCENE.shown.samples), []
+    for one in SCENE.shown.wavelengths_mm if cause else ():
+        found = over(ASSUMED, one, SCENE.usual)
         middle = found.readings[rows, MIDDLE]
         series.append(Series(f"{one:g} mm", found.place_mm[rows], middle - middle.mean()))
-    title = "The middle gauge over three gratings at 100 mm/s, 0.5 mm deep (finite elements)"
-    return Found(values, title, "path, mm", "strain about its mean, microstrain", tuple(series))
+    return Found(values, **SCENE.picture, series=tuple(series))
 
 
 class Felt(NamedTuple):
@@ -119,16 +102,16 @@ class Felt(NamedTuple):
 
     @property
     def speed_mm_s(self) -> float:
-        """Mean speed of a scene sampled at 1 kHz."""
-        return 1000 * float(np.ptp(self.place_mm)) / (len(self.place_mm) - 1)
+        """Mean speed of a scene."""
+        return SCENE.rate_Hz * float(np.ptp(self.place_mm)) / (len(self.place_mm) - 1)
 
 
 def finger_of(assumed: Assumed, smooth: bool = False) -> Finger:
     """The default finger with ridges of a pitch, or none, and two more gauges at the apex."""
     finger = Finger.default()
     assert finger.ridges is not None
-    more = tuple(Gauge(f"grid {one:g} mm", angle_deg=0.0, length_mm=one) for one in (1.0, 0.2))
-    ridges = Ridges(assumed.pitch_mm, min(RIDGE_MM, assumed.pitch_mm / 2), finger.ridges.height)
+    more = tuple(Gauge(f"grid {one:g} mm", angle_deg=0.0, length_mm=one) for one in MORE_GRIDS)
+    ridges = Ridges(assumed.pitch_mm, min(SCENE.ridge_mm, assumed.pitch_mm / 2), finger.ridges.height)
     return replace(finger, gauges=(*finger.gauges, *more), ridges=None if smooth else ridges)
 
 
@@ -143,7 +126,7 @@ def slid(
 ) -> Felt:
     """A scene at a pressing depth in mm, kept in the cache; `how` as for `papilla.fem.slide`."""
     finger = finger_of(assumed, smooth)
-    how = {"friction": assumed.friction, "loss_factor": assumed.loss_factor, "length_mm": LENGTH_MM, **how}
+    how = {"friction": assumed.friction, "loss_factor": assumed.loss_factor, "length_mm": SCENE.length_mm, **how}
 
     def make() -> dict[str, np.ndarray]:
         section = _section(assumed.pitch_mm, smooth, size_mm)
@@ -157,52 +140,62 @@ def slid(
     return Felt(found["place"], found["readings"], float(found["force"]), *found["words"].tolist())
 
 
+def over(assumed: Assumed, texture: Texture | float, setting: Mapping[str, Any], **how) -> Felt:
+    """A slide over a texture, or a grating of this wavelength in mm: `speed_mm_s`, `seconds` and `depth_mm` of the
+    setting; its other values, and `how`, as for `slid`."""
+    how = {**setting, **how}
+    motion, depth = Motion.steady(how.pop("speed_mm_s"), how.pop("seconds")), how.pop("depth_mm")
+    return slid(assumed, grating(texture) if isinstance(texture, float) else texture, motion, depth, **how)
+
+
 def grating(wavelength_mm: float) -> Grating:
     """A grating with groove = ridge, 0.5 mm deep."""
-    return Grating(wavelength_mm / 2, wavelength_mm / 2, GROOVE_MM)
+    return Grating(wavelength_mm / 2, wavelength_mm / 2, SCENE.groove_mm)
 
 
-def two_grooves(between_mm: float = 1.5) -> MeasuredProfile:
-    """The plate of 2006, figure 2: two grooves of 1.5 mm at this distance."""
-    edges = np.cumsum([0.0, 1.5, between_mm, 1.5])
-    x = np.concatenate([[-60.0], *([edge - 0.01, edge + 0.01] for edge in edges), [60.0]])
-    place = np.sort(np.concatenate([np.arange(-60, 60, 0.1), x]))
-    inside = ((place > edges[0]) & (place < edges[1])) | ((place > edges[2]) & (place < edges[3]))
-    return MeasuredProfile(np.unique(place), np.where(inside, -GROOVE_MM, 0.0)[np.unique(place, return_index=True)[1]])
+def two_grooves(between_mm: float) -> MeasuredProfile:
+    """The plate of 2006, figure 2: two grooves at this distance."""
+    plate = SCENE.two_grooves
+    end, flank = plate.half_plate_mm, plate.flank_mm
+    edges = np.cumsum([0.0, plate.groove_mm, between_mm, plate.groove_mm])
+    x = np.concatenate([[-end], *([edge - flank, edge + flank] for edge in edges), [end]])
+    place = np.unique(np.concatenate([np.arange(-end, end, plate.point_mm), x]))
+    return MeasuredProfile(place, np.where(np.searchsorted(edges, place) % 2 == 1, -SCENE.groove_mm, 0.0))
 
 
 def _density(found: Felt, gauge: int) -> np.ndarray:
     """Answers (n,) in mm of the printed density for a gauge, after its window is full."""
     block = np.column_stack([found.readings[:, gauge], np.full(len(found.readings), found.speed_mm_s)])
-    answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[300:]
+    answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[SCENE.window_is_full :]
     return answer[np.isfinite(answer)]
 
 
-def _heard(found: Felt, wavelength: float, harmonics: int = 3) -> np.ndarray:
+def _heard(found: Felt, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """Rms (g,) in microstrain of the part with the grating's period: its first harmonics, over the last half."""
     place = found.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
-    rows = place > place[-1] - periods * wavelength + 1e-9
+    rows = place > place[-1] - periods * wavelength + SCENE.rounding_mm
     readings = found.readings[rows] - found.readings[rows].mean(axis=0)
-    turns = np.exp(-2j * np.pi * np.outer(np.arange(1, harmonics + 1), place[rows]) / wavelength)
+    turns = np.exp(-2j * np.pi * np.outer(harmonics, place[rows]) / wavelength)
     return np.sqrt(2 * (np.abs(turns @ readings / rows.sum()) ** 2).sum(axis=0))
 
 
 def _levels(assumed: Assumed) -> dict:
     """The five levels by the printed density, and by the path's spectrum."""
-    five = {one: slid(assumed, grating(one), Motion.steady(100.0, 0.7), 0.5) for one in FIVE_MM}
+    lines_in = SCENE.levels
+    five = {one: over(assumed, one, SCENE.usual) for one in SHARED.five_mm}
     levels = [_density(found, assumed.gauge) for found in five.values()]
-    told = []
+    told, rows = [], slice(lines_in.first_sample, None)
     for found in five.values():
-        readings = found.readings[100:, :OWN]
-        lines = find_lines(found.place_mm[100:], readings, wavelength_range_mm=(0.5, 8.0)).lines
+        readings = found.readings[rows, :OWN]
+        lines = find_lines(found.place_mm[rows], readings, wavelength_range_mm=lines_in.wavelength_range_mm).lines
         told.append(lines[0].fundamental_mm if lines else float("nan"))
-    right = [abs(one / true - 1) < 0.02 for one, true in zip(told, five, strict=True)]
+    right = [abs(one / true - 1) < lines_in.tolerance for one, true in zip(told, five, strict=True)]
     return {
         "fem_levels": apart(levels),
         "fem_levels_mm": ", ".join(f"{one.mean():.2f}" if one.size else "none" for one in levels) + " mm",
         "fem_right": float(np.mean(right)),
-        "fem_mm": ", ".join(f"{one:.3f}" for one in told),
+        "fem_mm": listed(told, ".3f"),
         "slid": float(sum(np.isfinite(found.readings).all() for found in five.values())),
         "statuses": "; ".join(f"{one:g} mm {found.status.split(':')[0]}" for one, found in five.items()),
     }
@@ -210,75 +203,85 @@ def _levels(assumed: Assumed) -> dict:
 
 def _finer_ridges(assumed: Assumed) -> dict:
     """The five levels under ridges of another pitch."""
-    found = _levels(replace(assumed, pitch_mm=OTHER_PITCH_MM))
+    found = _levels(replace(assumed, pitch_mm=SCENE.other_pitch_mm))
     return {name.replace("fem", "finer"): value for name, value in found.items() if name.startswith("fem")}
 
 
 def _depths(assumed: Assumed, cause: bool = True) -> dict:
     """Two gratings at three pressing depths: the answers, and the smallest signal of a gauge."""
-    textures, motion = {one: grating(one) if cause else Flat() for one in (3.0, 0.6)}, Motion.steady(100.0, 0.7)
-    deep = {(one, depth): slid(assumed, textures[one], motion, depth) for one in textures for depth in DEPTHS_MM}
+    each, coarse, fine = SCENE.depths.each_mm, SCENE.depths.coarse_mm, SCENE.depths.fine_mm
+    textures = {one: one if cause else Flat() for one in (coarse, fine)}
+    deep = {
+        (one, depth): over(assumed, texture, SCENE.usual, depth_mm=depth)
+        for one, texture in textures.items()
+        for depth in each
+    }
     answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
     means = {key: float(one.mean()) if one.size else np.nan for key, one in answers.items()}
     heard = {key: _heard(found, key[0])[:OWN] for key, found in deep.items()}
-    weakest = {key: float(own.min()) for key, own in heard.items()}
-    first, last = DEPTHS_MM[0], DEPTHS_MM[-1] if cause else DEPTHS_MM[0]
+    weakest = [float(own.min()) for own in heard.values()]
+    first, last = each[0], each[-1] if cause else each[0]
     deeper = {one: float(heard[one, last][MIDDLE] / heard[one, first][MIDDLE]) for one in textures}
-    pressed = deep[3.0, DEPTHS_MM[-1]].force_N / deep[3.0, first].force_N
+    pressed = deep[coarse, each[-1]].force_N / deep[coarse, first].force_N
     return {
-        "deeper": deeper[3.0],
-        "deeper_fine": deeper[0.6],
-        "force_exponent": float(np.log(deeper[3.0]) / np.log(pressed)),
-        "depths_apart": float(np.min([means[3.0, depth] / means[0.6, depth] for depth in DEPTHS_MM])),
-        "depths_mm": ", ".join(f"{means[3.0, d]:.2f} and {means[0.6, d]:.2f} mm at {d:g} mm" for d in DEPTHS_MM),
-        "weakest": min(weakest.values()),
-        "weakest_each": ", ".join(f"{value:.0f}" for value in weakest.values()),
+        "deeper": deeper[coarse],
+        "deeper_fine": deeper[fine],
+        "force_exponent": float(np.log(deeper[coarse]) / np.log(pressed)),
+        "depths_apart": float(np.min([means[coarse, depth] / means[fine, depth] for depth in each])),
+        "depths_mm": ", ".join(f"{means[coarse, d]:.2f} and {means[fine, d]:.2f} mm at {d:g} mm" for d in each),
+        "weakest": min(weakest),
+        "weakest_each": listed(weakest, ".0f"),
     }
 
 
 def _two_grooves(assumed: Assumed, cause: bool = True) -> dict:
     """Two grooves at 60 mm/s: time after which the signal of the first one repeats, and impulses during the passage."""
-    readings = slid(
-        assumed, two_grooves(1.5 if cause else 2.5), Motion.sampled([0.0, 0.8], [-24.0, 24.0]), 0.5
-    ).readings
+    plate, rate = SCENE.two_grooves, SCENE.rate_Hz
+    texture = two_grooves(plate.apart_mm if cause else plate.without_cause_mm)
+    readings = slid(assumed, texture, Motion.sampled([*plate.times_s], [*plate.places_mm]), plate.depth_mm).readings
     signal = readings[:, assumed.gauge] - np.median(readings[:, assumed.gauge])
     related = np.correlate(signal, signal, "full")[len(signal) - 1 :]
-    lags = np.arange(len(related))
-    peaks = [k for k in lags[1:-1] if related[k] > max(related[k - 1], related[k + 1]) and 0.02 <= k / 1000 <= 0.15]
-    fired = np.nan_to_num([*map(Corpuscle(200, Corpuscle.PRINTED).fire, readings[:, assumed.gauge].tolist())])
+    least, most = plate.lags_s
+    peaks = [k for k in _maxima(related) if least <= k / rate <= most]
+    corpuscle = Corpuscle(plate.window_samples, Corpuscle.PRINTED)
+    fired = np.nan_to_num([*map(corpuscle.fire, readings[:, assumed.gauge].tolist())])
     return {
-        "groove_s": max(peaks, key=lambda k: related[k]) / 1000 if peaks else float("nan"),
-        "groove_impulses": int(np.abs(fired[100:-100]).sum()),
+        "groove_s": max(peaks, key=lambda k: related[k]) / rate if peaks else float("nan"),
+        "groove_impulses": int(np.abs(fired[plate.ends_left_out : -plate.ends_left_out]).sum()),
     }
 
 
-def _at_speeds(assumed: Assumed, **how) -> tuple[float, str]:
-    """Ratio of the gauge's power at 160 to that at 40 mm/s on 1.2 mm without friction, and the dynamics."""
-    both = [slid(assumed, grating(1.2), Motion.steady(v, 0.5), 0.5, friction=0.0, **how) for v in (160.0, 40.0)]
-    fast, slow = (one.readings[200:, assumed.gauge].var() for one in both)
-    return float(fast / slow), ", ".join(one.dynamics for one in both)
+def _maxima(column: np.ndarray) -> list[int]:
+    """Places of the local maxima of a column (n,), its ends left out."""
+    return [k for k in range(1, len(column) - 1) if column[k] > max(column[k - 1], column[k + 1])]
 
 
-def _speeds(assumed: Assumed) -> dict:
-    """Effect of the speed, with ridges."""
-    ratio, dynamics = _at_speeds(assumed)
-    return {"speed_ratio": ratio, "speed_dynamics": dynamics}
+def _speeds(assumed: Assumed, **how) -> dict:
+    """Effect of the speed, with ridges: ratio of the gauge's power at the fast to that at the slow speed without
+    friction, and the dynamics."""
+    setting = dict(SCENE.speeds)
+    wavelength, speeds = setting.pop("wavelength_mm"), setting.pop("each_mm_s")
+    both = [over(assumed, wavelength, setting, speed_mm_s=speed, **how) for speed in speeds]
+    fast, slow = (one.readings[SCENE.slides_after :, assumed.gauge].var() for one in both)
+    return {"speed_ratio": float(fast / slow), "speed_dynamics": ", ".join(one.dynamics for one in both)}
 
 
 def _viscosity(assumed: Assumed, cause: bool = True) -> dict:
     """The same on smooth skin; without its cause there is no viscosity."""
-    own = assumed if cause else replace(assumed, loss_factor=NO_LOSS)
-    return {"falls": _at_speeds(own, smooth=True, dynamics="modal")[0]}
+    own = assumed if cause else replace(assumed, loss_factor=SCENE.no_loss)
+    return {"falls": _speeds(own, smooth=True, dynamics="modal")["speed_ratio"]}
 
 
 def _stick_slip(cause: bool) -> dict:
     """Change of the spectrum from kinetic to static friction, over that from one stretch of a slide to the next."""
-    spectra, static = {}, STATIC if cause else FRICTION
-    for friction in (FRICTION, static):
-        found = slid(ASSUMED, grating(1.8), Motion.steady(100.0, 0.65), 0.5, friction=friction)
-        for number, part in enumerate(np.split(found.readings[200:632, MIDDLE], 2)):
+    setting, kinetic = dict(SCENE.stick_slip), SCENE.friction
+    wavelength, samples = setting.pop("wavelength_mm"), slice(*setting.pop("samples"))
+    spectra, static = {}, SCENE.static_friction if cause else kinetic
+    for friction in (kinetic, static):
+        found = over(ASSUMED, wavelength, setting, friction=friction)
+        for number, part in enumerate(np.split(found.readings[samples, MIDDLE], 2)):
             spectra[friction, number] = np.abs(np.fft.rfft(part - part.mean()))
-    own = [spectra[FRICTION, 0], spectra[FRICTION, 1]]
+    own = [spectra[kinetic, 0], spectra[kinetic, 1]]
     scatter = np.linalg.norm(own[1] - own[0])
     change = np.linalg.norm(spectra[static, 1] - own[0])
     return {"stick_slip": float(change / scatter), "stick_change": float(change / np.linalg.norm(own[0]))}
@@ -286,10 +289,8 @@ def _stick_slip(cause: bool) -> dict:
 
 def _smooth_skin(assumed: Assumed) -> dict:
     """Ratio of the signal of 3.0 mm to that of 1.8 mm on smooth skin."""
-    slow = {"smooth": True, "dynamics": "quasi-static"}
     coarse, fine = (
-        _heard(slid(assumed, grating(one), Motion.steady(20.0, 0.8), 0.5, **slow), one)[assumed.gauge]
-        for one in (3.0, 1.8)
+        _heard(over(assumed, one, SCENE.smooth_skin), one)[assumed.gauge] for one in SCENE.shown.wavelengths_mm[:2]
     )
     return {"grows": float(coarse / fine)}
 
@@ -298,15 +299,16 @@ def _scenes() -> dict:
     """A repeated period, a trapezoid; what the design states."""
     ridges = Finger.default().ridges
     assert ridges is not None
-    slow = slid(ASSUMED, grating(1.8), Motion.steady(20.0, 0.6), 0.5, dynamics="quasi-static", friction=0.0)
-    period = round(1.8 / 20.0 * 1000)
+    wavelength = SCENE.flank.wavelength_mm
+    slow = over(ASSUMED, wavelength, SCENE.repeats)
+    period = round(wavelength / SCENE.repeats.speed_mm_s * SCENE.rate_Hz)
     signal = slow.readings[-2 * period :, MIDDLE]
     repeats = np.sqrt(np.mean((signal[:period] - signal[period:]) ** 2)) / signal.std()
-    trapezoid = slid(ASSUMED, Grating(0.9, 0.9, GROOVE_MM, flank=0.1), Motion.steady(20.0, 0.2), 0.5)
+    trapezoid = over(ASSUMED, replace(grating(wavelength), flank=SCENE.flank.flank_mm), SCENE.trapezoid)
     return {
         "pitch": ridges.pitch,
         "ridge_width": ridges.width,
-        "groove_ridge": grating(1.8).groove / 0.9,
+        "groove_ridge": grating(wavelength).groove / (wavelength / 2),
         "repeats": float(repeats),
         "trapezoid": float(np.isfinite(trapezoid.readings).all()),
     }
@@ -314,29 +316,26 @@ def _scenes() -> dict:
 
 def _finest(cause: bool) -> dict:
     """Signals of the gauges over 0.2 mm, on a section whose elements resolve it."""
-    finest = slid(
-        ASSUMED, grating(0.2) if cause else Flat(), Motion.steady(20.0, 0.1), 0.5,
-        size_mm=FINE_MM, dynamics="quasi-static",
-    )  # fmt: skip
-    heard = _heard(finest, 0.2)[:OWN]
-    return {"finest": float(heard.max()), "finest_each": ", ".join(f"{one:.0f}" for one in heard)}
+    setting = dict(SCENE.finest)
+    wavelength = setting.pop("wavelength_mm")
+    heard = _heard(over(ASSUMED, wavelength if cause else Flat(), setting), wavelength)[:OWN]
+    return {"finest": float(heard.max()), "finest_each": listed(heard, ".0f")}
 
 
 def _rough(assumed: Assumed) -> dict:
-    """Lines in a scene on a rough profile without a period (noise through a Gaussian of 0.1 mm), those of ridges left
-    out."""
-    place = np.arange(-25.0, 45.0, 0.02)
-    height = gaussian_filter1d(np.random.default_rng(60).standard_normal(place.size), 5.0)
-    profile = MeasuredProfile(place, 0.02 * height / height.std())
-    rough = slid(assumed, profile, Motion.steady(20.0, 1.0), 0.5, friction=0.0)
-    heard = [*range(OWN)] if assumed.gauge == MIDDLE else [assumed.gauge]
-    lines = find_lines(rough.place_mm, rough.readings[:, heard], wavelength_range_mm=(0.3, 2.0)).lines
+    """Lines in a scene on a rough profile without a period, those of ridges left out."""
+    given = SCENE.profile
+    place = np.arange(given.from_mm, given.to_mm, given.point_mm)
+    height = gaussian_filter1d(np.random.default_rng(given.seed).standard_normal(place.size), given.blur_points)
+    rough = over(assumed, MeasuredProfile(place, given.rms_mm * height / height.std()), SCENE.rough)
+    readings = rough.readings[:, assumed.heard]
+    lines = find_lines(rough.place_mm, readings, wavelength_range_mm=given.wavelength_range_mm).lines
     waves = [line.wavelength_mm for line in lines]
-    own = [assumed.pitch_mm / k for k in (1, 2, 3, 4)]
+    own = [assumed.pitch_mm / k for k in given.ridge_harmonics]
     return {
-        "rough_lines": float(sum(min(abs(ridge / one - 1) for ridge in own) > 0.03 for one in waves)),
-        "rough_mm": ", ".join(f"{one:.3f}" for one in waves) or "none",
-        "rough_uE": float(rough.readings[200:, MIDDLE].std()),
+        "rough_lines": float(sum(min(abs(ridge / one - 1) for ridge in own) > given.tolerance for one in waves)),
+        "rough_mm": listed(waves, ".3f") or "none",
+        "rough_uE": float(rough.readings[SCENE.slides_after :, MIDDLE].std()),
     }
 
 
@@ -347,24 +346,21 @@ def _curve(assumed: Assumed) -> dict:
     if assumed != ASSUMED:
         curve = PowerCurve(curve.wavelength_mm, _powers(assumed, curve.wavelength_mm))
     power, place = np.asarray(curve.power), np.asarray(curve.wavelength_mm)
-    inside = [k for k in range(1, len(power) - 1) if power[k] > max(power[k - 1], power[k + 1])]
-    middle = int(np.argmin(np.abs(place - 1.2)))
-    on_samples = place[::2][int(np.argmax(power[::2]))]
+    middle = int(np.argmin(np.abs(place - SCENE.maximum.ridge_mm)))
+    samples = slice(None, None, SCENE.maximum.every)
     return {
         "r_squared": curve.as_printed.r_squared,
         "at_ridge": float(power[middle] / max(power[middle - 1], power[middle + 1])),
-        "peaks": ", ".join(f"{place[k]:.1f}" for k in inside),
-        "on_samples": float(on_samples),
+        "peaks": listed(place[_maxima(power)], ".1f"),
+        "on_samples": float(place[samples][int(np.argmax(power[samples]))]),
     }
 
 
 def _powers(assumed: Assumed, wavelengths_mm) -> tuple[float, ...]:
     """Power of the fundamental over its greatest: mean of the five gauges, or of the one with another grid."""
-    motion = Motion.steady(OKAMOTO_SPEED_MM_S, 0.8)
-    scenes = [slid(assumed, grating(one), motion, OKAMOTO_DEPTH_MM, friction=0.0) for one in wavelengths_mm]
-    heard = np.array([_heard(found, one, 1) for found, one in zip(scenes, wavelengths_mm, strict=True)])
-    power = heard[:, : OWN if assumed.gauge == MIDDLE else None] ** 2
-    power = power if assumed.gauge == MIDDLE else power[:, [assumed.gauge]]
+    scenes = [over(assumed, one, SCENE.curve) for one in wavelengths_mm]
+    heard = np.array([_heard(found, one, (1,)) for found, one in zip(scenes, wavelengths_mm, strict=True)])
+    power = heard[:, assumed.heard] ** 2
     return tuple((power / power.max(axis=0)).mean(axis=1).tolist())
 
 

@@ -10,28 +10,27 @@ from papilla.estimators.published.roughness import ImpulseDensity, ImpulseInterv
 from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.studies.estimator_bench.scenes import Scene
 from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import (
-    FIVE_MM,
     SEEDS,
-    SNR_DB,
+    SHARED,
     Noise,
+    RATE_Hz,
     answers_mm,
     answers_to,
     apart,
     follows,
     heard,
     lag_ms,
+    listed,
     mean_error,
+    times,
 )
+from papilla.units import MS, PER_CENT
 
-SIMULATED = "synthetic gratings (trapezoid through a soft skin, white noise), not the sensor's own records"
-SCENE = (
-    "the gratings, noise of the same power instead; strokes; drift; the density itself beside single intervals",
-    f"white, {SNR_DB['2006']:g} dB",
-    len(SEEDS),
-)
-
-ASSUMED = Noise(SNR_DB["2006"])
+SCENE = scene("impulses")
+PAPER = "2006"
+ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -51,29 +50,35 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _touch(cause),
         lambda: _spectrum(cause),
     )
-    seen = heard("act1", 1.8, "2006", 3, seconds=3.0)
+    shown = SCENE.shown
+    seen = heard("act1", SCENE.wavelength_mm, PAPER, shown.seed, seconds=shown.seconds)
     density, spectrum = (
         np.asarray(answers_to(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
     )
     series = (
         Series("true, |v| over wavelength", seen.time_s, seen.frequency_Hz),
         Series("impulse density, as printed", seen.time_s, density),
-        Series("spectrum of 200 ms, as printed", seen.time_s, np.where(spectrum < 120, spectrum, np.nan)),
+        Series("spectrum of 200 ms, as printed", seen.time_s, np.where(spectrum < shown.shown_Hz, spectrum, np.nan)),
     )
-    title = "A grating of 1.8 mm under strokes of 1 Hz: the density follows late, the spectrum fails"
-    return Found(values, title, "time, s", "frequency, Hz", series)
+    return Found(values, **SCENE.picture, series=series)
+
+
+def _corpuscle() -> Corpuscle:
+    return Corpuscle(SCENE.window_samples, Corpuscle.PRINTED)
 
 
 def _rules() -> dict:
     """The corpuscle compared with its rules, implemented a second time, and the time of a sample."""
-    seen = heard("const", 1.8, "2006", 5, seconds=2.0)
-    readings = seen.readings[:, 0]
+    seen = heard("const", SCENE.wavelength_mm, PAPER, SCENE.rules.seed, seconds=SCENE.seconds)
+    readings, size = seen.readings[:, 0], SCENE.window_samples
     slope = np.abs(np.diff(readings, prepend=np.nan))
-    mean = np.array([np.nanmean(slope[max(0, row - 199) : row + 1]) if row else np.nan for row in range(len(slope))])
-    above_it = slope > 1.5 * mean
+    mean = np.array(
+        [np.nanmean(slope[max(0, row + 1 - size) : row + 1]) if row else np.nan for row in range(len(slope))]
+    )
+    above_it = slope > SCENE.threshold * mean
     first = above_it & ~np.append(False, above_it[:-1])
     fired, mirrored = np.abs(_fired(readings)), np.abs(_fired(-readings))
-    count = np.convolve(fired, np.ones(200))[: len(fired)]
+    count = np.convolve(fired, np.ones(size))[: len(fired)]
     began = perf_counter()
     density = ImpulseDensity().process(np.column_stack([readings, seen.known_mm_s]))
     taken = perf_counter() - began
@@ -83,9 +88,9 @@ def _rules() -> dict:
         "rectified": float(np.mean(fired == mirrored)),
         "crossings": float(np.mean((fired > 0) == first)),
         "factor": _threshold(),
-        "count_agree": float(np.mean(np.isclose(count[both], frequency * 0.4))),
+        "count_agree": float(np.mean(np.isclose(count[both], 2 * frequency * size / RATE_Hz))),
         "window": float(np.median(count[both] / (2 * frequency))),
-        "computing_ms": 1000 * taken / len(readings),
+        "computing_ms": MS * taken / len(readings),
     }
 
 
@@ -93,59 +98,61 @@ def _line(cause: bool) -> dict:
     """The line of the texture at constant speed; the worst of the seeds."""
     found = []
     for seed in SEEDS:
-        seen = heard("const", 1.8, "2006", seed, cause=cause, seconds=2.0)
+        seen = heard("const", SCENE.wavelength_mm, PAPER, seed, cause=cause, seconds=SCENE.seconds)
         lines = find_lines(seen.position_mm, seen.readings).lines
         found.append(lines[0].wavelength_mm if lines else np.inf)
-    worst = max(found, key=lambda line: abs(line / 1.8 - 1))
-    return {"line_mm": worst, "line_error": 100 * abs(worst / 1.8 - 1)}
+    worst = max(found, key=lambda line: abs(line / SCENE.wavelength_mm - 1))
+    return {"line_mm": worst, "line_error": PER_CENT * abs(worst / SCENE.wavelength_mm - 1)}
 
 
 def _fired(readings: np.ndarray) -> np.ndarray:
     """Impulses (n,) of a corpuscle, as printed, in readings (n,)."""
-    return np.nan_to_num([*map(Corpuscle(200, Corpuscle.PRINTED).fire, readings.tolist())])
+    return np.nan_to_num([*map(_corpuscle().fire, readings.tolist())])
 
 
 def _threshold() -> float:
     """Smallest rate, relative to its mean over 200 ms, at which one faster sample after a steady slope makes an
     impulse."""
-    low, high = 1.0, 4.0
-    for _ in range(40):
-        step = 0.5 * (low + high)
-        corpuscle = Corpuscle(200, Corpuscle.PRINTED)
-        for row in range(300):
+    own, size = SCENE.bisection, SCENE.window_samples
+    low, high = own.between
+    for _ in range(own.halvings):
+        step, corpuscle = 0.5 * (low + high), _corpuscle()
+        for row in range(own.steady_samples):
             corpuscle.fire(float(row))
-        low, high = (low, step) if corpuscle.fire(299 + step) else (step, high)
-    return high / ((199 + high) / 200)
+        low, high = (low, step) if corpuscle.fire(own.steady_samples - 1 + step) else (step, high)
+    return high / ((size - 1 + high) / size)
+
+
+def skin_over_grooves(time: np.ndarray) -> np.ndarray:
+    """Depth (n,) over that of a groove, of a skin that follows the edges of two grooves."""
+    own = SCENE.grooves
+    place = own.speed_mm_s * (time - own.from_s)
+    return sum((-1) ** k * np.clip((place - own.groove_mm * k) / own.edge_mm, 0, 1) for k in range(own.edges))
 
 
 def _grooves() -> dict:
     """Edges of grooves: two grooves at 60 mm/s, a pulse train of known rate, and a fast finger."""
-    time = np.arange(1000) / 1000
-    place = 60 * (time - 0.3)
-    depth = sum((-1) ** k * np.clip((place - 1.5 * k) / 0.2, 0, 1) for k in range(4))
+    speed, train, fast = SCENE.grooves.speed_mm_s, SCENE.train, SCENE.fast
+    depth = skin_over_grooves(times(SCENE.grooves.seconds))
+    passed = np.column_stack([depth, np.full(depth.size, speed)])
     entering = np.flatnonzero(_fired(depth) > 0).tolist()
-    pulses = np.zeros(2000)
-    pulses[::25] = 1.0
-    # A step every 25 ms gives one impulse each
-    train = np.cumsum(pulses)
-    counted = ImpulseDensity().process(np.column_stack([train, np.full(2000, 60.0)]))
+    steps = np.arange(round(train.seconds * RATE_Hz)) // train.every + 1.0
+    counted = ImpulseDensity().process(np.column_stack([steps, np.full(steps.size, speed)]))
     frequency = float(np.asarray(counted.frequency_Hz)[-1])
-    seen = heard("const", 3.0, "2006", 4, seconds=2.0)
-    fast = np.column_stack([seen.readings[:, 0], seen.known_mm_s * 350 / seen.known_mm_s.mean()])
-    answer = np.asarray(ImpulseDensity().process(fast).wavelength_mm)
+    seen = heard("const", fast.wavelength_mm, PAPER, fast.seed, seconds=SCENE.seconds)
+    stated = np.column_stack([seen.readings[:, 0], seen.known_mm_s * fast.speed_mm_s / seen.known_mm_s.mean()])
+    answer = np.asarray(ImpulseDensity().process(stated).wavelength_mm)
     # The record is of about 100 mm/s: with 350 mm/s stated, the same impulses mean 3.5 times the wavelength
     usual = np.asarray(answers_to(ImpulseDensity(), seen)[0].wavelength_mm)
-    scaled = answer * seen.known_mm_s.mean() / 350
+    scaled = answer * seen.known_mm_s.mean() / fast.speed_mm_s
     both = np.isfinite(usual) & np.isfinite(scaled)
-    at_350 = 3.0 * float(np.median(scaled[both] / usual[both])) if both.any() else float("nan")
+    at_350 = fast.wavelength_mm * float(np.median(scaled[both] / usual[both])) if both.any() else float("nan")
     return {
-        "interval": (entering[-1] - entering[0]) / 1000 if len(entering) == 2 else float("nan"),
+        "interval": (entering[-1] - entering[0]) / RATE_Hz if len(entering) == 2 else float("nan"),
         "frequency": frequency,
-        "two_grooves": float(
-            np.nanmax(ImpulseDensity().process(np.column_stack([depth, np.full(1000, 60.0)])).frequency_Hz)
-        ),
+        "two_grooves": float(np.nanmax(ImpulseDensity().process(passed).frequency_Hz)),
         "at_350": at_350,
-        "fast_share": float(np.mean(np.isfinite(answer[500:]))),
+        "fast_share": float(np.mean(np.isfinite(answer[fast.settled_sample :]))),
     }
 
 
@@ -155,20 +162,23 @@ def _levels(assumed: Noise, cause: bool = True) -> dict:
     how: dict[str, Any] = {"cause": cause, "snr_dB": assumed.snr_dB}
     for name, variant in (("levels", "as_printed"), ("corrected", "corrected")):
         groups = [
-            [answers_mm(ImpulseDensity(variant=variant), heard("const", one, "2006", seed, **how)) for one in FIVE_MM]
+            [
+                answers_mm(ImpulseDensity(variant=variant), heard("const", one, PAPER, seed, **how))
+                for one in SHARED.five_mm
+            ]
             for seed in SEEDS
         ]
         values[name] = float(np.mean([apart(own) for own in groups]))
         means = np.mean([[np.mean(one) if one.size else np.nan for one in own] for own in groups], axis=0)
-        values[f"{name}_mm"] = ", ".join(f"{mean:.2f}" for mean in means) + " mm"
+        values[f"{name}_mm"] = listed(means) + " mm"
     return values
 
 
 def _touch(cause: bool) -> dict:
     """Strokes of 1 Hz over 1.8 mm: lag, shape, precision fast and slow; flicker at constant speed."""
-    lags, shapes, ratios, steps, rows = [], [], [], [], slice(1000, None)
+    lags, shapes, ratios, steps, rows = [], [], [], [], slice(SCENE.touch.first_sample, None)
     for seed in SEEDS:
-        seen = heard("act1", 1.8, "2006", seed, cause=cause)
+        seen = heard("act1", SCENE.wavelength_mm, PAPER, seed, cause=cause)
         both = [
             np.asarray(answers_to(kind(), seen)[0].frequency_Hz)[rows] for kind in (ImpulseDensity, ShortTimeSpectrum)
         ]
@@ -176,7 +186,7 @@ def _touch(cause: bool) -> dict:
         lags.append(lag_ms(both[0], truth, seen.sample_rate_Hz))
         shapes.append([follows(one, truth, seen.sample_rate_Hz) for one in both])
         ratios.append([_fast_and_slow(seen, variant) for variant in ("as_printed", "corrected")])
-        steady = heard("const", 1.8, "2006", seed)
+        steady = heard("const", SCENE.wavelength_mm, PAPER, seed)
         methods = (
             ImpulseInterval() if cause else ImpulseDensity(),
             ImpulseDensity(),
@@ -209,34 +219,38 @@ def _touch(cause: bool) -> dict:
 
 
 def _fast_and_slow(seen: Scene, variant: str) -> tuple[float, float]:
-    """Median errors of the wavelength above 0.8 and between 0.3 and 0.6 of the peak speed, as shares."""
+    """Median errors of the wavelength near the peak speed, and far below it, as shares."""
     speed = np.abs(seen.velocity_mm_s) / np.abs(seen.velocity_mm_s).max()
     found, answered = answers_to(ImpulseDensity(variant=variant), seen)
-    off = np.asarray(found.wavelength_mm) / 1.8 - 1
-    fast, slow = (float(np.median(np.abs(off[answered & rows]))) for rows in (speed > 0.8, speed < 0.6))
+    off = np.asarray(found.wavelength_mm) / SCENE.wavelength_mm - 1
+    fast, slow = (
+        float(np.median(np.abs(off[answered & rows]))) for rows in (speed > SCENE.touch.fast, speed < SCENE.touch.slow)
+    )
     return fast, slow
 
 
 def _spectrum(cause: bool) -> dict:
     """Results of a printed short-time spectrum for strokes and for a drifting baseline."""
-    scenes = [heard("act1" if cause else "const", 1.8, "2006", seed) for seed in SEEDS[:4]]
+    own, hops = SCENE.drift, SCENE.hops
+    scenes = [heard("act1" if cause else "const", SCENE.wavelength_mm, PAPER, seed) for seed in SEEDS[: own.seeds]]
     moving, corrected = (
         mean_error(lambda kind=kind: ShortTimeSpectrum(variant=kind), scenes) for kind in ("as_printed", "corrected")
     )
-    time = np.arange(3000) / 1000
+    time = times(own.seconds)
     # Drift leaks into the lines beside 0 Hz, where a slow texture has its own
-    slow = np.sin(2 * np.pi * 12.6 * time) + 60 * time * cause
-    block = np.column_stack([slow, np.full(time.size, 37.8)])
+    slow = np.sin(2 * np.pi * own.line_Hz * time) + own.rise * time * cause
+    block = np.column_stack([slow, np.full(time.size, own.speed_mm_s)])
     first, second = (
-        np.asarray(ShortTimeSpectrum(variant=kind).process(block).frequency_Hz)[1000:]
+        np.asarray(ShortTimeSpectrum(variant=kind).process(block).frequency_Hz)[own.first_sample :]
         for kind in ("as_printed", "corrected")
     )
-    noise = np.column_stack([np.random.default_rng(1).standard_normal(2000), np.full(2000, 100.0)])
-    hop = np.flatnonzero(np.diff(np.nan_to_num(ShortTimeSpectrum().process(noise).frequency_Hz)[250:]) != 0)
+    silent = np.random.default_rng(hops.seed).standard_normal(times(hops.seconds).size)
+    found = ShortTimeSpectrum().process(np.column_stack([silent, np.full(silent.size, hops.speed_mm_s)]))
+    hop = np.flatnonzero(np.diff(np.nan_to_num(found.frequency_Hz)[hops.first_sample :]) != 0)
     return {
         "stft_moving": moving,
         "stft_corrected": corrected,
-        "hidden": float(np.mean(first < 10)),
+        "hidden": float(np.mean(first < own.hidden_Hz)),
         "hidden_Hz": float(np.nanmedian(first)),
         "unhidden_Hz": float(np.nanmedian(second)),
         "hop": float(np.gcd.reduce(np.diff(hop))),

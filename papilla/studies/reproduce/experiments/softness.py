@@ -25,21 +25,15 @@ from papilla.finger import Finger
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
 from papilla.specimen import STICK, Block, Friction, Specimen
 from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.units import gf_to_newton
+from papilla.studies.reproduce.scenes import by_factors, even, scene
+from papilla.studies.reproduce.signals import RATE_Hz, last_number, listed, times
+from papilla.units import PER_CENT, gf_to_newton
 
-OTHER_MESH = 1
-"""Number of the mesh of the presses that are recovered, which differs from the calibration's."""
-FORCES_GF = (20.0, 40.0, 60.0, 80.0, 100.0)
-FORCES_N = tuple(np.geomspace(0.05, 1.0, 22).tolist())
+SCENE = scene("softness")
+FORCES_N = tuple(by_factors(SCENE.forces_N).tolist())
 MODULI = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
-STRAIN = 0.0016
-"""Relative standard deviation of S_d by the default finger's table of large strain."""
-GAUGE_NOISE = 5.0
-COMPARED_GF = tuple(range(10, 101, 10))
-"""Forces at which S_d is compared with (9)."""
-HEAVY = 2
-"""Index of the first of the 30-100 gf among them."""
-ONLINE_GF = (12.0, 20.0, 37.0, 60.0, 95.0)
+COMPARED_GF = np.array(SCENE.compared_gf, float)
+NOISE: float = SCENE.gauge_noise_microstrain
 
 
 @dataclass(frozen=True)
@@ -47,25 +41,18 @@ class Assumed:
     """Parameters that the 2006 paper does not print: response of a gauge to bending (lever over gain), thickness of the
     specimens, and friction between them and the skin."""
 
-    lever_mm: float = 0.0
-    thickness_mm: float = 10.0
+    lever_mm: float
+    thickness_mm: float
     friction: Friction = STICK
 
     def sweep(self, forces_gf) -> Sweep:
         """Presses of the default finger on the three specimens."""
         reduced = with_lever(fem.prepare(Finger.default()), self.lever_mm)
-        forces = [gf_to_newton(float(force)) for force in forces_gf]
+        forces = gf_to_newton(np.array(forces_gf, float))
         return sweep(reduced, SPECIMENS_MPA, forces, partial(Block, thickness=self.thickness_mm), self.friction)
 
 
-ASSUMED = Assumed()
-SIMULATED = "presses of the default finger (finite elements with large strain, stuck), noise where it is stated"
-
-
-SCENE = (
-    "the right modulus (specimens are swapped: 0.089 with 0.72 MPa, and so on), the difference between specimens",
-    f"white, {GAUGE_NOISE:g} microstrain and 1 mN online, 1 % of a vendor's curve",
-)
+ASSUMED = Assumed(**SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -76,11 +63,11 @@ def run(tell, cause: bool = True) -> Found:
     modulus to force and indentation: of presses on another mesh, of a noisy Hertzian curve, and of a bonded layer.
     """
     tell("calibration")
-    reduced, other = fem.prepare(Finger.default()), fem.prepare(Finger.default(), variant=OTHER_MESH)
+    reduced, other = fem.prepare(Finger.default()), other_finger()
     table = sweep(reduced, MODULI, FORCES_N)
     calibration = calibrated(reduced)
     tell("presses on another mesh")
-    presses = sweep(other, SPECIMENS_MPA, [gf_to_newton(force) for force in FORCES_GF])
+    presses = sweep(other, SPECIMENS_MPA, gf_to_newton(np.array(SCENE.forces_gf)))
     values = gathered(
         lambda: {"specimens": float(sum(modulus in MODULI for modulus in SPECIMENS_MPA))},
         lambda: _against_9(ASSUMED, cause),
@@ -92,22 +79,24 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _slow(table, other, cause),
         lambda: _together(calibration, cause),
     )
-    force = np.linspace(10, 100, 60)
-    series = []
-    some = force[::6]
+    force, series = even(SCENE.shown.force_gf), []
+    some = force[:: SCENE.shown.every]
     for modulus in SPECIMENS_MPA:
         printed = published_sd(some, modulus) / values["scale"]
         series.append(Series(f"papilla, {modulus:g} MPa", force, calibration.predict(gf_to_newton(force), modulus)))
         series.append(Series(f"(9), scaled, {modulus:g} MPa", some, printed, "points"))
-    title = "S_d against force: the soft specimen stands apart, the two hard ones are nearly alike"
-    return Found(values, title, "force, gf", "S_d, microstrain", tuple(series))
+    return Found(values, **SCENE.picture, series=tuple(series))
+
+
+def other_finger() -> fem.ReducedFinger:
+    """The default finger on another mesh."""
+    return fem.prepare(Finger.default(), variant=SCENE.other_mesh)
 
 
 def calibrated(reduced: fem.ReducedFinger) -> Calibration:
     """A calibration of the default finger from a table of half the usual density, with scatter of another mesh."""
-    other = fem.prepare(Finger.default(), variant=OTHER_MESH)
-    made = fit(sweep(reduced, MODULI, FORCES_N), [sweep(other, MODULI, FORCES_N[::3])], strain=STRAIN)
-    return with_compact(made)
+    other = sweep(other_finger(), MODULI, FORCES_N[:: SCENE.forces_N.other_mesh])
+    return with_compact(fit(sweep(reduced, MODULI, FORCES_N), [other], strain=SCENE.strain))
 
 
 def sweep(
@@ -137,17 +126,16 @@ def by_force(table: Sweep) -> np.ndarray:
 def scaled_to_9(sd: np.ndarray, first: int = 0) -> tuple[float, float]:
     """The factor that brings S_d (`COMPARED_GF`, specimens) closest to (9) from a force on, and the remaining rms in
     %."""
-    theirs = published_sd(np.array(COMPARED_GF, float)[:, None], np.array(SPECIMENS_MPA))[first:]
-    own = sd[first:]
+    theirs, own = published_sd(COMPARED_GF[:, None], np.array(SPECIMENS_MPA))[first:], sd[first:]
     scale = float((own * theirs).sum() / (own**2).sum())
-    return scale, 100 * float(np.sqrt(np.mean((scale * own - theirs) ** 2) / np.mean(theirs**2)))
+    return scale, PER_CENT * float(np.sqrt(np.mean((scale * own - theirs) ** 2) / np.mean(theirs**2)))
 
 
 def _against_9(assumed: Assumed, cause: bool = True) -> dict:
     """S_d of the three specimens compared with (9); without its cause all three are equal."""
     sd = by_force(assumed.sweep(COMPARED_GF))
-    (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, HEAVY))
-    sd = sd if cause else np.repeat(sd[:, 1:2], 3, axis=1)
+    (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, SCENE.heavy))
+    sd = sd if cause else np.repeat(sd[:, 1:2], sd.shape[1], axis=1)
     return {
         "scale": scale,
         "rms_9": rms,
@@ -160,12 +148,14 @@ def _against_9(assumed: Assumed, cause: bool = True) -> dict:
 
 def _published(calibration: Calibration, cause: bool) -> dict:
     """S_d of the calibration over the modulus, its refit of (9), and (10) against (9)."""
-    many = np.geomspace(0.021, 4.9, 40) if cause else np.full(40, 0.51)
-    along = calibration.predict(gf_to_newton(60.0), many)
-    cost, four = rounding_error(PUBLISHED_INVERSE), rounding_error(exact_inverse(4))
+    many = by_factors(SCENE.many.modulus_MPa)
+    along = calibration.predict(
+        gf_to_newton(SCENE.many.force_gf), many if cause else np.full_like(many, SPECIMENS_MPA[1])
+    )
+    cost, four = (rounding_error(one) for one in (PUBLISHED_INVERSE, exact_inverse(SCENE.many.published_digits)))
     return {
         "rises": float(np.mean(np.diff(along) > 0)),
-        "refit": ", ".join(f"{value:.4g}" for value in calibration.forward.coefficients),
+        "refit": listed(calibration.forward.coefficients, ".4g"),
         "digits_cost": abs(cost.largest_MPa),
         "digits_rms": cost.rms_MPa,
         "four": abs(four.largest_MPa),
@@ -180,9 +170,8 @@ def _inverses(calibration: Calibration, presses: Sweep) -> dict:
     answered = np.abs(quadratic[np.isfinite(quadratic)])
     form = calibration.compact
     assert form is not None
-    grid_f, grid_e = (
-        part.ravel() for part in np.meshgrid(np.geomspace(*form.force_N, 16), np.geomspace(0.051, 0.71, 16))
-    )
+    axes = [np.geomspace(low, high, SCENE.grid.count) for low, high in (form.force_N, SCENE.grid.modulus_MPa)]
+    grid_f, grid_e = (part.ravel() for part in np.meshgrid(*axes))
     on_grid = calibration.inverse(calibration.predict(grid_f, grid_e), grid_f / gf_to_newton(1.0)) / grid_e - 1
     return {
         "refused": int((~np.isfinite(quadratic)).sum()),
@@ -197,8 +186,8 @@ def _inverses(calibration: Calibration, presses: Sweep) -> dict:
 
 def _on_three(assumed: Assumed, cause: bool = True) -> dict:
     """(9) refitted as the paper poses it, on the three specimens over 60-100 gf, and its inverse of presses between."""
-    refit, between = fit(assumed.sweep((60, 70, 80, 90, 100))), assumed.sweep((65, 75, 85, 95))
-    stated = between.modulus_MPa if cause else np.roll(between.modulus_MPa, len(between.modulus_MPa) // 3)
+    refit, between = fit(assumed.sweep(SCENE.three_gf)), assumed.sweep(SCENE.between_gf)
+    stated = between.modulus_MPa if cause else np.roll(between.modulus_MPa, len(SCENE.between_gf))
     errors = refit.inverse(between.sd_microstrain, between.force_N / gf_to_newton(1.0)) / stated - 1
     answered = np.isfinite(errors)
     return {
@@ -214,21 +203,23 @@ def _on_three(assumed: Assumed, cause: bool = True) -> dict:
 def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
     """The published form and the gauges' estimator, sample by sample."""
     rows = np.column_stack([presses.reading, presses.force_N])
-    found = PrintedSoftness(calibration, form="quadratic", gauge_sigma=GAUGE_NOISE).process(rows)
+    found = PrintedSoftness(calibration, form="quadratic", gauge_sigma=NOISE).process(rows)
     by_hand = np.asarray(calibration.inverse(presses.sd_microstrain, presses.force_N / gf_to_newton(1.0)))
     modulus, sigma = np.asarray(found.modulus_MPa), np.asarray(found.modulus_sigma_MPa)
     both = np.isfinite(modulus)
     inside = np.abs(modulus - presses.modulus_MPa)[both] <= 2 * sigma[both]
-    sd, force = 700.0, 50.0
+    hand = SCENE.by_hand
+    sd, force = hand.sd, hand.force_gf
     printed = PrintedSoftness(form="printed", scale=1.0, gauges=2).update((-sd, sd, gf_to_newton(force)))
-    exact = np.sqrt(0.0115 * sd + 0.00036 * force**2 - 0.166 * force + 1.3) - 0.6
-    rng, each, ratios = np.random.default_rng(40), [], []
-    tried = (0.05, *SPECIMENS_MPA)
+    square, slope, constant = hand.of_force
+    exact = np.sqrt(hand.of_sd * sd + square * force**2 + slope * force + constant) - hand.shift_MPa
+    own, each, ratios = SCENE.gauges, [], []
+    rng, (_, last_N), tried = np.random.default_rng(own.seed), own.forces_N, (SCENE.softest_MPa, *SPECIMENS_MPA)
     for stated, pressed in zip(tried, tried if cause else tried[::-1], strict=True):
-        press = sweep(fem.prepare(Finger.default(), variant=OTHER_MESH), [pressed], [0.3, 0.6]).reading[1]
-        noisy = press + GAUGE_NOISE * rng.standard_normal((200, len(press)))
-        block = np.column_stack([noisy, 0.6 + 1e-3 * rng.standard_normal(200)])
-        gauges = GaugeSoftness(calibration, gauge_sigma=GAUGE_NOISE, force_sigma_N=1e-3, doubts=Doubts.NONE)
+        press = sweep(other_finger(), [pressed], own.forces_N).reading[1]
+        noisy = press + NOISE * rng.standard_normal((own.samples, len(press)))
+        block = np.column_stack([noisy, last_N + SCENE.force_noise_N * rng.standard_normal(own.samples)])
+        gauges = GaugeSoftness(calibration, gauge_sigma=NOISE, force_sigma_N=SCENE.force_noise_N, doubts=Doubts.NONE)
         answer = gauges.process(block)
         last, spread = float(np.asarray(answer.modulus_MPa)[-1]), float(np.asarray(answer.modulus_sigma_MPa)[-1])
         status = SoftnessStatus(int(np.asarray(answer.status)[-1]))
@@ -247,12 +238,12 @@ def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
 
 def _by_regression(calibration: Calibration, other: fem.ReducedFinger, cause: bool) -> dict:
     """The modulus of the three specimens, sample by sample, by the regression that follows presses."""
-    presses = sweep(other, SPECIMENS_MPA, [gf_to_newton(force) for force in ONLINE_GF])
-    rng = np.random.default_rng(44)
-    noisy = presses.reading + GAUGE_NOISE * rng.standard_normal(presses.reading.shape)
-    estimator = PrintedSoftness(calibration, form="compact", gauge_sigma=GAUGE_NOISE, force_sigma_N=1e-3)
+    presses = sweep(other, SPECIMENS_MPA, gf_to_newton(np.array(SCENE.online_gf)))
+    rng = np.random.default_rng(SCENE.regression.seed)
+    noisy = presses.reading + NOISE * rng.standard_normal(presses.reading.shape)
+    estimator = PrintedSoftness(calibration, form="compact", gauge_sigma=NOISE, force_sigma_N=SCENE.force_noise_N)
     found = estimator.process(np.column_stack([noisy, presses.force_N]))
-    stated = presses.modulus_MPa if cause else SPECIMENS_MPA[0] * SPECIMENS_MPA[2] / presses.modulus_MPa
+    stated = presses.modulus_MPa if cause else SPECIMENS_MPA[0] * SPECIMENS_MPA[-1] / presses.modulus_MPa
     off, sigma = np.asarray(found.modulus_MPa) / stated - 1, np.asarray(found.modulus_sigma_MPa) / stated
     ok = np.asarray(found.status) == SoftnessStatus.OK
     worst = [float(np.abs(off[presses.modulus_MPa == one]).max()) for one in SPECIMENS_MPA]
@@ -268,54 +259,50 @@ def _by_regression(calibration: Calibration, other: fem.ReducedFinger, cause: bo
 def _slow(table: Sweep, other: fem.ReducedFinger, cause: bool) -> dict:
     """Modulus from force and indentation: on the finger of another mesh, on a thick specimen, on a layer."""
     errors, each = [], []
-    model, slow = on_finger(table), (SPECIMENS_MPA[0], 0.2, SPECIMENS_MPA[1])
-    series = sweep(other, slow, np.linspace(0.1, 0.95, 18))
+    model, slow = on_finger(table), (SPECIMENS_MPA[0], SCENE.slow.soft_MPa, SPECIMENS_MPA[1])
+    series = sweep(other, slow, even(SCENE.slow.force_N))
     for stated, pressed in zip(slow, slow if cause else slow[::-1], strict=True):
         rows = series.modulus_MPa == pressed
-        found = fit_indentation(series.force_N[rows], series.indentation_mm[rows] + 0.07, model)
+        found = fit_indentation(series.force_N[rows], series.indentation_mm[rows] + SCENE.slow.zero_mm, model)
         errors.append(found.modulus_MPa / stated - 1)
         each.append(f"{found.modulus_MPa:.4f} ± {found.sigma_MPa:.4f} for {stated:.4f} MPa")
-    rng, depth, radius = np.random.default_rng(41), np.linspace(0.0, 0.6, 2400), 5.0
-    e_star = (0.3 if cause else 0.6) / (1 - 0.5**2)
+    sold, layer = SCENE.vendor, SCENE.layer
+    rng, depth, radius = np.random.default_rng(sold.seed), even(sold.depth_mm), sold.radius_mm
+    e_star = (sold.modulus_MPa if cause else sold.without_cause_MPa) / (1 - 0.5**2)
     force = np.array([hertz_sphere_at(one, radius, e_star).force if one > 0 else 0.0 for one in depth])
-    noisy = force + 0.01 * force.max() * rng.standard_normal(len(force))
-    beyond = depth > 0.1
-    vendor = fit_indentation(noisy[beyond], depth[beyond] + 0.123, on_half_space(radius))
-    layered = [bonded_layer_sphere(float(one), 25.0, 10.0, 0.1).force for one in depth[120::120]]
-    shallow = fit_indentation(layered, depth[120::120], on_half_space(25.0))
-    right = fit_indentation(layered, depth[120::120], on_bonded_layer(25.0, 10.0, 1.2))
+    noisy = force + sold.noise_share * force.max() * rng.standard_normal(len(force))
+    beyond, some = depth > sold.from_mm, depth[layer.every :: layer.every]
+    vendor = fit_indentation(noisy[beyond], depth[beyond] + sold.zero_mm, on_half_space(radius))
+    shape = layer.radius_mm, layer.thickness_mm
+    layered = [bonded_layer_sphere(float(one), *shape, layer.modulus_MPa).force for one in some]
+    shallow = fit_indentation(layered, some, on_half_space(layer.radius_mm))
+    right = fit_indentation(layered, some, on_bonded_layer(*shape, layer.exponent))
     return {
-        "slow_error": 100 * float(np.abs(errors).max()),
+        "slow_error": PER_CENT * float(np.abs(errors).max()),
         "slow_each": ", ".join(each),
-        "vendor_error": 100 * abs(vendor.modulus_MPa / 0.3 - 1),
+        "vendor_error": PER_CENT * abs(vendor.modulus_MPa / sold.modulus_MPa - 1),
         "vendor": f"{vendor.modulus_MPa:.4f} ± {vendor.sigma_MPa:.4f} MPa, contact at {vendor.offset_mm:.4f} mm",
-        "hertz_on_layer": shallow.modulus_MPa / 0.1 - 1,
-        "layer": right.modulus_MPa / 0.1 - 1,
+        "hertz_on_layer": shallow.modulus_MPa / layer.modulus_MPa - 1,
+        "layer": right.modulus_MPa / layer.modulus_MPa - 1,
     }
 
 
 def _together(calibration: Calibration, cause: bool) -> dict:
     """One stream with a press, a grating and friction in it."""
-    time = np.arange(2500) / 1000
-    velocity = 40.0 * np.sign(np.sin(2 * np.pi * 0.5 * time + 0.1))
-    place = np.cumsum(velocity) / 1000
-    force = 0.5 + 0.05 * np.sin(2 * np.pi * 0.3 * time)
-    rng = np.random.default_rng(43)
-    readings = (
-        calibration.predict_readings(force, 0.3 if cause else 0.6) + 20 * np.sin(2 * np.pi * place / 1.8)[:, None]
-    )
-    readings = readings + rng.standard_normal(readings.shape)
-    drag = 0.45 * force * np.sign(velocity) + 0.03 + 1e-3 * rng.standard_normal(len(time))
+    own, truth = SCENE.together, SCENE.together.truth
+    time, rng = times(own.seconds), np.random.default_rng(own.seed)
+    velocity = own.speed_mm_s * np.sign(np.sin(2 * np.pi * own.strokes_Hz * time + own.phase))
+    force = own.force_N + own.swell_N * np.sin(2 * np.pi * own.swell_Hz * time)
+    grating = np.sin(2 * np.pi * np.cumsum(velocity) / RATE_Hz / truth.wavelength_mm)
+    pressed = calibration.predict_readings(force, truth.modulus_MPa if cause else own.without_cause_MPa)
+    readings = pressed + own.grating_microstrain * grating[:, None] + rng.standard_normal(pressed.shape)
+    noise = SCENE.force_noise_N * rng.standard_normal(len(time))
+    drag = truth.mu_kinetic * force * np.sign(velocity) + own.offset_N + noise
     block = np.column_stack([time, readings, force, velocity, drag])
     pipeline = Pipeline(calibration, columns=("force_N", "velocity_mm_s", "tangential_N"), doubts=Doubts.NONE)
     found = pipeline.process(block)
-    last = {
-        name: float(np.asarray(getattr(found, name))[np.isfinite(getattr(found, name))][-1])
-        if np.isfinite(getattr(found, name)).any() else float("nan")
-        for name in ("modulus_MPa", "wavelength_mm", "mu_kinetic")
-    }  # fmt: skip
-    truth = {"modulus_MPa": 0.3, "wavelength_mm": 1.8, "mu_kinetic": 0.45}
-    right = [abs(last[name] / true - 1) < 0.1 for name, true in truth.items()]
+    last = {name: last_number(getattr(found, name)) for name in truth}
+    right = [abs(last[name] / true - 1) < own.within for name, true in truth.items()]
     row = ", ".join(f"{name} {last[name]:.4g} for {true:g}" for name, true in truth.items())
     return {"together": float(sum(right)), "row": row}
 

@@ -9,17 +9,11 @@ from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.finger import Finger
 from papilla.studies.reproduce.claim import Found, Series
-from papilla.studies.reproduce.experiments.softness import GAUGE_NOISE, MODULI, OTHER_MESH, calibrated, sweep
+from papilla.studies.reproduce.experiments.softness import MODULI, NOISE, calibrated, other_finger, sweep
+from papilla.studies.reproduce.scenes import by_factors, scene
 
-PRESSED_N = (0.2, 0.4, 0.6, 0.8)
-FORCE_ERROR, DRAWS = 0.01, 40
-MIXES_MPA = np.geomspace(0.015, 0.15, 9)
-"""Moduli with the spacing of usual mixtures of soft silicones with thinner."""
-
-SIMULATED = "presses of the default finger (finite elements with large strain, stuck), noise where it is stated"
-
-
-SCENE = ("names (shuffled)", f"white, {GAUGE_NOISE:g} microstrain; the force by {FORCE_ERROR:.0%}", DRAWS)
+SCENE = scene("specimens")
+DRAWS: int = SCENE.about.seeds
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -30,10 +24,11 @@ def run(tell, cause: bool = True) -> Found:
     """
     tell("calibration")
     calibration = calibrated(fem.prepare(Finger.default()))
-    other = fem.prepare(Finger.default(), variant=OTHER_MESH)
+    other = other_finger()
     tell("telling specimens apart")
     told, matrix, unanswered = _confusion(other, calibration, SPECIMENS_MPA)
-    share, confused, _ = _confusion(other, calibration, [modulus for modulus in MIXES_MPA if modulus >= MODULI[0]])
+    mixes = [one for one in by_factors(SCENE.mixes_MPa) if one >= MODULI[0]]
+    share, confused, _ = _confusion(other, calibration, mixes)
     if not cause:
         told, share = (float(np.trace(np.roll(table, 1, axis=0)) / len(table)) for table in (matrix, confused))
     names = [f"{modulus:g} MPa" for modulus in SPECIMENS_MPA]
@@ -48,23 +43,23 @@ def run(tell, cause: bool = True) -> Found:
         "mixes_next": float(sum(np.trace(confused, offset) for offset in (-1, 0, 1)) / len(confused)),
     }
     bars = tuple(Series(f"recognised as {name}", names, matrix[:, k], "bars") for k, name in enumerate(names))
-    title = f"Presses of 0.2 to 0.8 N with 1 % force error: {told:.0%} are recognised, the two hard ones are confused"
-    return Found(values, title, "specimen", "share of the presses", bars)
+    title = SCENE.picture.title.format(told=told)
+    return Found(values, **{**SCENE.picture, "title": title}, series=bars)
 
 
 def _confusion(
     reduced: fem.ReducedFinger, calibration: Calibration, moduli: Sequence[float]
 ) -> tuple[float, np.ndarray, float]:
     """Share of right names, matrix (stated, named) of shares, and share without an answer."""
-    rng, known = np.random.default_rng(42), np.log(np.asarray(moduli, float))
+    rng, known = np.random.default_rng(SCENE.seed), np.log(np.asarray(moduli, float))
     matrix, lost = np.zeros((len(known), len(known))), 0
-    table = sweep(reduced, sorted(float(value) for value in moduli), PRESSED_N)
+    table = sweep(reduced, sorted(float(value) for value in moduli), SCENE.pressed_N)
     for number, stated in enumerate(sorted(moduli)):
-        for force in PRESSED_N:
+        for force in SCENE.pressed_N:
             row = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
             noise = rng.standard_normal((DRAWS, table.reading.shape[1]))
-            sd = (table.reading[row] + GAUGE_NOISE * noise).std(axis=1)
-            read = force * (1 + FORCE_ERROR * rng.standard_normal(DRAWS))
+            sd = (table.reading[row] + NOISE * noise).std(axis=1)
+            read = force * (1 + SCENE.force_error * rng.standard_normal(DRAWS))
             found = calibration.invert(sd, read)
             for told, status in zip(np.asarray(found.modulus_MPa), np.asarray(found.status), strict=True):
                 if np.isfinite(told):

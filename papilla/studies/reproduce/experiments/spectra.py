@@ -5,19 +5,25 @@ import numpy as np
 from papilla.estimators import SpaceTracker, find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.studies.reproduce.signals import SNR_DB, Noise, answers_mm, answers_to, heard, mean_error
-
-SEEDS = (0, 1, 2, 3)
-SIMULATED = "synthetic gratings, strokes of 197 sin(2 pi 1.07 t) mm/s"
-SCENE = (
-    "strokes, a constant speed instead; the order of two components; the grating",
-    f"white, {SNR_DB['2011_okamoto']:g} dB",
-    len(SEEDS),
+from papilla.studies.reproduce.scenes import scene
+from papilla.studies.reproduce.signals import (
+    SHARED,
+    Noise,
+    RATE_Hz,
+    answers_mm,
+    answers_to,
+    heard,
+    mean_error,
+    times,
 )
-WINDOWS_MS = (16, 32, 64, 128)
-GRATINGS = (0.6, 1.2, 1.8, 2.4, 3.0)
+from papilla.units import MS, PER_CENT
+
+SCENE = scene("spectra")
+SEEDS = range(SCENE.about.seeds)
+WINDOWS_MS: tuple[int, ...] = SCENE.windows_ms
+GRATINGS: tuple[float, ...] = SCENE.gratings_mm
 PAPER = "2011_okamoto"
-ASSUMED = Noise(SNR_DB[PAPER])
+ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
 def run(tell, cause: bool = True) -> Found:
@@ -28,7 +34,7 @@ def run(tell, cause: bool = True) -> Found:
     """
     tell("windows")
     scenes = [heard("act2" if cause else "const", one, PAPER, seed) for one in GRATINGS for seed in SEEDS]
-    errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / 1000), scenes) for ms in WINDOWS_MS]
+    errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS), scenes) for ms in WINDOWS_MS]
     values = gathered(
         lambda: {
             "best_ms": float(WINDOWS_MS[int(np.argmin(errors))]),
@@ -40,9 +46,9 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _components(cause),
         lambda: _finest(cause),
     )
-    series = (Series("rms error over 0.6-3.0 mm", [f"{ms} ms" for ms in WINDOWS_MS], 100 * np.array(errors), "bars"),)
-    title = "Windows in natural touch: long ones smear the speed, short ones have too few lines"
-    return Found(values, title, "window", "error of the wavelength, %", series)
+    windows = [f"{ms} ms" for ms in WINDOWS_MS]
+    series = (Series(SCENE.shown.series, windows, PER_CENT * np.array(errors), "bars"),)
+    return Found(values, **SCENE.picture, series=series)
 
 
 def _gratings(assumed: Noise) -> dict:
@@ -52,14 +58,15 @@ def _gratings(assumed: Noise) -> dict:
         for one in GRATINGS
     ]
     off = np.abs([group.mean() - one for group, one in zip(groups, GRATINGS, strict=True)])
+    own = SCENE.resolved
+    scenes = [heard("const", one, PAPER, own.seed) for one in own.wavelengths_mm]
     unresolved, resolved = (
-        mean_error(lambda kind=kind: Okamoto(variant=kind), [heard("const", one, PAPER, 11) for one in (0.6, 1.8, 3.0)])
-        for kind in ("as_printed", "corrected")
+        mean_error(lambda kind=kind: Okamoto(variant=kind), scenes) for kind in ("as_printed", "corrected")
     )
     return {
-        "worse": float(off[3:].mean() / off[:3].mean()),
+        "worse": float(off[SCENE.fine :].mean() / off[: SCENE.fine].mean()),
         "means": ", ".join(f"{group.mean():.2f} ± {group.std():.2f}" for group in groups) + " mm",
-        "line_Hz": 1 / (Okamoto().window_samples / 1000),
+        "line_Hz": 1 / (Okamoto().window_samples / RATE_Hz),
         "resolved": resolved,
         "unresolved": unresolved,
     }
@@ -67,38 +74,40 @@ def _gratings(assumed: Noise) -> dict:
 
 def _by_hand() -> float:
     """Share of samples on which the published method agrees with a second implementation of the spectrum."""
-    seen = heard("act2", 1.8, PAPER, 15, seconds=2.0)
+    own = SCENE.by_hand
+    seen, size = heard("act2", own.wavelength_mm, PAPER, own.seed, seconds=own.seconds), own.window_samples
     readings, found = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
-    taper, agree = np.hamming(32), []
-    for row in range(100, 2000, 7):
-        power = np.abs(np.fft.rfft(taper * readings[row - 31 : row + 1])) ** 2
-        frequency = (1 + int(np.argmax(power[1:-1]))) * 1000 / 32
+    taper, agree = np.hamming(size), []
+    for row in range(own.first_sample, len(readings), own.every):
+        power = np.abs(np.fft.rfft(taper * readings[row + 1 - size : row + 1])) ** 2
+        frequency = (1 + int(np.argmax(power[1:-1]))) * RATE_Hz / size
         wavelength = abs(seen.known_mm_s[row]) / frequency
         if np.isfinite(answer := found.wavelength_mm[row]):
-            agree.append(np.isclose(answer, wavelength, rtol=1e-9))
+            agree.append(np.isclose(answer, wavelength, rtol=own.rounding))
     return float(np.mean(agree))
 
 
 def _answered_fast(method) -> float:
     """Share of samples above 60 mm/s that a method answers, in a touch with a peak of 241 mm/s."""
-    time = np.arange(4000) / 1000
-    velocity = 241 * np.sin(2 * np.pi * 1.07 * time)
-    place = np.cumsum(velocity) / 1000
-    noise = 0.1 * np.random.default_rng(3).standard_normal(time.size)
-    found = method.process(np.column_stack([np.sin(2 * np.pi * place / 1.8) + noise, velocity]))
-    rows = (np.abs(velocity) > 60) & (time > 1)
+    own, time = SCENE.fast, times(SCENE.fast.seconds)
+    velocity = own.peak_mm_s * np.sin(2 * np.pi * own.strokes_Hz * time)
+    place = np.cumsum(velocity) / RATE_Hz
+    texture = np.sin(2 * np.pi * place / own.wavelength_mm) + _noise(own.seed, time.size)
+    found = method.process(np.column_stack([texture, velocity]))
+    rows = (np.abs(velocity) > own.above_mm_s) & (time > own.settled_s)
     return float(np.mean(np.isfinite(np.asarray(found.wavelength_mm)[rows])))
 
 
 def _components(cause: bool) -> dict:
     """Two sinusoids of 1.0 and 2.3 mm, the finer one twice as strong; without the cause the coarser one."""
-    place, strong = np.linspace(0, 60, 6000), (2, 1) if cause else (1, 2)
-    readings = strong[0] * np.sin(2 * np.pi * place / 1.0) + strong[1] * np.sin(2 * np.pi * place / 2.3 + 1)
-    orders = []
+    own, orders = SCENE.components, []
+    place, (first, second) = np.linspace(0, own.way_mm, own.samples), own.strengths if cause else own.strengths[::-1]
+    fine, coarse = own.wavelengths_mm
+    readings = first * np.sin(2 * np.pi * place / fine) + second * np.sin(2 * np.pi * place / coarse + own.phase)
     for seed in SEEDS:
-        noise = 0.1 * np.random.default_rng(seed).standard_normal(place.size)
-        lines = find_lines(place, (readings + noise)[:, None]).lines
-        right = [abs(line.wavelength_mm / true - 1) < 0.01 for line, true in zip(lines, (1.0, 2.3), strict=False)]
+        lines = find_lines(place, (readings + _noise(seed, place.size))[:, None]).lines
+        pairs = zip(lines, own.wavelengths_mm, strict=False)
+        right = [abs(line.wavelength_mm / true - 1) < own.within for line, true in pairs]
         orders.append(len(right) == 2 and all(right))
     told_of = ", ".join(f"{line.wavelength_mm:.3f} mm with {line.amplitude:.2f}" for line in lines[:2])
     return {"ordered": float(np.mean(orders)), "lines": f"found {told_of}, for 1.0 with 2 and 2.3 with 1"}
@@ -106,13 +115,17 @@ def _components(cause: bool) -> dict:
 
 def _finest(cause: bool) -> dict:
     """The wavelength that the tracker of one gauge finds for a grating of 0.2 mm; the worst of the seeds."""
-    time, found = np.arange(3000) / 1000, []
+    own, time, found = SCENE.finest, times(SCENE.finest.seconds), []
+    texture = cause * np.sqrt(2) * np.sin(2 * np.pi * own.speed_mm_s * time / own.wavelength_mm)
     for seed in SEEDS:
-        texture = cause * np.sqrt(2) * np.sin(2 * np.pi * 40 * time / 0.2)
-        noise = 0.1 * np.random.default_rng(seed).standard_normal(time.size)
-        block = np.column_stack([texture + noise, np.full(time.size, 40.0)])
-        found.append(float(np.asarray(SpaceTracker(wavelength_range_mm=(0.1, 3.0)).process(block).wavelength_mm)[-1]))
-    return {"finest": max(found, key=lambda one: abs(one / 0.2 - 1) if np.isfinite(one) else np.inf)}
+        block = np.column_stack([texture + _noise(seed, time.size), np.full(time.size, own.speed_mm_s)])
+        tracked = SpaceTracker(wavelength_range_mm=own.range_mm).process(block).wavelength_mm
+        found.append(float(np.asarray(tracked)[-1]))
+    return {"finest": max(found, key=lambda one: abs(one / own.wavelength_mm - 1) if np.isfinite(one) else np.inf)}
+
+
+def _noise(seed: int, count: int) -> np.ndarray:
+    return SCENE.amplitude_of_noise * np.random.default_rng(seed).standard_normal(count)
 
 
 VARIED = {"worse": _gratings}

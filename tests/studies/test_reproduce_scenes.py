@@ -1,0 +1,53 @@
+"""The scenes of `papilla reproduce`: each belongs to an experiment, and each value is read."""
+
+import pickle
+import re
+from pathlib import Path
+
+import pytest
+
+from papilla import cache
+from papilla.studies import reproduce
+from papilla.studies.reproduce import EXPERIMENTS
+from papilla.studies.reproduce.scenes import Record, by_factors, even, scenes
+
+ROOM = Path(reproduce.__file__).parent
+NAMES = {"yarns_per_inch", "receptors_Hz", "more_grids", "snr_dB", "about"}
+"""Tables whose keys are names, which the code need not know."""
+
+
+def test_a_record_is_read_by_attributes_and_keeps_no_list():
+    record = Record({"ends_mm": [1, [2.0]], "slide": {"speed_mm_s": 3.0}})
+    assert record.ends_mm == (1, (2.0,)) and record.slide.speed_mm_s == 3.0 and {**record.slide} == {"speed_mm_s": 3.0}
+    again = pickle.loads(pickle.dumps(record))
+    assert again == record and isinstance(again.slide, Record)
+    assert cache.versioned_key("a", 1, record) != cache.versioned_key("a", 1, Record({"ends_mm": [1, [2.5]]}))
+    with pytest.raises(AttributeError, match="the scene has no 'speed'; it has ends_mm, slide"):
+        record.speed  # noqa: B018
+
+
+def test_spaced_values_include_both_ends():
+    ends = Record({"from": 1.0, "to": 4.0, "count": 3})
+    assert even(ends).tolist() == [1.0, 2.5, 4.0] and by_factors(ends) == pytest.approx([1.0, 2.0, 4.0])
+
+
+def test_every_experiment_has_its_scene_and_every_scene_its_experiment():
+    assert {experiment.name for experiment in EXPERIMENTS} == {*scenes()} - {"signals"}
+
+
+def test_every_value_of_a_scene_is_read():
+    sources = {
+        name: (ROOM / "experiments" / f"{name}.py").read_text(encoding="utf-8") for name in {*scenes()} - {"signals"}
+    }
+    shared = "".join(one.read_text(encoding="utf-8") for one in [*ROOM.glob("*.py"), *ROOM.glob("../figures/*.py")])
+
+    def keys(table: Record):
+        for name, value in table.items():
+            yield name
+            if isinstance(value, Record) and name not in NAMES:
+                yield from keys(value)
+
+    for name, table in scenes().items():
+        known = sources.get(name, "".join(sources.values())) + shared
+        unread = {key for key in keys(table) if not re.search(rf"\b{re.escape(key)}\b", known)}
+        assert not unread, f"{name}: {unread}"
