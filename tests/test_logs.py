@@ -399,3 +399,13 @@ def test_a_quoted_cell_goes_on_in_the_next_chunk_and_lines_stay_right(tmp_path):
             found += reader.blocks(2)
         with pytest.raises(FileFormatError, match="line 6"):
             list(reader.blocks(1))
+
+
+@pytest.mark.parametrize("stated, taken", [(10.48, True), (9.52, True), (10.53, False), (9.47, False)])
+def test_a_stated_sd_may_be_rounded_to_whole_microstrain(log, stated, taken):
+    text = f"force_N,modulus_MPa,g1,g2,sd_microstrain\n0.1,0.5,10,30,{stated}\n0.2,0.5,10,30,10\n"
+    if taken:
+        assert read_presses(log(text)).sd_microstrain.tolist() == [10, 10]
+        return
+    with pytest.raises(FileFormatError, match=f"{stated} is not the population standard deviation of the gauges, 10"):
+        read_presses(log(text))

@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError, _Solved
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.pressing.loading_path import LoadingPath, loading_path
 from papilla.finger import Finger
@@ -79,6 +79,29 @@ def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
             continue
         answered += 1
     assert answered > 0
+
+
+def test_the_knots_of_a_path_are_judged_as_single_states():
+    """All at once up to the first wrong one: a node that left, or one outside of the order that came too near."""
+    counts = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        root, mass = rng.normal(size=(8, 8)), rng.uniform(0.5, 1.5, 8)
+        problem = ContactProblem(root @ root.T + 4 * np.eye(8), mass, mass * rng.exponential(size=8))
+        solved = _Solved(problem, np.argsort(problem.gap / mass)[:6])
+        if not (np.isfinite(solved.depth).all() and (np.diff(solved.depth) > 0).all()):
+            continue
+        states = [solved.state(count, None, solved.depth[count]) for count in range(1, 6)]
+        wrong = [solved.wrong(*state).any() for state in states]
+        expected = 1 + wrong.index(True) if any(wrong) else 6
+        found, missed = solved.checked()
+        assert found == expected
+        if len(missed):
+            depth, traction = states[found - 1]
+            gap = traction @ problem.compliance[solved.index] + problem.gap - depth * mass
+            assert set(missed) == set(np.flatnonzero(gap < 0)) - set(solved.nodes)
+        counts.append(found)
+    assert len(counts) > 8 and {6} < set(counts)
 
 
 def test_a_compliance_that_is_not_positive_is_refused():

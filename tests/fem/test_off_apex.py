@@ -7,8 +7,12 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem import press
-from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
-from papilla.fem.reduction.family import family
+from papilla.fem.pressing import off_apex
+from papilla.fem.pressing.log_polynomial import LogPolynomial
+from papilla.fem.pressing.off_apex import PLACES, SHIFTS, MoveLimits, OffApex, _shifted, _stencil, off_apex_change
+from papilla.fem.pressing.response import FORCES, MODULI
+from papilla.fem.reduction.family import RATIOS, family
+from papilla.fem.reduction.transported import MovedContact
 from papilla.finger import Finger, Slab
 from papilla.specimen import Block
 
@@ -26,6 +30,30 @@ def relatives():
 @pytest.fixture(scope="module")
 def moved(relatives):
     return off_apex_change(relatives, BLOCK, 0.0)
+
+
+@pytest.fixture(scope="module")
+def made_up() -> OffApex:
+    """Changes of any shape, which vanish where nothing is moved."""
+    terms = len(off_apex.POLYNOMIAL.powers)
+    coefficients = np.random.default_rng(4).normal(size=(terms, *PLACES, *SHIFTS, 2, 5))
+    coefficients[:, *off_apex.MIDDLE] = 0.0
+    return OffApex(coefficients, MoveLimits(5.0, 3.0, np.array([20.0, np.inf])), 0.01)
+
+
+@pytest.fixture(scope="module")
+def few(dome):
+    """A family on a very coarse mesh."""
+    return family(Finger.default(), mesh=dome(Finger.default(), divisions=5, outer_layers=1, inner_layers=2))
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Few places, shifts and presses."""
+    degrees = ((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (3, 2, 1), 1.5
+    values = {"PLACES": (3, 3), "SHIFTS": (3, 3), "MIDDLE": (1, 1, 1, 1), "_AT_APEX": (slice(None), 1, 1, 1, 1)}
+    for name, value in {**values, "GRID": (6, 4), "RATIO_NODES": 2, "POLYNOMIAL": LogPolynomial(*degrees)}.items():
+        monkeypatch.setattr(off_apex, name, value)
 
 
 def changed(moved, outer, inner, place=(0.0, 0.0), shift=(0.0, 0.0)):
@@ -67,9 +95,8 @@ def test_it_is_the_gauge_that_was_moved(relatives, moved):
     assert missed < 0.05 and size > 3 * missed
 
 
-@pytest.mark.slow
-def test_its_slopes_are_derivatives_and_at_the_apex_nothing_changes(moved):
-    outer, inner, place, shift, step = 0.15, 0.04, np.array([1.0, -2.0]), np.array([0.5, 0.3]), 1e-5
+def test_its_slopes_are_derivatives_and_at_the_apex_nothing_changes(made_up):
+    moved, outer, inner, place, shift, step = made_up, 0.15, 0.04, np.array([1.0, -2.0]), np.array([0.5, 0.3]), 1e-5
     assert np.abs(changed(moved, outer, inner).values).max() < 1e-12
     told = changed(moved, outer, inner, place, shift)
 
@@ -91,13 +118,64 @@ def test_its_slopes_are_derivatives_and_at_the_apex_nothing_changes(moved):
     assert scaled / step == pytest.approx(homogeneous, abs=1e-3 * np.abs(homogeneous).max())
 
 
-@pytest.mark.slow
-def test_what_is_too_far_is_refused(moved):
+def test_what_is_too_far_is_refused(made_up):
+    moved = made_up
+    changed(moved, 0.136, 0.034, place=(5.0, -5.0), shift=(-3.0, 3.0))
     with pytest.raises(InputError, match="contacts must lie within 5 mm along x and y, got 6 mm"):
         changed(moved, 0.136, 0.034, place=(6.0, 0.0))
     with pytest.raises(InputError, match="shifts must lie within 3 mm along x and y, got 4 mm"):
         changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
-    assert "contacts within 5 mm, gauges within 3 mm" in repr(moved)
+    assert "contacts within 5 mm, gauges within 3 mm, to 1 %" in repr(moved)
+
+
+def test_its_nodes_are_what_was_fitted(made_up):
+    """At a node of places and shifts all other nodes weigh nothing; each gauge has its own shift."""
+    x, y, along, across = 6, 1, 0, 2
+    place = np.array([[5.0, -5.0 * np.sqrt(0.5)]])
+    shift = np.zeros((2, 5))
+    shift[:, 3] = -3.0, 3.0
+    found = made_up.changed(np.array([0.4]), np.array([0.3]), 0.15, 0.04, place, shift).values[0]
+    terms = off_apex.POLYNOMIAL.terms((np.array([10.0]), np.array([7.5]), np.array([3.75])))[0, 0]
+    still = 10.0 * np.einsum("t,tqg->qg", terms, made_up.coefficients[:, x, y, 2, 1])
+    moved = 10.0 * np.einsum("t,tqg->qg", terms, made_up.coefficients[:, x, y, along, across])
+    assert found[:, :3] == pytest.approx(still[:, :3], rel=1e-9)
+    assert found[:, 3] == pytest.approx(moved[:, 3], rel=1e-9)
+
+
+def test_a_fit_to_few_presses_tells_moved_contacts(few, small):
+    """The change at a node is that of the same tractions, moved there; the error is that at the probes."""
+    said: list[str] = []
+    found = off_apex._made(few, BLOCK, 0.0, said.append)
+    made = OffApex(found["coefficients"], MoveLimits.of(few), float(found["error"]))
+    assert 0.01 < made.error < 0.3
+    assert [line[:20] for line in said] == ["contacts off the ape", *["gauges and contacts "] * 3]
+    assert said[1].endswith("ratio 1 (1 of 3)") and said[3].endswith("ratio 2.9 (3 of 3)")
+    model, inner, reach = few.model(4.0), few.finger.inner.modulus, made.limits.reach
+    pressed, traction = off_apex._presses(few, 4.0, BLOCK, 0.0)
+    assert pressed[:, 2] == pytest.approx(4.0) and len(pressed) > 12
+    force = few.reduced.multiplicity * traction[:, 0] @ few.reduced.patch.mass
+    assert force == pytest.approx(pressed[:, 0] * inner, rel=1e-6)
+    rows = off_apex._Rows(model, made.limits.shift, [])
+    felt = [rows.felt(MovedContact.at(model, few.reduced.patch, (x, 0.0)), traction)[:, 4] for x in (0.0, reach)]
+    place, shift = np.tile([reach, 0.0], (len(pressed), 1)), np.zeros((2, 5))
+    told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, 4 * inner, inner, place, shift).values
+    size = np.sqrt(np.mean((felt[1] - felt[0]) ** 2, axis=2, keepdims=True))
+    assert np.median(np.abs(told - (felt[1] - felt[0])) / size) < 0.2
+
+
+def test_limits_go_with_the_width(few):
+    """The default finger is 48 mm wide; its skin rolls by its radii at the apex."""
+    room = MoveLimits.of(few)
+    a, b, c = few.finger.shape.outer
+    assert (room.reach, room.shift) == pytest.approx((5.0, 3.0))
+    assert room.rolling == pytest.approx([a**2 / c, b**2 / c], rel=0.25)
+
+
+def test_gauges_are_shifted_from_where_they_were():
+    design = replace(Finger.default(), gauges=tuple(replace(g, moved_mm=(0.1, 0.2)) for g in Finger.default().gauges))
+    assert {gauge.moved_mm for gauge in _shifted(design, np.array([1.0, -2.0])).gauges} == {(1.1, -1.8)}
+    assert _stencil()[0] == (-1.0, -1.0) and _stencil()[7] == (0.0, 0.0) and len({*_stencil()}) == 15
+    assert off_apex._points(5) == pytest.approx([-1, -np.sqrt(0.5), 0, np.sqrt(0.5), 1], abs=1e-15)
 
 
 @pytest.mark.slow

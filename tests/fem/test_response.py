@@ -1,10 +1,13 @@
 """The smooth response of a family against presses of its members, and its derivatives against differences."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
+from papilla.errors import InputError
 from papilla.fem import press
-from papilla.fem.pressing.response import response
+from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, _fitted, response
 from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.specimen import Block
@@ -65,3 +68,54 @@ def test_what_it_was_not_made_of_is_told(smooth):
     assert not smooth.inside([0.5], [100.0], 0.136, 0.034)[0]
     assert smooth.strained < np.inf and smooth.large_strain and np.isinf(smooth.friction)
     assert "block 10 mm thick" in repr(smooth)
+
+
+def rows_of(loads, change=lambda values: values, resolved=True, known=True):
+    """Rows of made-up presses of two gauges, whose quantities over the load are polynomials; and these."""
+    x, modulus, ratio = np.array(loads).T
+    values = np.column_stack([1 + 0.1 * np.log(x), 2 + 0 * x, -2 + 0 * x, np.log(modulus), 1 + np.log(ratio) ** 2])
+    found = change(values) * np.column_stack([x ** (2 / 3), x, x, x, x])
+    flags = np.ones((len(x), 1)) * [resolved, known]
+    return np.hstack([np.array(loads), flags, found]), values
+
+
+LOADS = list(product(FORCES[::2], MODULI[::2], np.geomspace(1.0, 16.0, 7)))
+
+
+def test_polynomials_are_recovered_and_presses_told_apart():
+    rows, values = rows_of([one for one in LOADS if one[0] < 60 or one[1] > 10])
+    unknown = rows[:, 0] > 20
+    rows[unknown, 4] = 0
+    found = _fitted(rows)
+    terms = POLYNOMIAL.terms(tuple(rows[:, :3].T))[0]
+    assert terms @ found["coefficients"] == pytest.approx(values, abs=1e-8)
+    assert found["error"].shape == (5,) and found["error"].max() < 1e-8
+    assert found["strained"] == rows[~unknown, 0].max()
+    stiff = found["deepest"][0] > 10
+    assert found["deepest"].shape == (3, 8 * 7)
+    assert (found["deepest"][2, stiff] == FORCES[::2].max()).all()
+    assert (found["deepest"][2, ~stiff] == FORCES[FORCES < 60][::2].max()).all()
+
+
+def test_the_error_is_that_of_presses_left_out_over_the_mean_of_the_gauges():
+    rng = np.random.default_rng(3)
+    rows, _ = rows_of(LOADS, lambda values: values + [0.0, 0.04, 0.0, 0.0, 0.0] * rng.choice([-1, 1], (len(values), 1)))
+    error = _fitted(rows)["error"]
+    terms = POLYNOMIAL.terms(tuple(rows[:, :3].T))[0]
+    # A press left out of a fit to n presses with m terms is missed by sqrt(1 + m / n) of the scatter
+    assert error[1] == pytest.approx(0.04 / 2 * np.sqrt(1 + len(terms.T) / (0.8 * len(rows))), rel=0.15)
+    assert error[[0, 2, 3, 4]].max() < 1e-8
+
+
+def test_presses_too_light_for_the_mesh_count_a_tenth():
+    """The value of presses on one load, resolved or not, is their mean with the weights 1 and 0.1 squared."""
+    (resolved, values), (light, _) = rows_of(LOADS), rows_of(LOADS, lambda values: 2 * values, resolved=False)
+    found = _fitted(np.vstack([resolved, light]))
+    terms = POLYNOMIAL.terms(tuple(resolved[:, :3].T))[0]
+    assert terms @ found["coefficients"] == pytest.approx(values * (1 + 0.01 * 2) / 1.01, abs=1e-8)
+
+
+def test_few_presses_are_refused():
+    rows, _ = rows_of(LOADS[: 2 * len(POLYNOMIAL.powers) - 1])
+    with pytest.raises(InputError, match=f"only {len(rows)} of 2240 presses"):
+        _fitted(rows)

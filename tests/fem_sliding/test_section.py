@@ -95,6 +95,18 @@ def test_a_layered_strip_answers_as_the_exact_kernel(finger, nu):
         assert found_inward == pytest.approx(C[1, pick], abs=0.01 * scale)
 
 
+def test_an_incompressible_strip_is_the_limit_of_nearly_incompressible_ones(finger):
+    """Poisson's ratio 0.5 leaves the pressures no diagonal; the change from 0.4999 to 0.5 is that from 0.4998 twice."""
+    moved = []
+    for nu in (0.4998, 0.4999, 0.5):
+        layer = Layer(0.1, nu)
+        model = SectionModel(replace(finger, outer=layer, inner=layer), strip(20.0, 40, rows=(2, 4)))
+        means, _ = model.patch_weights
+        moved.append(means @ model.solve(means.T.toarray()[:, [20, 55]]))
+    change = np.abs(moved[1] - moved[0]).max()
+    np.testing.assert_allclose(moved[2] - moved[1], moved[1] - moved[0], atol=0.05 * change)
+
+
 def test_the_kernel_is_symmetric_and_holds_the_half_plane():
     q = np.array([0.3, 3.0, 30.0])
     deep = layered_surface_compliance(q, [StackLayer(1000.0, 0.1, 0.5)], None)
