@@ -68,8 +68,7 @@ def evaluate(batch: Batch) -> Done:
         known = geometry_map(first, batch.places, base)
     except PapillaError as error:
         return Done((Record({}, str(error)),) * len(batch.fingers), version(), dict(SPENT), _memory_MB())
-    borrowed = first.strain_sha256 != base.strain_sha256
-    records = [look_at(Look(finger, known, batch.scene, borrowed), batch.asked) for finger in batch.fingers]
+    records = [look_at(Look(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
     rest = process_time() - began - sum(SPENT.values())
     return Done(tuple(records), version(), {**SPENT, SCENES: rest}, _memory_MB())
 

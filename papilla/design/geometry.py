@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from papilla.calibrate.press_table import NOT_INCLUDED
 from papilla.design.costs import GEOMETRY, RATIO, spent_on
 from papilla.design.places import FOIL, Places
 from papilla.errors import InputError
@@ -56,6 +57,25 @@ class GeometryMap:
         weights = self.places.weights(finger.gauges, finger.shape)
         free, stuck = (_summed(one, weights) for one in self.ends)
         return free, stuck
+
+    def strain_error(self, finger: Finger, stuck: bool) -> float:
+        """Relative error of S_d that a calibration of a finger of this geometry has by its tables of large strain."""
+        if not self.ends[stuck].large_strain:
+            return NOT_INCLUDED
+        weights = self.places.weights(finger.gauges, finger.shape)
+        gains = np.array([[one.membrane_gain for one in finger.gauges], [one.lever_mm for one in finger.gauges]])
+        tables = at_ratio(known(self.finger.strain_sha256), finger.outer.modulus / finger.inner.modulus, stuck)
+        return max(_table_of(one, weights).sd_error(gains) for one, _ in tables)
+
+
+def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
+    """A table whose sites (s) are combined to gauges (g) by weights (s, g)."""
+
+    def gauges(found: np.ndarray) -> np.ndarray:
+        felt = found[:, 3:].reshape(len(found), len(QUANTITIES), -1) @ weights
+        return np.hstack([found[:, :3], felt.reshape(len(found), -1)])
+
+    return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
 
 
 def _summed(found: Response, weights: np.ndarray) -> Response:

@@ -96,7 +96,7 @@ def look_at(study: Study, finger: Finger) -> Look:
     """A finger in the scene of a study, with the study's places."""
     places = study.places
     base, own = with_sites(study.finger, places), with_sites(finger, places)
-    return Look(finger, geometry_map(own, places, base), study.scene, own.strain_sha256 != base.strain_sha256)
+    return Look(finger, geometry_map(own, places, base), study.scene)
 
 
 def summary(outcome: Outcome) -> dict:

@@ -16,31 +16,34 @@ from papilla.design.scene import Scene
 from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import FORCES, MODULI
-from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD
+from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FURTHER, MARGIN
 from papilla.fem.pressing.response import Response
 from papilla.finger import Finger
 from papilla.mesh.body import narrowest_mm
 from papilla.units import to_microstrain
 
-SD_ERROR, GAUGE_ERROR, DEPTH_ERROR = 0.003, 0.004, 0.005
-"""Relative one sigma of a future calibration, without friction: mesh scatter, fit and large strain of the default
-finger are 0.2 to 0.33 % of S_d and 0.3 to 0.4 % of a gauge, at 0.2 to 0.98 N."""
+DEPTH_ERROR = 0.005
+"""Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
+MESH = 0.0025
+"""One sigma by the scatter between meshes, relative to the part of a gauge's reading that is membrane strain: 0.1 to
+0.17 % at 0.6 N and up to 0.4 % at 0.05 N in calibrations of eight random pairs of moduli, times 1.6 for a comparison of
+three meshes."""
+TINY = 1e-30
+"""Avoids a division by zero where all gauges read the same."""
+SWEPT = 6, 3
+"""A calibration's sweep is thinned to every sixth force and every third modulus."""
 SOFTEST = MODULI[0]
 """Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
 begins at the next modulus of its table."""
-NEIGHBOUR = 0.005
-"""Relative one sigma of S_d and of gauges if large strain comes from another geometry."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """A design in a scene. geometry : the map of its geometry; borrowed : whether its large strain comes from another
-    geometry."""
+    """A design in a scene. geometry : the map of its geometry."""
 
     finger: Finger
     geometry: GeometryMap
     scene: Scene
-    borrowed: bool = False
 
     @cached_property
     def ends(self) -> tuple[Response, Response]:
@@ -69,8 +72,7 @@ class Look:
     @cached_property
     def readings(self) -> np.ndarray:
         """(2, n, g) readings in microstrain of the presses of the scene's grid, without friction and stuck."""
-        weights = np.array([[g.membrane_gain for g in self.finger.gauges], [g.lever_mm for g in self.finger.gauges]])
-        return np.array([to_microstrain((one.values * weights).sum(axis=1)) for one in self._felt])
+        return np.array([to_microstrain((one.values * self._gains).sum(axis=1)) for one in self._felt])
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -96,29 +98,62 @@ class Look:
     def sigma_depth(self) -> np.ndarray:
         """(f, m) the same from force and depth."""
         values = 1000 * self.depths
-        return sigma_from_depth(SimpleNamespace(gauges=[self._channel("depth", values, DEPTH_ERROR)]), self.scene)
+        error = DEPTH_ERROR * float(_rms(self._ends(values / self.scene.grid[0])[0]))
+        return sigma_from_depth(SimpleNamespace(gauges=[self._channel("depth", values, error)]), self.scene)
 
     @cached_property
     def surfaces(self) -> SimpleNamespace:
         """Input of the estimators, as from a calibration: `gauges`, and `surface` of S_d if the gauges differ."""
-        error = math.hypot(GAUGE_ERROR, CONTINUED_GAUGE * self.continued)
-        gauges = [self._channel(one.name, self.readings[:, :, k], error) for k, one in enumerate(self.finger.gauges)]
+        sd_error, errors = self.errors
+        gauges = [
+            self._channel(one.name, self.readings[:, :, k], errors[k]) for k, one in enumerate(self.finger.gauges)
+        ]
         if len(gauges) < 2 or not (self.sd > 0).all():
             raise InputError("S_d needs at least two gauges whose readings differ")
         value, change = self._ends(np.log(self.sd))
         fitted = self.scene.solver.surface(value)
-        doubt = self._uncertainty(math.hypot(SD_ERROR, CONTINUED_SD * self.continued), change)
+        doubt = self._uncertainty(sd_error, change)
         return SimpleNamespace(gauges=gauges, surface=SdSurface(fitted.surface, *usable_part(fitted.surface), doubt))
 
     @cached_property
-    def continued(self) -> float:
-        """Root of the share of a calibration's forces that lie beyond those of its tables of large strain: a sweep
-        from 0.05 N on is too light for them where the inner layer is hard, and all its presses share the error."""
-        if not self.geometry.ends[0].large_strain:
-            return 0.0
-        size = narrowest_mm(self.finger) / STANDARD_MM
-        scaled = np.array(self.scene.swept_N) / (self.finger.inner.modulus * size**2)
-        return math.sqrt(float(np.mean((scaled < FORCES[0]) | (scaled > FORCES[-1]))))
+    def errors(self) -> tuple[float, np.ndarray]:
+        """One sigma of the design's calibration, without friction: of S_d (relative), and of each gauge (g,) in
+        microstrain / N.
+
+        Large strain is treated as in `papilla.calibrate.fitting`: the error of the tables and of presses beyond their
+        forces, relative to the rms of a gauge over the calibration's own sweep. Meshes: `MESH`.
+        """
+        stuck = self.scene.unknown.friction != 0
+        end, (outer, inner) = self.ends[stuck], self._moduli
+        swept = np.array(self.scene.swept_N)
+        if end.large_strain:
+            swept = swept[self._between_forces(swept, math.log(FURTHER))]
+        force, modulus = (part.ravel() for part in np.meshgrid(swept[:: SWEPT[0]], DEFAULT_MODULI[:: SWEPT[1]]))
+        valid = (modulus >= SOFTEST * inner) & end.inside(force, modulus, outer, inner)
+        if not valid.any():
+            raise InputError("no press of a calibration of this finger lies within the range of the model")
+        force, modulus = force[valid], modulus[valid]
+        parts = to_microstrain(end.felt(force, modulus, outer, inner).values * self._gains) / force[:, None, None]
+        reading, membrane = parts.sum(axis=1), parts[:, 0]
+        continued = math.sqrt(np.mean(~self._between_forces(swept, MARGIN))) if end.large_strain else 0.0
+        table = self.geometry.strain_error(self.finger, stuck)
+        deviation = reading - reading.mean(axis=1, keepdims=True)
+        # S_d is the root of the mean square deviation: its relative change by a change of each gauge
+        moved = np.linalg.norm(deviation * membrane, axis=1) / np.maximum((deviation**2).sum(axis=1), TINY)
+        of_sd = math.hypot(table, CONTINUED_SD * continued, MESH * _rms(moved))
+        strain = math.hypot(table, CONTINUED_GAUGE * continued)
+        return of_sd, np.hypot(strain * _rms(reading), MESH * _rms(membrane))
+
+    def _between_forces(self, force: np.ndarray, beyond: float) -> np.ndarray:
+        """Whether forces (N) lie within those of the tables of large strain, or at most `beyond` outside in the
+        logarithm."""
+        scaled = np.log(force / (self.finger.inner.modulus * (narrowest_mm(self.finger) / STANDARD_MM) ** 2))
+        return (scaled >= math.log(FORCES[0]) - beyond) & (scaled <= math.log(FORCES[-1]) + beyond)
+
+    @property
+    def _gains(self) -> np.ndarray:
+        """(2, g) gains of membrane strain and curvature (mm)."""
+        return np.array([[g.membrane_gain for g in self.finger.gauges], [g.lever_mm for g in self.finger.gauges]])
 
     @property
     def _moduli(self) -> tuple[float, float]:
@@ -130,11 +165,12 @@ class Look:
         return [one.felt(force, modulus, *self._moduli) for one in self.ends]
 
     def _channel(self, name: str, values: np.ndarray, error: float) -> GaugeSurface:
-        """The surface over force and modulus for a channel's values (2, n) without friction and stuck."""
+        """The surface over force and modulus for a channel's values (2, n) without friction and stuck.
+
+        error : one sigma of its value / force."""
         value, change = self._ends(values / self.scene.grid[0])
-        size = float(np.sqrt(np.mean(value**2)))
         fitted = self.scene.solver.surface(value)
-        return GaugeSurface(name, fitted.surface, self._uncertainty(error * size, change, size))
+        return GaugeSurface(name, fitted.surface, self._uncertainty(error, change))
 
     def _ends(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """From values (2, n): those (n,) that a calibration uses, and their change without friction if friction is not
@@ -144,8 +180,12 @@ class Look:
             return stuck, free - stuck
         return (stuck if self.scene.unknown.friction == "stick" else free), None
 
-    def _uncertainty(self, error: float, change: np.ndarray | None, unit: float = 1.0) -> Uncertainty:
+    def _uncertainty(self, error: float, change: np.ndarray | None) -> Uncertainty:
         """The uncertainty of a surface with a constant error; the change without friction is fitted like the value."""
-        error = math.hypot(error, NEIGHBOUR * unit) if self.borrowed else error
         none = Uncertainty(0.0, 0.0, 0.0, np.array(self.scene.force_N), np.zeros(2), 0.0, 0, strain=error)
         return none if change is None else replace(none, friction=self.scene.solver.surface(change).surface)
+
+
+def _rms(values: np.ndarray) -> np.ndarray:
+    """Root mean square over the first axis."""
+    return np.sqrt((values**2).mean(axis=0))

@@ -39,7 +39,7 @@ def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], No
     figures = {"front": front_figure(results, outcome.base)}
     if study.finger.gauges[1:]:
         dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
-        looks = [Look(one.finger, one.geometry, dense, one.borrowed) for one in (look_at(study, f) for _, f in shown)]
+        looks = [Look(one.finger, one.geometry, dense) for one in (look_at(study, f) for _, f in shown)]
         try:
             sigmas = [look.sigma_gauges for look in looks]
             figures["sigma"] = sigma_figure(*dense.points, sigmas, [name for name, _ in shown])

@@ -54,4 +54,4 @@ def _thicker(look: Look, change: float) -> Iterator[Look]:
         thickness = float(look.finger.shape.outer[-1]) - float(look.finger.shape.interface[-1]) + side
         skin = {"shape.skin_mm": thickness}
         other = geometry_map(made(look.geometry.finger, skin), look.geometry.places, look.geometry.finger)
-        yield replace(look, finger=made(look.finger, skin), geometry=other, borrowed=True)
+        yield replace(look, finger=made(look.finger, skin), geometry=other)
