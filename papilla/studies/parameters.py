@@ -9,7 +9,6 @@ import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,22 +17,37 @@ WITHIN = 1.5
 """Factor by which a parameter is drawn larger or smaller if its rule has no `within`."""
 
 
-def parameters(module: str) -> Any:
-    """The table of a module (`__name__`): keys as attributes, arrays as tuples, tables of tables likewise."""
+class Record(dict[str, Any]):
+    """A table of a file, whose values are attributes too: a table in it is a record, a list a tuple."""
+
+    def __init__(self, table: Mapping[str, Any]) -> None:
+        super().__init__({name: _frozen(value) for name, value in table.items()})
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self:
+            return self[name]
+        raise AttributeError(f"the table has no {name!r}; it has {', '.join(self)}")
+
+    def __reduce__(self) -> tuple:
+        return Record, (dict(self),)
+
+
+def _frozen(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return tuple(map(_frozen, value))
+    return Record(value) if isinstance(value, dict) else value
+
+
+def parameters(module: str) -> Record:
+    """The table of a module (`__name__`)."""
     package, _, name = module.rpartition(".")
-    return _record(tables(package)[name])
+    return Record(tables(package)[name])
 
 
 @lru_cache
 def tables(package: str, name: str = "parameters") -> Mapping[str, Any]:
     """All tables of a TOML file in the folder of a package."""
     return tomllib.loads((files(package) / f"{name}.toml").read_text(encoding="utf-8"))
-
-
-def _record(value: Any) -> Any:
-    if isinstance(value, dict):
-        return SimpleNamespace(**{name: _record(own) for name, own in value.items()})
-    return tuple(map(_record, value)) if isinstance(value, list) else value
 
 
 def drawn(table: Mapping[str, Any], rng: np.random.Generator, *, vary: bool = True) -> dict[str, Any]:

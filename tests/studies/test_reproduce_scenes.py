@@ -22,7 +22,7 @@ def test_a_record_is_read_by_attributes_and_keeps_no_list():
     again = pickle.loads(pickle.dumps(record))
     assert again == record and isinstance(again.slide, Record)
     assert cache.versioned_key("a", 1, record) != cache.versioned_key("a", 1, Record({"ends_mm": [1, [2.5]]}))
-    with pytest.raises(AttributeError, match="the scene has no 'speed'; it has ends_mm, slide"):
+    with pytest.raises(AttributeError, match="the table has no 'speed'; it has ends_mm, slide"):
         record.speed  # noqa: B018
 
 

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from types import MappingProxyType, SimpleNamespace
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -87,11 +87,11 @@ class Touch(NamedTuple):
 
 def _touch(row: Any) -> Touch:
     """The touch of a row of the file."""
-    given = dict(vars(row))
+    given = dict(row)
     if "doubts" in given:
-        return Touch(disturbances=drawn(given["doubts"]), others=tuple(map(_touch, vars(GIVEN.mixed).values())))
+        return Touch(disturbances=drawn(given["doubts"]), others=tuple(map(_touch, GIVEN.mixed.values())))
     known: tuple[Callable, ...] = (creep, gauge_gain, zero_drift, force_gain, force_zero)
-    sizes = vars(given.pop("disturbances", SimpleNamespace()))
+    sizes = given.pop("disturbances", {})
     acts = {own.__name__: own for own in known}
     return Touch(**given, disturbances=tuple(_sized(acts[name], size) for name, size in sizes.items()))
 
@@ -100,7 +100,7 @@ def _sized(act: Callable, size: float) -> Disturbance:
     return lambda rng, readings, force: act(rng, readings, force, size)
 
 
-TOUCHES: Mapping[str, Touch] = MappingProxyType({name: _touch(row) for name, row in vars(GIVEN.rows).items()})
+TOUCHES: Mapping[str, Touch] = MappingProxyType({name: _touch(row) for name, row in GIVEN.rows.items()})
 """Every touch by its disturbance."""
 
 

@@ -133,7 +133,7 @@ def thin_layer() -> Iterator[Case]:
     )
     name = f"outer layer of {GIVEN.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
     against = f"at {GIVEN.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
-    yield from compared(name, against, found, expected, **vars(GIVEN.thin_bounds))
+    yield from compared(name, against, found, expected, **GIVEN.thin_bounds)
     yield residual(name, FingerModel(thin, mesh))
 
 

@@ -29,8 +29,8 @@ def identification() -> Iterator[Case]:
         raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
     finger = Finger.default()
     smooth = response(family_of(finger, size_mm=GIVEN.size_mm), Block(1.0, 10.0))
-    for seed, (name, presses) in enumerate(vars(GIVEN.logs).items(), start=1):
-        log = _log(smooth, np.random.default_rng(seed), **vars(presses))
+    for seed, (name, presses) in enumerate(GIVEN.logs.items(), start=1):
+        log = _log(smooth, np.random.default_rng(seed), **presses)
         yield from _against_minuit(name, identify(log, finger, size_mm=GIVEN.size_mm, friction=STICK))
 
 

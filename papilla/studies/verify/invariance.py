@@ -152,7 +152,7 @@ def _mirrors() -> Iterator[Case]:
 def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
     reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
-    for unit, scales in vars(GIVEN.units).items():
+    for unit, scales in GIVEN.units.items():
         for stress, length in scales:
             found, taken = _pressed(_rescaled(stress, length), stress, length)
             worst = max(

@@ -76,7 +76,7 @@ def manufactured() -> Iterator[Case]:
             errors = np.array([solve(mesh, element, nu) for mesh in _meshes(boundary, element)])
             slopes = np.log2(errors[0] / errors[1])
             name, degree = f"{element}, nu {nu:g}, {boundary} boundary", "P1" if element == "P1" else "P2"
-            orders, caps = (vars(vars(own)[boundary])[degree] for own in (GIVEN.orders, GIVEN.caps))
+            orders, caps = (own[boundary][degree] for own in (GIVEN.orders, GIVEN.caps))
             for norm, slope, order in zip(("L2", "H1"), slopes, orders, strict=True):
                 measure = f"shortfall of the slope, {slope:.2f}, from the order {order:g} (exact solution)"
                 yield Case(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), GIVEN.shortfall)

@@ -27,7 +27,7 @@ GIVEN = parameters.parameters(__name__)
 
 def fingers() -> dict[str, Finger]:
     """A dome of revolution, a dome of half size with gauges elsewhere, and a slab."""
-    return {name: _finger(**vars(own)) for name, own in vars(GIVEN.fingers).items()}
+    return {name: _finger(**own) for name, own in GIVEN.fingers.items()}
 
 
 def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) -> Finger:
@@ -43,7 +43,7 @@ def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) 
 
 def moved() -> Iterator[Case]:
     """Linear presses on 0.15 MPa, without friction, on a moved mesh and on two fresh ones."""
-    kept = vars(GIVEN.fingers)
+    kept = GIVEN.fingers
     for name, finger in fingers().items():
         found = pressed(finger, build(finger))
         for row, stored, force_gf in zip(found, np.array(kept[name].stored), GIVEN.forces_gf, strict=True):
@@ -57,7 +57,7 @@ def moved() -> Iterator[Case]:
                 del errors["contact area"]
             for quantity, error in errors.items():
                 slab_area = (name, quantity) == ("slab", "contact area")
-                bound = GIVEN.slab_area_bound if slab_area else vars(GIVEN.bounds)[quantity]
+                bound = GIVEN.slab_area_bound if slab_area else GIVEN.bounds[quantity]
                 measure = f"{quantity} on a moved mesh against the mean of two fresh ones"
                 yield Case(f"{name}, {force_gf:g} gf, {quantity}", measure, error, bound)
 

@@ -18,7 +18,7 @@ from papilla.studies.verify.bodies import off
 from papilla.units import gf_to_newton
 
 GIVEN = parameters.parameters(__name__)
-LINEAR = vars(GIVEN.linear)
+LINEAR = GIVEN.linear
 
 
 def revolution() -> Iterator[Case]:
@@ -60,7 +60,7 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(f"large strain {name}, {quantity}", measure, off(*change), vars(GIVEN.change)[quantity])
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), GIVEN.change[quantity])
 
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:

@@ -24,7 +24,7 @@ def scatter() -> Iterator[Case]:
         values = [pressed_by(one, force_gf).sd for one in reduced]
         yield Case(f"S_d at {force_gf} gf", _measure("S_d"), _spread(values), bound)
     presses = [pressed_by(one, GIVEN.other_gf) for one in reduced]
-    for key, bound in vars(GIVEN.other_bounds).items():
+    for key, bound in GIVEN.other_bounds.items():
         name = key.replace("_", " ")
         yield Case(
             f"{name} at {GIVEN.other_gf} gf", _measure(name), _spread([getattr(one, key) for one in presses]), bound
