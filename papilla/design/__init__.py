@@ -1,5 +1,6 @@
 """Studies of designs: compares a few designs, or thousands, by objectives such as the expected sigma of the modulus.
 
 Shapes are the outer sample: each is a mapped mesh that is reduced for several ratios of the layers' moduli
-(`geometry`). Moduli, places of gauges, gains and levers then need only arithmetic on these results (`places`, `look`).
+(`geometry`). Moduli, places of gauges, gains and levers then need only arithmetic on these results (`places`,
+`in_scene`).
 """

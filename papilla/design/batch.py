@@ -10,7 +10,7 @@ from time import process_time
 from papilla import __version__, cache
 from papilla.design.costs import SCENES, SPENT
 from papilla.design.geometry import geometry_map, with_sites
-from papilla.design.look import Look
+from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places
 from papilla.design.scene import Scene
@@ -68,15 +68,15 @@ def evaluate(batch: Batch) -> Done:
         known = geometry_map(first, batch.places, base)
     except PapillaError as error:
         return Done((Record({}, str(error)),) * len(batch.fingers), version(), dict(SPENT), _memory_MB())
-    records = [look_at(Look(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
+    records = [judged(DesignInScene(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
     rest = process_time() - began - sum(SPENT.values())
     return Done(tuple(records), version(), {**SPENT, SCENES: rest}, _memory_MB())
 
 
-def look_at(look: Look, asked: Sequence[str]) -> Record:
+def judged(design: DesignInScene, asked: Sequence[str]) -> Record:
     """The objectives of a design, or the reason for failure."""
     try:
-        return Record({name: OBJECTIVES[name].of(look) for name in asked}, OK)
+        return Record({name: OBJECTIVES[name].of(design) for name in asked}, OK)
     except PapillaError as error:
         return Record({}, str(error))
 

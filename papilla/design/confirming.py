@@ -15,7 +15,7 @@ from papilla.calibrate.fitting import fit
 from papilla.calibrate.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
 from papilla.calibrate.press_table import DEFAULT_MODULI, NOT_INCLUDED
 from papilla.calibration import Calibration
-from papilla.design.look import Look
+from papilla.design.in_scene import DesignInScene
 from papilla.design.scene import Scene, rms_or_worst
 from papilla.design.touch import sigma_from_gauges, sigma_from_sd
 from papilla.errors import PapillaError
@@ -65,14 +65,14 @@ class Confirmed:
         return f"{self.name}: " + "; ".join(said)
 
 
-def confirm(name: str, look: Look, processes: int, say: Callable[[str], None]) -> Confirmed:
+def confirm(name: str, design: DesignInScene, processes: int, say: Callable[[str], None]) -> Confirmed:
     """Calibrate a design and compare; an error is reported in `failed`."""
     try:
-        predicted = {"S_d": look.sigma_sd, "all gauges": look.sigma_gauges}
-        calibrated = sigmas_of(calibrated_finger(look.finger, look.scene, processes, say), look.scene)
+        predicted = {"S_d": design.sigma_sd, "all gauges": design.sigma_gauges}
+        calibrated = sigmas_of(calibrated_finger(design.finger, design.scene, processes, say), design.scene)
     except PapillaError as error:
-        return Confirmed(name, {}, {}, look.scene, str(error))
-    return Confirmed(name, predicted, calibrated, look.scene)
+        return Confirmed(name, {}, {}, design.scene, str(error))
+    return Confirmed(name, predicted, calibrated, design.scene)
 
 
 def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callable[[str], None]) -> Calibration:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from papilla.design import sampling
-from papilla.design.batch import look_at
+from papilla.design.batch import judged
 from papilla.design.geometry import geometry_map, measure_base, with_sites
-from papilla.design.look import Look
+from papilla.design.in_scene import DesignInScene
 from papilla.design.study import Study, probes
 
 TRIED = 5
@@ -47,6 +47,6 @@ def price(study: Study, say: Callable[[str], None]) -> Price:
     cached = took < 1.0
     began = perf_counter()
     for finger in tried:
-        look_at(Look(finger, known, study.scene), study.asked)
+        judged(DesignInScene(finger, known, study.scene), study.asked)
     each = (perf_counter() - began) / len(tried)
     return Price(designs, geometries, len(first.gauges), each, took, cached)

@@ -9,7 +9,7 @@ import numpy as np
 from papilla.design.confirming import Confirmed, confirm
 from papilla.design.costs import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.geometry import geometry_map, with_sites
-from papilla.design.look import Look
+from papilla.design.in_scene import DesignInScene
 from papilla.design.results import Results, write_tables
 from papilla.design.running import Stage, Tally, run
 from papilla.design.store import Store
@@ -75,14 +75,14 @@ def run_study(
         files.append(path)
     for rank, row in enumerate(results.chosen[: study.confirm], start=1):
         say(f"confirming design {rank} by a calibration")
-        confirmed.append(confirm(f"finger_{rank}.toml", look_at(study, results.finger(row)), workers or 1, say))
+        confirmed.append(confirm(f"finger_{rank}.toml", in_scene(study, results.finger(row)), workers or 1, say))
     if study.confirm:
         say("calibrating the study's own finger")
-        confirmed.append(confirm(study.finger.name, look_at(study, study.finger), workers or 1, say))
+        confirmed.append(confirm(study.finger.name, in_scene(study, study.finger), workers or 1, say))
     base = {}
     for one in study.objectives:
         try:
-            base[one.name] = one.of(look_at(study, study.finger))
+            base[one.name] = one.of(in_scene(study, study.finger))
         except InputError:
             base[one.name] = float("nan")
     page = out / "study.html"
@@ -92,11 +92,11 @@ def run_study(
     return outcome
 
 
-def look_at(study: Study, finger: Finger) -> Look:
+def in_scene(study: Study, finger: Finger) -> DesignInScene:
     """A finger in the scene of a study, with the study's places."""
     places = study.places
     base, own = with_sites(study.finger, places), with_sites(finger, places)
-    return Look(finger, geometry_map(own, places, base), study.scene)
+    return DesignInScene(finger, geometry_map(own, places, base), study.scene)
 
 
 def summary(outcome: Outcome) -> dict:

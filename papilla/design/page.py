@@ -10,7 +10,6 @@ from markupsafe import Markup
 
 from papilla import fem, view
 from papilla.design.figures import front_figure, sigma_figure
-from papilla.design.look import Look
 from papilla.design.results import Effect
 from papilla.errors import InputError, PapillaError
 from papilla.files import write_text
@@ -30,7 +29,7 @@ MOST_ROWS = 12
 
 def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], None] = lambda line: None) -> None:
     """Write the page of a study; raises `FileAccessError`."""
-    from papilla.design.job import first_words, look_at
+    from papilla.design.job import first_words, in_scene
 
     study, results = outcome.study, outcome.results
     say("pictures of the page")
@@ -39,9 +38,9 @@ def write_page(path: str | PathLike, outcome: "Outcome", say: Callable[[str], No
     figures = {"front": front_figure(results, outcome.base)}
     if study.finger.gauges[1:]:
         dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
-        looks = [Look(one.finger, one.geometry, dense) for one in (look_at(study, f) for _, f in shown)]
+        mapped = [replace(in_scene(study, finger), scene=dense) for _, finger in shown]
         try:
-            sigmas = [look.sigma_gauges for look in looks]
+            sigmas = [design.sigma_gauges for design in mapped]
             figures["sigma"] = sigma_figure(*dense.points, sigmas, [name for name, _ in shown])
         except InputError:
             pass  # The study's own finger may not cover its scene

@@ -25,7 +25,7 @@ PRIOR = 1.0
 def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
     """Sigma (f, m) of ln E from S_d and force, over the points of a scene.
 
-    calibration : a `Calibration`, or `Look.surfaces` of a design.
+    calibration : a `Calibration`, or `DesignInScene.surfaces` of a design.
     """
     gauges = len(calibration.gauges)
     doubts = scene.unknown.doubts

@@ -13,7 +13,7 @@ import pytest
 
 from papilla.design import running
 from papilla.design.batch import version
-from papilla.design.job import look_at
+from papilla.design.job import in_scene
 from papilla.design.store import Store
 from papilla.design.study import read_study
 from papilla.errors import InputError, MissingExtraError
@@ -39,7 +39,7 @@ def study_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("cluster") / "study.toml"
     path.write_text(STUDY)
     study = read_study(path)
-    look_at(study, study.finger)
+    in_scene(study, study.finger)
     return path
 
 

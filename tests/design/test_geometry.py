@@ -8,7 +8,7 @@ import pytest
 
 from papilla.calibrate.press_table import DEFAULT_MODULI
 from papilla.design.geometry import GeometryMap, _table_of, measure_base, with_sites
-from papilla.design.look import MESH, Look
+from papilla.design.in_scene import MESH, DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.scene import Scene
@@ -40,8 +40,8 @@ def test_a_hard_inner_layer_leaves_more_of_a_calibration_beyond_its_tables(made_
     free, stuck = made_up_geometry(with_sites(finger, places), places).ends
     measured = GeometryMap(finger, places, (replace(free, large_strain=True), replace(stuck, large_strain=True)))
 
-    def of(inner: float) -> Look:
-        return Look(replace(finger, inner=Layer(inner)), measured, Scene((0.37, 0.98)))
+    def of(inner: float) -> DesignInScene:
+        return DesignInScene(replace(finger, inner=Layer(inner)), measured, Scene((0.37, 0.98)))
 
     # The tables begin at F / E_inner = 0.9 mm2 with a margin of 5 %, forces of a calibration at 0.05 N
     swept = np.array(Scene((0.37, 0.98)).swept_N)
@@ -87,4 +87,4 @@ def test_a_specimen_below_the_first_modulus_of_a_calibration_is_refused(made_up_
     measured = GeometryMap(finger, places, (replace(free, large_strain=True), replace(stuck, large_strain=True)))
     stiff = replace(finger, inner=Layer(inner), outer=Layer(4 * inner))
     with pytest.raises(InputError, match=f"too soft for an inner layer of {inner:.3g} MPa.* a calibration {begins}"):
-        _ = Look(stiff, measured, Scene(modulus_MPa=(0.019, 0.72))).ends
+        _ = DesignInScene(stiff, measured, Scene(modulus_MPa=(0.019, 0.72))).ends

@@ -1,10 +1,10 @@
-"""The register of objectives: a function of a `Look`, the better direction, its unit, and its requirements."""
+"""The register of objectives: a function of a `DesignInScene`, the better direction, its unit, and its requirements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from papilla.design.look import Look
+from papilla.design.in_scene import DesignInScene
 
 Better = Literal["less", "more"]
 
@@ -18,7 +18,7 @@ class Objective:
     unit: str
     words: str
     gauges: int
-    of: Callable[[Look], float]
+    of: Callable[[DesignInScene], float]
 
     @property
     def sign(self) -> float:
@@ -30,9 +30,9 @@ OBJECTIVES: dict[str, Objective] = {}
 
 
 def objective(name: str, better: Better, unit: str, words: str, gauges: int = 1):
-    """Register a function of a `Look` under a name that studies use."""
+    """Register a function of a `DesignInScene` under a name that studies use."""
 
-    def register(of: Callable[[Look], float]) -> Callable[[Look], float]:
+    def register(of: Callable[[DesignInScene], float]) -> Callable[[DesignInScene], float]:
         OBJECTIVES[name] = Objective(name, better, unit, words, gauges, of)
         return of
 

@@ -1,4 +1,4 @@
-"""The parts of the velocity-blind tracker by themselves: what a step learns, where a look begins, what is refused."""
+"""The parts of the velocity-blind tracker by themselves: what a step learns, where a design begins, what is refused."""
 
 import math
 
@@ -112,7 +112,7 @@ def test_a_spread_grows_where_what_is_found_scatters_by_more_than_was_expected()
 
 
 def test_readings_that_change_by_noise_alone_are_still():
-    """In the newest half of a look's window, of which more than eight are known."""
+    """In the newest half of a design's window, of which more than eight are known."""
     own = tracker_of()
     half = len(own._middle) // 2
     readings = own._memory.readings
@@ -266,7 +266,7 @@ def test_a_fit_is_given_up_above_what_the_rate_shows_and_quiet_where_it_crawls()
 
 
 def chosen(look_price, **known):
-    """Whether a look's fit of 100 Hz is followed instead of one of 60 Hz."""
+    """Whether a design's fit of 100 Hz is followed instead of one of 60 Hz."""
     own = tracker_of(**({"stroke": stroke_of(), "doubt": 1.0, "rival": -100.0, "waited": 30} | known))
     own._choose(stroke_of(100.0), look_price)
     return own
@@ -284,7 +284,7 @@ def test_another_fit_is_followed_where_it_is_better_by_far_or_the_own_is_lost():
         if not followed:
             assert memory.stroke is known.get("stroke", memory.stroke) and memory.swing == 3600.0
             continue
-        # It is told of the end of the look's window, and catches up with what came since.
+        # It is told of the end of the design's window, and catches up with what came since.
         late = own._middle[-1]
         assert memory.stroke.motion == pytest.approx(moved(np.array([0.3, 100.0, 0.0, 0.0]), late))
         assert memory.since == known.get("waited", 30) and memory.span == len(own._middle) and memory.swing == 1e4
@@ -389,7 +389,7 @@ def stepped(own):
         own._follow()
 
 
-def look_at(frequency, chirp=0.0, noise=0.02, count=133):
+def judged(frequency, chirp=0.0, noise=0.02, count=133):
     time = (np.arange(count) - 0.5 * (count - 1)) / RATE
     turns = frequency * (time + 0.5 * chirp * time**2)
     readings = 5.0 + np.cos(2 * np.pi * turns + 0.4) + 0.3 * np.cos(4 * np.pi * turns)
@@ -398,15 +398,15 @@ def look_at(frequency, chirp=0.0, noise=0.02, count=133):
 
 @pytest.mark.parametrize("frequency, chirp", [(60.0, 0.0), (90.0, 2.0), (45.0, -5.0), (150.0, 2.0)])
 def test_a_look_finds_a_chirp_in_the_middle_of_its_window(frequency, chirp):
-    assert sum(1 for _ in look_at(frequency, chirp).run()) < 400
-    best = fitted(look_at(frequency, chirp))
+    assert sum(1 for _ in judged(frequency, chirp).run()) < 400
+    best = fitted(judged(frequency, chirp))
     assert best.motion[1] == pytest.approx(frequency, rel=0.01)
     assert best.motion[2] == pytest.approx(frequency * chirp, abs=0.6 * frequency)
     assert best.noise == pytest.approx(0.02**2, rel=0.6) and best.proved
 
 
 def test_the_places_that_are_tried_differ_and_are_the_best():
-    places = [place for chirp in CHIRPS for place in completed(look_at(60.0)._spectrum(chirp))]
+    places = [place for chirp in CHIRPS for place in completed(judged(60.0)._spectrum(chirp))]
     scores = [score for score, _ in places]
     tried = [motion[1] for motion in nominated(places)]
     assert len(scores) > 4 >= len(tried) > 1 and tried[0] == pytest.approx(60.0, rel=0.03)
@@ -417,20 +417,20 @@ def test_the_places_that_are_tried_differ_and_are_the_best():
 
 
 def test_a_try_begins_at_the_phase_of_the_readings_and_inside_the_range():
-    look = look_at(60.0, noise=0.0)
-    begun = look._begun(np.array([0.0, 60.0, 0.0, 0.0]))
+    design = judged(60.0, noise=0.0)
+    begun = design._begun(np.array([0.0, 60.0, 0.0, 0.0]))
     assert begun.motion == pytest.approx([0.4 / (2 * np.pi), 60.0, 0.0, 0.0], abs=0.01)
-    assert begun.noise == pytest.approx(np.var(look.readings))
+    assert begun.noise == pytest.approx(np.var(design.readings))
     for frequency, tried in ((13.5, False), (13.7, True), (399.0, True), (401.0, False)):
-        assert (look._begun(np.array([0.0, frequency, 0.0, 0.0])) is not None) == tried
-    assert look._replace(readings=np.full(133, 3.0))._begun(np.array([0.0, 60.0, 0.0, 0.0])) is None
+        assert (design._begun(np.array([0.0, frequency, 0.0, 0.0])) is not None) == tried
+    assert design._replace(readings=np.full(133, 3.0))._begun(np.array([0.0, 60.0, 0.0, 0.0])) is None
 
 
 def test_too_few_readings_have_no_lines():
     for known, lines in ((31, False), (33, True)):
-        look = look_at(60.0)
-        look.readings[known:] = np.nan
-        assert bool(completed(look._spectrum(0.0))) == lines
+        design = judged(60.0)
+        design.readings[known:] = np.nan
+        assert bool(completed(design._spectrum(0.0))) == lines
 
 
 def test_a_step_turns_the_phase_by_a_tenth_at_most():
@@ -449,22 +449,22 @@ def test_a_step_turns_the_phase_by_a_tenth_at_most():
     assert found.gain == pytest.approx(waves @ waves / stroke.noise, rel=0.05)
 
 
-def fitted(look):
-    """The best fit of a look."""
-    return completed(look.run())[0]
+def fitted(design):
+    """The best fit of a design."""
+    return completed(design.run())[0]
 
 
 def test_a_look_does_not_depend_on_the_unit_the_offset_or_the_sign_of_the_readings():
-    look = look_at(60.0, 2.0)
-    plain = fitted(look)
+    design = judged(60.0, 2.0)
+    plain = fitted(design)
     for scale, offset in ((1e4, 0.0), (1e-3, 0.01), (-1.0, 0.0)):
-        found = fitted(look._replace(readings=scale * look.readings + offset))
+        found = fitted(design._replace(readings=scale * design.readings + offset))
         assert found.motion[1:] == pytest.approx(plain.motion[1:], rel=1e-3, abs=0.05)
         assert found.noise == pytest.approx(scale**2 * plain.noise, rel=0.02)
 
 
 def test_time_told_backwards_is_the_same_wave_with_the_opposite_chirp():
-    forth = look_at(80.0, 3.0)
+    forth = judged(80.0, 3.0)
     one, other = fitted(forth).motion, fitted(forth._replace(readings=forth.readings[::-1].copy())).motion
     assert abs(other[1]) == pytest.approx(one[1], rel=2e-3)
     assert other[2] / other[1] == pytest.approx(-one[2] / one[1], abs=0.15)
@@ -474,23 +474,23 @@ def test_time_told_backwards_is_the_same_wave_with_the_opposite_chirp():
 def test_a_wave_whose_second_harmonic_is_louder_has_the_fundamental_s_frequency(frequency):
     """And one whose third is; the multiples of the best fit are tried as well."""
     for order in (2, 3):
-        look = look_at(frequency)
-        turns = frequency * look.time
+        design = judged(frequency)
+        turns = frequency * design.time
         noise = 0.02 * np.random.default_rng(1).standard_normal(len(turns))
         readings = 0.4 * np.cos(2 * np.pi * turns) + np.cos(2 * np.pi * order * turns + 1) + noise
-        assert fitted(look._replace(readings=readings)).motion[1] == pytest.approx(frequency, rel=0.01)
+        assert fitted(design._replace(readings=readings)).motion[1] == pytest.approx(frequency, rel=0.01)
 
 
 def test_missing_readings_do_not_move_the_fit():
-    look = look_at(60.0, 2.0)
-    look.readings[[5, 40, 41, 42, 90, 128]] = np.nan
-    found = fitted(look)
+    design = judged(60.0, 2.0)
+    design.readings[[5, 40, 41, 42, 90, 128]] = np.nan
+    found = fitted(design)
     assert found.motion[1] == pytest.approx(60.0, rel=0.01) and found.noise == pytest.approx(0.02**2, rel=0.6)
 
 
 def test_noise_alone_has_no_fit_that_is_proved():
-    look = look_at(60.0)._replace(readings=np.random.default_rng(3).standard_normal(133))
-    assert completed(look.run()) == (None, math.inf)
+    design = judged(60.0)._replace(readings=np.random.default_rng(3).standard_normal(133))
+    assert completed(design.run()) == (None, math.inf)
 
 
 def test_the_chirps_that_are_looked_at_are_those_of_a_stroke_and_its_way_back():
@@ -500,8 +500,8 @@ def test_the_chirps_that_are_looked_at_are_those_of_a_stroke_and_its_way_back():
 @pytest.mark.parametrize("chirp", [0.0, 5.0, -9.0])
 def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
     """Its place is its frequency in the middle of the window, and a chirp of another rate stands out less."""
-    look = look_at(110.0, chirp)
-    places = [place for tried in CHIRPS for place in completed(look._spectrum(tried))]
+    design = judged(110.0, chirp)
+    places = [place for tried in CHIRPS for place in completed(design._spectrum(tried))]
     score, motion = max(places, key=lambda place: place[0])
     assert motion[1] == pytest.approx(110.0, rel=0.02) and motion[2] == pytest.approx(chirp * motion[1])
     assert motion[0] == motion[3] == 0.0 and score > 0
@@ -509,8 +509,8 @@ def test_a_line_over_warped_time_is_a_chirp_of_that_rate(chirp):
 
 
 def test_a_try_takes_its_phase_from_the_middle_where_any_chirp_is_nearly_right():
-    look = look_at(60.0, 3.0, noise=0.0)
-    begun = look._begun(np.array([0.0, 60.0, 0.0, 0.0]))
+    design = judged(60.0, 3.0, noise=0.0)
+    begun = design._begun(np.array([0.0, 60.0, 0.0, 0.0]))
     assert begun.motion[0] == pytest.approx(0.4 / (2 * np.pi), abs=0.05)
 
 
@@ -561,7 +561,7 @@ def test_what_may_be_a_harmonic_names_the_other_frequency(sizes, told):
         waves = sum(size * np.cos(2 * np.pi * n * turns + n) for n, size in enumerate(sizes, 1))
         loudest = 1 + int(np.argmax(sizes)) if sizes[0] < 1 else 1
         noise = 0.1 * np.random.default_rng(3).standard_normal(1000)
-        look = SubharmonicTest(loudest * turns, 5.0 + waves + noise, 0.1)
-        assert completed(look.run()) == pytest.approx(told)
-        few = SubharmonicTest(look.phase[:20], look.readings[:20], 0.1)
+        design = SubharmonicTest(loudest * turns, 5.0 + waves + noise, 0.1)
+        assert completed(design.run()) == pytest.approx(told)
+        few = SubharmonicTest(design.phase[:20], design.readings[:20], 0.1)
         assert math.isnan(completed(few.run()))

@@ -1,4 +1,4 @@
-"""`Look`: one design in one scene. Its presses and sigmas are computed when an objective needs them."""
+"""`DesignInScene`: one design in one scene. Its presses and sigmas are computed when an objective needs them."""
 
 import math
 from dataclasses import dataclass, replace
@@ -26,8 +26,8 @@ DEPTH_ERROR = 0.005
 """Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
 MESH = 0.0025
 """One sigma by the scatter between meshes, relative to the part of a gauge's reading that is membrane strain: 0.1 to
-0.17 % at 0.6 N and up to 0.4 % at 0.05 N in calibrations of eight random pairs of moduli, times 1.6 for a comparison of
-three meshes."""
+0.17 % at 0.6 N and up to 0.4 % at 0.05 N in calibrations of seven pairs of moduli, times 1.6 for a comparison of three
+meshes."""
 TINY = 1e-30
 """Avoids a division by zero where all gauges read the same."""
 SWEPT = 6, 3
@@ -38,7 +38,7 @@ begins at the next modulus of its table."""
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class DesignInScene:
     """A design in a scene. geometry : the map of its geometry."""
 
     finger: Finger
