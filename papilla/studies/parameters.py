@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from papilla.errors import InputError
+
 WITHIN = 1.5
 """Factor by which a parameter is drawn larger or smaller if its rule has no `within`."""
 
@@ -83,4 +85,4 @@ def _value(rule: Mapping[str, Any], rng: np.random.Generator, vary: bool, before
             return bool(rng.random() < share)
         case {"noise": sigma}:
             return np.array(sigma) * rng.normal(size=(round(before["seconds"] * before["rate_Hz"]), *np.shape(sigma)))
-    raise ValueError(f"no rule of drawing: {rule}")
+    raise InputError(f"no rule of drawing: {rule}")
