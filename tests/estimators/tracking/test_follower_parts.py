@@ -357,7 +357,7 @@ def test_the_next_look_waits_for_a_whole_window_while_glances_see_the_line():
 
 
 def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
-    """Of a wave that goes on, and of one that stops; not again within eight cells, and only after as much path."""
+    """Of a wave that goes on, and of one that stops."""
     for stops, doubted in ((math.inf, False), (25.0, True)):
         own = made()
         for number in range(1, 1501):

@@ -113,6 +113,7 @@ class Relatives:
         printed, moduli = _printed()[:, specimens], (self.finger.outer.modulus, self.finger.inner.modulus)
 
         def residuals(unknowns: np.ndarray) -> np.ndarray:
+            """Misfits of S_d, depths and priors (r,), each over its sigma."""
             sd, depth = self.press(unknowns)
             ours = sd[:, specimens]
             left = (ours * printed).sum() / (ours**2).sum() * ours - printed
