@@ -357,7 +357,7 @@ def test_the_next_look_waits_for_a_whole_window_while_glances_see_the_line():
 
 
 def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
-    """Of a wave that goes on, and of one that stops."""
+    """Of a wave that goes on, and of one that stops; only after as much path as it looks at."""
     for stops, doubted in ((math.inf, False), (25.0, True)):
         own = made()
         for number in range(1, 1501):
@@ -375,6 +375,18 @@ def test_a_glance_asks_whether_the_newest_periods_still_have_the_line():
         assert own._glance(end) and not own.memory.doubted, "a weak line is seen, but not missed"
         own.memory.glanced, own.memory.searched = 0, 60
         assert not own._glance(end), "less path than the look had"
+
+
+def test_a_glance_waits_for_eight_cells(monkeypatch):
+    own, asked = made(), []
+    for number in range(1, 1501):
+        own.advance(number / RATE, 0.02 * number, (math.cos(2 * math.pi * TRUE * 0.02 * number),))
+    monkeypatch.setattr(own, "_glance", asked.append)
+    end = own.memory.cells.end
+    for cells in (7, 8):
+        own.memory.search, own.memory.searched, own.memory.doubted, own.memory.glanced = None, end, False, end - cells
+        own._go_on()
+    assert asked == [end], "after eight, not after seven"
 
 
 @pytest.fixture
