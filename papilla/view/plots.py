@@ -203,12 +203,18 @@ def _merged(ends: list) -> list:
 
 
 def _label_ends(axes: Axes, x: float, ends: list) -> None:
-    """Name curves at their right ends, moved apart where they would overlap."""
+    """Name curves at their right ends, moved apart where they would overlap, none above the axes."""
     low, high = axes.get_ylim()
     gap = 0.055 * (high - low)
-    place = -np.inf
-    for value, name, color in sorted(ends, key=lambda end: end[0]):
-        place = max(value, place + gap)
+    ends = sorted(ends, key=lambda end: end[0])
+    places = [value for value, _, _ in ends]
+    for k in range(1, len(places)):
+        places[k] = max(places[k], places[k - 1] + gap)
+    limit = high
+    for k in reversed(range(len(places))):
+        places[k] = min(places[k], limit)
+        limit = places[k] - gap
+    for (value, name, color), place in zip(ends, places, strict=True):
         axes.annotate(
             name, (x, value), xytext=(1.03, (place - low) / (high - low)), textcoords="axes fraction", va="center",
             fontsize=9, color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.8},

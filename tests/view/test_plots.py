@@ -66,6 +66,15 @@ def test_mirrored_gauges_share_a_label():
     assert {"g1, g3", "g2", "0.51 MPa"} <= set(texts(figure))
 
 
+def test_names_of_crowded_curves_stay_apart_and_below_the_top_of_the_axes():
+    readings = np.outer([0.0, 1.0], 1000.0 - 2.0 * np.arange(6))
+    figure = plots.gauge_readings(np.array([0.1, 1.0]), list("abcdef"), readings, "crowded")
+    axes = figure.axes[0]
+    places = sorted(text.xyann[1] for text in axes.texts)
+    assert places[-1] <= 1.0
+    assert np.diff(places).min() > 0.05
+
+
 def test_a_gauge_s_name_is_shown_letter_by_letter():
     """Between dollar signs matplotlib would read a formula, and end with an error where there is none."""
     figure = plots.gauge_readings(FORCE, [r"$\frac{x}$", "b$"], np.column_stack([FORCE, 3 * FORCE]), "0.51 MPa")
