@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Protocol
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     import numpy as np
@@ -237,7 +238,7 @@ class Block(Specimen):
         if taken > DEEPEST * self.thickness:
             raise ContactRangeError(
                 f"the press takes {taken:.3g} mm off a block of {self.thickness:g} mm: "
-                f"more than {100 * DEEPEST:g} % is beyond the model"
+                f"more than {PER_CENT * DEEPEST:g} % is beyond the model"
             )
 
     @property

@@ -16,11 +16,27 @@ GRAM_FORCE_N = 9.80665e-3
 MICROSTRAIN = 1e-6
 """One microstrain as a dimensionless strain."""
 
+MICROSTRAIN_PER_STRAIN = 1e6
+"""One in microstrain; a product with it may differ in the last digit from a quotient by `MICROSTRAIN`."""
+
 PER_CENT = 100.0
 """One in per cent."""
 
-MS, UM, KPA = 1000.0, 1000.0, 1000.0
-"""One second in ms, one mm in micrometres, one MPa in kPa."""
+MS_PER_S, US_PER_S, NS_PER_S = 1e3, 1e6, 1e9
+S_PER_MS, MS_PER_NS = 1e-3, 1e-6
+UM_PER_MM, KPA_PER_MPA = 1e3, 1e3
+N_PER_MN = 1e-3
+"""N of one mN."""
+
+N_MM_PER_J_M2, J_M2_PER_N_MM = 1e-3, 1e3
+"""One J/m2, the usual unit of a work of adhesion, in N/mm, and one N/mm in J/m2."""
+
+GRAVITY_N_MM3 = 9.80665e-6
+"""Weight (N) of one mm3 of a density of 1 g/cm3 (standard gravity, exact)."""
+
+TINY = 1e-300
+"""Replaces zero as a divisor or under a logarithm: far below every measured value in these units, and its reciprocal is
+finite."""
 
 INCH_MM = 25.4
 """One inch in mm (exact)."""

@@ -18,7 +18,7 @@ from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.units import to_microstrain
+from papilla.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
 from papilla.view.pictures import receptive_of
 
 NOISE_MICROSTRAIN, FORCE_ERROR = 5.0, 0.01
@@ -152,8 +152,8 @@ def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Calla
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
         identified=float((relative <= 0.5).mean()),
-        answer_us=1e6 * answers,
-        press_ms=None if one.finger is None else 1e3 * _press_time(one.finger),
+        answer_us=US_PER_S * answers,
+        press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
         reach=() if one.finger is None else _reach(one.finger, progress),
         relative_sigma=relative,
     )
@@ -187,7 +187,7 @@ def _reach(finger: Finger, progress: Callable[[str], None]) -> tuple[Reach, ...]
         strongest = int(np.abs(whole).argmax())
         share = np.abs(whole[triangles]).mean(axis=1) >= abs(whole[strongest]) / 2
         x, y, _ = points[strongest].tolist()
-        per_mN = 1e-3 * float(to_microstrain(whole[strongest]))
+        per_mN = N_PER_MN * float(to_microstrain(whole[strongest]))
         found.append(Reach(gauge.name, per_mN, x, y, float(areas[share].sum())))
     return tuple(found)
 
@@ -215,7 +215,7 @@ def _verdicts(rows: Sequence[Row]) -> list[str]:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
+    return f"{PER_CENT * share:.0f} %"
 
 
 def _best(

@@ -30,6 +30,7 @@ from papilla.calibration.readouts import (
 )
 from papilla.errors import InputError
 from papilla.short_repr import html_table, short_repr
+from papilla.units import PER_CENT
 
 GRID = 8
 """Points along each axis of the domain over which an error is averaged."""
@@ -208,7 +209,7 @@ class Calibration:
         """Domain, uncertainties and notes as a table, for notebooks."""
         rows: list[tuple[str, object]] = [("gauges", len(self.gauges))]
         rows += [(key, f"{low:g} to {high:g}") for key, (low, high) in self.domain.items()]
-        rows += [(f"S_d, one sigma of {name}", f"{100 * sigma:.2g} %") for name, sigma in self.sigmas.items()]
+        rows += [(f"S_d, one sigma of {name}", f"{PER_CENT * sigma:.2g} %") for name, sigma in self.sigmas.items()]
         rows += [("note", note) for note in self.notes]
         return html_table(f"Calibration of {self.finger.get('name') or 'a measured finger'}", rows)
 

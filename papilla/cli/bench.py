@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import FingerOption, keep_inputs, option
 from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
+from papilla.units import MS_PER_S, PER_CENT
 
 if TYPE_CHECKING:
     from papilla.studies.bench import Bench
@@ -71,8 +72,8 @@ def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
     heads = ("fidelity", "element", "mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s")
     rows = []
     for row in found.rows:
-        seconds = (row.seconds_setup, 1e3 * row.seconds_per_scene, row.seconds_thousand)
-        errors = (100 * error for error in (row.error_sd, row.error_indentation, row.error_area))
+        seconds = (row.seconds_setup, MS_PER_S * row.seconds_per_scene, row.seconds_thousand)
+        errors = (PER_CENT * error for error in (row.error_sd, row.error_indentation, row.error_area))
         numbers = [*(f"{value:.3g}" for value in seconds), *(f"{error:.2f}" for error in errors)]
         mark = "reference" if row.reference else "*" if row.pareto else ""
         cells = [value.replace("nan", "-") for value in numbers] + [f"{row.peak_memory_MiB:.0f}", mark]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.output import Answer, Stopwatch, progress, show_rows, tell
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
@@ -113,4 +114,4 @@ def _shown(column: str, value: Any) -> str:
     """A number with three digits, in % if its column says so; nothing for NaN, a name unchanged."""
     if isinstance(value, str):
         return value
-    return "" if value != value else f"{100 * value if '%' in column else value:.3g}"
+    return "" if value != value else f"{PER_CENT * value if '%' in column else value:.3g}"

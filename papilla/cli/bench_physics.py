@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla.cli.output import Answer, progress, show_rows, tell
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.studies.physics import Effect
@@ -43,4 +44,4 @@ def _print(found: "Sequence[Effect]") -> None:
 
 
 def _changes(ratios) -> str:
-    return "  ".join("-" if ratio != ratio else f"{100 * (ratio - 1):+.1f}" for ratio in ratios)
+    return "  ".join("-" if ratio != ratio else f"{PER_CENT * (ratio - 1):+.1f}" for ratio in ratios)

@@ -27,6 +27,7 @@ from papilla.cli.options import (
 )
 from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, tell
 from papilla.errors import InputError
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibrate.job import Calibrated
@@ -332,7 +333,7 @@ def _moduli(bench: dict) -> str:
 
 
 def _percent(share: float | None) -> str:
-    return "none" if share is None or share != share else f"{100 * share:.3g}"
+    return "none" if share is None or share != share else f"{PER_CENT * share:.3g}"
 
 
 def _inverse_in_words(inverse: dict) -> str:

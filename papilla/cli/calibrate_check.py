@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.output import show_table, tell
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibrate.checking import Check
@@ -29,5 +30,5 @@ def print_check(found: "Check", path: Any) -> None:
     show_table(table)
     tell(
         f"{len(rows)} presses, {found.answered} with a modulus, {found.missed} missed "
-        f"(stated modulus outside the 95 % interval by more than {100 * found.tolerance:g} %)"
+        f"(stated modulus outside the 95 % interval by more than {PER_CENT * found.tolerance:g} %)"
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from papilla.cli.options import PROCESSES, argument, keep_inputs, option
 from papilla.cli.output import Answer, Stopwatch, progress, say, show_rows, tell
 from papilla.errors import InputError
+from papilla.units import MS_PER_S
 
 if TYPE_CHECKING:
     from papilla.design.job import Outcome
@@ -87,7 +88,7 @@ def _explain(study: "Study", workers: int) -> Answer:
         at_most = "at most " if study.sampler.kind == "optimise" else ""
         tell(f"{at_most}{found.designs} designs of {found.geometries} geometries, gauges at {found.sites} places")
         geometry = "from the cache" if found.cached else f"{found.per_geometry:.0f} s"
-        tell(f"a geometry: {geometry}; a design: {1000 * found.per_design:.0f} ms")
+        tell(f"a geometry: {geometry}; a design: {MS_PER_S * found.per_design:.0f} ms")
         tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
         if found.cached and found.geometries > 1:
             say("the other geometries may not be in the cache: half a minute each on an idle core")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from papilla.cli.estimate_output import FREQUENCY_ALONE, LAST
 from papilla.cli.output import json_text, plain, print_json, say, show_table, tell
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.estimators.lines import LineSpectrum
@@ -164,4 +165,4 @@ def _lines(summary: dict) -> list[tuple[str, ...]]:
 
 
 def _share(rows: int, summary: dict) -> str:
-    return f"{100 * rows / max(summary['rows'], 1):.3g} %"
+    return f"{PER_CENT * rows / max(summary['rows'], 1):.3g} %"

@@ -9,6 +9,7 @@ from papilla.checks import positive
 from papilla.cli.options import number, option
 from papilla.cli.output import print_table, progress, tell
 from papilla.errors import InputError
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification, Noise
@@ -123,4 +124,4 @@ def print_suggestion(summary: dict) -> None:
 
 
 def _factor(sigma: float) -> str:
-    return f"{100 * sigma:.2g} %" if sigma < 1 else "more than a factor of two"
+    return f"{PER_CENT * sigma:.2g} %" if sigma < 1 else "more than a factor of two"

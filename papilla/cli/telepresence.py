@@ -24,6 +24,7 @@ from papilla.cli.telepresence_options import (
     word,
 )
 from papilla.errors import InputError
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
@@ -206,8 +207,8 @@ def _last_message(record: "Record", scene) -> dict[str, dict]:
 
 ROWS = (
     ("lag_ms", "lag behind the hand", 1, ".1f", "ms", "not known at a steady speed"),
-    ("wavelength_error", "wavelength error", 100, ".2f", "%", "nothing is displayed"),
-    ("silent", "silent", 100, ".1f", "%", ""),
+    ("wavelength_error", "wavelength error", PER_CENT, ".2f", "%", "nothing is displayed"),
+    ("silent", "silent", PER_CENT, ".1f", "%", ""),
     ("bytes_per_s", "sent down", 1, ".0f", "bytes/s", ""),
     ("stale_ms", "old texture stays", 1, ".0f", "ms", ""),
     ("change_ms", "new texture after", 1, ".0f", "ms", ""),
@@ -233,7 +234,7 @@ def _print(found: dict) -> None:
     for name, shares in found["status"].items():
         for sentence, share in shares.items():
             if sentence != "ok":
-                say(f"{name}, {100 * share:.1f} % of the time: {sentence}")
+                say(f"{name}, {PER_CENT * share:.1f} % of the time: {sentence}")
     for kind in ("table", "page"):
         if kind in found:
             tell(f"Wrote {found[kind]}")

@@ -29,6 +29,7 @@ from papilla.cli.telepresence_options import (
     refuse_with_log,
 )
 from papilla.errors import InputError
+from papilla.units import MS_PER_NS, MS_PER_S
 
 if TYPE_CHECKING:
     from papilla.telepresence.period import Period, Spread
@@ -233,7 +234,7 @@ def _width() -> int:
 
 
 def _quantiles_ms(times: "Spread") -> dict[str, float]:
-    return {"p50": 1e3 * times.quantile_s(0.5), "p99.9": 1e3 * times.quantile_s(0.999)}
+    return {"p50": MS_PER_S * times.quantile_s(0.5), "p99.9": MS_PER_S * times.quantile_s(0.999)}
 
 
 def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> Answer:
@@ -265,8 +266,8 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> 
         "sent": endpoint.sent,
         "bytes_sent": endpoint.bytes_sent,
         "received": asdict(counts),
-        "round_trip_ms": 1e-6 * offset.round_trip_ns,
-        "clock_offset_ms": 1e-6 * offset.offset_ns,
+        "round_trip_ms": MS_PER_NS * offset.round_trip_ns,
+        "clock_offset_ms": MS_PER_NS * offset.offset_ns,
     }
     trip = found["round_trip_ms"]
     said = f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, "

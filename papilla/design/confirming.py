@@ -25,6 +25,7 @@ from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.mesh.body import narrowest_mm
 from papilla.specimen import STICK, friction_coefficient
+from papilla.units import PER_CENT
 from papilla.workers import workers
 
 SMALL_MM = 13.0
@@ -60,7 +61,9 @@ class Confirmed:
         said = []
         for channel in self.predicted:
             predicted, calibrated = self.both(channel)
-            verdict = "within 10 %" if abs(self.off(channel)) <= WITHIN else f"off by {100 * self.off(channel):+.0f} %"
+            verdict = (
+                "within 10 %" if abs(self.off(channel)) <= WITHIN else f"off by {PER_CENT * self.off(channel):+.0f} %"
+            )
             said.append(f"{channel}: predicted {predicted:.3g}, calibrated {calibrated:.3g} ({verdict})")
         return f"{self.name}: " + "; ".join(said)
 

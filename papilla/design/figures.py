@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from papilla.design.results import Results
+from papilla.units import PER_CENT
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, plain_log, styled
 
 LEVELS = (1, 2, 5, 10, 20, 50, 100)
@@ -52,7 +53,7 @@ def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[np.nda
         width = 0.78 / len(sigmas)
         for k, (sigma, title) in enumerate(zip(sigmas, titles, strict=True)):
             axes = figure.add_axes((0.09 + k * (width + 0.02), 0.15, width - 0.03, 0.7))
-            percent = np.clip(100 * sigma, LEVELS[0], LEVELS[-1])
+            percent = np.clip(PER_CENT * sigma, LEVELS[0], LEVELS[-1])
             shades = axes.contourf(
                 forces, moduli, np.log10(percent).T, levels=np.log10(LEVELS), cmap="YlOrBr", extend="both"
             )

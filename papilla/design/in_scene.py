@@ -20,7 +20,7 @@ from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FUR
 from papilla.fem.pressing.response import Response
 from papilla.finger import Finger
 from papilla.mesh.body import narrowest_mm
-from papilla.units import to_microstrain
+from papilla.units import UM_PER_MM, to_microstrain
 
 DEPTH_ERROR = 0.005
 """Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
@@ -97,7 +97,7 @@ class DesignInScene:
     @cached_property
     def sigma_depth(self) -> np.ndarray:
         """(f, m) the same from force and depth."""
-        values = 1000 * self.depths
+        values = UM_PER_MM * self.depths
         error = DEPTH_ERROR * float(_rms(self._ends(values / self.scene.grid[0])[0]))
         return sigma_from_depth(SimpleNamespace(gauges=[self._channel("depth", values, error)]), self.scene)
 

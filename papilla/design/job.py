@@ -17,6 +17,7 @@ from papilla.design.study import Study
 from papilla.errors import InputError
 from papilla.files import check_writable
 from papilla.finger import Finger
+from papilla.units import PER_CENT
 
 MANY_FAILED = 0.1
 """Share of failed designs above which a study mentions it first."""
@@ -158,7 +159,7 @@ def first_words(outcome: Outcome) -> list[str]:
     if outcome.failed_share > MANY_FAILED:
         reasons, counts = np.unique(list(results.failures.values()), return_counts=True)
         said.append(
-            f"{len(results.failures)} of {total} designs failed ({100 * outcome.failed_share:.0f} %), most often: "
+            f"{len(results.failures)} of {total} designs failed ({PER_CENT * outcome.failed_share:.0f} %), most often: "
             f"{reasons[counts.argmax()]}"
         )
     if not results.chosen:

@@ -17,6 +17,7 @@ from papilla.errors import InputError
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
 from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
 from papilla.estimators.softness.touch import RULES
+from papilla.units import UM_PER_MM
 
 PRIOR = 1.0
 """One sigma of ln E before a touch, which remains if a touch gives no information."""
@@ -49,10 +50,10 @@ def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
 
 def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
     """The same from force and indentation, as measured on a bench; `depth` has one "gauge" that reads micrometres."""
-    zero = 1000 * scene.depth_zero_mm / RULES.air_share
+    zero = UM_PER_MM * scene.depth_zero_mm / RULES.air_share
     doubts = replace(scene.unknown.doubts, gauge_gain=0.0, zero_microstrain=zero, beside_mm=0.0)
     return _over(
-        Fitter(GaugeSurfaces(depth, False), 1000 * scene.depth_noise_mm, scene.force_noise_N, doubts, None), scene
+        Fitter(GaugeSurfaces(depth, False), UM_PER_MM * scene.depth_noise_mm, scene.force_noise_N, doubts, None), scene
     )
 
 

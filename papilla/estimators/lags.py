@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.lines import TREND, usable
+from papilla.units import TINY
 
 NEIGHBOURS = range(3, 9)
 """Distances from the line, in resolutions, at which the noise of its phase is measured."""
@@ -62,7 +63,7 @@ def channel_lags(position_mm: ArrayLike, readings: ArrayLike, wavelength_mm: flo
     noise = _noise(position, channels, 1 / wavelength, 1 / path)
     reference = int(np.argmax(amplitude / np.maximum(noise, 1e-12 * amplitude.max())))
     turns = np.angle(at_line[reference] * np.conj(at_line)) / (2 * np.pi)
-    own = noise / np.maximum(amplitude, 1e-300)
+    own = noise / np.maximum(amplitude, TINY)
     sigma = np.maximum(np.hypot(own, own[reference]) / (2 * np.pi), _scatter(position, channels, wavelength, reference))
     # If noise alone may cause it, the phase is uniformly distributed over one wavelength.
     shown = amplitude > SHOWN * noise
@@ -99,7 +100,7 @@ def _scatter(position: np.ndarray, channels: np.ndarray, wavelength_mm: float, r
     turned = told[:, [reference]] * np.conj(told)
     weight = np.abs(turned)
     off = np.angle(turned * np.conj(turned.sum(axis=0))) / (2 * np.pi)
-    total = np.maximum(weight.sum(axis=0), 1e-300)
+    total = np.maximum(weight.sum(axis=0), TINY)
     return np.sqrt((INDEPENDENT * weight**2 * off**2).sum(axis=0) * len(told) / (len(told) - 1)) / total
 
 

@@ -17,6 +17,7 @@ from papilla.estimators.fundamental import SLACK, fundamental_of
 from papilla.estimators.peaks import order_of, with_harmonics
 from papilla.estimators.spectrum import Line, Spectrum, Strokes, spectrum_of, strokes_of
 from papilla.estimators.spread import completed
+from papilla.units import TINY
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
@@ -261,7 +262,7 @@ def _trials(octaves: float, wavenumber):
 def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
     """All peaks that noise would reach less often than `false_alarm` in all trials, largest first; used : the channels'
     numbers."""
-    power, each, resolution = spectrum.power, np.maximum(spectrum.each, 1e-300), spectrum.resolution
+    power, each, resolution = spectrum.power, np.maximum(spectrum.each, TINY), spectrum.resolution
     tops = spectrum.tops(1, len(power) - 1)
     # A line that few channels show disappears in the mean with others: the most significant channel counts, with as
     # many trials as channels.

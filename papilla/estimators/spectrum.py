@@ -17,6 +17,7 @@ import numpy as np
 
 from papilla.estimators.background import background
 from papilla.estimators.spread import Pieces
+from papilla.units import TINY
 
 POINTS = 2**20
 """Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
@@ -107,7 +108,7 @@ class Spectrum(NamedTuple):
     def vertices(self, tops: np.ndarray) -> np.ndarray:
         """Wavenumbers (m,) of peaks: the vertices of the parabolas through the logarithms about each."""
         left, middle, right = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
-        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -1e-300))
+        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -TINY))
 
 
 def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tuple[np.ndarray, np.ndarray] | None:
@@ -119,7 +120,7 @@ def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tu
     strokes = [np.arange(first, last) for first, last in pairwise(edges) if last - first > FEWEST_ROWS]
     extents = [float(np.ptp(place[rows])) for rows in strokes]
     longest = max(extents, default=0.0)
-    if longest < max(least, 1e-300):
+    if longest < max(least, TINY):
         return None
     kept = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= NEARLY * longest]
     return np.concatenate(kept), np.cumsum([0, *map(len, kept)])
@@ -171,7 +172,7 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
     own = np.median(each[:, int(resolution) :: max(int(resolution), 1)], axis=1)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
     shown = max(int(np.isfinite(own).sum()), 1)
-    return Spectrum(np.maximum((1 / own) @ each / shown, 1e-300), each, own, 1 / (size * step), resolution)
+    return Spectrum(np.maximum((1 / own) @ each / shown, TINY), each, own, 1 / (size * step), resolution)
 
 
 @lru_cache(maxsize=8)

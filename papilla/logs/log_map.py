@@ -32,6 +32,7 @@ from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml
 from papilla.logs.quantities import BRIDGES, QUANTITIES, quantity_of
 from papilla.tables import closest
+from papilla.units import MICROSTRAIN_PER_STRAIN
 
 BESIDE = "log_map.toml"
 """Name under which a map in the folder of a log is found."""
@@ -84,7 +85,7 @@ class Column:
         ratio = 1e-3 if self.unit == "mV/V" else 1 / (self.excitation_V * self.amplification)  # type: ignore[operator]
         if self.unit == "counts":
             ratio *= self.span_V / 2**self.bits  # type: ignore[operator]
-        return 1e6 * ratio * 4 / (self.active_arms * self.gauge_factor)  # type: ignore[operator]
+        return MICROSTRAIN_PER_STRAIN * ratio * 4 / (self.active_arms * self.gauge_factor)  # type: ignore[operator]
 
 
 @dataclass(frozen=True)

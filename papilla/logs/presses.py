@@ -15,6 +15,7 @@ from papilla.logs.sizes import of_presses
 from papilla.short_repr import short_repr
 from papilla.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.tables import Table, write_table
+from papilla.units import PER_CENT
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
 SPECIMENS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
@@ -208,7 +209,7 @@ def loaded_part(log: PressLog) -> PressLog:
     said = f"{len(log) - kept.sum()} of {len(log)} rows hold or unload the finger (t_s): the fit is of loading alone"
     lost = [
         f"a loop to {one.force_N:.3g} N on {one.modulus_MPa:g} MPa lost {one.lost_N_mm:.3g} N mm, "
-        f"{100 * one.share:.2g} % of the work of loading"
+        f"{PER_CENT * one.share:.2g} % of the work of loading"
         for one in closed
     ]
     names = (

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from papilla import units
 
+SAMPLE_RATE_HZ = 1000.0
+"""Samples a second of a log whose rate is not stated, as in Okamoto et al. 2011, section 3."""
+
 _TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 _NEWTON = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 _FORCES = _NEWTON | {"gf": units.gf_to_newton(1.0), "g": units.gf_to_newton(1.0), "kgf": units.gf_to_newton(1e3)}

@@ -9,6 +9,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.units import S_PER_MS
 
 OVERTAKES_S = 0.02
 """Time after a reordered datagram within which later ones may arrive before it."""
@@ -88,15 +89,15 @@ class Link:
         """A one-way delay in s, drawn from a normal distribution that is cut at 0."""
         model = self.model
         if model.one_way_sd_ms == 0:
-            return 1e-3 * model.one_way_ms
+            return S_PER_MS * model.one_way_ms
         while (value := self._delays.normal(model.one_way_ms, model.one_way_sd_ms)) < 0:
             pass
-        return 1e-3 * value
+        return S_PER_MS * value
 
     def send(self, time_s: float, content: Any, size_bytes: int = 0) -> None:
         """Send a datagram of `size_bytes` (its content, headers are added)."""
         model = self.model
-        jitter = 1e-3 * model.jitter_ms * abs(self._jitter.normal())
+        jitter = S_PER_MS * model.jitter_ms * abs(self._jitter.normal())
         gone, twice = self._loss.random(), self._twice.random()
         late, later = self._order.random(), self._order.random()
         self.sent += 1

@@ -26,6 +26,7 @@ from papilla.telepresence.record import Record
 from papilla.telepresence.sources import TouchSource
 from papilla.telepresence.texture import Texture
 from papilla.telepresence.touch import Soft, Touch
+from papilla.units import MS_PER_S, NS_PER_S
 
 PROGRESS_ROWS = 250
 """Number of control periods between two calls of `progress`."""
@@ -70,7 +71,7 @@ class Headers:
 
     def next(self, time_s: float) -> Header:
         """The header of a message that is sent at this time."""
-        now = 2**45 + round(1e9 * time_s)
+        now = 2**45 + round(NS_PER_S * time_s)
         return Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, 1_000_000)
 
 
@@ -83,7 +84,7 @@ class SimulatedWire:
 
     def now_ns(self) -> int:
         """The time of the loop."""
-        return round(1e9 * self.time_s)
+        return round(NS_PER_S * self.time_s)
 
     def send(self, make: Callable[[Header], Message]) -> None:
         """Send the message that `make` makes under the next header."""
@@ -96,7 +97,7 @@ class SimulatedWire:
         for sent, arrived, message in self._into.receive(self.time_s):
             if sent > self._newest_s:
                 self._newest_s = sent
-                found.append(Received(message, round(1e9 * arrived), round(1e9 * sent), math.nan))
+                found.append(Received(message, round(NS_PER_S * arrived), round(NS_PER_S * sent), math.nan))
         return found
 
 
@@ -121,7 +122,7 @@ class DirectEnd:
                 self._newest_s, self._shown = sent, (self._texture.wavelength(place), played)
                 self._feedback.hear(now, reading)
         displayed, (wavelength, played) = self._feedback.update(now), self._shown
-        return displayed.displacement_um, displayed.status, wavelength, 1e3 * (now - played)
+        return displayed.displacement_um, displayed.status, wavelength, MS_PER_S * (now - played)
 
 
 def run(

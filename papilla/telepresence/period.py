@@ -4,6 +4,8 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
+from papilla.units import NS_PER_S
+
 
 class Spread:
     """Histogram of times between 1 us and 10 s in 400 bins that grow by 4 %, which is the accuracy of quantiles."""
@@ -49,7 +51,7 @@ class Period:
 
     def ticks(self, seconds: float = math.inf) -> Iterator[float]:
         """Times in s since the first tick, for so long."""
-        begin, period, number = self._clock(), round(1e9 * self.period_s), 0
+        begin, period, number = self._clock(), round(NS_PER_S * self.period_s), 0
         while number * self.period_s < seconds:
             # On a grid from the beginning, so that late ticks do not shift all later ones.
             due = begin + number * period

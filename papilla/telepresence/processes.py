@@ -14,6 +14,7 @@ from papilla.telepresence.period import Period
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.sources import Source
 from papilla.telepresence.udp import Endpoint
+from papilla.units import MS_PER_NS
 
 LIVE_HZ = 4.0
 """Updates of the live line per second."""
@@ -91,7 +92,7 @@ def run_display(
                 texture = f"{shown.wavelength_mm:.3f} mm, {shown.frequency_Hz:.0f} Hz, "
                 said = texture if math.isfinite(shown.wavelength_mm) else ""
                 said += f"gain {shown.gain:.2f}, {_softness(message)}"
-                said += f"last message {1e-6 * display.age_ns:.1f} ms old when it came"
+                said += f"last message {MS_PER_NS * display.age_ns:.1f} ms old when it came"
             report(Live(now, DisplayStatus(shown.status).sentence, said, endpoint.gate.counts, period))
     return period
 

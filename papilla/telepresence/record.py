@@ -10,6 +10,7 @@ from papilla.telepresence.answer import DisplayStatus
 from papilla.telepresence.measures import Felt, felt_wavelength, lag_s
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import RATE_HZ
+from papilla.units import MS_PER_S
 
 SETTLE_S = 1.0
 """Time at the beginning that no measure uses."""
@@ -55,7 +56,7 @@ class Record(NamedTuple):
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
         late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
         longest = min(1.5e-3 * late_ms + 0.3, 0.4 * self.time_s[-1])
-        return 1e3 * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
+        return MS_PER_S * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
 
     def _displacement(self, which: str) -> np.ndarray:
         return self.local_um if which == "local" else self.direct_um
@@ -75,7 +76,7 @@ class Record(NamedTuple):
         for begin, end in itertools.pairwise([*places.tolist(), len(shown)]):
             old, new = (np.abs(shown[begin:end] / self.truth_mm[row] - 1) < within for row in (begin - 1, begin))
             found.append([np.argmin(old) if not old.all() else math.nan, np.argmax(new) if new.any() else math.nan])
-        return np.array(found).reshape(-1, 2) * 1e3 / RATE_HZ
+        return np.array(found).reshape(-1, 2) * MS_PER_S / RATE_HZ
 
     def stale_ms(self, which: str) -> float:
         """Median time for which a display still has the old texture after a crossing; NaN without crossings."""

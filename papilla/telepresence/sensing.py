@@ -10,6 +10,7 @@ from papilla.errors import InputError
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
 from papilla.estimators.tracking.answer import TrackingStatus
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.telepresence.answer import Trust
 from papilla.telepresence.components import Component, strongest
 from papilla.telepresence.messages import Area, Force, Header, Modulus, Parameters, Ratio, lines_of, quantity
@@ -57,7 +58,7 @@ class Sensing:
         pipeline: Pipeline,
         *,
         components: int = 1,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         area: Callable[[float, float, float], tuple[float, float]] | None = None,
     ):
         if "wavelength" in pipeline.off:

@@ -18,9 +18,9 @@ from papilla.fem.pressing.ellipses import SHARPEST, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
+from papilla.units import KPA_PER_MPA
 from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, friction_text, nice_limit, styled, titled
 
-KPA = 1000.0
 PIXELS = 301
 LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
 CONTACT_EDGE = 0.02  # Share of the peak pressure at the edge of a contact that is not an ellipse
@@ -107,7 +107,7 @@ def contact_figure(
     """
     scenes = [(press, specimen), *([] if beside is None else [beside])]
     reach = 1.3 * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
-    limit = nice_limit(KPA * max(max(float(one.pressure.max()), one.peak_pressure) for one, _ in scenes))
+    limit = nice_limit(KPA_PER_MPA * max(max(float(one.pressure.max()), one.peak_pressure) for one, _ in scenes))
     width = 1.15 + 4.4 * len(scenes)
     with styled(width + 0.3, 5.6) as figure:
         for number, (one, touched) in enumerate(scenes):
@@ -124,7 +124,7 @@ def contact_figure(
         else:
             on = " and on ".join(f"{one.modulus:.3g} MPa" for one, _ in scenes)
         measures = [
-            (f"{KPA * one.peak_pressure:.3g} kPa", f"{one.contact_area:.3g} mm²", f"{one.indentation:.3g} mm")
+            (f"{KPA_PER_MPA * one.peak_pressure:.3g} kPa", f"{one.contact_area:.3g} mm²", f"{one.indentation:.3g} mm")
             for one, _ in scenes
         ]
         peak, area, depth = (" and ".join(values) for values in zip(*measures, strict=True))
@@ -147,14 +147,16 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
     shown: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": limit}
     mesh = Triangulation(*(xy + at).T, triangles)
     if profile is None:
-        shades: ScalarMappable = axes.tripcolor(mesh, KPA * pressure, shading="gouraud", rasterized=True, **shown)
+        shades: ScalarMappable = axes.tripcolor(
+            mesh, KPA_PER_MPA * pressure, shading="gouraud", rasterized=True, **shown
+        )
     else:
         grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
-        smooth = KPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
+        smooth = KPA_PER_MPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
         x, y = (xy[pressure > 0] + at).T
-        axes.scatter(x, y, s=12, c=KPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
+        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
     axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
     for line in contact_edge(reduced, press):
         axes.plot(*(line + at).T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from papilla.units import PER_CENT
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, plain_log, styled, titled
 
 PRODUCT, BESIDE = "pipeline", "STFT over the path"
@@ -43,11 +44,11 @@ def honesty_figure(rows: Rows) -> Figure:
 
 
 def _shares(axes: Axes, own: Rows, places) -> None:
-    answered, false = (100 * np.nan_to_num([row[name] for row in own]) for name in ("answered", "false"))
-    wrong = answered * false / 100
+    answered, false = (PER_CENT * np.nan_to_num([row[name] for row in own]) for name in ("answered", "false"))
+    wrong = answered * false / PER_CENT
     axes.barh(places, answered - wrong, color=RIGHT, height=0.72)
     axes.barh(places, wrong, left=answered - wrong, color=FALSE, height=0.72)
-    axes.set(xlim=(0, 100), xticks=(0, 25, 50, 75), xlabel="answered from 12 mm on (%)")
+    axes.set(xlim=(0, PER_CENT), xticks=(0, 25, 50, 75), xlabel="answered from 12 mm on (%)")
     axes.grid(axis="y", visible=False)
 
 
@@ -57,7 +58,7 @@ def _errors(axes: Axes, rows: Rows, places: Mapping[str, int]) -> None:
     colors = dict(zip(single, ACCENTS, strict=False))
     for method in reversed(dict.fromkeys(row["method"] for row in rows)):
         own = [row for row in rows if row["method"] == method and row["median"] == row["median"]]
-        at = [min(max(100 * row["median"], LIMITS[0]), LIMITS[1]) for row in own]
+        at = [min(max(PER_CENT * row["median"], LIMITS[0]), LIMITS[1]) for row in own]
         style = {"color": colors[method], "label": method} if method in colors else {"color": FAINT, "markersize": 4}
         size = 7 if method == PRODUCT else 4.5
         axes.plot(at, [places[row["scene"]] for row in own], "o", **({"markersize": size} | style))

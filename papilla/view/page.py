@@ -12,6 +12,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from papilla.units import PER_CENT
 from papilla.view.style import narrow, svg
 
 
@@ -46,7 +47,7 @@ def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
 
 def percent(share: float | None, digits: int = 2, sign: bool = False) -> str:
     """A fraction in per cent."""
-    return f"{number(None if share is None else 100 * share, digits, sign)}\u00a0%"
+    return f"{number(None if share is None else PER_CENT * share, digits, sign)}\u00a0%"
 
 
 def plain(value: float) -> str:

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
+from papilla.units import PER_CENT
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, literal, nice_limit, plain_log, styled
 
-PERCENT = 100.0
 CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
 SPREAD = "viridis"
 BAR = (0.84, 0.13, 0.025, 0.8)  # Position of a map's colour bar in the figure
@@ -96,7 +96,7 @@ def uncertainty_map(
 
     checked : (force low, high, modulus low, high) of a rectangle to draw, where recovered moduli were checked.
     """
-    share = np.where(identified, PERCENT * relative_sigma, np.nan)
+    share = np.where(identified, PER_CENT * relative_sigma, np.nan)
     levels = np.array([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, CEILING])
     with styled(7.2, 4.4) as figure:
         axes = figure.add_axes((0.11, 0.13, 0.7, 0.8))
@@ -125,11 +125,11 @@ def uncertainty_map(
 def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray) -> Figure:
     """Relative error (n,) of recovered moduli at forces (n,) in N and moduli (n,) in MPa; NaN where none was given."""
     known = np.isfinite(error)
-    limit = nice_limit(max(PERCENT * float(np.abs(error[known]).max(initial=0.0)), 1e-9))
+    limit = nice_limit(max(PER_CENT * float(np.abs(error[known]).max(initial=0.0)), 1e-9))
     with styled(7.2, 4.4) as figure:
         axes = figure.add_axes((0.11, 0.13, 0.7, 0.8))
         dots = axes.scatter(
-            force_N[known], modulus_MPa[known], c=PERCENT * error[known], s=90, cmap="PuOr_r", vmin=-limit, vmax=limit,
+            force_N[known], modulus_MPa[known], c=PER_CENT * error[known], s=90, cmap="PuOr_r", vmin=-limit, vmax=limit,
             edgecolors=MUTED, linewidths=0.4,
         )  # fmt: skip
         if not known.all():

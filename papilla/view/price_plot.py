@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from papilla.units import PER_CENT
 from papilla.view.style import ACCENTS, INK, MUTED, plain_log, styled, titled
 
 MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
@@ -50,7 +51,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
 
 def _points(rows: Sequence[Mapping]) -> tuple[list[float], list[float]]:
     """Seconds, and errors in %."""
-    return [row["seconds_thousand"] for row in rows], [100 * row["error_sd"] for row in rows]
+    return [row["seconds_thousand"] for row in rows], [PER_CENT * row["error_sd"] for row in rows]
 
 
 def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tuple[float, float, str]) -> None:
@@ -70,7 +71,7 @@ def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tupl
 def _message(front: list[Mapping]) -> str:
     best = min(front, key=lambda row: row["error_sd"])
     return (
-        f"{100 * best['error_sd']:.2g} % in $S_d$ for {best['seconds_thousand']:.2g} s a thousand presses: "
+        f"{PER_CENT * best['error_sd']:.2g} % in $S_d$ for {best['seconds_thousand']:.2g} s a thousand presses: "
         f"{best['fidelity']}, {best['element']}, {best['size_mm']:g} mm"
     )
 

@@ -17,10 +17,10 @@ from papilla.finger import Finger
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Specimen, Sphere
+from papilla.units import KPA_PER_MPA, PER_CENT
 from papilla.view.contact_map import contact_edge
 from papilla.view.style import STRAIN
 
-PERCENT, KPA = 100.0, 1000.0
 OFF_PLANE = 1e-6
 """Distance (mm) of the cut from the plane: a mesh with a mirror plane has whole faces in it, which a slice would
 skip."""
@@ -67,8 +67,8 @@ def cell_values(field: Field, finger: Finger, shown: str) -> np.ndarray:
         return strain_along_layers(field, finger)
     if shown == "mises":
         deviator = field.stress - np.trace(field.stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
-        return KPA * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
-    return KPA * field.stress[:, "xyz".index(shown[0]), "xyz".index(shown[1])]
+        return KPA_PER_MPA * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
+    return KPA_PER_MPA * field.stress[:, "xyz".index(shown[0]), "xyz".index(shown[1])]
 
 
 def strain_along_layers(field: Field, finger: Finger) -> np.ndarray:
@@ -78,7 +78,7 @@ def strain_along_layers(field: Field, finger: Finger) -> np.ndarray:
     normal = surfaces_of(finger)["interface"].normal(mesh.points[mesh.tets].mean(axis=1))
     tangent = np.stack([normal[:, 2], np.zeros(len(normal)), -normal[:, 0]], axis=1)
     tangent /= np.linalg.norm(tangent, axis=1)[:, None]
-    return PERCENT * np.einsum("ci,cij,cj->c", tangent, field.strain, tangent)
+    return PER_CENT * np.einsum("ci,cij,cj->c", tangent, field.strain, tangent)
 
 
 def half_skin(field: Field, *, scale: float = 1.0, side: int = 1) -> pv.PolyData:

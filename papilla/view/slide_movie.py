@@ -16,6 +16,7 @@ from papilla.files import replacing
 from papilla.finger import Finger
 from papilla.mesh.section import build_section
 from papilla.textures import Texture
+from papilla.units import PER_CENT, TINY
 from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, literal, styled
 
 FRAMES, FRAMES_A_SECOND = 60, 12
@@ -49,12 +50,14 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
                     xlim=(-width, width), ylim=(points[:, 1].max() - 0.8 * width, points[:, 1].max() + 3), aspect=1
                 )
                 mesh = Triangulation(*(points + moved[row]).T, triangles)
-                body.tripcolor(mesh, 100 * strain[row], cmap=DIVERGING, vmin=-100 * limit, vmax=100 * limit)
+                body.tripcolor(
+                    mesh, PER_CENT * strain[row], cmap=DIVERGING, vmin=-PER_CENT * limit, vmax=PER_CENT * limit
+                )
                 _draw_texture(body, texture, found, sample, points[:, 1].max(), width)
                 body.set(ylabel="z (mm)", xlabel="x (mm)")
                 body.set_title(
                     f"{found.motion.t_s[sample]:.3f} s, {found.force_N[sample]:.2g} N; strain along x to "
-                    f"±{100 * limit:.2g} %", fontsize=9,
+                    f"±{PER_CENT * limit:.2g} %", fontsize=9,
                 )  # fmt: skip
                 _draw_signals(signal, found, sample)
                 writer.grab_frame()
@@ -78,7 +81,7 @@ def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float,
     place = np.clip(x + found.motion.position_mm[sample] + found.carried_mm[sample], *texture.span)
     under = top - found.depth_mm[sample] + texture.recess(place)
     axes.fill_between(x, under, top + 3, color="#c9ced6", linewidth=0, zorder=3)
-    pressure = found.pressing[sample] / max(float(found.pressing.max()), 1e-300)
+    pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
     axes.vlines(found.x_mm, top + 0.6, top + 0.6 + 2.2 * pressure, color=INK, linewidth=1.2, zorder=4)
     axes.text(0.99, 0.93, "pressure", transform=axes.transAxes, ha="right", fontsize=8, color=MUTED, zorder=5)
 

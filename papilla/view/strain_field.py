@@ -16,9 +16,9 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.specimen import Specimen
+from papilla.units import PER_CENT
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.section import (
-    PERCENT,
     Section,
     contact_frame,
     contact_outline,
@@ -190,7 +190,7 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
         flat = view.project(bar)
         mark_gauge(axes, flat)
-        label = f"{literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PERCENT * strain:+.2f} %)" * strains
+        label = f"{literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
         if short:
             label = f"{literal(gauge.name)}\n{reading / 1000:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)

@@ -11,7 +11,7 @@ from matplotlib.colors import to_hex
 from papilla.errors import MissingExtraError
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
-from papilla.view.section import PERCENT
+from papilla.units import PER_CENT
 from papilla.view.strain_field import BONE_COLOR, SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
 from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
 
@@ -158,7 +158,7 @@ def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[
 
     press, ends, told = scene.press, [], []
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
-        words = f"{gauge.name}: reading {reading:+,.0f} µε<br>strain {PERCENT * strain:+.2f} %".replace("-", "−")
+        words = f"{gauge.name}: reading {reading:+,.0f} µε<br>strain {PER_CENT * strain:+.2f} %".replace("-", "−")
         ends += [bar[0], bar.mean(axis=0), bar[1], np.full(3, np.nan)]
         told += [words, words, words, ""]
     grids = go.Scatter3d(

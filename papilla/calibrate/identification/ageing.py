@@ -14,6 +14,7 @@ from papilla.calibrate.identification.problem import Problem
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.logs import PressLog
+from papilla.units import PER_CENT
 
 ALARM = 0.01
 """Probability of chi-square below which a finger counts as another: the share of false alarms."""
@@ -36,7 +37,7 @@ class Change:
     def words(self) -> str:
         """The change as text, such as "inner_modulus_MPa -22 +- 3 %"."""
         if self.name.endswith("_modulus_MPa") or self.name.startswith("reading"):
-            return f"{self.name} {100 * self.change:+.3g} +- {100 * self.sigma:.2g} %"
+            return f"{self.name} {PER_CENT * self.change:+.3g} +- {PER_CENT * self.sigma:.2g} %"
         unit = "µε" if "microstrain" in self.name else "mm"
         return f"{self.name} {self.change:+.3g} +- {self.sigma:.2g} {unit}"
 

@@ -15,6 +15,7 @@ from papilla.calibrate.identification.fit import MISFIT, Identification, descend
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind, physical
 from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
 from papilla.identified import Identified
+from papilla.units import PER_CENT
 
 PRIOR_DECIDES = 0.7
 """Ratio of the standard deviation after the fit to that of the prior, above which the prior rather than the presses
@@ -216,7 +217,9 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
         if name != RATIO
     ]
     if beyond := problem.beyond(found.vector):
-        said.append(f"the ratio of the moduli is {100 * abs(beyond):.1g} % outside of 1 to 16, where fingers are known")
+        said.append(
+            f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
+        )
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
         explained = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
         if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.prior_sigma(name):
@@ -299,6 +302,6 @@ def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -
         return []
     low, high = intervals["stick_share"]
     return [
-        f"friction was not stated: the presses have {100 * found['stick_share'][0]:.0f} % of the effect of stick "
-        f"({100 * low:.0f} to {100 * high:.0f}), which intervals contain; --friction states it"
+        f"friction was not stated: the presses have {PER_CENT * found['stick_share'][0]:.0f} % of the effect of stick "
+        f"({PER_CENT * low:.0f} to {PER_CENT * high:.0f}), which intervals contain; --friction states it"
     ]

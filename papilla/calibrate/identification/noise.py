@@ -3,6 +3,7 @@
 from dataclasses import dataclass, fields
 
 from papilla import checks
+from papilla.units import PER_CENT
 
 
 @dataclass(frozen=True)
@@ -34,5 +35,5 @@ class Noise:
     @property
     def words(self) -> str:
         """The noise in words, and whether it is stated or estimated."""
-        parts = f"readings {self.readings_microstrain:.3g} µε, force {100 * self.force:.2g} %"
+        parts = f"readings {self.readings_microstrain:.3g} µε, force {PER_CENT * self.force:.2g} %"
         return f"{parts}, {f'estimated from {self.repeats} repeats' if self.repeats else 'as stated'}"

@@ -11,7 +11,7 @@ from papilla.calibrate.job import Calibrated
 from papilla.calibrate.press_table import Sweep
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA
-from papilla.units import gf_to_newton, newton_to_gf
+from papilla.units import KPA_PER_MPA, MICROSTRAIN, gf_to_newton, newton_to_gf
 
 FORCE_ERROR = 0.01
 """Relative error of the force whose effect on E is stated."""
@@ -109,7 +109,7 @@ def contacts(sweep: Sweep) -> list[tuple[float, ...]]:
         near = np.flatnonzero(sweep.modulus_MPa == nearest)
         for force in CONTACT_FORCES:
             row = near[np.abs(np.log(sweep.force_N[near] / force)).argmin()]
-            columns = (sweep.indentation_mm, sweep.contact_area_mm2, 1000 * sweep.peak_pressure_MPa)
+            columns = (sweep.indentation_mm, sweep.contact_area_mm2, KPA_PER_MPA * sweep.peak_pressure_MPa)
             measured = (float(column[row]) for column in (*columns, sweep.sd_microstrain))
             rows.append((nearest, float(sweep.force_N[row]), newton_to_gf(float(sweep.force_N[row])), *measured))
     return rows
@@ -122,7 +122,7 @@ def large_strain(sweep: Sweep) -> bool:
 
 def largest_reading(sweep: Sweep) -> float:
     """Largest |reading| of a sweep, as a strain."""
-    return 1e-6 * float(np.nanmax(np.abs(sweep.reading)))
+    return MICROSTRAIN * float(np.nanmax(np.abs(sweep.reading)))
 
 
 def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:

@@ -24,6 +24,7 @@ from papilla.estimators.friction.answer import FrictionEstimate, FrictionStatus
 from papilla.estimators.friction.direction import CHANGE_BLOCKS, MEDIAN, Direction, Peak
 from papilla.estimators.friction.offset import Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 
 BLOCK_S, TRIMMED = 0.04, 0.1
 """Length of a block; and the share of the largest and of the smallest samples that its means leave out, at least one of
@@ -130,7 +131,7 @@ class Friction(Stream):
     def __init__(
         self,
         *,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         rest_mm_s: float | None = None,
         contact_N: float = 0.02,
         memory_mm: float | None = None,

@@ -15,6 +15,7 @@ from papilla.estimators.softness.creep import WORDS, Creep
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
 from papilla.status import Status
+from papilla.units import MS_PER_S
 
 CONTRADICTED_SIGMAS = 3.0
 """Difference between the wavelengths over the path and between the gauges, in standard deviations of the difference,
@@ -168,7 +169,7 @@ class WavelengthOutput(Output):
     @property
     def doubted(self) -> str:
         """A message on the estimated delay of velocity or position, if it was not stated."""
-        late = 1e3 * self.tracker.latency_s
+        late = MS_PER_S * self.tracker.latency_s
         # At a constant speed a delay only shifts the surface, which no reading can show.
         unknown = abs(late) < 3e3 * self.tracker.latency_sigma_s
         if self._stated is not None or abs(late) < LATE_MS or unknown:

@@ -27,6 +27,8 @@ from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
+from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import MS_PER_S
 
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
@@ -98,7 +100,7 @@ class Pipeline(Stream):
         *,
         gauges: int | Sequence[str] = 5,
         columns: tuple[str, ...] = DEFAULT_COLUMNS,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
         gauge_sigma: float = 1.0,
         force_sigma_N: float = 1e-3,
@@ -265,7 +267,7 @@ class Pipeline(Stream):
         """Messages on what is switched off and why, and what differs from the behaviour at 1 kHz; one line each."""
         doubted = [output.doubted for output in self._outputs.values() if output.doubted]
         if packet := self._clock.state.stamps[2]:
-            doubted.append(f"time: packets of samples share one time every {1e3 * packet:.3g} ms: spread evenly")
+            doubted.append(f"time: packets of samples share one time every {MS_PER_S * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
     def _snapshot(self) -> PipelineState:

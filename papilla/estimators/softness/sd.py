@@ -16,6 +16,7 @@ from papilla.estimators.softness.fitter import Fitter
 from papilla.estimators.softness.surfaces import SdSurface
 from papilla.estimators.softness.touch import Touch
 from papilla.estimators.spread import completed
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
@@ -65,7 +66,7 @@ class Softness(Touch):
         force_sigma_N: float,
         doubts: Doubts | None = None,
         memory_s: float = math.inf,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         contact_force_N: float = 0.02,
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,

@@ -28,6 +28,8 @@ from papilla.estimators.tracking import motion_fit
 from papilla.estimators.tracking.chirp_memory import FIRST_LIVELY, WANDER, ChirpEstimate, ChirpMemory, ChirpStatus, Step
 from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
+from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import TINY
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Length of the window of the fit, and of that of a search, in periods of the lowest frequency."""
@@ -38,8 +40,7 @@ PIECES = 6, 10
 """Largest number of pieces per hop, of a step of the fit (which has three) and of a search: each sample does a share of
 them, so that none takes long and half of the samples are free for searches."""
 SAME_TURN = 0.25
-"""Largest difference (cycles) between the new and the earlier phase of a reading, for its earlier phase to stay
-valid."""
+"""Largest difference (cycles) of a reading's new phase from its earlier one, for the earlier one to stay valid."""
 LIVELIER = 1.6
 """Ratio of residual to noise above which the motion is livelier than expected."""
 SEARCH_S, LONGEST_SEARCH = (0.1, 1.0), 400
@@ -107,7 +108,7 @@ class ChirpTracker(Stream):
         self,
         *,
         frequency_range_Hz: tuple[float, float] | None = None,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         lag_s: float = 0.014,
         saturation: float = 1e12,
     ):
@@ -267,7 +268,7 @@ class ChirpTracker(Stream):
 
     def _prior(self, stroke: MotionFit) -> tuple[np.ndarray, np.ndarray]:
         """Information (31, 31) before the readings of the window, and its mean (31,)."""
-        memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + 1e-300
+        memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + TINY
         mean, variance = memory.stiffness
         # The stiffness k changes slowly. As long as jumps of the chirp could explain the same phases, a change of k is
         # not believed: so the livelier the motion, the firmer is k.
@@ -288,13 +289,13 @@ class ChirpTracker(Stream):
         """Update noise, motion and profile from the fit."""
         memory, hop, residual = self._memory, self._hop, stroke.residual
         count = max(int(np.isfinite(readings).sum()) - MOTION - 4, 1)
-        noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, 1e-300)
+        noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, TINY)
         searched = len(self._middle)
-        memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + 1e-300, searched, self._rate)
+        memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + TINY, searched, self._rate)
         memory.doubt = noise / stroke.noise
         # A residual above the noise means that the hand moves less smoothly than assumed, so let the motion jump more.
         livelier = 2.0 if memory.doubt > LIVELIER else 1.0
-        usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + 1e-300
+        usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY
         spread, begin = stroke.covariance.diagonal(), MOTION + KNOTS + 2
         found = self._grown(memory.lively, stroke.jumps / usual, spread[MOTION : MOTION + KNOTS] / usual**2)
         memory.lively = min(max(found * livelier, LIVELY[0]), LIVELY[1])
@@ -344,7 +345,7 @@ class ChirpTracker(Stream):
         # Recursive least squares with fading memory: information and right-hand side of the nine shape parameters.
         pull = fade * (memory.known @ memory.about) + columns.T @ (stroke.residual[rows] + columns @ stroke.shape)
         memory.known = fade * memory.known + columns.T @ columns
-        least = 1e-9 * (float(np.trace(memory.known)) + 1e-300)
+        least = 1e-9 * (float(np.trace(memory.known)) + TINY)
         memory.about = np.linalg.solve(memory.known + least * np.eye(SHAPE), pull)
 
     def _search(self) -> None:
@@ -414,7 +415,7 @@ class ChirpTracker(Stream):
         left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
         # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
         noise = np.diff(left, 3)
-        ratio = float(left @ left) / max(float(noise @ noise) / 20, 1e-300)
+        ratio = float(left @ left) / max(float(noise @ noise) / 20, TINY)
         return not WHITE[0] < ratio < WHITE[1]
 
     def _choose(self, best: MotionFit | None, price: float) -> None:

@@ -39,6 +39,7 @@ from papilla.estimators.tracking.finding import Finding
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, bend_of, window_of
 from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, forward, levelled, silenced
+from papilla.units import TINY
 
 BENT = 0.04
 """Deviation of the path from a straight line over time, in periods (RMS under the taper of a stroke), above which lines
@@ -417,7 +418,7 @@ class LineSearch:
         # averaged.
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
-        power = np.maximum(np.abs(last) ** 2, 1e-300) * float(self._count[self._begin[-2] :].sum())
+        power = np.maximum(np.abs(last) ** 2, TINY) * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
         finding, estimated = self.finding, self._task.late_variance > 0
         # A low-passed velocity is not only late but also too small: in strokes of angular frequency w by (w T)^2 / 2,

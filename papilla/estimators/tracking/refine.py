@@ -17,6 +17,7 @@ import numpy as np
 
 from papilla.estimators.spectrum import middle, slope
 from papilla.estimators.spread import Pieces
+from papilla.units import TINY
 
 BLOCKS = 24
 """Largest number of blocks along a window; each has whole periods."""
@@ -86,29 +87,29 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     # Mean amplitude of each stroke and harmonic: the reference against which its blocks' phases are measured.
     first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
     mean = np.add.reduceat(blocks * whole[:, :, None], first)
-    mean /= np.maximum(np.add.reduceat(amount * whole, first), 1e-300)[:, None, :]
+    mean /= np.maximum(np.add.reduceat(amount * whole, first), TINY)[:, None, :]
     yield
     # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
     variance = 0.5 * np.minimum(noise, 1e100) * (square / np.maximum(amount, 1e-150) ** 2)[:, None, :]
-    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, 1e-300), 0.0)
+    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY), 0.0)
     # Harmonics that noise could have made take no part: their phases would be random.
     size = np.abs(mean) ** 2
     certain = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
     # Rotate each block by the stroke's reference: its imaginary part is the phase deviation times the amplitude.
     # Harmonic n turns n times as far, so its score and information carry n and n^2. Their ratio is the phase in cycles.
-    pull = blocks / np.maximum(amount, 1e-300)[:, None, :] * np.conj(mean)[of_stroke]
+    pull = blocks / np.maximum(amount, TINY)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * certain).sum(axis=(1, 2))
     information = (turn**2 * size[of_stroke] * certain).sum(axis=(1, 2))
     # Coherence: length of the sum of all blocks along the reference, over the length if all pointed along it.
     agreeing = (pull * certain).sum(axis=(1, 2))
     return Phases(
-        np.where(information > 0, score / np.maximum(information, 1e-300), 0.0),
+        np.where(information > 0, score / np.maximum(information, TINY), 0.0),
         information,
         sums[:, 2 * gauges :] / total[:, None],
         of_stroke,
         2 * mean[:, 0],
-        float(agreeing.real.sum() / max(np.abs(agreeing).sum(), 1e-300)),
+        float(agreeing.real.sum() / max(np.abs(agreeing).sum(), TINY)),
     )
 
 
@@ -126,12 +127,12 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         yield
         # Each stroke has a free phase: subtract its weighted mean instead of adding a parameter for it.
         share = weight[:, None] * stroke
-        means = share.T @ columns / np.maximum(share.sum(axis=0), 1e-300)[:, None]
+        means = share.T @ columns / np.maximum(share.sum(axis=0), TINY)[:, None]
         centred = columns - means[phases.stroke]
         regressors, cycles = centred[:, :-1], centred[:, -1]
         normal = (regressors.T * weight) @ regressors + np.diag(prior)
         # Scaled to a unit diagonal, because path (mm) and delay (s) differ by many powers of ten.
-        scale = np.sqrt(np.maximum(normal.diagonal(), 1e-300))
+        scale = np.sqrt(np.maximum(normal.diagonal(), TINY))
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
         left = np.abs(cycles - regressors @ step)
@@ -139,7 +140,7 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter more than noise does.
         usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
         # Huber's weights: full up to three robust sigmas, falling as 1 / residual beyond.
-        pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, 1e-300), 1.0)
+        pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, TINY), 1.0)
         weight = phases.information * pull**2
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
     # Scatter beyond the noise: robust variance of the residuals minus what noise alone would give.
@@ -166,7 +167,7 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
         return None
     wanted = np.asarray(wanted)
     power = np.abs(wanted) ** 2 * weight
-    size = max(float(power.sum()), 1e-300)
+    size = max(float(power.sum()), TINY)
     # Amplitude in whole periods, where the mean is orthogonal to the wave; then the part of it in phase with the known
     # one.
     values = seen * (readings - path @ (seen * readings) / total)

@@ -7,6 +7,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.spectrum import longest_strokes, middle, share_of
+from papilla.units import TINY
 
 MAINS_HZ = (50.0, 60.0)
 GRID = 4
@@ -113,5 +114,5 @@ def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
     """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
     total = float(weight.sum())
     t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
-    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), 1e-300))
+    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), TINY))
     return (float(weight @ off**2) / total) ** 0.5

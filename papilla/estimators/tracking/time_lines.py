@@ -9,6 +9,7 @@ import numpy as np
 
 from papilla.estimators.spectrum import Line, Spectrum, Strokes
 from papilla.estimators.spread import Pieces
+from papilla.units import TINY
 
 HARMONICS = 5
 FOREIGN = 0.7
@@ -46,7 +47,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
         own = atoms[:, rows]
         weighted = np.conj(own) * strokes.weight[rows]
         gram = weighted @ own.T
-        size = np.maximum(gram.diagonal().real, 1e-300)
+        size = np.maximum(gram.diagonal().real, TINY)
         alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
         foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN)
         pull = weighted @ readings[rows]

@@ -14,6 +14,7 @@ from papilla.estimators.tracking.answer import FusedEstimate, TrackingStatus, Wa
 from papilla.estimators.tracking.between_gauges import TURN, UNKNOWN, wavelength_between
 from papilla.estimators.tracking.follower import Follower, Memory
 from papilla.estimators.tracking.search_task import checked
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
@@ -69,7 +70,7 @@ class FusedTracker(Stream):
         gauge_positions_mm: int | Sequence[float],
         *,
         wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
-        sample_rate_Hz: float = 1000.0,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
         scale_sigma: float = SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),

@@ -26,6 +26,7 @@ from papilla.memory import refuse_finite
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.specimen import Friction, Specimen, friction_coefficient
+from papilla.units import PER_CENT
 
 GROWTH, FIRST_LOAD = 1.3, 0.02
 """Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
@@ -209,15 +210,17 @@ def raise_load(
         except SolverError as error:
             step /= 2
             if step < SMALLEST_STEP:
-                raise SolverError(f"the finite press stops at {100 * reached:.3g} % of the load: {error}") from error
+                raise SolverError(
+                    f"the finite press stops at {PER_CENT * reached:.3g} % of the load: {error}"
+                ) from error
             if progress is not None:
-                progress(f"load step cut to {100 * step:.3g} % of the load: {error}")
+                progress(f"load step cut to {PER_CENT * step:.3g} % of the load: {error}")
             continue
         reached = target
         steps.append(count)
         step *= 2
         if progress is not None:
-            progress(f"{100 * reached:.3g} % of the load in {count} Newton steps")
+            progress(f"{PER_CENT * reached:.3g} % of the load in {count} Newton steps")
     return state, steps, balance, held
 
 

@@ -32,6 +32,7 @@ from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
 from papilla.specimen import STICK as STUCK
 from papilla.specimen import Friction, friction_coefficient
+from papilla.units import PER_CENT
 from papilla.workers import Say, Start, counted, workers
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
@@ -217,7 +218,7 @@ def ship(stuck: bool = False) -> None:
         one = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()
         table = measure_large_strain(one, build(one), friction=STUCK if stuck else 0.0)
-        error = 100 * table.sd_error(gauge_weights(one))
+        error = PER_CENT * table.sd_error(gauge_weights(one))
         took = perf_counter() - began
         print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
         tables = sorted([*tables, table], key=lambda one: (one.friction, one.ratio))

@@ -25,6 +25,7 @@ from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.press import Press, check_scene
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
+from papilla.units import J_M2_PER_N_MM, N_MM_PER_J_M2, TINY
 
 KNOTS, DEGREE = 17, 4
 """Number of presses along the force, and the degree of the polynomials of ln indentation and ln area over ln force:
@@ -46,7 +47,7 @@ def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float,
     began = perf_counter()
     force, _ = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, force_N=force_N)
     assert force is not None
-    work = 1e-3 * checks.positive("work of adhesion (J/m2)", work_J_m2)
+    work = N_MM_PER_J_M2 * checks.positive("work of adhesion (J/m2)", work_J_m2)
 
     def plain(load: float) -> Press:
         return contact_press(reduced, specimen, (float(load), None), began=began)
@@ -83,9 +84,11 @@ def _holding_force(plain, force: float, work: float) -> float:
             slope, bend = depth.deriv()(x), depth.deriv(2)(x)
             # C = dd/dP; with d = exp(depth), dC/dA = d / P^2 (slope^2 - slope + bend) over A' = A area' / P
             stiffening = -np.exp(depth(x) - area(x)) * (slope**2 - slope + bend) / (load * area.deriv()(x))
-            return float(load - np.sqrt(2 * work / max(stiffening, 1e-300)) - force)
+            return float(load - np.sqrt(2 * work / max(stiffening, TINY)) - force)
 
         if excess(top) > 0:
             return float(brentq(excess, force, top, rtol=1e-9))
         top *= WIDER
-    raise SolverError(f"no contact found that {1e3 * work:g} J/m2 hold at {force:g} N: adhesion outweighs the force")
+    raise SolverError(
+        f"no contact found that {J_M2_PER_N_MM * work:g} J/m2 hold at {force:g} N: adhesion outweighs the force"
+    )

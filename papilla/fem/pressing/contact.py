@@ -38,6 +38,7 @@ from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
+from papilla.units import PER_CENT
 
 OFF_APEX = 0.05
 """Accuracy of the readings, as a share of the largest, at a touch-down point other than the apex, for which the mesh is
@@ -122,7 +123,7 @@ def contact_press(
     coarse = too_coarse(shape.area, reduced.patch.mean_edge(state.active), reduced.mesh_size_mm)
     status = coarse or f"contact: {path.words(state)}"
     if coarse is None and reduced.at != (0.0, 0.0):
-        status += f"; off the apex the mesh is coarser, so readings are accurate to {100 * OFF_APEX:g} %"
+        status += f"; off the apex the mesh is coarser, so readings are accurate to {PER_CENT * OFF_APEX:g} %"
     rows = reduced.traction_rows if friction else reduced.rows
     return linear_press(
         reduced,

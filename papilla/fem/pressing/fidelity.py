@@ -26,6 +26,7 @@ from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
+from papilla.units import PER_CENT
 
 Corrected = TypeVar("Corrected", Press, Press | None)
 
@@ -178,7 +179,7 @@ def _cheapest(reduced: ReducedFinger, specimen: Specimen, began: float, toleranc
     """The press of the cheapest linear fidelity within the tolerance; its status says why this one was chosen."""
     error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
-        return hertz_press(reduced, specimen, load, f"hertz: {error}, within {100 * tolerance:g} %", began)
+        return hertz_press(reduced, specimen, load, f"hertz: {error}, within {PER_CENT * tolerance:g} %", began)
     found: Press | ContactRangeError
     try:
         found = _contact(reduced, specimen, began, 0.0, load)
@@ -198,7 +199,7 @@ def _cheapest(reduced: ReducedFinger, specimen: Specimen, began: float, toleranc
         return found
     if error is None:
         return replace(found, status=f"{found.status}; hertz is not measured at this force")
-    return replace(found, status=f"{found.status}; hertz is off by {error}, over {100 * tolerance:g} %")
+    return replace(found, status=f"{found.status}; hertz is off by {error}, over {PER_CENT * tolerance:g} %")
 
 
 @dataclass(frozen=True)
@@ -215,7 +216,7 @@ class Worst:
         return cls(float(errors[quantity]), quantity)
 
     def __str__(self) -> str:
-        return f"{100 * self.error:.1f} % in {NAMES[self.quantity]}"
+        return f"{PER_CENT * self.error:.1f} % in {NAMES[self.quantity]}"
 
 
 def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst | None:
@@ -294,7 +295,9 @@ def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_
     loss = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
     strain = parts.get("small_strain")
     if strain is not None and strain.error > tolerance:
-        loss += f"; small strain alone is over {100 * tolerance:g} %: --fidelity finite (press_finite) has none of it"
+        loss += (
+            f"; small strain alone is over {PER_CENT * tolerance:g} %: --fidelity finite (press_finite) has none of it"
+        )
     return loss
 
 

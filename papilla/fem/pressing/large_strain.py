@@ -28,7 +28,7 @@ from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import DEFAULT_FINGER
-from papilla.units import to_microstrain
+from papilla.units import PER_CENT, to_microstrain
 
 SCHEMA = "papilla.large_strain/1"
 SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
@@ -327,8 +327,8 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
     """A press with the gauges' `values` (q, g) and the `MEASURES` as changed by large strain."""
     error = large_strain_error(reduced, found.friction)
     strained = replace(found, large_strain=True, **changed)
-    change = f"{100 * (strained.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
-    said = f"large strain included ({change}, to {100 * error:.2f} % of it by cross-validation)"
+    change = f"{PER_CENT * (strained.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
+    said = f"large strain included ({change}, to {PER_CENT * error:.2f} % of it by cross-validation)"
     return replace(strained, status=f"{found.status}; {said}")
 
 

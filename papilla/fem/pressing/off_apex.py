@@ -32,6 +32,7 @@ from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
 from papilla.fem.reduction.transported import MovedContact, on_each_side
 from papilla.finger import Finger
 from papilla.specimen import Friction, Specimen
+from papilla.units import PER_CENT
 
 REACH_MM = 5.0
 """Largest |x| and |y| of a contact on a finger of `WIDTH_MM`; they scale with the finger's width."""
@@ -109,7 +110,7 @@ class OffApex:
 
     def __repr__(self) -> str:
         most = f"contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm"
-        return f"OffApex({most}, to {100 * self.error:.2g} %)"
+        return f"OffApex({most}, to {PER_CENT * self.error:.2g} %)"
 
     def changed(
         self, force_N, modulus_MPa, outer: float, inner: float, place_mm: np.ndarray, shift_mm: np.ndarray

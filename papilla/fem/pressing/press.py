@@ -13,7 +13,7 @@ from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import DEEPEST, Specimen
-from papilla.units import to_microstrain
+from papilla.units import PER_CENT, to_microstrain
 
 RESOLVED_RADIUS = 2.5
 """Smallest contact radius, in patch edge lengths, for which S_d of the contact fidelity is within 3 %
@@ -205,7 +205,7 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
     if own > DEEPEST * reduced.depth:
         raise ContactRangeError(
             f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
-            f"more than {100 * DEEPEST:g} % is beyond the model"
+            f"more than {PER_CENT * DEEPEST:g} % is beyond the model"
         )
     refuse_rim(patch, values["active"])
     theirs = reduced.specimen_displacement(specimen, pressure) / patch.mass
@@ -216,9 +216,11 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
     specimen.refuse(taken, radius)
     doubts, strain = [status], own / reduced.strained_depth
     if strain > SMALL_STRAIN:
-        doubts.append(f"a layer is strained by {100 * strain:.0f} %, too much for linear elasticity: see press_finite")
+        doubts.append(
+            f"a layer is strained by {PER_CENT * strain:.0f} %, too much for linear elasticity: see press_finite"
+        )
     if reduced.facets > FACETS * values["indentation"]:
-        share = 100 * reduced.facets / values["indentation"]
+        share = PER_CENT * reduced.facets / values["indentation"]
         doubts.append(f"the facets of the skin stand {reduced.facets:.2g} mm off it, {share:.0f} % of the indentation")
     below = reduced.layers[1:, 1] / reduced.layers[0, 1]
     if radius > THIN_SKIN * reduced.skin_thickness and below.size and not 1 / ANOTHER <= below[0] <= ANOTHER:

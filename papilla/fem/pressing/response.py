@@ -25,6 +25,7 @@ from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
+from papilla.units import PER_CENT
 
 FORCES = np.geomspace(0.15, 130.0, 20)
 """F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""
@@ -81,7 +82,7 @@ class Response:
     specimen: str
 
     def __repr__(self) -> str:
-        return f"Response({self.specimen}, {self.gauge_count} gauges, within {100 * self.error.max():.2g} %)"
+        return f"Response({self.specimen}, {self.gauge_count} gauges, within {PER_CENT * self.error.max():.2g} %)"
 
     def felt(self, force_N, modulus_MPa, outer: float, inner: float) -> Felt:
         """Presses by forces (n,) on specimens of moduli (n,) of the finger with these Young's moduli (MPa).

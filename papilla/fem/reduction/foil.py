@@ -22,6 +22,7 @@ from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
+from papilla.units import GRAVITY_N_MM3, MICROSTRAIN_PER_STRAIN
 
 FOIL_NU = 0.34
 """Poisson's ratio of polyimide."""
@@ -102,7 +103,7 @@ def weight_readings(model: FingerModel, density_g_cm3: float = 1.0) -> np.ndarra
     for parity, field in model.reading_adjoints().items():
         signs = sum(parity_signs(parity, image)[..., 2] for image in _images(model.mesh))
         total += signs * np.einsum("n,ng->g", nodes, field[:, 2])
-    return -1e6 * 9.80665e-6 * checks.positive("density (g/cm3)", density_g_cm3) * total
+    return -MICROSTRAIN_PER_STRAIN * GRAVITY_N_MM3 * checks.positive("density (g/cm3)", density_g_cm3) * total
 
 
 def _images(mesh: LayeredMesh) -> list[np.ndarray]:

@@ -20,6 +20,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
+from papilla.units import TINY
+
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
 """States of a node; `RIGHT` and `LEFT` are the sign of its slip."""
 
@@ -175,8 +177,8 @@ def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarr
     and the error of the linear solve."""
     n, mu = len(state), laws.friction
     a, inward = force[n:], moved[n:]
-    length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), 1e-300)
-    strength = max(float(np.abs(a).sum()), 1e-300)
+    length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), TINY)
+    strength = max(float(np.abs(a).sum()), TINY)
     touching = state.nonzero()[0]
     gap, pressing, states = inward + laws.rise - depth, a[touching], state[touching]
     # Violations are shares of the largest displacement or of the whole force, so that overlaps, pulls and slips can be
@@ -255,7 +257,7 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
                 gaps += own[i] * (to_b - b) + own[m + i] * (to_a - a)
                 force[i], force[m + i] = to_b, to_a
                 change = max(change, abs(to_b - b), abs(to_a - a))
-        limit = 1e-10 * max(float(force[m:].sum()), 1e-300)
+        limit = 1e-10 * max(float(force[m:].sum()), TINY)
     b, a = force[:m], force[m:]
     state = np.zeros(n, dtype=np.int64)
     state[near] = np.where(a <= 0, OPEN, np.where(b < 0, RIGHT, LEFT))
@@ -263,7 +265,7 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
         state[near[(a > 0) & (np.abs(b) < friction * a * (1 - 1e-9))]] = STICK
     whole = np.zeros(2 * n)
     whole[both] = force
-    total = max(float(a.sum()), 1e-300)
+    total = max(float(a.sum()), TINY)
     return Rubbed(whole, C @ whole + laws.free, depth, state, sweep, "relaxation", change / total)
 
 

@@ -12,6 +12,7 @@ from papilla.fem.reduction.gauges import gauge_weights
 from papilla.fem.sliding.section_model import STRESS_STATES, Modes, SectionModel
 from papilla.finger import Finger, Slab
 from papilla.mesh.section import SIZE_MM, build_section, section_finger
+from papilla.units import MICROSTRAIN_PER_STRAIN
 
 MODES = 40
 """Number of modes that are kept; the last one of the default finger's section is at 540 Hz."""
@@ -49,12 +50,12 @@ class ReducedSection:
     @property
     def reading_rows(self) -> np.ndarray:
         """(g, 2n) readings in microstrain per N/mm."""
-        return 1e6 * np.einsum("qg,qgn->gn", self.weights, self.rows)
+        return MICROSTRAIN_PER_STRAIN * np.einsum("qg,qgn->gn", self.weights, self.rows)
 
     @property
     def reading_modes(self) -> np.ndarray:
         """(g, k) readings in microstrain per unit of each mode."""
-        return 1e6 * np.einsum("qg,qgk->gk", self.weights, self.modes.gauges)
+        return MICROSTRAIN_PER_STRAIN * np.einsum("qg,qgk->gk", self.weights, self.modes.gauges)
 
 
 def prepare_section(

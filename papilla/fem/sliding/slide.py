@@ -26,6 +26,7 @@ from papilla.finger import Finger
 from papilla.specimen import STICK as STUCK
 from papilla.specimen import Friction
 from papilla.textures import Texture
+from papilla.units import TINY
 
 DYNAMICS = ("auto", "quasi-static", "modal")
 
@@ -236,7 +237,7 @@ class _Run:
         if isinstance(inertia, Modal):
             lost = float(self.loss[0]), self.loss_from
             missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
-            energy = abs(missing) / max(self.turnover, 1e-300)
+            energy = abs(missing) / max(self.turnover, TINY)
         every = np.array(fine)
         readings, amplified = every[:: self.substeps], amplify(every, self.substeps)
         return Slide(

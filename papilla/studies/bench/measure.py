@@ -18,6 +18,7 @@ from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
 from papilla.finger import Finger
 from papilla.studies.bench.row import ANSWERED, BenchRow
 from papilla.studies.bench.scenes import FORCES_GF, QUANTITIES, SPECIMEN, answers, thousand
+from papilla.units import MS_PER_S
 
 REPEATS, ENOUGH_S = 3, 6.0
 """Largest number of repetitions of a set-up, and the time after which they end; the fastest counts, because it is
@@ -58,7 +59,7 @@ def measure(job: Job) -> list[BenchRow]:
         median = float(np.median(seconds)) if status == ANSWERED else np.nan
         dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
         return [BenchRow("finite", DEFAULT_ELEMENT, job.size_mm, job.forces_gf, dofs, None, None, {},
-                         median, 1000 * median, peak_memory_MiB(), values, status)]  # fmt: skip
+                         median, MS_PER_S * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(job.finger, mesh, job.element)
     found: dict[str, dict[str, Any]] = {}
     for fidelity in ("hertz", "contact"):

@@ -11,6 +11,7 @@ from papilla.finger import Finger
 from papilla.studies.bench.measure import Job, measure_apart
 from papilla.studies.bench.row import ANSWERED, BenchRow, with_front
 from papilla.studies.bench.scenes import FINITE_FORCES_GF
+from papilla.units import MS_PER_S, PER_CENT
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,10 @@ class Bench:
         row = self.default
         stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in row.stages.items())
         largest = self.to_json()["largest_contact"]
+        contact_ms = MS_PER_S * largest["seconds_per_scene"]
         sentences = [
             f"set-up of {row.element} on {row.size_mm:g} mm: {stages}",
-            f"a contact scene at {largest['patch_nodes']} patch nodes: {1e3 * largest['seconds_per_scene']:.2f} ms",
+            f"a contact scene at {largest['patch_nodes']} patch nodes: {contact_ms:.2f} ms",
         ]
         refused = [row for row in self.rows if row.status != ANSWERED]
         sentences += [f"{row.fidelity}, {row.element}, {row.size_mm:g} mm {row.status}" for row in refused]
@@ -74,8 +76,8 @@ class Bench:
             finest = min(finite, key=lambda row: row.size_mm)
             forces = ", ".join(f"{gf:g}" for gf in finest.forces_gf)
             sentences.append(
-                f"small strain costs up to {100 * (finest.small_strain_sd or 0):.1f} % in S_d and "
-                f"{100 * (finest.small_strain_indentation or 0):.1f} % in indentation at {forces} gf: "
+                f"small strain costs up to {PER_CENT * (finest.small_strain_sd or 0):.1f} % in S_d and "
+                f"{PER_CENT * (finest.small_strain_indentation or 0):.1f} % in indentation at {forces} gf: "
                 "fidelity contact against fidelity finite on one mesh; rows do not count it"
             )
         return sentences

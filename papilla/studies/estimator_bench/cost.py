@@ -12,6 +12,7 @@ from papilla.calibration import Calibration
 from papilla.estimators import Pipeline
 from papilla.studies import parameters
 from papilla.studies.estimator_bench.scenes import scene
+from papilla.units import US_PER_S
 
 GIVEN = parameters.parameters(__name__)
 NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}
@@ -78,7 +79,7 @@ def timed(make: Callable, rows: np.ndarray) -> tuple[float, ...]:
     median, high = np.quantile(best, [0.5, GIVEN.slow])
     block = np.median(np.min(blocks, axis=0))
     return tuple(
-        1e6 * float(value) for value in (block, median, best.mean(), high, np.quantile(updates[0], GIVEN.slow))
+        US_PER_S * float(value) for value in (block, median, best.mean(), high, np.quantile(updates[0], GIVEN.slow))
     )
 
 

@@ -14,6 +14,7 @@ from papilla.studies.case import Case
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, RIVAL, Answer
 from papilla.studies.estimator_bench.other_methods import LONG_MM
 from papilla.studies.estimator_bench.scenes import SCENES, Scene
+from papilla.units import PER_CENT
 
 WRONG = 0.05
 SETTLED_S, SETTLED_PERIODS, FROM_MM = 0.3, 2.0, 12.0
@@ -143,7 +144,9 @@ def _share(what, among) -> float:
 def faults(row: Row, others: Sequence[Row]) -> tuple[str, ...]:
     """The missed targets of a row of papilla's pipeline; `others` are the other methods on the same scene."""
     missed = (case for case in targets(row, others) if not math.isnan(case.value or 0.0) and not case.passed)
-    return tuple(f"{case.what} {100 * (case.value or 0):.3g} > {100 * case.interval[1]:.2g} %" for case in missed)
+    return tuple(
+        f"{case.what} {PER_CENT * (case.value or 0):.3g} > {PER_CENT * case.interval[1]:.2g} %" for case in missed
+    )
 
 
 def targets(row: Row, others: Sequence[Row]) -> list[Case]:

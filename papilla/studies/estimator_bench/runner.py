@@ -11,6 +11,7 @@ from papilla.studies.estimator_bench.honesty import Row, Run, faults, judged, ro
 from papilla.studies.estimator_bench.methods import METHODS, PUBLISHED, chosen
 from papilla.studies.estimator_bench.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, scene
 from papilla.studies.runner import run_jobs
+from papilla.units import US_PER_S
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Calla
     for method in methods:
         began = time.perf_counter()
         answer = METHODS[method].run(made.time_s, made.readings, made.known_mm_s)
-        us = 1e6 * (time.perf_counter() - began) / made.time_s.size
+        us = US_PER_S * (time.perf_counter() - began) / made.time_s.size
         found.append(judged(made, answer, METHODS[method].path_mm, us))
     return found
 

@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 
 from papilla import checks
 from papilla.studies import parameters
+from papilla.units import MS_PER_S, PER_CENT
 
 HARMONICS = 9
 ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15
@@ -338,14 +339,14 @@ def force(draft: Draft, size: float, depth: float, slowness_s: float, least: flo
 
 def late(draft: Draft, ms: float) -> None:
     """The encoder is late; the first velocity is repeated."""
-    samples = max(round(ms * draft.rate_Hz / 1000), 1)
+    samples = max(round(ms * draft.rate_Hz / MS_PER_S), 1)
     draft.known = np.concatenate([np.full(samples, draft.known[0]), draft.known[:-samples]])
 
 
 def scaled(draft: Draft, percent: float) -> None:
     """The velocity's scale has this error; for claims at least two thirds of it, with either sign."""
     off = draft.rng.choice([-1, 1]) * 1.5 ** -draft.rng.uniform() if draft.drawn else 1.0
-    draft.known = draft.known * (1 + off * percent / 100)
+    draft.known = draft.known * (1 + off * percent / PER_CENT)
 
 
 def counted(draft: Draft, count_mm: float) -> None:

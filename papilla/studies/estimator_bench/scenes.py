@@ -14,6 +14,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.references.bounds import wavelength_bound
 from papilla.studies import parameters
 from papilla.studies.estimator_bench import fem_surfaces
@@ -64,7 +65,7 @@ class Recipe(NamedTuple):
     disturbances: tuple[Part, ...] = ()
     skin: Part | None = None
     seconds: float = 4.0
-    rate_Hz: float = 1000.0
+    rate_Hz: float = SAMPLE_RATE_HZ
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> "Recipe":

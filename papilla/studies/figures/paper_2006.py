@@ -8,6 +8,7 @@ from papilla import fem
 from papilla.estimators.published.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
 from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.finger import Finger
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.specimen import Grating, HalfSpace
 from papilla.studies.estimator_bench.scenes import Scene
 from papilla.studies.figures.picture import Curve, Panel, Picture
@@ -44,7 +45,7 @@ def two_grooves() -> Picture:
     200 ms, (c) impulses. Print has one gauge of the sensor, whose contact is narrow enough to feel single edges; here
     each ridge of the skin in the contact feels every edge.
     """
-    time = np.arange(500) / 1000
+    time = np.arange(500) / SAMPLE_RATE_HZ
     place = GROOVES_MM_S * (time - 0.3)
     followed = sum((-1) ** k * np.clip((place - GROOVE_MM * k) / 0.2, 0, 1) for k in range(4))
     x = np.arange(-40.0, 60.0, 0.02)
@@ -59,7 +60,7 @@ def two_grooves() -> Picture:
         ("skin that follows the edges", followed, "depth of a groove"),
         ("finger by finite elements", slid.readings[:, 2], "microstrain"),
     ):
-        rate = np.abs(np.diff(output, prepend=output[0])) * 1000
+        rate = np.abs(np.diff(output, prepend=output[0])) * SAMPLE_RATE_HZ
         level = 1.5 * np.array([rate[max(0, k - 199) : k + 1].mean() for k in range(len(rate))])
         model = Corpuscle(200, Corpuscle.PRINTED)
         impulse = np.nan_to_num([model.fire(float(value)) for value in output])

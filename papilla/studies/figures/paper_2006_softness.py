@@ -9,8 +9,8 @@ from papilla.specimen import Block
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.softness import calibrated
-from papilla.units import gf_to_newton
-from papilla.view.contact_map import KPA, contact_profile
+from papilla.units import KPA_PER_MPA, PER_CENT, gf_to_newton
+from papilla.view.contact_map import contact_profile
 
 FORCE_GF, REACH_MM, PIXELS = 60.0, 10.0, 121
 """Figure 10: of both presses, and half of the width that is shown, in so many points."""
@@ -35,16 +35,18 @@ def contacts() -> Picture:
         name: fem.press(reduced, Block(modulus, 10.0), force=gf_to_newton(FORCE_GF), friction="stick")
         for name, modulus in kinds.items()
     }
-    top = KPA * max(press.peak_pressure for press in presses.values())
+    top = KPA_PER_MPA * max(press.peak_pressure for press in presses.values())
     for name, press in presses.items():
         modulus = kinds[name]
         profile = contact_profile(reduced, press)
         assert profile is not None
-        pressure = KPA * profile(grid).reshape(PIXELS, PIXELS)
+        pressure = KPA_PER_MPA * profile(grid).reshape(PIXELS, PIXELS)
         shade = Shade(line, line, pressure, "kPa", over=pressure > 0, top=top)
         panels.append(Panel(f"({'ab'[len(panels)]}) {name}, {modulus:g} MPa", "x, mm", "y, mm", shade=shade, even=True))
         curves.append(Curve(f"{modulus:g} MPa", line, pressure[PIXELS // 2]))
-        words.append(f"{press.contact_area:.0f} mm2, {KPA * press.peak_pressure:.1f} kPa, S_d {press.sd:.0f} ({name})")
+        words.append(
+            f"{press.contact_area:.0f} mm2, {KPA_PER_MPA * press.peak_pressure:.1f} kPa, S_d {press.sd:.0f} ({name})"
+        )
     panels.append(Panel("pressure along x", "x, mm", "pressure, kPa", tuple(curves)))
     found = f"Area, greatest pressure and spread of the gauges in microstrain: {'; '.join(words)}."
     return Picture(tuple(panels), columns=3, found=found)
@@ -80,7 +82,7 @@ def spread() -> Picture:
         ]
     hard, soft = ours[-1, 2] / ours[-1, 1], ours[-1, 0] / ours[-1, 1]
     found = (
-        f"One factor of {scale:.4g} joins (9) and the model within {100 * off:.1f} % rms. At 100 gf the hardest "
+        f"One factor of {scale:.4g} joins (9) and the model within {PER_CENT * off:.1f} % rms. At 100 gf the hardest "
         f"specimen has {hard:.3f} and the softest {soft:.3f} of the middle one's S_d; (9) has "
         f"{theirs[-1, 2] / theirs[-1, 1]:.3f} and {theirs[-1, 0] / theirs[-1, 1]:.3f}."
     )

@@ -7,6 +7,7 @@ from papilla import fem
 from papilla.estimators.published.roughness import ZeroCrossing
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.finger import Finger
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
@@ -37,9 +38,9 @@ def crossings() -> Picture:
     at 20 dB; a first-order high-pass of 10 Hz (order and corner are not printed). Above the output, below the impulses.
     """
     output = _slid(Grating(1.5, 1.5, 0.5), 0.8)
-    time = np.arange(len(output)) / 1000
-    passed = lfilter(*butter(1, CUTOFF_HZ, "highpass", fs=1000), output - output[0])
-    source = UpwardCrossings(80, UpwardCrossings.PRINTED, 1000.0, CUTOFF_HZ)
+    time = np.arange(len(output)) / SAMPLE_RATE_HZ
+    passed = lfilter(*butter(1, CUTOFF_HZ, "highpass", fs=SAMPLE_RATE_HZ), output - output[0])
+    source = UpwardCrossings(80, UpwardCrossings.PRINTED, SAMPLE_RATE_HZ, CUTOFF_HZ)
     fired = np.array([source.fire(float(value)) for value in output]) > 0
     window = (0.4, 0.8)
     inside = fired & (time >= window[0])
@@ -66,7 +67,7 @@ def side_by_side() -> Picture:
     first, second = Grating(0.5, 0.5, 0.5).recess(x), Grating(2.0, 2.0, 0.5).recess(x)
     profile = MeasuredProfile(x, -np.where(x < BORDER_S * SPEED_MM_S, first, second))
     output = _slid(profile, 2.0)
-    time = np.arange(len(output)) / 1000
+    time = np.arange(len(output)) / SAMPLE_RATE_HZ
     felt = np.asarray(ZeroCrossing().process(np.column_stack([output, np.full(len(output), SPEED_MM_S)])).wavelength_mm)
     seen = heard("const", 1.0, "2007", 2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
     told = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)

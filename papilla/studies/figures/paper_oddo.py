@@ -30,6 +30,7 @@ from papilla.studies.reproduce.experiments.wavelets import (
     table_3,
 )
 from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times
+from papilla.units import PER_CENT, UM_PER_MM
 
 CHANNELS = ("P1S4", "P1S1", "P1S2")
 STEP_S = PASSIVE.rest_s + PASSIVE.first_s
@@ -167,7 +168,7 @@ def three_gratings() -> Picture:
     array.
     """
     window = (BEGIN_S + 0.02, BEGIN_S + 0.13)
-    panels = tuple(_lines(_active(period), f"{1000 * period:.0f} µm", window) for period in PERIODS_MM)
+    panels = tuple(_lines(_active(period), f"{UM_PER_MM * period:.0f} µm", window) for period in PERIODS_MM)
     words = listed(map(phase_deg, PERIODS_MM), ".0f")
     return Picture(panels, found=f"Phase of S1 before S4 by equation (4): {words} degrees for 400, 440, 480 µm.")
 
@@ -196,7 +197,7 @@ def every_run() -> Picture:
             own = [(k, one.frequency_Hz[pair]) for k, one in enumerate(runs) if one.period_mm == period]
             place = np.concatenate([np.full(len(values), k + 1.0) for k, values in own])
             curves.append(
-                Curve(f"{1000 * period:.0f} µm", place, np.concatenate([v for _, v in own]), "points", color=color)
+                Curve(f"{UM_PER_MM * period:.0f} µm", place, np.concatenate([v for _, v in own]), "points", color=color)
             )
         means = np.array([one.windows[pair].mean_Hz for one in runs])
         curves.append(Curve("mean of a run", np.arange(1.0, len(runs) + 1), means, "points", color=-1))
@@ -216,7 +217,7 @@ def clusters() -> Picture:
     curves, turn = [], np.linspace(0, 2 * np.pi, 61)
     means = np.array([[own.mean_Hz for own in one.windows] for one in _runs()]).reshape(len(PERIODS_MM), RUNS, 2)
     for color, (period, own) in enumerate(zip(PERIODS_MM, means, strict=True)):
-        curves.append(Curve(f"{1000 * period:.0f} µm", own[:, 1], own[:, 0], "points", color=color))
+        curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", own[:, 1], own[:, 0], "points", color=color))
         centre, (values, axes) = own.mean(axis=0), np.linalg.eigh(np.cov(own.T))
         edge = centre[:, None] + axes @ (np.sqrt(values)[:, None] * np.stack([np.cos(turn), np.sin(turn)]))
         curves.append(Curve("", edge[1], edge[0], color=color))
@@ -267,9 +268,9 @@ def expected() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     for period in PERIODS_MM:
-        cells: list[str | float] = [f"{1000 * period:.0f}"]
+        cells: list[str | float] = [f"{UM_PER_MM * period:.0f}"]
         for speed in SPEEDS_MM_S:
-            printed = PRINTED_HZ.get((round(speed, 1), round(1000 * period)))
+            printed = PRINTED_HZ.get((round(speed, 1), round(UM_PER_MM * period)))
             cells += [speed / period, "" if printed is None else f"{printed:g}"]
         rows.append(tuple(cells))
     heads = ("period, µm", "at 6.7 mm/s, Hz", "printed", "at 10.0 mm/s, Hz", "printed")
@@ -301,13 +302,13 @@ def passive_table() -> Picture:
                 cells = indices(own)
                 rows.append(
                     (
-                        f"{1000 * period:.0f} µm",
+                        f"{UM_PER_MM * period:.0f} µm",
                         f"{speed:g} mm/s",
                         name,
                         *(round(float(cell), HZ_DIGITS) for cell in cells),
                     )
                 )
-                worst = max(worst, 100 * cells[1] / cells[0])
+                worst = max(worst, PER_CENT * cells[1] / cells[0])
     heads = ("grating", "speed", "pair", *INDICES)
     return Picture(table=Table(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %).")
 
@@ -320,11 +321,11 @@ def active_table() -> Picture:
     """
     table = table_3(_runs())
     rows: list[tuple[str | float, ...]] = [
-        (f"{1000 * period:.0f} µm", name, *(round(float(cell), HZ_DIGITS) for cell in table[k, pair]))
+        (f"{UM_PER_MM * period:.0f} µm", name, *(round(float(cell), HZ_DIGITS) for cell in table[k, pair]))
         for k, period in enumerate(PERIODS_MM)
         for pair, name in enumerate(PAIRS)
     ]
-    worst = 100 * float((table[..., 1] / table[..., 0]).max())
+    worst = PER_CENT * float((table[..., 1] / table[..., 0]).max())
     found = f"Largest deviation: {worst:.1f} % (printed 8.3 %)."
     return Picture(table=Table(("grating", "pair", *INDICES), tuple(rows)), found=found)
 
@@ -342,7 +343,12 @@ def neighbours() -> Picture:
         (f"{left}", f"{RUNS - left // 3}", *(accuracy(runs, left) for runs in sets.values()), printed.get(left, ""))
         for left in range(3, 22, 3)
     ]
-    heads = ("left out", "runs a grating", *(f"speed ± {100 * one:g} %, % right" for one in SCENE.spreads), "printed")
+    heads = (
+        "left out",
+        "runs a grating",
+        *(f"speed ± {PER_CENT * one:g} %, % right" for one in SCENE.spreads),
+        "printed",
+    )
     found = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
     return Picture(table=Table(heads, tuple(rows)), found=found)
 

@@ -7,6 +7,7 @@ import numpy as np
 from papilla import fem
 from papilla.estimators.published.roughness import Okamoto, fit_amplitude
 from papilla.finger import Finger
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
@@ -37,10 +38,10 @@ def wavelengths() -> Picture:
         np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, seed)) for seed in range(4)])
         for one in GRATINGS_MM
     ]
-    time = np.arange(round(1000 / STROKES_HZ)) / 1000
+    time = np.arange(round(SAMPLE_RATE_HZ / STROKES_HZ)) / SAMPLE_RATE_HZ
     turn = 2 * np.pi * STROKES_HZ
     velocity, place = PEAK_MM_S * np.sin(turn * time), PEAK_MM_S / turn * (1 - np.cos(turn * time))
-    motion, finger = fem.Motion(time, place, 1000.0), Finger.default()
+    motion, finger = fem.Motion(time, place, SAMPLE_RATE_HZ), Finger.default()
     section, felt = fem.prepare_section(finger), []
     for one in GRATINGS_MM:
         slid = fem.slide(

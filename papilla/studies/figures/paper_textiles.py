@@ -12,7 +12,7 @@ from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla.textures import MeasuredProfile
-from papilla.units import INCH_MM
+from papilla.units import INCH_MM, PER_CENT, UM_PER_MM
 
 
 class Fabric(NamedTuple):
@@ -116,7 +116,7 @@ def vibration() -> Picture:
 def _roughness() -> np.ndarray:
     """(4,) standard deviation of each profile in micrometres."""
     heights = (profile(own, number).height_mm for number, own in enumerate(FABRICS.values()))
-    return np.array([1000 * height.std() for height in heights])
+    return np.array([UM_PER_MM * height.std() for height in heights])
 
 
 def roughness() -> Picture:
@@ -145,7 +145,7 @@ def contour() -> Picture:
         shade = Shade(edges, edges, np.where(value > 0, value, np.nan), f"amplitude, {UNIT} Hz")
         point = Curve("printed best band", low, high, "points", origin="printed")
         panels.append(Panel(kind, "from, Hz", "to, Hz", (point,), shade))
-        words.append(f"{100 * total[20] / total[-1]:.0f} % ({kind})")
+        words.append(f"{PER_CENT * total[20] / total[-1]:.0f} % ({kind})")
     return Picture(tuple(panels), columns=2, found=f"Within 0 to 100 Hz lies {', '.join(words)} of the amplitude.")
 
 

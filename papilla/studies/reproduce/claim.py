@@ -15,6 +15,7 @@ from papilla import cache
 from papilla.errors import PapillaError
 from papilla.studies.case import Case, Interval, Verdict
 from papilla.studies.reproduce.scenes import scenes
+from papilla.units import PER_CENT
 
 EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
 """Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the
@@ -105,7 +106,7 @@ def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, mos
         return least, most
     if near is None:
         near = published if isinstance(published, float) else 1.0
-    half = abs(near) * percent / 100 + by + ROUNDING * (1 + abs(near))
+    half = abs(near) * percent / PER_CENT + by + ROUNDING * (1 + abs(near))
     return near - half, near + half
 
 

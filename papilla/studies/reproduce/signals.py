@@ -8,7 +8,7 @@ import numpy as np
 from papilla.estimators.published.roughness import RoughnessStream
 from papilla.studies.estimator_bench.scenes import Scene, scene
 from papilla.studies.reproduce.scenes import scene as scene_of
-from papilla.units import MS
+from papilla.units import MS_PER_S
 
 SHARED = scene_of("signals")
 RATE_Hz: int = SHARED.rate_Hz
@@ -62,12 +62,12 @@ def mean_error(make, scenes: Sequence[Scene]) -> float:
 def lag_ms(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     """Delay in ms of `answer` (n,): the shift with the best correlation with `truth` (n,)."""
     best, found = -np.inf, 0
-    for shift in range(round(SHARED.longest_lag_ms * rate_Hz / MS) + 1):
+    for shift in range(round(SHARED.longest_lag_ms * rate_Hz / MS_PER_S) + 1):
         late, own = answer[shift:], truth[: len(truth) - shift]
         both = np.isfinite(late) & np.isfinite(own)
         if both.sum() > SHARED.fewest_for_a_lag and (value := float(np.corrcoef(late[both], own[both])[0, 1])) > best:
             best, found = value, shift
-    return MS * found / rate_Hz
+    return MS_PER_S * found / rate_Hz
 
 
 def correlation(one: np.ndarray, other: np.ndarray) -> float:
@@ -78,7 +78,7 @@ def correlation(one: np.ndarray, other: np.ndarray) -> float:
 
 def follows(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     """Correlation of an answer (n,) with the truth (n,), after the answer's delay is removed."""
-    shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / MS)
+    shift = round(lag_ms(answer, truth, rate_Hz) * rate_Hz / MS_PER_S)
     late, own = answer[shift:], truth[: len(truth) - shift]
     return correlation(late, own)
 

@@ -25,6 +25,7 @@ from papilla.studies.verify import bodies
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, DEEP, bonded_layer, compared, half_space, off
 from papilla.studies.verify.flat import with_gap
 from papilla.studies.verify.spectral import stack_sphere
+from papilla.units import J_M2_PER_N_MM
 
 GIVEN = parameters.parameters(__name__)
 MODULUS, NU = GIVEN.modulus_MPa, GIVEN.nu
@@ -140,7 +141,7 @@ def adhesion() -> Iterator[Case]:
         held = force + energy + np.sqrt(2 * energy * force + energy**2)
         radius = (3 * held * BALL_RADIUS / (4 * E_STAR)) ** (1 / 3)
         depth = radius**2 / BALL_RADIUS - np.sqrt(2 * np.pi * work * radius / E_STAR)
-        found = adhesive_press(reduced, BALL, 1e3 * work, force_N=force)
+        found = adhesive_press(reduced, BALL, J_M2_PER_N_MM * work, force_N=force)
         name, against = f"ball with a pull-off force of {pull:g} of the load", "against JKR (exact solution)"
         plain = press(reduced, BALL, force=force, fidelity="contact")
         area = found.contact_area / plain.contact_area, (held / force) ** (2 / 3)

@@ -29,7 +29,7 @@ from papilla.studies.verify.finger import (
 )
 from papilla.studies.verify.incompressible import residual
 from papilla.studies.verify.spectral import stack_sphere
-from papilla.units import gf_to_newton, to_microstrain
+from papilla.units import PER_CENT, gf_to_newton, to_microstrain
 
 GIVEN = parameters.parameters(__name__)
 
@@ -100,7 +100,9 @@ def places() -> Iterator[Case]:
         )
         away = float(np.abs(found.reading - other.reading).max() / np.abs(found.reading).max())
         said = "resolved" if found.resolved else "warned"
-        measure = f"worst reading on another mesh, over the largest ({said}; the status states {100 * OFF_APEX:g} %)"
+        measure = (
+            f"worst reading on another mesh, over the largest ({said}; the status states {PER_CENT * OFF_APEX:g} %)"
+        )
         yield Case(f"{name}, readings", measure, away, OFF_APEX)
 
 

@@ -10,7 +10,7 @@ from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import even, scene
 from papilla.studies.reproduce.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, heard, listed, times
-from papilla.units import MS
+from papilla.units import MS_PER_S
 
 SCENE = scene("counts")
 MILLIMETRES: tuple[float, ...] = SCENE.wavelengths_mm
@@ -38,7 +38,7 @@ def run(tell, cause: bool = True) -> Found:
     tell("gratings 1 mm apart")
     values = gathered(lambda: _period(ASSUMED), lambda: _told_apart(cause), lambda: _steps(cause))
     series = tuple(
-        Series(f"{one:g} mm", MS * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
+        Series(f"{one:g} mm", MS_PER_S * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
         for one in MILLIMETRES[::-1]
     )
     return Found(values, **SCENE.picture, series=series)
@@ -95,7 +95,7 @@ def _steps(cause: bool) -> dict:
     return {
         "reached": float(np.median(first)),
         "steps": len(first),
-        "at_80": float(np.mean(np.array(first) <= MS * SCENE.printed_s)),
+        "at_80": float(np.mean(np.array(first) <= MS_PER_S * SCENE.printed_s)),
         "afterwards": float(np.mean(means)),
     }
 

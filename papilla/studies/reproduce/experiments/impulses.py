@@ -26,7 +26,7 @@ from papilla.studies.reproduce.signals import (
     mean_error,
     times,
 )
-from papilla.units import MS, PER_CENT
+from papilla.units import MS_PER_S, PER_CENT
 
 SCENE = scene("impulses")
 PAPER = "2006"
@@ -90,7 +90,7 @@ def _rules() -> dict:
         "factor": _threshold(),
         "count_agree": float(np.mean(np.isclose(count[both], 2 * frequency * size / RATE_Hz))),
         "window": float(np.median(count[both] / (2 * frequency))),
-        "computing_ms": MS * taken / len(readings),
+        "computing_ms": MS_PER_S * taken / len(readings),
     }
 
 

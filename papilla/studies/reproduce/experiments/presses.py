@@ -13,7 +13,7 @@ from papilla.specimen import Block, HalfSpace
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import by_factors, even, scene
 from papilla.studies.reproduce.signals import listed
-from papilla.units import KPA, PER_CENT, gf_to_newton, newton_to_gf
+from papilla.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
 
 SCENE = scene("presses")
 RIGID_MPA: float = SCENE.rigid_MPa
@@ -51,7 +51,7 @@ def run(tell, cause: bool = True) -> Found:
     )
     place = even(SCENE.shown.places_mm)
     series = tuple(
-        Series(f"{E:g} MPa ({name})", place, KPA * _along_x(reduced.patch, at_60[E].pressure, place))
+        Series(f"{E:g} MPa ({name})", place, KPA_PER_MPA * _along_x(reduced.patch, at_60[E].pressure, place))
         for E, name in ((SOFT, "soft"), (HARD, "hard"))
     )
     return Found(values, **SCENE.picture, series=series)
@@ -186,7 +186,7 @@ def _axis(built, strain: np.ndarray, moduli: np.ndarray) -> tuple[float, float, 
     centre = built.points[built.tets].mean(axis=1)
     identity = np.eye(strain.shape[1])
     deviator = strain - np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity / len(identity)
-    mises = KPA * moduli * np.sqrt(2 / len(identity) * (deviator**2).sum(axis=(1, 2)))
+    mises = KPA_PER_MPA * moduli * np.sqrt(2 / len(identity) * (deviator**2).sum(axis=(1, 2)))
     own, axis = SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < SCENE.field.axis_mm
     outer, z = built.layer == built.layer.min(), centre[:, 2]
     low, high = own.mid_skin_mm

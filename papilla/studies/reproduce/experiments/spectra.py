@@ -16,7 +16,7 @@ from papilla.studies.reproduce.signals import (
     mean_error,
     times,
 )
-from papilla.units import MS, PER_CENT
+from papilla.units import MS_PER_S, PER_CENT
 
 SCENE = scene("spectra")
 SEEDS = range(SCENE.about.seeds)
@@ -34,7 +34,7 @@ def run(tell, cause: bool = True) -> Found:
     """
     tell("windows")
     scenes = [heard("act2" if cause else "const", one, PAPER, seed) for one in GRATINGS for seed in SEEDS]
-    errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS), scenes) for ms in WINDOWS_MS]
+    errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS_PER_S), scenes) for ms in WINDOWS_MS]
     values = gathered(
         lambda: {
             "best_ms": float(WINDOWS_MS[int(np.argmin(errors))]),

@@ -17,7 +17,7 @@ from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.record import Record
 from papilla.telepresence.texture import GratingTexture
-from papilla.units import MS
+from papilla.units import MS_PER_S
 
 SCENE = scene("telepresence")
 
@@ -194,7 +194,7 @@ def _links() -> dict:
     """The drawn delays, and the order in which datagrams arrive."""
     own = SCENE.links
     link, order = Link(DELAY, own.seed), Link(DELAY, own.order_seed)
-    drawn = MS * np.array([link.one_way_s(own.every_s * k + own.offset_s) for k in range(own.draws)])
+    drawn = MS_PER_S * np.array([link.one_way_s(own.every_s * k + own.offset_s) for k in range(own.draws)])
     for row in range(own.datagrams):
         order.send(row / RATE_HZ, row, own.size)
     arrived = [one.content for one in order.receive(own.until_s)]

@@ -13,7 +13,7 @@ from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times
-from papilla.units import MS, PER_CENT
+from papilla.units import MS_PER_S, PER_CENT
 
 SCENE = scene("wavelets")
 PASSIVE, ACTIVE = SCENE.passive, SCENE.active
@@ -258,7 +258,7 @@ def _formulas(rng) -> dict:
         "lead": float(np.degrees(np.median(ridge.phase[slice(*own.samples)]))),
         "f_mp": float(np.mean(ridge.frequency_Hz == frequency[top])),
         "t_mp": float(ridge.strongest == strongest),
-        "window_ms": MS * (BEFORE + AFTER + 1) / RATE_Hz,
+        "window_ms": MS_PER_S * (BEFORE + AFTER + 1) / RATE_Hz,
         "indices": float(np.mean(np.isclose(stated, by_hand))),
     }
 

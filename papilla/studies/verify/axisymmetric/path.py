@@ -14,6 +14,7 @@ from papilla.finger import Gauge
 from papilla.studies.verify.axisymmetric.bodies import Bodies
 from papilla.studies.verify.axisymmetric.contact import Contact
 from papilla.studies.verify.axisymmetric.readout import Readout
+from papilla.units import TINY
 
 FIRST, GROWTH = 1.7e-3, 1.2
 """First indentation, over the skin's half axis, and the ratio of the next to it."""
@@ -105,7 +106,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
             continue
         # Far from equilibrium the pressure is much too large, and terms that turn with it would make cells unstable
         push, stiffness = contact.forces(state, turning)
-        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), 1e-300)
+        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY)
         moved = -depth - state[bodies.table]
         if contact.settled and not moved.any() and np.linalg.norm(residual) <= TOLERANCE * size:
             return state

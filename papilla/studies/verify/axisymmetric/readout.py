@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 from papilla.finger import Gauge
 from papilla.studies.verify.axisymmetric.bodies import Bodies, quadratic
+from papilla.units import TINY
 
 GRID = (9, 5)
 """Points of the backing along and across the grid."""
@@ -68,7 +69,7 @@ class Readout:
     def _interpolation(self, bodies: Bodies) -> sp.csr_matrix:
         """(points, nodes) values of a displacement at the points, turned into the half plane."""
         radius = np.hypot(*self.points[:, :2].T)
-        self._outwards = self.points[:, :2] / np.maximum(radius, 1e-300)[:, None]
+        self._outwards = self.points[:, :2] / np.maximum(radius, TINY)[:, None]
         x = np.arctan2(radius / self.axes[0], self.points[:, 2] / self.axes[2]) * 2 / np.pi
         edges = bodies.edges(1.0)
         ends = bodies.parameters[0][edges[:, :2]]
