@@ -18,6 +18,10 @@ from papilla.studies.verify.axisymmetric.law import COLUMN, ROW, Rubber
 
 OUTER, INNER, SPECIMEN = 0, 1, 2
 QUADRATURE_ORDER = 5
+NODES, CORNERS, ENTRIES = 6, 3, len(ROW)
+"""Nodes of a cell, those that carry a pressure, and entries of a displacement gradient."""
+MOVES = 2 * NODES
+"""Displacement unknowns of a cell; those of its pressures follow."""
 APART = 10.0
 """Parameter of the specimen's surface, separate from the finger's."""
 
@@ -75,7 +79,7 @@ class Bodies:
         self.basis = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
         height = self.parameters[1, self.basis.element_dofs].mean(axis=0)
         self.layer = np.where(height > APART, SPECIMEN, np.where(height > 1, OUTER, INNER))
-        key = self.mesh.t * 3 + self.layer
+        key = self.mesh.t * (SPECIMEN + 1) + self.layer
         self.pressure_dofs = np.unique(key, return_inverse=True)[1].reshape(key.shape)
         self.nodes, self.pressures = self.basis.N, int(self.pressure_dofs.max()) + 1
 
@@ -121,26 +125,27 @@ class Bodies:
 
         Raises `FloatingPointError` where a cell is turned inside out.
         """
-        gradient = (self._strain @ unknowns[self._unknowns[:, None, :12, None]])[..., 0]
+        gradient = (self._strain @ unknowns[self._unknowns[:, None, :MOVES, None]])[..., 0]
         pressure = unknowns[2 * self.nodes + self.pressure_dofs.T] @ self._hats
-        local, blocks = np.zeros((len(gradient), 15)), np.zeros((len(gradient), 15, 15))
+        size = MOVES + CORNERS
+        local, blocks = np.zeros((len(gradient), size)), np.zeros((len(gradient), size, size))
         for number, rubber in enumerate(self.rubbers):
             cells = self.layer == number
             if np.isinf(rubber.modulus):
-                blocks[cells, 12:, 12:] = np.eye(3)
+                blocks[cells, MOVES:, MOVES:] = np.eye(CORNERS)
                 continue
             stress, tangent, volume, slope = rubber.response(gradient[cells], pressure[cells])
             weights, strain = self._weights[cells], self._strain[cells]
             hats = self._hats * weights[:, None, :]
-            rows = strain.reshape(len(strain), -1, 12)
+            rows = strain.reshape(len(strain), -1, MOVES)
             stiff = (weights[..., None, None] * tangent @ strain).reshape(rows.shape)
-            blocks[cells, :12, :12] = rows.swapaxes(-1, -2) @ stiff
-            blocks[cells, 12:, :12] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
-            blocks[cells, 12:, 12:] = -rubber.compressibility * (hats @ self._hats.T)
-            local[cells, :12] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
+            blocks[cells, :MOVES, :MOVES] = rows.swapaxes(-1, -2) @ stiff
+            blocks[cells, MOVES:, :MOVES] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
+            blocks[cells, MOVES:, MOVES:] = -rubber.compressibility * (hats @ self._hats.T)
+            local[cells, :MOVES] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
             volume = weights * (volume + rubber.compressibility * pressure[cells])
-            local[cells, 12:] = -volume @ self._hats.T
-        blocks[:, :12, 12:] = blocks[:, 12:, :12].swapaxes(-1, -2)
+            local[cells, MOVES:] = -volume @ self._hats.T
+        blocks[:, :MOVES, MOVES:] = blocks[:, MOVES:, :MOVES].swapaxes(-1, -2)
         rows, columns = np.broadcast_arrays(self._unknowns[:, :, None], self._unknowns[:, None, :])
         matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
         return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix.tocsc()
@@ -150,12 +155,12 @@ class Bodies:
         """(cells, q, 5, 12): displacement gradient, in the entries of `law`, by the displacements of a cell."""
         values = [(np.asarray(f[0]), f[0].grad) for f in self.basis.basis]
         radius = np.asarray(self.basis.global_coordinates())[0]
-        strain = np.zeros((*radius.shape, 3, 3, 6, 2))
+        strain = np.zeros((*radius.shape, 3, 3, NODES, 2))
         for node, (value, grad) in enumerate(values):
             for component in range(2):
                 strain[..., component, :2, node, component] = np.moveaxis(grad, 0, -1)
             strain[..., 2, 2, node, 0] = value / radius
-        return strain[..., ROW, COLUMN, :, :].reshape(*radius.shape, 5, 12)
+        return strain[..., ROW, COLUMN, :, :].reshape(*radius.shape, ENTRIES, MOVES)
 
     @cached_property
     def _weights(self) -> np.ndarray:
@@ -170,7 +175,7 @@ class Bodies:
     @cached_property
     def _unknowns(self) -> np.ndarray:
         """(cells, 15) unknowns of each cell."""
-        displacements = (2 * self.basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(-1, 12)
+        displacements = (2 * self.basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(-1, MOVES)
         return np.concatenate([displacements, 2 * self.nodes + self.pressure_dofs.T], axis=1)
 
 

@@ -18,6 +18,10 @@ PENALTY = 3e3
 """Penalty in moduli of the skin per mm."""
 BEGUN = 0.02
 """Relative change of the slip of a first contact below which it has converged."""
+IMAGINARY = 1e-30
+"""Step of a derivative by a complex variable: its square is nothing beside 1."""
+LOCAL, MOVES = 8, 12
+"""Coordinates of a point of the skin and its edge's three nodes; displacement unknowns of both edges."""
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
@@ -60,11 +64,11 @@ class Contact:
         local = self._local(unknowns, mate)
         pull = self._pull(local, mate, s)[0]
         touches = gap < 0
-        stiffness = np.empty((len(s), 8, 8))
-        for k in range(8):
+        stiffness = np.empty((len(s), LOCAL, LOCAL))
+        for k in range(LOCAL):
             step = local.astype(complex)
-            step[:, k] += 1e-30j
-            stiffness[:, :, k] = self._pull(step, mate, s, turning)[0].imag / 1e-30
+            step[:, k] += IMAGINARY * 1j
+            stiffness[:, :, k] = self._pull(step, mate, s, turning)[0].imag / IMAGINARY
         weights = self.penalty * self.weights * touches
         spread, numbers = self._spread(mate)
         force = np.einsum("k,kn,knu->ku", weights, pull, spread)
@@ -134,7 +138,7 @@ class Contact:
         """(k, 8) places of the points and of the three nodes of their edges."""
         places = self.bodies.mesh.doflocs.T + self.bodies.displacement(unknowns)
         skin = np.einsum("ka,kai->ki", self.hats, places[self.slave])
-        return np.concatenate([skin[:, None], places[self.masters[mate]]], axis=1).reshape(-1, 8)
+        return np.concatenate([skin[:, None], places[self.masters[mate]]], axis=1).reshape(-1, LOCAL)
 
     def _pull(self, local: np.ndarray, mate: np.ndarray, s: np.ndarray, turning: bool = True):
         """Forces (k, 8) over the penalty, gap, slip within the friction, and place along the specimen (k,), in mm.
@@ -161,16 +165,16 @@ class Contact:
                 slip = np.where(self.slides, -self.slides * self.friction * gap, slip)
         vector = gap[:, None] * normal + slip[:, None] * tangent
         jump = np.concatenate([np.ones((len(s), 1)), -(hats if turning else hats.real)], axis=1)
-        return (jump[:, :, None] * vector[:, None, :]).reshape(-1, 8), gap, slip, place
+        return (jump[:, :, None] * vector[:, None, :]).reshape(-1, LOCAL), gap, slip, place
 
     def _spread(self, mate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 8, 12) local variables by unknowns, and the numbers (k, 12) of these."""
-        spread = np.zeros((len(mate), 8, 12))
+        spread = np.zeros((len(mate), LOCAL, MOVES))
         for component in range(2):
-            spread[:, component, component:6:2] = self.hats
-        spread[:, 2:, 6:] = np.eye(6)
+            spread[:, component, component : MOVES // 2 : 2] = self.hats
+        spread[:, 2:, MOVES // 2 :] = np.eye(LOCAL - 2)
         nodes = np.concatenate([self.slave, self.masters[mate]], axis=1)
-        return spread, (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, 12)
+        return spread, (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, MOVES)
 
 
 def nearest(points: np.ndarray, places: np.ndarray, masters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
