@@ -8,6 +8,10 @@ from papilla.errors import InputError
 SIZE_OPTION = "--size-mm of press, calibrate and view"
 """Name of the element size `size_mm` on the command line; messages that advise another size name both."""
 
+ROUNDING = 1e-9
+"""Share by which a number may exceed a bound that it should meet exactly: more than the rounding of a few thousand
+operations, less than any tolerance of manufacture."""
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 

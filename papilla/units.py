@@ -22,14 +22,22 @@ MICROSTRAIN_PER_STRAIN = 1e6
 PER_CENT = 100.0
 """One in per cent."""
 
-MS_PER_S, US_PER_S, NS_PER_S = 1e3, 1e6, 1e9
-S_PER_MS, MS_PER_NS = 1e-3, 1e-6
+MS_PER_S, US_PER_S, NS_PER_S = 1e3, 1e6, 10**9
+S_PER_MS, S_PER_NS, MS_PER_NS = 1e-3, 1e-9, 1e-6
 UM_PER_MM, KPA_PER_MPA = 1e3, 1e3
+MILLI, MICRO, NANO, KILO, MEGA = 1e-3, 1e-6, 1e-9, 1e3, 1e6
+"""Prefixes of the SI, for tables of units."""
+S_PER_MIN = 60.0
+CM = 10.0
+"""One centimetre in mm."""
 N_PER_MN = 1e-3
 """N of one mN."""
 
 N_MM_PER_J_M2, J_M2_PER_N_MM = 1e-3, 1e3
 """One J/m2, the usual unit of a work of adhesion, in N/mm, and one N/mm in J/m2."""
+
+T_MM3_PER_G_CM3 = 1e-9
+"""One g/cm3 in t/mm3, the density that is consistent with N, mm and s."""
 
 GRAVITY_N_MM3 = 9.80665e-6
 """Weight (N) of one mm3 of a density of 1 g/cm3 (standard gravity, exact)."""

@@ -9,7 +9,7 @@ from scipy.linalg import null_space
 from papilla import cache
 from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, PositionTerms
-from papilla.calibration.surface import POWERS, power_vector
+from papilla.calibration.surface import DEGREE, ORDER, POWERS, power_vector
 from papilla.errors import InputError
 from papilla.fem import ReducedFinger
 from papilla.fem.pressing.grid import press_grid
@@ -114,6 +114,6 @@ def _basis(places: np.ndarray) -> np.ndarray:
     """(p, CELLS + 3) weights of the B-spline coefficients at each place."""
     at = (places - places[0]) / (places[-1] - places[0]) * CELLS
     cell = np.minimum(at.astype(int), CELLS - 1)
-    basis = np.zeros((len(places), CELLS + 3))
-    np.put_along_axis(basis, cell[:, None] + np.arange(4), power_vector(at - cell) @ POWERS.T, axis=1)
+    basis = np.zeros((len(places), CELLS + DEGREE))
+    np.put_along_axis(basis, cell[:, None] + np.arange(ORDER), power_vector(at - cell) @ POWERS.T, axis=1)
     return basis

@@ -11,8 +11,9 @@ from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
 from scipy.special import stdtrit
 
+from papilla import checks
 from papilla.calibration import LEVEL, NORMAL_FACTOR, Uncertainty
-from papilla.calibration.surface import Axis, Surface
+from papilla.calibration.surface import DEGREE, ORDER, Axis, Surface
 from papilla.errors import InputError
 
 ROUGHNESS = 1e-3
@@ -37,9 +38,9 @@ class Resolution:
     def transform(self) -> np.ndarray:
         """(cells + 3, p): B-spline coefficients of the p free parameters (powers on [-1, 1], for a polynomial)."""
         if self.degree is None:
-            return np.eye(self.cells + 3)
+            return np.eye(self.cells + DEGREE)
         # Blossoms of the powers at the inner knots of each B-spline (Ramshaw 1989, doi:10.1016/0167-8396(89)90032-0).
-        u, v, w = (2 * (np.arange(self.cells + 3) - shift) / self.cells - 1 for shift in (2, 1, 0))
+        u, v, w = (2 * (np.arange(self.cells + DEGREE) - shift) / self.cells - 1 for shift in (2, 1, 0))
         blossoms = np.column_stack([np.ones_like(u), (u + v + w) / 3, (u * v + u * w + v * w) / 3, u * v * w])
         return blossoms[:, : self.degree + 1]
 
@@ -48,7 +49,7 @@ class Resolution:
         """(p, p) squared fourth differences of the parameters, which vanish for a cubic; none for a polynomial."""
         if self.degree is not None:
             return np.zeros((self.degree + 1, self.degree + 1))
-        differences = np.diff(np.eye(self.cells + 3), 4, axis=0)
+        differences = np.diff(np.eye(self.cells + DEGREE), ORDER, axis=0)
         return ROUGHNESS * differences.T @ differences
 
     def basis(self, axis: Axis, values: np.ndarray) -> np.ndarray:
@@ -63,7 +64,7 @@ def table_resolution(values: np.ndarray) -> Resolution:
     """The finest axis that a computed, noise-free table supports: cells, or a polynomial if there are few values."""
     count = len(np.unique(values))
     return (
-        Resolution(POLYNOMIAL_CELLS, min(count - 1, 3))
+        Resolution(POLYNOMIAL_CELLS, min(count - 1, DEGREE))
         if count < FEW_VALUES
         else Resolution(round(CELLS_PER_VALUE * count))
     )
@@ -246,7 +247,7 @@ def _neighbours(values: np.ndarray, value: float) -> tuple[float, float]:
 def _touched(axis: Axis, low: float, high: float) -> slice:
     """The cells that overlap an open interval of an axis."""
     first, last = ((np.log(value) - axis.start) / axis.step for value in (low, high))
-    begin, end = int(np.floor(first + 1e-9)), int(np.ceil(last - 1e-9))
+    begin, end = int(np.floor(first + checks.ROUNDING)), int(np.ceil(last - checks.ROUNDING))
     return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 
 

@@ -64,7 +64,7 @@ class Compact:
     __repr__ = short_repr
 
     def __post_init__(self):
-        if np.shape(self.coefficients) != (5,) or not np.isfinite(self.coefficients).all():
+        if np.shape(self.coefficients) != (len(TERMS),) or not np.isfinite(self.coefficients).all():
             raise InputError("the compact form has five finite coefficients")
 
     def predict(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:

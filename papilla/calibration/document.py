@@ -13,7 +13,7 @@ from papilla.calibration.compact import TERMS as COMPACT_TERMS
 from papilla.calibration.compact import Compact
 from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
 from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
-from papilla.calibration.surface import Axes, Surface
+from papilla.calibration.surface import DEGREE, Axes, Surface
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed, write_sealed
@@ -135,7 +135,7 @@ def _shaped(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
 
 
 def _surface(force_N, modulus_MPa, cells, coefficients) -> Surface:
-    return Surface(force_N, modulus_MPa, _shaped("coefficients", coefficients, (cells[0] + 3, cells[1] + 3)))
+    return Surface(force_N, modulus_MPa, _shaped("coefficients", coefficients, (cells[0] + DEGREE, cells[1] + DEGREE)))
 
 
 def _sd(uncertainty, usable_nodes, twofold, **spline) -> SdSurface:
@@ -151,7 +151,7 @@ def _gauge(name, uncertainty, **spline) -> GaugeSurface:
 
 
 def _position(gauges, cells, coefficients, **others) -> PositionTerms:
-    shape = (gauges, *(count + 3 for count in cells))
+    shape = (gauges, *(count + DEGREE for count in cells))
     return PositionTerms(coefficients=_shaped("coefficients", coefficients, shape), **others)
 
 
@@ -188,9 +188,9 @@ _PARTS = {
         Quadratic,
         keys_of(
             Quadratic,
-            coefficients=_numbers(5),
-            stderr=_numbers(5, gaps=True, least=0),
-            covariance=_numbers(5, 5, gaps=True),
+            coefficients=_numbers(len(FORWARD_TERMS)),
+            stderr=_numbers(len(FORWARD_TERMS), gaps=True, least=0),
+            covariance=_numbers(len(FORWARD_TERMS), len(FORWARD_TERMS), gaps=True),
             rms=_AT_LEAST_0,
             max=_AT_LEAST_0,
             condition=_AT_LEAST_0,
@@ -199,13 +199,18 @@ _PARTS = {
     ),
     "inverse": table(
         QuadraticInverse,
-        {"coefficients": _numbers(4), "shift": float, "branch": Literal[-1, 1], "modulus_MPa": _RANGE | None},
+        {
+            "coefficients": _numbers(len(INVERSE_TERMS)),
+            "shift": float,
+            "branch": Literal[-1, 1],
+            "modulus_MPa": _RANGE | None,
+        },
         INVERSE,
     ),
     "compact": (
         table(
             Compact,
-            {"coefficients": _numbers(5), "force_N": _RANGE, "modulus_MPa": _RANGE}
+            {"coefficients": _numbers(len(COMPACT_TERMS)), "force_N": _RANGE, "modulus_MPa": _RANGE}
             | dict.fromkeys(("rms", "max", "sd_rms", "doubt"), _AT_LEAST_0),
             COMPACT,
         )

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.surface import Axes, Spline, Surface, inside
+from papilla.calibration.surface import DEGREE, ORDER, Axes, Spline, Surface, inside
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.status import Status
@@ -215,7 +215,7 @@ class PositionTerms(Axes):
         if not 0 < self.reach_mm < math.inf:
             raise InputError(f"the reach of contact positions (mm) must be greater than 0, got {self.reach_mm:g}")
         shape = self.coefficients.shape
-        if len(shape) != 4 or min(shape[1:]) < 4:
+        if len(shape) != 4 or min(shape[1:]) < ORDER:
             raise InputError(f"contact positions need at least 4 x 4 x 4 coefficients per gauge, got {shape}")
         if self.error.shape != (shape[0], shape[3] - 2) or not (self.error >= 0).all():
             raise InputError(f"contact positions need {shape[0]} x {shape[3] - 2} errors of at least 0")
@@ -226,7 +226,7 @@ class PositionTerms(Axes):
     def cells(self) -> tuple[int, int, int]:
         """Number of cells over force, over modulus and over x."""
         _, m, n, k = self.coefficients.shape
-        return m - 3, n - 3, k - 3
+        return m - DEGREE, n - DEGREE, k - DEGREE
 
     @property
     def step_mm(self) -> float:

@@ -95,7 +95,7 @@ class QuadraticInverse:
         if self.modulus_MPa is None:
             return np.full_like(modulus, np.nan)[()]
         low, high = self.modulus_MPa
-        slack = 1e-9 * (abs(self.shift) + high)
+        slack = checks.ROUNDING * (abs(self.shift) + high)
         return np.where((modulus >= low - slack) & (modulus <= high + slack), modulus, np.nan)[()]
 
 

@@ -18,6 +18,11 @@ from numpy.typing import ArrayLike
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
 
+DEGREE = 3
+"""Degree of the splines: an axis of n cells has n + DEGREE coefficients."""
+ORDER = DEGREE + 1
+"""Number of coefficients that act in a cell, and of the powers 1 ... t^3 of its polynomial."""
+
 POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
 
@@ -38,7 +43,9 @@ class Spline:
 
     def __init__(self, coefficients: np.ndarray, starts: Sequence[float], steps: Sequence[float]):
         axes = coefficients.ndim - 1
-        windows = np.lib.stride_tricks.sliding_window_view(coefficients, (4,) * axes, axis=tuple(range(1, axes + 1)))
+        windows = np.lib.stride_tricks.sliding_window_view(
+            coefficients, (ORDER,) * axes, axis=tuple(range(1, axes + 1))
+        )
         for axis in range(axes):
             windows = np.moveaxis(np.tensordot(windows, POWERS, (1 + axes + axis, 0)), -1, 1 + axes + axis)
         # Each axis: four neighbouring coefficients of a cell times POWERS are the powers of the polynomial in it.
@@ -59,8 +66,8 @@ class Spline:
         found = self.polynomials[tuple(cells)]
         lead, size = found.shape[: -1 - len(cells)], math.prod(self.polynomials.shape[len(cells) :])
         for power in powers:
-            size //= 4
-            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, 4, size))
+            size //= ORDER
+            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, ORDER, size))
         return found
 
     def at(self, *point: float) -> np.ndarray:
@@ -76,8 +83,8 @@ class Spline:
             places.append(cell)
             powers += (1.0, t, t * t, t * t * t, 0.0, rate, 2 * rate * t, 3 * rate * t * t)
         found, lead = self.polynomials[tuple(places)], 1
-        for two in np.array(powers).reshape(-1, 2, 4):
-            found = np.matmul(two, found.reshape(lead, 4, -1))
+        for two in np.array(powers).reshape(-1, 2, ORDER):
+            found = np.matmul(two, found.reshape(lead, ORDER, -1))
             lead *= 2
         return found.reshape(*(2,) * len(places), -1)
 
@@ -127,7 +134,7 @@ class Surface(Axes):
         for name, (low, high) in (("force_N", self.force_N), ("modulus_MPa", self.modulus_MPa)):
             if not 0 < low < high < math.inf:
                 raise InputError(f"the surface's {name} must be a rising range above 0, got {low:g} to {high:g}")
-        if self.coefficients.ndim != 2 or min(self.coefficients.shape) < 4:
+        if self.coefficients.ndim != 2 or min(self.coefficients.shape) < ORDER:
             shape = " x ".join(map(str, self.coefficients.shape))
             raise InputError(f"a bicubic surface needs at least 4 x 4 coefficients, got {shape}")
         if not np.isfinite(self.coefficients).all():
@@ -136,7 +143,7 @@ class Surface(Axes):
     @property
     def cells(self) -> tuple[int, int]:
         """Number of cells over force and over modulus."""
-        return self.coefficients.shape[0] - 3, self.coefficients.shape[1] - 3
+        return self.coefficients.shape[0] - DEGREE, self.coefficients.shape[1] - DEGREE
 
     @cached_property
     def spline(self) -> Spline:
@@ -209,14 +216,14 @@ class Axis:
         if not inside.all():
             raise InputError(f"{value[~inside][0]:g} lies outside the surface's {self.low:g} to {self.high:g}")
         rows = np.arange(len(value))[:, None]
-        weights = np.zeros((len(value), self.cells + 3))
-        weights[rows, cell[:, None] + np.arange(4)] = power_vector(place) @ POWERS.T
+        weights = np.zeros((len(value), self.cells + DEGREE))
+        weights[rows, cell[:, None] + np.arange(ORDER)] = power_vector(place) @ POWERS.T
         return weights
 
 
 def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
     """(..., 4): 1, t, t^2, t^3, or their derivatives."""
-    power = np.empty((*np.shape(t), 4))
+    power = np.empty((*np.shape(t), ORDER))
     power[..., 0], power[..., 1] = (0.0, 1.0) if derivative else (1.0, t)
     power[..., 2], power[..., 3] = (2 * t, 3 * t * t) if derivative else (t * t, t * t * t)
     return power

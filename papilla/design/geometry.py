@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from papilla import checks
 from papilla.calibrate.press_table import NOT_INCLUDED
 from papilla.design.costs import GEOMETRY, RATIO, spent_on
 from papilla.design.places import FOIL, Places
@@ -52,7 +53,7 @@ class GeometryMap:
         """The responses for the gauges of a finger of this geometry; raises `InputError` for moduli outside the
         range."""
         ratio = finger.outer.modulus / finger.inner.modulus
-        if not RATIOS[0] * (1 - 1e-9) <= ratio <= RATIOS[1] * (1 + 1e-9):
+        if not RATIOS[0] * (1 - checks.ROUNDING) <= ratio <= RATIOS[1] * (1 + checks.ROUNDING):
             raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {RATIOS[0]:g} to {RATIOS[1]:g}")
         weights = self.places.weights(finger.gauges, finger.shape)
         free, stuck = (_summed(one, weights) for one in self.ends)

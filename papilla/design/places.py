@@ -18,6 +18,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from papilla import checks
 from papilla.errors import InputError
 from papilla.finger import Dome, Finger, Gauge, Shape, Slab
 
@@ -83,7 +84,7 @@ class Places:
         found = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
         for k, gauge in enumerate(gauges):
             angle, share = angle_of(gauge, shape), gauge.y_mm / half_length(shape)
-            if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + 1e-9:
+            if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + checks.ROUNDING:
                 limits = f"{self.angles[-1]:g} degrees and {self.shares[-1] * half_length(shape):.3g} mm of y"
                 raise InputError(f"gauge {gauge.name} lies outside the places that a study covers, {limits}")
             turn = math.radians(gauge.direction_deg)

@@ -17,6 +17,7 @@ from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.files import reason
 from papilla.logs.frames import FrameReader
 from papilla.tables import BLOCK, Table
+from papilla.units import NS_PER_S, S_PER_NS
 
 SUFFIXES = (".bag", ".mcap", ".db3")
 MOST_CELLS = 64
@@ -79,7 +80,7 @@ class BagReader(FrameReader):
                 times[connection.topic].append(time - start)
                 rows[connection.topic].append([get(message, start) for get in getters[connection.topic]])
         lead = np.array(times[self._topics[0]] if by_topic else [], float)
-        found = {"t_s": 1e-9 * lead} if "t_s" in self.names else {}
+        found = {"t_s": S_PER_NS * lead} if "t_s" in self.names else {}
         for topic, names in by_topic.items():
             latest = np.searchsorted(np.array(times[topic], float), lead, side="right")
             table = np.vstack([np.full(len(names), np.nan), np.reshape(rows[topic], (-1, len(names)))])[latest]
@@ -130,6 +131,6 @@ def _getter(name: str) -> Callable[[Any, int], float]:
                 value = value[step] if isinstance(step, int) else getattr(value, step)
         except (IndexError, AttributeError):
             return float("nan")
-        return 1e-9 * (value.sec * 10**9 + value.nanosec - start) if hasattr(value, "nanosec") else float(value)
+        return S_PER_NS * (value.sec * NS_PER_S + value.nanosec - start) if hasattr(value, "nanosec") else float(value)
 
     return get

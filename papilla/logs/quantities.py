@@ -4,21 +4,21 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from papilla import units
+from papilla.units import CM, KILO, MEGA, MICRO, MILLI, NANO, PER_CENT, S_PER_MIN, gf_to_newton
 
 SAMPLE_RATE_HZ = 1000.0
 """Samples a second of a log whose rate is not stated, as in Okamoto et al. 2011, section 3."""
 
-_TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
-_NEWTON = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
-_FORCES = _NEWTON | {"gf": units.gf_to_newton(1.0), "g": units.gf_to_newton(1.0), "kgf": units.gf_to_newton(1e3)}
-_LENGTHS = {"mm": 1.0, "um": 1e-3, "cm": 10.0, "m": 1e3}
+_TIMES = {"s": 1.0, "ms": MILLI, "us": MICRO, "ns": NANO, "min": S_PER_MIN}
+_NEWTON = {"N": 1.0, "mN": MILLI, "kN": KILO}
+_FORCES = _NEWTON | {"gf": gf_to_newton(1.0), "g": gf_to_newton(1.0), "kgf": gf_to_newton(KILO)}
+_LENGTHS = {"mm": 1.0, "um": MILLI, "cm": CM, "m": KILO}
 _SPEEDS = {f"{unit}/s": factor for unit, factor in _LENGTHS.items()}
-_PRESSURES = {"MPa": 1.0, "kPa": 1e-3, "Pa": 1e-6, "GPa": 1e3}
-_TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": 10.0, "Nm": 1e3}
+_PRESSURES = {"MPa": 1.0, "kPa": MILLI, "Pa": MICRO, "GPa": KILO}
+_TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": CM, "Nm": KILO}
 ISO = "iso"
 """Unit of a time written as date and time (2026-05-04T12:30:00.001)."""
-STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": 1e6, "m/m": 1e6, "%": 1e4}
+STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": MEGA, "m/m": MEGA, "%": MEGA / PER_CENT}
 BRIDGES = ("mV/V", "V", "counts")
 """Units of an amplifier's output; the gauge factor converts it to strain (`papilla.logs.log_map.Column`)."""
 

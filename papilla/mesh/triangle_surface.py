@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from papilla import checks
 from papilla.short_repr import short_repr
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ class TriangleSurface:
         """Centres (m, 2) and radii (m,) of discs in the x-y plane, each around a triangle."""
         corners = self.vertices[self.triangles][:, :, :2]
         centre = corners.mean(axis=1)
-        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) * (1 + 1e-9)
+        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) * (1 + checks.ROUNDING)
 
     def normal(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) unit outward normals, interpolated over the triangle closest to each point."""
@@ -140,5 +141,5 @@ def _height_in(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
     area = _cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])
     weight = _cross(ahead - xy[:, None], behind - xy[:, None]) / np.where(area == 0, np.nan, area)[:, None]
     # Rounding must not exclude a point on an edge from both of its triangles.
-    inside = weight.min(axis=1) >= -1e-9
+    inside = weight.min(axis=1) >= -checks.ROUNDING
     return np.where(inside, np.einsum("kc,kc->k", weight, corners[:, :, 2]), -np.inf)

@@ -16,10 +16,11 @@ import msgspec
 
 from papilla.errors import InputError
 from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
+from papilla.units import NS_PER_S
 
 MAC_BYTES = 16
 SHORTEST_KEY = 16
-FRESH_NS = 5 * 10**9
+FRESH_NS = 5 * NS_PER_S
 """Largest age of an echo that proves that a session is current."""
 SHORTEST_TRIPS = 64
 """Number of round trips of which the shortest gives the offset of the clocks."""

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
-from papilla.units import NS_PER_S
+from papilla.units import NS_PER_S, S_PER_NS
 
 
 class Spread:
@@ -58,14 +58,14 @@ class Period:
             now = self._clock()
             # A sleep may end early.
             while now < due:
-                self._sleep(1e-9 * (due - now))
+                self._sleep(S_PER_NS * (due - now))
                 now = self._clock()
             self.ticked += 1
             had = time.thread_time_ns()
-            yield 1e-9 * (now - begin)
-            self.busy.add(1e-9 * (time.thread_time_ns() - had))
+            yield S_PER_NS * (now - begin)
+            self.busy.add(S_PER_NS * (time.thread_time_ns() - had))
             done = self._clock()
-            self.work.add(1e-9 * (done - now))
+            self.work.add(S_PER_NS * (done - now))
             # Ticks that are already over are left out and counted, instead of being caught up in a hurry.
             following = max(number + 1, (done - begin) // period)
             self.missed += following - number - 1

@@ -10,6 +10,7 @@ from papilla.telepresence.gate import Received
 from papilla.telepresence.hand import RemoteHand
 from papilla.telepresence.messages import HandReading
 from papilla.telepresence.touch import Touch
+from papilla.units import S_PER_NS
 
 
 class Source(Protocol):
@@ -49,13 +50,13 @@ class TouchSource:
         if not isinstance(message, HandReading):
             return
         if message.position.value is not None:
-            self._remote.read(1e-9 * received.arrived_ns, 1e-9 * received.sent_ns, message.position.value)
+            self._remote.read(S_PER_NS * received.arrived_ns, S_PER_NS * received.sent_ns, message.position.value)
         if message.force is not None and message.force.value is not None:
             self._force = message.force.value
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
         """Time and row; None before the first message of a hand."""
-        self.place_mm, speed = self._remote.at(1e-9 * now_ns)
+        self.place_mm, speed = self._remote.at(S_PER_NS * now_ns)
         if not math.isfinite(self.place_mm):
             return None
         normal = self._noise.standard_normal(self._touch.numbers).tolist()

@@ -18,6 +18,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
+from papilla import checks
 from papilla.errors import InputError
 from papilla.files import replacing
 from papilla.specimen import friction_words
@@ -201,4 +202,6 @@ def write_bytes(path: str | Path, picture: bytes) -> None:
 def nice_limit(value: float) -> float:
     """The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 x 10^k that is at least `value` > 0: a round end for a colour bar."""
     power = 10.0 ** int(f"{value:e}".split("e")[1])
-    return next(step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - 1e-9))
+    return next(
+        step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - checks.ROUNDING)
+    )

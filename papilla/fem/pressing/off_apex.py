@@ -21,7 +21,7 @@ from itertools import product
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
-from papilla import cache
+from papilla import cache, checks
 from papilla.errors import InputError
 from papilla.fem.pressing.grid import press_grid
 from papilla.fem.pressing.log_polynomial import LogPolynomial
@@ -118,7 +118,7 @@ class OffApex:
         """Changes in presses by forces (n,) on specimens of moduli (n,) at places (n, 2), of the finger with these
         Young's moduli (MPa) and gauges shifted by (2, g) along and across. Raises `InputError` beyond `limits`."""
         for what, given, most in (("contacts", place_mm, self.limits.reach), ("shifts", shift_mm, self.limits.shift)):
-            if np.abs(given).max(initial=0.0) > most * (1 + 1e-9):
+            if np.abs(given).max(initial=0.0) > most * (1 + checks.ROUNDING):
                 far = float(np.abs(given).max())
                 raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner

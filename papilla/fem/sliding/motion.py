@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 
-RATE_HZ = 1000.0
+RATE_HZ = SAMPLE_RATE_HZ
 MOST_SAMPLES = 2_000_000
 """Longest scene; longer recordings are not single scenes."""
 MOTION_GAP = 5.0
@@ -53,7 +54,7 @@ class Motion:
         if np.abs(np.diff(x) / steps).max() > 1e4:
             raise InputError("the motion is faster than 10 m/s: are these s and mm?")
         lasts = float(t[-1] - t[0]) if seconds is None else checks.positive("seconds", seconds)
-        if lasts > float(t[-1] - t[0]) * (1 + 1e-9):
+        if lasts > float(t[-1] - t[0]) * (1 + checks.ROUNDING):
             raise InputError(f"seconds {lasts:g} is longer than the motion, {t[-1] - t[0]:g} s")
         times = sample_times(lasts, rate_Hz)
         return cls(times, np.interp(times, t - t[0], x), rate_Hz)

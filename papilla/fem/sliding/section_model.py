@@ -21,6 +21,7 @@ from papilla.finger import Finger, Layer
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, section_finger
+from papilla.units import T_MM3_PER_G_CM3
 
 STRESS_STATES = ("plane strain", "plane stress")
 
@@ -49,7 +50,7 @@ class SectionModel:
     ):
         self.finger, self.section = section_finger(finger), section
         self.plane_stress = stress == STRESS_STATES[1]
-        self.density = density_g_cm3 * 1e-9  # t/mm3, which is consistent with N, mm, s
+        self.density = density_g_cm3 * T_MM3_PER_G_CM3
         self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
         self.scalar = Basis(self.mesh, ElementTriP2(), intorder=4)
         self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4)

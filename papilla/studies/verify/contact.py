@@ -134,20 +134,20 @@ def shear_moment(reduced: ReducedFinger, traction: np.ndarray) -> float:
 def adhesion() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, weakly and strongly adhesive."""
     reduced = half_space(Layer(MODULUS, NU)).reduce()
-    force = 4 / 3 * E_STAR * GIVEN.pulled_radius_mm**3 / BALL_RADIUS
+    hertz = references.hertz_sphere_at(GIVEN.pulled_radius_mm**2 / BALL_RADIUS, BALL_RADIUS, E_STAR)
+    force = hertz.force
     for pull in GIVEN.pulls:
         work = pull * force / (1.5 * np.pi * BALL_RADIUS)
         energy = 3 * np.pi * work * BALL_RADIUS
         held = force + energy + np.sqrt(2 * energy * force + energy**2)
-        radius = (3 * held * BALL_RADIUS / (4 * E_STAR)) ** (1 / 3)
+        radius = references.hertz_sphere(held, BALL_RADIUS, E_STAR).a
         depth = radius**2 / BALL_RADIUS - np.sqrt(2 * np.pi * work * radius / E_STAR)
         found = adhesive_press(reduced, BALL, J_M2_PER_N_MM * work, force_N=force)
         name, against = f"ball with a pull-off force of {pull:g} of the load", "against JKR (exact solution)"
         plain = press(reduced, BALL, force=force, fidelity="contact")
-        area = found.contact_area / plain.contact_area, (held / force) ** (2 / 3)
+        area = found.contact_area / plain.contact_area, (radius / hertz.a) ** 2
         yield Case(f"{name}, area", f"contact area over Hertz's {against}", off(*area), GIVEN.adhesion_bound)
-        hertz = (3 * force * BALL_RADIUS / (4 * E_STAR)) ** (2 / 3) / BALL_RADIUS
-        lift = found.indentation / plain.indentation, depth / hertz
+        lift = found.indentation / plain.indentation, depth / hertz.indentation
         yield Case(f"{name}, depth", f"indentation over Hertz's {against}", off(*lift), GIVEN.adhesion_bound)
 
 

@@ -5,6 +5,7 @@ Nothing here comes from the mesher, so every figure of the study is reproducible
 
 import numpy as np
 
+from papilla import checks
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.mesh.topology import paired_faces, volumes
 
@@ -19,7 +20,7 @@ def cylinder(radii: np.ndarray, depths: np.ndarray, interface: int, divisions: i
     sheets = [np.column_stack([xy, np.full(len(xy), -depth)]) for depth in depths[::-1]]
     points, tets, sheet = _stack(sheets, triangles)
     layer = np.where(sheet >= len(depths) - 1 - interface, OUTER, INNER)
-    rim = np.hypot(*points[:, :2].T) > radii[-1] * (1 - 1e-9)
+    rim = np.hypot(*points[:, :2].T) > radii[-1] * (1 - checks.ROUNDING)
     clamped = [points[:, 2] == -depths[-1], rim]
     return mirrored(_layered(points, tets, layer, [points[:, 2] == 0], clamped), ("x", "y"))
 
@@ -29,7 +30,7 @@ def shell(radii: np.ndarray, divisions: int) -> LayeredMesh:
     directions, triangles = _octant(divisions)
     points, tets, _ = _stack([radius * directions for radius in radii], triangles)
     distance = np.linalg.norm(points, axis=1)
-    outside, inside = distance > radii[-1] * (1 - 1e-9), distance < radii[0] * (1 + 1e-9)
+    outside, inside = distance > radii[-1] * (1 - checks.ROUNDING), distance < radii[0] * (1 + checks.ROUNDING)
     return _layered(points, tets, np.full(len(tets), OUTER), [outside], [inside])
 
 

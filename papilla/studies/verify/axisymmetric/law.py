@@ -11,6 +11,7 @@ import numpy as np
 
 ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
 """Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
+ENTRIES = len(ROW)
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Rubber:
         unit, transposed = np.eye(3), np.equal.outer(ROW, COLUMN) & np.equal.outer(COLUMN, ROW)
         if self.linear:
             stress = mu * (small + small.swapaxes(-1, -2)) - pressure[..., None, None] * unit
-            tangent = np.broadcast_to(mu * (np.eye(5) + transposed), (*pressure.shape, 5, 5))
+            tangent = np.broadcast_to(mu * (np.eye(ENTRIES) + transposed), (*pressure.shape, ENTRIES, ENTRIES))
             slope = np.broadcast_to(unit[ROW, COLUMN], gradient.shape)
             return stress[..., ROW, COLUMN], tangent, small.trace(axis1=-2, axis2=-1), slope
         whole = small + unit
@@ -62,10 +63,10 @@ class Rubber:
 
     def _power(self, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """F C^(m-1) (..., 3, 3), and its derivative (..., 5, 5) by F."""
-        value, by = whole, np.broadcast_to(np.eye(5), (*whole.shape[:-2], 5, 5))
-        directions = np.zeros((5, 3, 3))
-        directions[np.arange(5), ROW, COLUMN] = 1
-        slopes = np.broadcast_to(directions, (*whole.shape[:-2], 5, 3, 3))
+        value, by = whole, np.broadcast_to(np.eye(ENTRIES), (*whole.shape[:-2], ENTRIES, ENTRIES))
+        directions = np.zeros((ENTRIES, 3, 3))
+        directions[np.arange(ENTRIES), ROW, COLUMN] = 1
+        slopes = np.broadcast_to(directions, (*whole.shape[:-2], ENTRIES, 3, 3))
         right = whole.swapaxes(-1, -2) @ whole
         for _ in range(self.half_alpha - 1):
             change = directions.swapaxes(-1, -2) @ whole[..., None, :, :]
