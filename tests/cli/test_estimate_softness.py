@@ -95,6 +95,9 @@ def test_force_depth_says_where_it_has_no_answer():
     force, depth = np.array(list(cases.values())).T
     modulus, sigma, status = model.process(force, depth, DepthErrors())
     assert [one.name for one in status] == [*cases] and np.isnan(modulus).all() and np.isnan(sigma).all()
+    ends = forces[[0, -1]]
+    modulus, _, _ = model.process(ends, ends**0.6 * (0.5 + 0.2 * 0.3**-0.5), DepthErrors())
+    np.testing.assert_allclose(modulus, 0.3, rtol=2e-3, err_msg="the sweep's own least and largest force")
     with pytest.raises(InputError, match="the sweep must hold the depth"):
         ForceDepth(force, force, force)
 

@@ -143,6 +143,9 @@ def test_times_make_gaps_and_duplicates_known(make, grating):
     assert same(make().process(holed), expected)
     parts = make()
     assert same(joined([parts.process(part) for part in np.split(holed, [333, 700, 701])]), expected)
+    timeless = timed.copy()
+    timeless[[300, 800, 801], 2] = np.nan
+    assert same(make().process(timeless), make().process(rows)), "a sample without a time is the next one"
 
 
 @every
