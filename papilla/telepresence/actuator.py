@@ -47,6 +47,7 @@ class Actuator:
 
     def passed(self, frequency_Hz: float, top_Hz: float) -> float:
         """Share (0 to 1) of a component that is displayed if the band ends at `top_Hz`: a raised cosine."""
+        # 0 where the fade begins, 1 at the end of the band.
         end = (frequency_Hz - (1 - FADE) * top_Hz) / (FADE * top_Hz)
         if end <= 0:
             return 1.0

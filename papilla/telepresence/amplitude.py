@@ -17,6 +17,7 @@ from papilla.errors import FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
 from papilla.files import read_bytes
 from papilla.tables import TableReader
+from papilla.telepresence.actuator import PIEZO
 
 SCHEMA = "papilla.amplitude/1"
 AMPLIFIER_V_PER_MICROSTRAIN = 0.01
@@ -96,7 +97,7 @@ class FromWavelength:
     """
 
     g_A: PowerCurve
-    largest_um: float = 27.5
+    largest_um: float = PIEZO.amplitude_um
     as_printed: bool = False
 
     def __call__(self, wavelength_mm: float, amplitude_microstrain: float = math.nan) -> float:

@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass
 
+MAX_LINES = 8
+"""Largest number of lines of a texture, in a message and in a display."""
+
 
 @dataclass(frozen=True)
 class Component:

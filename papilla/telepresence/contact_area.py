@@ -74,6 +74,7 @@ class ContactArea:
         (a, b), (c, d) = np.log(self.area_mm2[row : row + 2, column : column + 2]).tolist()
         low, high = a + along * (b - a), c + along * (d - c)
         area = math.exp(low + across * (high - low))
+        # The error of the modulus acts on the area by d ln A / d ln E.
         slope = (high - low) / math.log(self.modulus_MPa[row + 1] / self.modulus_MPa[row])
         sigma = math.hypot(AREA_SIGMA, slope * modulus_sigma_MPa / modulus_MPa)
         return area, area * sigma

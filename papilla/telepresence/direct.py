@@ -4,11 +4,14 @@ Equations (3) and (9) of Okamoto et al. 2011: y_m(t) = a_d y_s(t - T) = a_d G(x_
 """
 
 import math
+import warnings
 
 from papilla import checks
 from papilla.telepresence.actuator import PIEZO, Actuator
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_PER_V
 from papilla.telepresence.answer import DisplayStatus, Shown
+from papilla.telepresence.local_model import LONGEST_STEP
+from papilla.telepresence.motion import RATE_HZ
 from papilla.telepresence.safety import Fader, Safety
 
 COUPLING_HZ = 10.0
@@ -19,6 +22,7 @@ class HighPass:
     """A second-order Butterworth high-pass, sample by sample, which keeps the texture in a pressed gauge's reading."""
 
     def __init__(self, rate_Hz: float, corner_Hz: float = COUPLING_HZ):
+        # The bilinear transform of 1 / (1 + sqrt(2) s + s^2); k prewarps the corner, so that it lies at corner_Hz.
         k = math.tan(math.pi * corner_Hz / rate_Hz)
         norm = 1 / (1 + math.sqrt(2) * k + k * k)
         self._gain, self._back = norm, (2 * (k * k - 1) * norm, (1 - math.sqrt(2) * k + k * k) * norm)
@@ -64,14 +68,19 @@ class DirectFeedback:
         self._fader, self._reading = Fader(self.safety), 0.0
         self._received_s = self._time_s = math.nan
 
-    def hear(self, time_s: float, reading_microstrain: float) -> None:
-        """Take a reading that arrived at `time_s`; a non-finite one is ignored."""
+    def take_reading(self, time_s: float, reading_microstrain: float) -> None:
+        """Display a reading that arrived at `time_s` from now on; a non-finite one is ignored."""
         if math.isfinite(reading_microstrain):
             self._reading, self._received_s = reading_microstrain, time_s
 
+    def hear(self, time_s: float, reading_microstrain: float) -> None:
+        """The former name of `take_reading`; it warns."""
+        warnings.warn("DirectFeedback.hear is now take_reading", DeprecationWarning, stacklevel=2)
+        self.take_reading(time_s, reading_microstrain)
+
     def update(self, time_s: float) -> Shown:
         """The output of the display now."""
-        dt = min(0.005, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
+        dt = min(LONGEST_STEP / RATE_HZ, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
         self._time_s = time_s
         alive = time_s - self._received_s <= self.safety.hold_s
         gain = self._fader.step(dt, alive)

@@ -93,7 +93,7 @@ class SensorEnd:
         """Follow the hand, take the present samples and, when it is due, send the estimates."""
         for received in self._wire.receive():
             self.received_s = now
-            self._source.hear(received)
+            self._source.take_message(received)
         self.sample = None
         # Late samples are caught up, several in one period.
         for _ in range(CATCH_UP):

@@ -18,10 +18,15 @@ from papilla.errors import InputError
 from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
 from papilla.units import NS_PER_S
 
-MAC_BYTES = 16
-SHORTEST_KEY = 16
+MAC_BYTES = SHORTEST_KEY = 16
+"""Bytes of a message's authentication code, and least of a key: 128 bits cannot be guessed."""
+SESSION_BITS = 62
+"""Length of a session's random number: it stays below the largest number of a message."""
 FRESH_NS = 5 * NS_PER_S
 """Largest age of an echo that proves that a session is current."""
+UNEVEN_NS, CONTRADICTIONS = 5_000_000, 3
+"""A trip contradicts the offset if both differ by this many ns more than half of both trips, far more than clocks drift
+meanwhile; and number of consecutive contradictions after which the peer's clock counts as having jumped."""
 SHORTEST_TRIPS = 64
 """Number of round trips of which the shortest gives the offset of the clocks."""
 
@@ -64,9 +69,9 @@ class Offset:
             # The shortest trip waited least in queues, so it knows the offset best. Others may differ by half of both
             # trips.
             shortest, known = min(self._trips)
-            apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + 5_000_000
+            apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + UNEVEN_NS
             self._contradicted = self._contradicted + 1 if apart else 0
-            if self._contradicted >= 3:
+            if self._contradicted >= CONTRADICTIONS:
                 self._trips.clear()
                 self._contradicted = 0
         self._trips.append((round_trip_ns, offset_ns))
@@ -102,7 +107,7 @@ class Gate:
     def __init__(self, key: bytes | None = None):
         if key is not None and len(key) < SHORTEST_KEY:
             raise InputError(f"the key must have at least {SHORTEST_KEY} bytes, got {len(key)}")
-        self._key, self.session = key, secrets.randbits(62) + 1
+        self._key, self.session = key, secrets.randbits(SESSION_BITS) + 1
         self.counts, self.offset = Counts(), Offset()
         self._sequence = self._newest = 0
         self._peer: tuple[Header, int] | None = None

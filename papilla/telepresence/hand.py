@@ -1,4 +1,15 @@
-"""The operator's hand between two readings of its position: continuous and extrapolated for a short time."""
+"""The operator's hand between two readings of its position: continuous and extrapolated for a short time.
+
+Readings come every 4 ms, the display needs a position every 1 ms, and the phase of a texture of 1 mm turns once per mm:
+a position that is held between readings would sound as a step of 250 Hz. So `Hand` extrapolates,
+
+    x(t) = x_k + v_k (t - t_k) + e_k exp(-(t - t_k) / 2 ms),
+
+with the velocity v_k of the last readings and the error e_k of the previous extrapolation at t_k, which makes x
+continuous. Over a link the delay varies as well; `RemoteHand` therefore plays the readings out on the sender's clock, a
+little faster or slower than real time, so that a changed delay changes the speed by at most a quarter and never makes
+the position jump.
+"""
 
 import math
 from dataclasses import dataclass
@@ -84,10 +95,11 @@ class Hand:
 SLEW = 0.25
 """Largest relative change of speed when a remote hand's movement is played out."""
 CATCH_UP_S = 0.05
+"""Time constant with which a changed delay is made up for, as far as `SLEW` permits."""
 
 
 class RemoteHand:
-    """The hand as seen at the other end: readings are played out on the sender's clock, delayed by the link.
+    """The hand at the other end of a link: readings are played out on the sender's clock, delayed by the link.
 
     If the delay falls, the movement runs up to 25 % faster until it has caught up; if it rises, the movement runs
     slower, or waits for new readings. It never jumps.
@@ -107,6 +119,7 @@ class RemoteHand:
 
     def at(self, time_s: float) -> tuple[float, float]:
         """(position_mm, velocity_mm_s) at a time that does not decrease; NaN and 0 without a reading."""
+        # The time on the sender's clock that would be played out now if the delay of the last reading stayed.
         wanted = time_s + self._ahead_s
         since, self._time_s = time_s - self._time_s, time_s
         off = wanted - self.playing_s
@@ -114,6 +127,7 @@ class RemoteHand:
             self.playing_s, pace = wanted, 1.0
         else:
             pace = 1.0 if since == 0 else 1 + max(-SLEW, min(SLEW, (off - since) / CATCH_UP_S))
+            # Not beyond what can be extrapolated, and never back.
             newest = self.hand.state.time_s + HORIZON_S
             self.playing_s = max(self.playing_s, min(self.playing_s + pace * since, newest))
         place, velocity = self.hand.at(self.playing_s)

@@ -9,7 +9,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.units import S_PER_MS
+from papilla.units import S_PER_MS, S_PER_NS
 
 OVERTAKES_S = 0.02
 """Time after a reordered datagram within which later ones may arrive before it."""
@@ -97,6 +97,7 @@ class Link:
     def send(self, time_s: float, content: Any, size_bytes: int = 0) -> None:
         """Send a datagram of `size_bytes` (its content, headers are added)."""
         model = self.model
+        # All numbers are drawn for every datagram, also if unused: another loss leaves the delays the same.
         jitter = S_PER_MS * model.jitter_ms * abs(self._jitter.normal())
         gone, twice = self._loss.random(), self._twice.random()
         late, later = self._order.random(), self._order.random()
@@ -109,6 +110,7 @@ class Link:
         leaves = begins + (size_bytes + HEADER_BYTES) / model.bandwidth_bytes_s
         self._free_s = leaves
         arrives = leaves + self.one_way_s(time_s) + jitter
+        # Only a reordered datagram may be overtaken; all others keep their order, as in a queue.
         if late < model.reordering:
             arrives += OVERTAKES_S * later
         else:
@@ -119,6 +121,6 @@ class Link:
     def receive(self, time_s: float) -> list[Delivery]:
         """The datagrams that have arrived by now, in the order of arrival."""
         found = []
-        while self._waiting and self._waiting[0][0] <= time_s + 1e-9:
+        while self._waiting and self._waiting[0][0] <= time_s + S_PER_NS:
             found.append(heapq.heappop(self._waiting)[2])
         return found

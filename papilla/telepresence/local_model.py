@@ -14,9 +14,11 @@ from papilla.errors import InputError
 from papilla.telepresence.actuator import PIEZO, Actuator
 from papilla.telepresence.amplitude import Measured, Rule
 from papilla.telepresence.answer import DisplayStatus, Shown, Trust
-from papilla.telepresence.components import Component, strongest
+from papilla.telepresence.components import MAX_LINES, Component, strongest
 from papilla.telepresence.hand import FASTEST_MM_S, Hand
+from papilla.telepresence.motion import RATE_HZ
 from papilla.telepresence.safety import Fader, Safety
+from papilla.units import S_PER_NS
 
 RAMP_S = 0.02
 """Time in which an amplitude may rise from zero to the largest."""
@@ -24,8 +26,8 @@ BELOW_HALF_RATE = 0.4
 """Share of the output rate above which frequencies are not displayed, whatever the actuator can do."""
 LONGEST_STEP = 5
 """Number of output periods after which an update counts as late: the movement of the hand since then is ignored."""
-GREATEST = 8
-"""Largest number of components of a model."""
+NEAR = 1.25
+"""Ratio of two wavelengths within which a new one replaces the old one in its oscillator, without a new fade-in."""
 
 
 @dataclass(eq=False)
@@ -65,14 +67,14 @@ class LocalModel:
         rule: Rule | None = None,
         *,
         components: int = 1,
-        rate_Hz: float = 1000.0,
+        rate_Hz: float = RATE_HZ,
         compensate: bool = True,
         safety: Safety | None = None,
         force_exponent: float = 0.0,
     ):
-        if not 1 <= components <= GREATEST:
-            raise InputError(f"components must be 1 to {GREATEST}, got {components}")
-        self.rate_Hz = checks.within("rate_Hz", rate_Hz, 1000.0, 1e6)
+        if not 1 <= components <= MAX_LINES:
+            raise InputError(f"components must be 1 to {MAX_LINES}, got {components}")
+        self.rate_Hz = checks.within("rate_Hz", rate_Hz, RATE_HZ, 1e6)
         self.force_exponent = checks.within("force_exponent", force_exponent, 0.0, 3.0)
         self.actuator, self.components, self.compensate = actuator, components, compensate
         self.rule: Rule = Measured() if rule is None else rule
@@ -162,7 +164,7 @@ class LocalModel:
         """The reason why the display must be silent now, or OK."""
         if math.isnan(self._received_s):
             return DisplayStatus.NO_MESSAGE
-        if not 0 <= time_s - self._received_s + 1e-9 <= self.safety.hold_s:
+        if not 0 <= time_s - self._received_s + S_PER_NS <= self.safety.hold_s:
             return DisplayStatus.STALLED
         if not -1.0 < self.hand.age_s(time_s) <= self.safety.hold_s:
             return DisplayStatus.NO_HAND
@@ -183,18 +185,22 @@ class LocalModel:
             share = actuator.passed(frequency, top)
             if share < 1 and one.goal_um > 0:
                 status = DisplayStatus.TOO_FAST
+            # A phase that turns faster than the end of the band would be sampled too rarely: aliasing.
             turns = max(-top * dt, min(top * dt, moved / one.wavelength_mm))
             one.turns = (one.turns + turns) % 1.0
             goals.append(share * pressing * one.goal_um)
             responses.append(actuator.response(min(frequency, top)))
         drives = [goal / own if self.compensate else goal for goal, own in zip(goals, responses, strict=True)]
+        # Scaled down together: clipping the sum would add harmonics, which feel like another texture.
         if sum(drives) > actuator.amplitude_um:
             drives = [drive * actuator.amplitude_um / sum(drives) for drive in drives]
             status = DisplayStatus.LIMITED
+        # A step of an amplitude is felt as a click, so amplitudes change at a limited rate.
         most = actuator.amplitude_um * dt / RAMP_S
         for one, drive in zip(self._oscillators, drives, strict=True):
             one.now_um += max(-most, min(most, drive - one.now_um))
         total = sum(one.now_um for one in self._oscillators)
+        # While amplitudes ramp, their sum may exceed the stroke for a moment, although their goals do not.
         factor = gain * min(1.0, actuator.amplitude_um / total) if total > 0 else 0.0
         displacement = drive_um = 0.0
         for one, response in zip(self._oscillators, responses, strict=True):
@@ -209,5 +215,5 @@ class LocalModel:
         return Shown(displacement, actuator.volts(drive_um), speed / wavelength, wavelength, gain, 0), status
 
 
-def _near(oscillators: list[Oscillator], wavelength: float, ratio: float = 1.25) -> bool:
-    return any(1 / ratio < one.wavelength_mm / wavelength < ratio for one in oscillators)
+def _near(oscillators: list[Oscillator], wavelength: float) -> bool:
+    return any(1 / NEAR < one.wavelength_mm / wavelength < NEAR for one in oscillators)

@@ -1,8 +1,8 @@
 """The whole loop, simulated: hand, uplink, sensor, downlink, and both displays on the same signals.
 
 In every control period the hand, the sensor and the display step once, as in the processes of a real link
-(`papilla.telepresence.ends`); only their wires are simulated. Direct feedback hears the sensor's raw samples over a
-link of the same delays.
+(`papilla.telepresence.ends`); only their wires are simulated. Direct feedback receives the sensor's raw samples over
+a link of the same delays.
 """
 
 import itertools
@@ -17,7 +17,7 @@ from papilla.errors import InputError
 from papilla.telepresence.answer import Shown
 from papilla.telepresence.direct import DirectFeedback, HighPass
 from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd
-from papilla.telepresence.gate import Received
+from papilla.telepresence.gate import SESSION_BITS, Received
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.messages import VERSION, Header, Message, Samples, encode
@@ -25,9 +25,12 @@ from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
 from papilla.telepresence.record import Record
 from papilla.telepresence.sources import TouchSource
 from papilla.telepresence.texture import Texture
-from papilla.telepresence.touch import Soft, Touch
+from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Touch
 from papilla.units import MS_PER_S, NS_PER_S
 
+PERIOD_NS = round(NS_PER_S / RATE_HZ)
+CLOCK_NS = 2**45
+"""Clocks of the ends at the beginning, ten hours: encoded times are then as long as real ones."""
 PROGRESS_ROWS = 250
 """Number of control periods between two calls of `progress`."""
 
@@ -51,7 +54,7 @@ class Set:
     seconds: float = 8.0
     uplink: LinkModel = field(default_factory=LinkModel)
     downlink: LinkModel = field(default_factory=LinkModel)
-    noise_microstrain: float = 3.5
+    noise_microstrain: float = NOISE_MICROSTRAIN
     components: int = 1
     parameters_Hz: float = PARAMETERS_HZ
     seed: int = 0
@@ -67,12 +70,12 @@ class Headers:
     """Headers of one end of a simulated link, as long as real ones; they prove nothing, because the link is trusted."""
 
     def __init__(self, number: int):
-        self._session, self._sequence = 2**62 + number, itertools.count(1)
+        self._session, self._sequence = 2**SESSION_BITS + number, itertools.count(1)
 
     def next(self, time_s: float) -> Header:
         """The header of a message that is sent at this time."""
-        now = 2**45 + round(NS_PER_S * time_s)
-        return Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, 1_000_000)
+        now = CLOCK_NS + round(NS_PER_S * time_s)
+        return Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, PERIOD_NS)
 
 
 class SimulatedWire:
@@ -115,12 +118,12 @@ class DirectEnd:
         (ms) since the hand was there."""
         if sensor.sample is not None:
             reading = self._coupled(sensor.sample[1])
-            size = len(encode(Samples(self._headers.next(now), 1_000_000, (reading,))))
+            size = len(encode(Samples(self._headers.next(now), PERIOD_NS, (reading,))))
             self._link.send(now, (reading, source.place_mm, source.playing_s), size)
         for sent, _, (reading, place, played) in self._link.receive(now):
             if sent > self._newest_s:
                 self._newest_s, self._shown = sent, (self._texture.wavelength(place), played)
-                self._feedback.hear(now, reading)
+                self._feedback.take_reading(now, reading)
         displayed, (wavelength, played) = self._feedback.update(now), self._shown
         return displayed.displacement_um, displayed.status, wavelength, MS_PER_S * (now - played)
 
@@ -173,22 +176,23 @@ def _record(scene: Set, time, hand, displays: tuple[np.ndarray, np.ndarray], dow
     """A run as arrays; displays : rows of `Shown` of the local model, and results of `DirectEnd.step`."""
     local, direct = displays
     shown = dict(zip(Shown._fields, local.T, strict=True))
+    direct_um, direct_status, direct_mm, round_trip_ms = direct.T
     payload = {name: link.bytes_sent for name, link in down.items()}
     return Record(
         time_s=time,
         hand_mm=hand,
         truth_mm=np.array([scene.texture.wavelength(place) for place in hand.tolist()]),
         local_um=shown["displacement_um"],
-        direct_um=direct[:, 0],
+        direct_um=direct_um,
         wavelength_mm=np.where(shown["gain"] > 0, shown["wavelength_mm"], math.nan),
-        direct_mm=direct[:, 2],
+        direct_mm=direct_mm,
         local_status=shown["status"].astype(int),
-        direct_status=direct[:, 1].astype(int),
+        direct_status=direct_status.astype(int),
         bytes_per_s={name: number / scene.seconds for name, number in payload.items()},
         with_headers={
             name: (number + HEADER_BYTES * down[name].sent) / scene.seconds for name, number in payload.items()
         },
-        round_trip_ms=direct[:, 3],
+        round_trip_ms=round_trip_ms,
         lost={name: link.lost / max(1, link.sent) for name, link in down.items()},
         messages=messages,
     )

@@ -5,11 +5,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-LAG_WINDOW_S, FELT_WINDOW_S = 0.25, 0.25
+from papilla.units import TINY
+
+WINDOW_S, QUARTERS = 0.25, 4
+"""Length of a window: half a stroke of a hand or less, a dozen periods of a texture. Windows of the felt wavelength
+advance by a quarter, and a quarter without a signal is silence."""
 EARLIEST_S = -0.05
 """Smallest lag that is searched: a display that is early by chance should not look late."""
 SLOW = 0.3
 """Share of the largest speed below which no wavelength is estimated."""
+GRID = 0.1
+"""Step of the searched wavenumbers, in units of the resolution, 1 over the longest path of a window."""
 SILENT = 0.05
 """Share of the largest rms of a window below which nothing is felt."""
 
@@ -39,7 +45,7 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float) -> float:
     signal = np.asarray(shown, float)
     passed, place = np.asarray(turns, float), np.asarray(place_mm, float)
     wave = np.exp(-2j * math.pi * passed)
-    size, first, last = (round(own * rate_Hz) for own in (LAG_WINDOW_S, EARLIEST_S, longest_s))
+    size, first, last = (round(own * rate_Hz) for own in (WINDOW_S, EARLIEST_S, longest_s))
     loudest, scores = _loudest(signal, size), []
     for begin in range(last, signal.size - size + first, size // 2):
         part, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
@@ -98,18 +104,18 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
     range_mm : range of wavelengths.
     """
     signal, place, truth = (np.asarray(values, float) for values in (shown, place_mm, truth_mm))
-    size, speed = round(FELT_WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz
+    size, speed = round(WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz
     loudest, peak = _loudest(signal, size), speed.max()
-    wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], 0.1 / max(peak * FELT_WINDOW_S, 1e-9))
+    wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], GRID / max(peak * WINDOW_S, TINY))
     times, felt, true = [], [], []
-    for begin in range(0, signal.size - size + 1, size // 4):
+    for begin in range(0, signal.size - size + 1, size // QUARTERS):
         rows = slice(begin, begin + size)
         if speed[rows].min() < SLOW * peak or np.ptp(truth[rows]) > 0:
             continue
         part = signal[rows] - signal[rows].mean()
         times.append((begin + size) / rate_Hz)
         true.append(truth[begin])
-        quarters = part[: size // 4 * 4].reshape(4, -1).std(axis=1)
+        quarters = part[: size // QUARTERS * QUARTERS].reshape(QUARTERS, -1).std(axis=1)
         if loudest == 0 or quarters.min() < SILENT * loudest:
             felt.append(math.nan)
             continue

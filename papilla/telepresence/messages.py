@@ -11,15 +11,18 @@ import msgspec
 from msgspec import Meta, Struct
 
 from papilla.telepresence.answer import Trust
-from papilla.telepresence.components import Component
+from papilla.telepresence.components import MAX_LINES, Component
 
 VERSION: Literal[1] = 1
 MAX_BYTES = 1200
 """Largest datagram, which no usual network path fragments."""
-MAX_LINES, MAX_SAMPLES = 8, 100
+MAX_SAMPLES = 100
+"""Most readings of a message, 0.1 s of them: more would exceed `MAX_BYTES`."""
 
-_Value = Annotated[float, Meta(ge=-1e9, le=1e9)]
-_Sigma = Annotated[float, Meta(ge=0, le=1e9)]
+LARGEST = 1e9
+"""Largest number in a message, in any unit: a forged one then cannot overflow what is computed from it."""
+_Value = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
+_Sigma = Annotated[float, Meta(ge=0, le=LARGEST)]
 _Count = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 
 
@@ -32,7 +35,7 @@ class Quantity(_Sent, frozen=True):
 
     value: _Value | None
     sigma: _Sigma | None
-    status: Annotated[int, Meta(ge=0, le=3)]
+    status: Annotated[int, Meta(ge=0, le=int(Trust.DOUBTED))]
 
 
 class Length(Quantity, frozen=True, tag="mm"):
@@ -87,7 +90,7 @@ class Parameters(_Sent, frozen=True, tag="P"):
     """From the sensor: properties of the touched surface. `texture` is the `Trust` of the lines, strongest first."""
 
     header: Header
-    texture: Annotated[int, Meta(ge=0, le=2)]
+    texture: Annotated[int, Meta(ge=0, le=int(Trust.UNKNOWN))]
     lines: Annotated[tuple[Line, ...], Meta(max_length=MAX_LINES)]
     modulus: Modulus | None = None
     mu_kinetic: Ratio | None = None

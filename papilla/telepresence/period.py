@@ -4,13 +4,20 @@ import math
 import time
 from collections.abc import Callable, Iterator
 
-from papilla.units import NS_PER_S, S_PER_NS
+from papilla import checks
+from papilla.telepresence.motion import RATE_HZ
+from papilla.units import MICRO, NS_PER_S, S_PER_NS
 
 
 class Spread:
-    """Histogram of times between 1 us and 10 s in 400 bins that grow by 4 %, which is the accuracy of quantiles."""
+    """Histogram of times from 1 us to 10 s, in bins that grow by 4 %: this is the accuracy of quantiles.
 
-    LOW_S, RATIO, NUMBER = 1e-6, 10 ** (7 / 400), 400
+    With bins of a constant ratio a few hundred numbers hold days of periods, and short times are resolved as well as
+    long ones.
+    """
+
+    LOW_S, HIGH_S, RATIO = MICRO, 10.0, 1.04
+    NUMBER = math.ceil(math.log(HIGH_S / LOW_S) / math.log(RATIO))
 
     def __init__(self) -> None:
         self._bins = [0] * (self.NUMBER + 1)
@@ -28,7 +35,8 @@ class Spread:
         left = share * self.number
         for place, count in enumerate(self._bins):
             left -= count
-            if count and left <= 1e-9:
+            # `share * number` is rounded: what is left of a whole number of times may be slightly above zero.
+            if count and left <= checks.ROUNDING:
                 return min(self.greatest_s, self.LOW_S * self.RATIO**place)
         return math.nan
 
@@ -42,7 +50,7 @@ class Period:
 
     def __init__(
         self,
-        period_s: float = 1e-3,
+        period_s: float = 1 / RATE_HZ,
         clock: Callable[[], int] = time.monotonic_ns,
         sleep: Callable[[float], None] = time.sleep,
     ):
@@ -56,7 +64,7 @@ class Period:
             # On a grid from the beginning, so that late ticks do not shift all later ones.
             due = begin + number * period
             now = self._clock()
-            # A sleep may end early.
+            # The operating system may end a sleep early.
             while now < due:
                 self._sleep(S_PER_NS * (due - now))
                 now = self._clock()

@@ -10,10 +10,13 @@ from papilla.telepresence.answer import DisplayStatus
 from papilla.telepresence.measures import Felt, felt_wavelength, lag_s
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import RATE_HZ
-from papilla.units import MS_PER_S
+from papilla.units import MS_PER_S, S_PER_MS
 
 SETTLE_S = 1.0
 """Time at the beginning that no measure uses."""
+TRIPS, EXTRA_S, MOST_OF_RECORD = 1.5, 0.3, 0.4
+"""The largest lag that is searched: 1.5 median round trips, because delays vary, and 0.3 s for the display itself; at
+most 0.4 of the record, so that windows are left in which to search."""
 
 
 class Record(NamedTuple):
@@ -55,7 +58,7 @@ class Record(NamedTuple):
         steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
         late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
-        longest = min(1.5e-3 * late_ms + 0.3, 0.4 * self.time_s[-1])
+        longest = min(TRIPS * S_PER_MS * late_ms + EXTRA_S, MOST_OF_RECORD * self.time_s[-1])
         return MS_PER_S * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
 
     def _displacement(self, which: str) -> np.ndarray:

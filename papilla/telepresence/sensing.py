@@ -1,4 +1,14 @@
-"""The sensor's side: turns the estimates of every sample into the few quantities that are sent."""
+"""The sensor's side: turns the estimates of every sample into the few quantities that are sent.
+
+The pipeline gives the wavelength lambda_1 of the strongest line, but no amplitude, which the display needs. Over the
+last 0.2 s the reading y of a gauge is fitted by least squares as
+
+    y = sum_i (a_i cos(2 pi x / lambda_i) + b_i sin(2 pi x / lambda_i)) + c + d x,
+
+x being the path, not the time: lines stay sharp while the hand changes its speed. The amplitude is sqrt(a_i^2 + b_i^2).
+The terms c + d x take the pressing, which is far stronger than a texture and slow. With less than 1.5 periods of path
+sine, cosine and straight line cannot be told apart, and the earlier texture is kept.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -125,6 +135,7 @@ class Sensing:
         if len(rows) < 4 * len(wavelengths) + 8 or np.ptp(rows[:, 0]) < PERIODS * wavelengths[0]:
             return None
         turns = 2 * math.pi * rows[:, :1] / np.array(wavelengths)
+        # The straight line is zero in the middle of the path, so that d is not correlated with c.
         design = np.hstack([np.cos(turns), np.sin(turns), np.ones((len(rows), 1)), rows[:, :1] - rows[:, 0].mean()])
         solution, _, rank, _ = np.linalg.lstsq(design, rows[:, 1:], rcond=None)
         if rank < design.shape[1]:
@@ -133,6 +144,8 @@ class Sensing:
         sizes = np.hypot(solution[:number], solution[number : 2 * number])
         gauge = int(np.argmax(sizes[0]))
         residual = rows[:, 1 + gauge] - design @ solution[:, gauge]
+        # White noise of variance s^2 in n rows gives an amplitude the variance 2 s^2 / n; s^2 is estimated from the
+        # residual, and n reduced by the number of unknowns in both places.
         sigma = math.sqrt(2 * float(residual @ residual)) / (len(rows) - design.shape[1])
         return [(float(size), sigma) for size in sizes[:, gauge]]
 

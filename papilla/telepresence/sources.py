@@ -19,7 +19,7 @@ class Source(Protocol):
     columns: tuple[str, ...]
     gauges: int
 
-    def hear(self, received: Received) -> None:
+    def take_message(self, received: Received) -> None:
         """Take a message of the display."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:
@@ -44,7 +44,7 @@ class TouchSource:
         self._touch, self._remote, self._noise = touch, RemoteHand(), np.random.default_rng(seed)
         self.place_mm = self._force = math.nan
 
-    def hear(self, received: Received) -> None:
+    def take_message(self, received: Received) -> None:
         """Follow the hand."""
         message = received.message
         if not isinstance(message, HandReading):
@@ -84,7 +84,7 @@ class LogSource:
         rows = np.column_stack([log.t_s - log.t_s[0], log.readings, *(getattr(log, name) for name in self.columns)])
         self._rows = [tuple(row) for row in rows.tolist()]
 
-    def hear(self, received: Received) -> None:
+    def take_message(self, received: Received) -> None:
         """The log does not follow the hand."""
 
     def sample(self, now_s: float, now_ns: int) -> tuple[float, ...] | None:

@@ -38,6 +38,8 @@ class GratingTexture:
         self.wavelength_mm = checks.positive("wavelength_mm", wavelength_mm)
         self.amplitude = checks.positive("amplitude_microstrain", amplitude_microstrain)
         turn = 2 * math.pi * SKIN_MM / self.wavelength_mm
+        # A square wave has the odd harmonics (-1)^((n-1)/2) / n; the Gaussian skin weakens the n-th by
+        # exp(-(n turn)^2 / 2), and the fundamental keeps the stated amplitude.
         self._sizes = [math.exp(-0.5 * (n * n - 1) * turn * turn) / n * (1, -1)[n // 2 % 2] for n in HARMONICS]
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
@@ -85,6 +87,7 @@ class RecordedTexture:
         place, value = place[kept], value[kept]
         kept = np.flatnonzero(np.diff(place, prepend=math.nan) != 0)
         place, value = place[kept], value[kept]
+        # Split where the direction changes; the longest stroke is the texture.
         turns = np.flatnonzero(np.diff(np.sign(np.diff(place))) != 0) + 1 if place.size > 2 else np.array([], int)
         ends = np.concatenate([[0], turns, [max(0, place.size - 1)]]).astype(int)
         longest = int(np.argmax(np.abs(np.diff(place[ends])))) if place.size else 0

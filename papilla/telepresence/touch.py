@@ -15,6 +15,8 @@ from papilla.telepresence.contact_area import ContactArea
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.texture import Texture
 
+NOISE_MICROSTRAIN = 3.5
+"""Standard deviation of a reading of the simulated gauges: 20 dB below a grating of 50 microstrain."""
 GAUGES_MM = 6.0
 """Distance of neighbouring gauges along the movement (mm), about as in the default finger."""
 SLIP_MM_S = 1.0
@@ -73,7 +75,7 @@ class Touch:
     Raises `InputError` for a noise out of range, and as `Soft.readings`.
     """
 
-    def __init__(self, texture: Texture, noise_microstrain: float = 3.5, soft: Soft | None = None):
+    def __init__(self, texture: Texture, noise_microstrain: float = NOISE_MICROSTRAIN, soft: Soft | None = None):
         self.texture, self.soft = texture, soft
         self._noise = checks.within("noise_microstrain", noise_microstrain, 0, 1e6)
         self.columns: tuple[str, ...] = ("position_mm",)

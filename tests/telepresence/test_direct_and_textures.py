@@ -18,8 +18,8 @@ STEP_S = 1e-3
 def test_the_display_fades_in_holds_the_last_reading_and_falls_silent_when_readings_stop():
     feedback = DirectFeedback(um_per_microstrain=0.1, safety=Safety(hold_s=0.05, decay_s=0.02, attack_s=0.01))
     assert feedback.update(0.0).status == DisplayStatus.NO_MESSAGE
-    feedback.hear(0.0, 100.0)
-    feedback.hear(0.0, math.nan)
+    feedback.take_reading(0.0, 100.0)
+    feedback.take_reading(0.0, math.nan)
     rows = [feedback.update(number * STEP_S) for number in range(1, 100)]
     # Full after 10 ms, kept until 50 ms after the reading, then down to zero within 20 ms
     assert [row.displacement_um for row in rows[:12]] == pytest.approx([min(10.0, k) for k in range(1, 13)])
@@ -30,7 +30,7 @@ def test_the_display_fades_in_holds_the_last_reading_and_falls_silent_when_readi
 
 def test_a_clock_that_jumps_moves_the_gain_by_five_milliseconds_at_most_and_the_stroke_cuts():
     feedback = DirectFeedback(um_per_microstrain=1.0, safety=Safety(attack_s=0.1))
-    feedback.hear(0.0, 1e4)
+    feedback.take_reading(0.0, 1e4)
     feedback.update(0.0)
     jumped = feedback.update(0.4)
     assert jumped.gain == pytest.approx(0.05)
@@ -71,3 +71,11 @@ def test_a_quantity_with_a_field_too_many_is_refused(kind):
     assert msgspec.msgpack.decode(encoded, type=kind) == kind(1.0, 0.1, 0)
     with pytest.raises(msgspec.ValidationError):
         msgspec.msgpack.decode(msgspec.msgpack.encode([*fields, 1]), type=kind)
+
+
+def test_the_former_name_of_take_reading_warns_and_does_the_same():
+    feedback = DirectFeedback()
+    with pytest.warns(DeprecationWarning, match="take_reading"):
+        feedback.hear(0.0, 100.0)
+    feedback.update(0.0)
+    assert feedback.update(0.01).displacement_um > 0

@@ -90,7 +90,7 @@ def test_late_samples_are_made_up_for_some_in_a_period(wire):
         def __init__(self):
             self.number = 0
 
-        def hear(self, received):
+        def take_message(self, received):
             raise AssertionError("nothing was sent")
 
         def sample(self, now_s, now_ns):

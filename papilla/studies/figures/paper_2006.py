@@ -15,7 +15,7 @@ from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.gratings import SCENE as GRATINGS
 from papilla.studies.reproduce.experiments.presses import OFFSET_MM, RIGID_MPA
-from papilla.studies.reproduce.signals import SHARED, answers_to, correlation, heard, lag_ms
+from papilla.studies.reproduce.signals import SHARED, answers_to, correlation, lag_ms, noisy_scene
 from papilla.textures import MeasuredProfile
 from papilla.units import newton_to_gf
 
@@ -33,7 +33,7 @@ WAYS = {"const": "const", "strokes": "act1"}
 
 def _scene(way: str, kind: str, wavelength_mm: float, seconds: float) -> Scene:
     name = WAYS[way] if kind == "synthetic" else BOTH[kind].format(way)
-    return heard(name, wavelength_mm, "2006", 3, seconds=seconds)
+    return noisy_scene(name, wavelength_mm, "2006", 3, seconds=seconds)
 
 
 def two_grooves() -> Picture:

@@ -12,7 +12,7 @@ from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.experiments.gratings import SCENE as GRATINGS
-from papilla.studies.reproduce.signals import answers_to, heard
+from papilla.studies.reproduce.signals import answers_to, noisy_scene
 from papilla.textures import MeasuredProfile
 
 CUTOFF_HZ, SPEED_MM_S = 10.0, 100.0
@@ -69,7 +69,7 @@ def side_by_side() -> Picture:
     output = _slid(profile, 2.0)
     time = np.arange(len(output)) / SAMPLE_RATE_HZ
     felt = np.asarray(ZeroCrossing().process(np.column_stack([output, np.full(len(output), SPEED_MM_S)])).wavelength_mm)
-    seen = heard("const", 1.0, "2007", 2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
+    seen = noisy_scene("const", 1.0, "2007", 2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
     told = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)
     window, at = (0.5, 2.0), np.full(2, BORDER_S)
     curves = (

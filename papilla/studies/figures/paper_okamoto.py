@@ -12,7 +12,7 @@ from papilla.specimen import Grating
 from papilla.studies.figures.picture import Curve, Panel, Picture
 from papilla.studies.figures.registry import Figure
 from papilla.studies.grating_signals import signals_over_gratings
-from papilla.studies.reproduce.signals import SHARED, answers_mm, heard, share_of_noise
+from papilla.studies.reproduce.signals import SHARED, answers_mm, noisy_scene, share_of_noise
 from papilla.studies.telepresence.roughness import TESTS_MM
 from papilla.telepresence import read_curve
 
@@ -35,7 +35,7 @@ def wavelengths() -> Picture:
     """
     truth = np.array(GRATINGS_MM)
     synthetic = [
-        np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, seed)) for seed in range(4)])
+        np.concatenate([answers_mm(Okamoto(), noisy_scene("act2", one, PAPER, seed)) for seed in range(4)])
         for one in GRATINGS_MM
     ]
     time = np.arange(round(SAMPLE_RATE_HZ / STROKES_HZ)) / SAMPLE_RATE_HZ

@@ -179,9 +179,9 @@ def agreement() -> Picture:
     """
     rough, curves, words = _roughness(), [], []
     for kind, own in _records().items():
-        heard = band_amplitudes(own, RATE_Hz, BAND_HZ)[0]
-        curves.append(Curve(f"18-118 Hz, {kind}", np.arange(4), heard / heard.max(), "bars"))
-        words.append(f"{concordance(heard / heard.max(), rough / rough.max()).coefficient:.3f} ({kind})")
+        loudness = band_amplitudes(own, RATE_Hz, BAND_HZ)[0]
+        curves.append(Curve(f"18-118 Hz, {kind}", np.arange(4), loudness / loudness.max(), "bars"))
+        words.append(f"{concordance(loudness / loudness.max(), rough / rough.max()).coefficient:.3f} ({kind})")
     curves.append(Curve("roughness of the profile", np.arange(4), rough / rough.max(), "bars"))
     panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(FABRICS), y_range=(0, 1.4))
     return Picture((panel,), found=f"Concordance {', '.join(words)}; printed 0.985.")

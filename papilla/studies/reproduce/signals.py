@@ -31,7 +31,7 @@ def listed(numbers: Iterable[float], form: str = ".2f") -> str:
     return ", ".join(f"{one:{form}}" for one in numbers)
 
 
-def heard(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
+def noisy_scene(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
     """A scene of `estimator_bench` with the noise of a paper; without its cause, noise of the same power alone."""
     seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SHARED.snr_dB[paper], **how})
     if cause:

@@ -9,7 +9,7 @@ from papilla.estimators.published.roughness import ZeroCrossing, expected_error,
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import even, scene
-from papilla.studies.reproduce.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, heard, listed, times
+from papilla.studies.reproduce.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, listed, noisy_scene, times
 from papilla.units import MS_PER_S
 
 SCENE = scene("counts")
@@ -73,7 +73,7 @@ def _told_apart(cause: bool) -> dict:
     values: dict = {}
     for name, kind in (("apart", "const"), ("apart_touch", "act1")):
         groups = [
-            [answers_mm(ZeroCrossing(), heard(kind, one, "2007", seed, cause=cause)) for one in MILLIMETRES]
+            [answers_mm(ZeroCrossing(), noisy_scene(kind, one, "2007", seed, cause=cause)) for one in MILLIMETRES]
             for seed in SEEDS
         ]
         means = np.array([[one.mean() if one.size else np.nan for one in own] for own in groups])
@@ -87,7 +87,7 @@ def _steps(cause: bool) -> dict:
     """Time in ms from a step of 1 to 4 mm until the answer is first about 4 mm, and its mean from there on."""
     own, first, means = SCENE.step, [], []
     for seed in range(own.seeds):
-        seen = heard("const", own.from_mm, "2007", seed, cause=cause, seconds=own.seconds, step_to_mm=own.to_mm)
+        seen = noisy_scene("const", own.from_mm, "2007", seed, cause=cause, seconds=own.seconds, step_to_mm=own.to_mm)
         after = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)[own.at_sample :]
         near = np.abs(after / own.to_mm - 1) <= own.near[0] / own.near[1]
         first.append(float(np.argmax(near)) if near.any() else np.inf)

@@ -48,7 +48,7 @@ class Assumed:
         return MORE_GRIDS.get(self.grid_mm, MIDDLE)
 
     @property
-    def heard(self) -> list[int]:
+    def gauges(self) -> list[int]:
         """Numbers of the gauges that are read: the finger's own, or the one with another grid."""
         return [*range(OWN)] if self.gauge == MIDDLE else [self.gauge]
 
@@ -170,7 +170,7 @@ def _density(found: Felt, gauge: int) -> np.ndarray:
     return answer[np.isfinite(answer)]
 
 
-def _heard(found: Felt, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
+def _grating_rms(found: Felt, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """Rms (g,) in microstrain of the part with the grating's period: its first harmonics, over the last half."""
     place = found.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
@@ -218,10 +218,10 @@ def _depths(assumed: Assumed, cause: bool = True) -> dict:
     }
     answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
     means = {key: float(one.mean()) if one.size else np.nan for key, one in answers.items()}
-    heard = {key: _heard(found, key[0])[:OWN] for key, found in deep.items()}
-    weakest = [float(own.min()) for own in heard.values()]
+    rms = {key: _grating_rms(found, key[0])[:OWN] for key, found in deep.items()}
+    weakest = [float(own.min()) for own in rms.values()]
     first, last = each[0], each[-1] if cause else each[0]
-    deeper = {one: float(heard[one, last][MIDDLE] / heard[one, first][MIDDLE]) for one in textures}
+    deeper = {one: float(rms[one, last][MIDDLE] / rms[one, first][MIDDLE]) for one in textures}
     pressed = deep[coarse, each[-1]].force_N / deep[coarse, first].force_N
     return {
         "deeper": deeper[coarse],
@@ -290,7 +290,8 @@ def _stick_slip(cause: bool) -> dict:
 def _smooth_skin(assumed: Assumed) -> dict:
     """Ratio of the signal of 3.0 mm to that of 1.8 mm on smooth skin."""
     coarse, fine = (
-        _heard(over(assumed, one, SCENE.smooth_skin), one)[assumed.gauge] for one in SCENE.shown.wavelengths_mm[:2]
+        _grating_rms(over(assumed, one, SCENE.smooth_skin), one)[assumed.gauge]
+        for one in SCENE.shown.wavelengths_mm[:2]
     )
     return {"grows": float(coarse / fine)}
 
@@ -318,8 +319,8 @@ def _finest(cause: bool) -> dict:
     """Signals of the gauges over 0.2 mm, on a section whose elements resolve it."""
     setting = dict(SCENE.finest)
     wavelength = setting.pop("wavelength_mm")
-    heard = _heard(over(ASSUMED, wavelength if cause else Flat(), setting), wavelength)[:OWN]
-    return {"finest": float(heard.max()), "finest_each": listed(heard, ".0f")}
+    rms = _grating_rms(over(ASSUMED, wavelength if cause else Flat(), setting), wavelength)[:OWN]
+    return {"finest": float(rms.max()), "finest_each": listed(rms, ".0f")}
 
 
 def _rough(assumed: Assumed) -> dict:
@@ -328,7 +329,7 @@ def _rough(assumed: Assumed) -> dict:
     place = np.arange(given.from_mm, given.to_mm, given.point_mm)
     height = gaussian_filter1d(np.random.default_rng(given.seed).standard_normal(place.size), given.blur_points)
     rough = over(assumed, MeasuredProfile(place, given.rms_mm * height / height.std()), SCENE.rough)
-    readings = rough.readings[:, assumed.heard]
+    readings = rough.readings[:, assumed.gauges]
     lines = find_lines(rough.place_mm, readings, wavelength_range_mm=given.wavelength_range_mm).lines
     waves = [line.wavelength_mm for line in lines]
     own = [assumed.pitch_mm / k for k in given.ridge_harmonics]
@@ -359,8 +360,8 @@ def _curve(assumed: Assumed) -> dict:
 def _powers(assumed: Assumed, wavelengths_mm) -> tuple[float, ...]:
     """Power of the fundamental over its greatest: mean of the five gauges, or of the one with another grid."""
     scenes = [over(assumed, one, SCENE.curve) for one in wavelengths_mm]
-    heard = np.array([_heard(found, one, (1,)) for found, one in zip(scenes, wavelengths_mm, strict=True)])
-    power = heard[:, assumed.heard] ** 2
+    rms = np.array([_grating_rms(found, one, (1,)) for found, one in zip(scenes, wavelengths_mm, strict=True)])
+    power = rms[:, assumed.gauges] ** 2
     return tuple((power / power.max(axis=0)).mean(axis=1).tolist())
 
 

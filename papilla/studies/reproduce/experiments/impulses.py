@@ -20,10 +20,10 @@ from papilla.studies.reproduce.signals import (
     answers_to,
     apart,
     follows,
-    heard,
     lag_ms,
     listed,
     mean_error,
+    noisy_scene,
     times,
 )
 from papilla.units import MS_PER_S, PER_CENT
@@ -51,7 +51,7 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _spectrum(cause),
     )
     shown = SCENE.shown
-    seen = heard("act1", SCENE.wavelength_mm, PAPER, shown.seed, seconds=shown.seconds)
+    seen = noisy_scene("act1", SCENE.wavelength_mm, PAPER, shown.seed, seconds=shown.seconds)
     density, spectrum = (
         np.asarray(answers_to(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
     )
@@ -69,7 +69,7 @@ def _corpuscle() -> Corpuscle:
 
 def _rules() -> dict:
     """The corpuscle compared with its rules, implemented a second time, and the time of a sample."""
-    seen = heard("const", SCENE.wavelength_mm, PAPER, SCENE.rules.seed, seconds=SCENE.seconds)
+    seen = noisy_scene("const", SCENE.wavelength_mm, PAPER, SCENE.rules.seed, seconds=SCENE.seconds)
     readings, size = seen.readings[:, 0], SCENE.window_samples
     slope = np.abs(np.diff(readings, prepend=np.nan))
     mean = np.array(
@@ -98,7 +98,7 @@ def _line(cause: bool) -> dict:
     """The line of the texture at constant speed; the worst of the seeds."""
     found = []
     for seed in SEEDS:
-        seen = heard("const", SCENE.wavelength_mm, PAPER, seed, cause=cause, seconds=SCENE.seconds)
+        seen = noisy_scene("const", SCENE.wavelength_mm, PAPER, seed, cause=cause, seconds=SCENE.seconds)
         lines = find_lines(seen.position_mm, seen.readings).lines
         found.append(lines[0].wavelength_mm if lines else np.inf)
     worst = max(found, key=lambda line: abs(line / SCENE.wavelength_mm - 1))
@@ -139,7 +139,7 @@ def _grooves() -> dict:
     steps = np.arange(round(train.seconds * RATE_Hz)) // train.every + 1.0
     counted = ImpulseDensity().process(np.column_stack([steps, np.full(steps.size, speed)]))
     frequency = float(np.asarray(counted.frequency_Hz)[-1])
-    seen = heard("const", fast.wavelength_mm, PAPER, fast.seed, seconds=SCENE.seconds)
+    seen = noisy_scene("const", fast.wavelength_mm, PAPER, fast.seed, seconds=SCENE.seconds)
     stated = np.column_stack([seen.readings[:, 0], seen.known_mm_s * fast.speed_mm_s / seen.known_mm_s.mean()])
     answer = np.asarray(ImpulseDensity().process(stated).wavelength_mm)
     # The record is of about 100 mm/s: with 350 mm/s stated, the same impulses mean 3.5 times the wavelength
@@ -163,7 +163,7 @@ def _levels(assumed: Noise, cause: bool = True) -> dict:
     for name, variant in (("levels", "as_printed"), ("corrected", "corrected")):
         groups = [
             [
-                answers_mm(ImpulseDensity(variant=variant), heard("const", one, PAPER, seed, **how))
+                answers_mm(ImpulseDensity(variant=variant), noisy_scene("const", one, PAPER, seed, **how))
                 for one in SHARED.five_mm
             ]
             for seed in SEEDS
@@ -178,7 +178,7 @@ def _touch(cause: bool) -> dict:
     """Strokes of 1 Hz over 1.8 mm: lag, shape, precision fast and slow; flicker at constant speed."""
     lags, shapes, ratios, steps, rows = [], [], [], [], slice(SCENE.touch.first_sample, None)
     for seed in SEEDS:
-        seen = heard("act1", SCENE.wavelength_mm, PAPER, seed, cause=cause)
+        seen = noisy_scene("act1", SCENE.wavelength_mm, PAPER, seed, cause=cause)
         both = [
             np.asarray(answers_to(kind(), seen)[0].frequency_Hz)[rows] for kind in (ImpulseDensity, ShortTimeSpectrum)
         ]
@@ -186,7 +186,7 @@ def _touch(cause: bool) -> dict:
         lags.append(lag_ms(both[0], truth, seen.sample_rate_Hz))
         shapes.append([follows(one, truth, seen.sample_rate_Hz) for one in both])
         ratios.append([_fast_and_slow(seen, variant) for variant in ("as_printed", "corrected")])
-        steady = heard("const", SCENE.wavelength_mm, PAPER, seed)
+        steady = noisy_scene("const", SCENE.wavelength_mm, PAPER, seed)
         methods = (
             ImpulseInterval() if cause else ImpulseDensity(),
             ImpulseDensity(),
@@ -232,7 +232,9 @@ def _fast_and_slow(seen: Scene, variant: str) -> tuple[float, float]:
 def _spectrum(cause: bool) -> dict:
     """Results of a printed short-time spectrum for strokes and for a drifting baseline."""
     own, hops = SCENE.drift, SCENE.hops
-    scenes = [heard("act1" if cause else "const", SCENE.wavelength_mm, PAPER, seed) for seed in SEEDS[: own.seeds]]
+    scenes = [
+        noisy_scene("act1" if cause else "const", SCENE.wavelength_mm, PAPER, seed) for seed in SEEDS[: own.seeds]
+    ]
     moving, corrected = (
         mean_error(lambda kind=kind: ShortTimeSpectrum(variant=kind), scenes) for kind in ("as_printed", "corrected")
     )

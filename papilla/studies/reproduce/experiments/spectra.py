@@ -12,8 +12,8 @@ from papilla.studies.reproduce.signals import (
     RATE_Hz,
     answers_mm,
     answers_to,
-    heard,
     mean_error,
+    noisy_scene,
     times,
 )
 from papilla.units import MS_PER_S, PER_CENT
@@ -33,7 +33,7 @@ def run(tell, cause: bool = True) -> Found:
     The method is written a second time and compared sample by sample.
     """
     tell("windows")
-    scenes = [heard("act2" if cause else "const", one, PAPER, seed) for one in GRATINGS for seed in SEEDS]
+    scenes = [noisy_scene("act2" if cause else "const", one, PAPER, seed) for one in GRATINGS for seed in SEEDS]
     errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS_PER_S), scenes) for ms in WINDOWS_MS]
     values = gathered(
         lambda: {
@@ -54,12 +54,14 @@ def run(tell, cause: bool = True) -> Found:
 def _gratings(assumed: Noise) -> dict:
     """Answers on each grating in strokes: the mean error on the coarse gratings over that on the fine ones."""
     groups = [
-        np.concatenate([answers_mm(Okamoto(), heard("act2", one, PAPER, k, snr_dB=assumed.snr_dB)) for k in SEEDS])
+        np.concatenate(
+            [answers_mm(Okamoto(), noisy_scene("act2", one, PAPER, k, snr_dB=assumed.snr_dB)) for k in SEEDS]
+        )
         for one in GRATINGS
     ]
     off = np.abs([group.mean() - one for group, one in zip(groups, GRATINGS, strict=True)])
     own = SCENE.resolved
-    scenes = [heard("const", one, PAPER, own.seed) for one in own.wavelengths_mm]
+    scenes = [noisy_scene("const", one, PAPER, own.seed) for one in own.wavelengths_mm]
     unresolved, resolved = (
         mean_error(lambda kind=kind: Okamoto(variant=kind), scenes) for kind in ("as_printed", "corrected")
     )
@@ -75,7 +77,7 @@ def _gratings(assumed: Noise) -> dict:
 def _by_hand() -> float:
     """Share of samples on which the published method agrees with a second implementation of the spectrum."""
     own = SCENE.by_hand
-    seen, size = heard("act2", own.wavelength_mm, PAPER, own.seed, seconds=own.seconds), own.window_samples
+    seen, size = noisy_scene("act2", own.wavelength_mm, PAPER, own.seed, seconds=own.seconds), own.window_samples
     readings, found = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
     taper, agree = np.hamming(size), []
     for row in range(own.first_sample, len(readings), own.every):

@@ -44,11 +44,14 @@ def run(tell, cause: bool = True) -> Found:
     return Found(values, **SCENE.picture, series=series)
 
 
-def _loop(heard: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> Record:
-    """The loop over a grating of 1.2 mm, that is heard or not; `both_ways` with half of the round trip each way."""
+def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> Record:
+    """The loop over a grating of 1.2 mm, whose signal is far above the noise or, if not `strong`, far below it.
+
+    both_ways : half of the round trip each way.
+    """
     way = LinkModel(one_way_ms=SCENE.trip_ms / 2)
     links = {"uplink": way, "downlink": way} if both_ways else links
-    texture = GratingTexture(SCENE.wavelength_mm, SCENE.microstrain if heard else SCENE.faint_microstrain)
+    texture = GratingTexture(SCENE.wavelength_mm, SCENE.microstrain if strong else SCENE.faint_microstrain)
     return run_loop(Set(texture, seconds=seconds, **links))
 
 
