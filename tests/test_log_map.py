@@ -166,9 +166,20 @@ def test_a_proposed_map_reads_its_own_log(file, content, expected):
     found = propose(path)
     guessed = {guess.meant: guess.unit for guess in found.guesses if guess.meant}
     assert guessed.items() >= expected.items()
+    bridge = any(guess.unit in ("mV/V", "V", "counts") for guess in found.guesses if guess.meant)
+    assert any("the numbers of the gauges' amplifier" in question for question in found.open_questions) == bridge
     log_map = LogMap.load(file(found.to_toml(), "proposed.toml"))
     read = read_presses if "modulus_MPa" in guessed else read_time_log
     assert read(path, log_map=log_map).readings.shape[1] == sum(name.startswith("g") for name in guessed)
+
+
+@pytest.mark.parametrize("row", [0, 1])
+def test_what_is_no_date_is_named_with_its_place(file, row):
+    stamps = ["2026-01-02 03:04:05.1", "2026-01-02 03:04:05.2"]
+    stamps[row] = "2026-13-02 03:04:05"
+    path = file("stamp,g1\n" + "".join(f"{stamp},1\n" for stamp in stamps))
+    with pytest.raises(FileFormatError, match=rf"line {row + 2}.*stamp.*expected a date and time, got '2026-13"):
+        read_time_log(path, log_map=LogMap({"t_s": Column("stamp", "iso"), "g1": Column("g1", "microstrain")}))
 
 
 def test_channels_that_count_from_0_keep_their_order(file):
