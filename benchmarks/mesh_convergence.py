@@ -12,7 +12,7 @@ from papilla import fem
 from papilla.errors import ContactRangeError
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.references import VARIANTS
+from papilla.mesh.builder import VARIANTS
 from papilla.studies.bench.scenes import QUANTITIES, SPECIMEN, answers
 
 FORCES_GF = (5, 10, 20, 50, 60, 100)

@@ -20,11 +20,11 @@ import papilla
 from papilla import cache, calibrate, fem, mesh, references
 from papilla.calibration import Calibration
 from papilla.errors import InputError
-from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
+from papilla.fem.reduction.reduced import REDUCED_BY
 from papilla.finger import Finger
 from papilla.mesh import builder
-from papilla.mesh.references import VARIANTS
+from papilla.mesh.builder import VARIANTS
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.mesh.triangle_surface import TriangleSurface
 from papilla.mesh.worker import read_surface

@@ -78,7 +78,7 @@ def test_names_in_decisions_are_those_of_the_code():
 
 
 def test_the_check_sees_what_is_not_there():
-    assert missing_paths("`papilla/nowhere.py` and `fem/nowhere.py`, not `fem/preparing.py`") == [
+    assert missing_paths("`papilla/nowhere.py` and `fem/nowhere.py`, not `fem/fields.py`") == [
         "papilla/nowhere.py",
         "fem/nowhere.py",
     ]

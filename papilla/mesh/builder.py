@@ -1,15 +1,79 @@
-"""From a finger to its layered mesh: a shipped mesh that is mapped, or a new one from the mesher, which is cached."""
+"""`build`: from a finger to its layered mesh, a shipped one that is mapped or a new one from the mesher.
 
-from papilla import cache as store
-from papilla import checks
+A shipped mesh needs no mesher, and is the same on every machine. A dome or a slab takes one of its kind
+(`papilla/data/meshes`), mapped by `papilla.mesh.morphing`: of the shipped element sizes the coarsest whose cells at the
+contact are small enough after the map. Cells that are still too large for the sizing field are halved (a gauge or the
+contact lies elsewhere, or the finger is larger), then poor cells are relaxed. If the worst cell stays below `WORST`, or
+the shape is another one, the mesher makes a mesh, which the cache keeps.
+
+`python -m papilla.mesh.builder` makes the shipped files again: default results change with them.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from papilla import cache, checks
 from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.files import replacing
+from papilla.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
+from papilla.mesh.body import Body, body_of
+from papilla.mesh.cell_quality import EDGES_OF_TET, mean_ratio
 from papilla.mesh.child import MESHER_VERSION, Progress
 from papilla.mesh.drawing import drawn
-from papilla.mesh.layered import LayeredMesh, pack, unpack
-from papilla.mesh.references import from_reference
+from papilla.mesh.finishing import finished
+from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
+from papilla.mesh.morphing import morphed
+from papilla.mesh.refining import bisected
+from papilla.mesh.sizing import Sizing, asked
+from papilla.mesh.snapping import Constraints, relax
+from papilla.mesh.tagging import TaggedCells, between
+from papilla.mesh.topology import paired_faces, volumes
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
+
+VARIANTS = 5
+"""Number of shipped meshes of each size: the first is the default, the spread of all is the mesh scatter."""
+
+FOLDER = DEFAULT_FINGER.parent / "meshes"
+SIZES_MM = {"dome": (2.8, 2.0, 1.4, 1.0, 0.7), "dome_bone": (2.8, 1.4, 0.7), "slab": (2.8, 1.4, 0.7)}
+"""Element sizes of the shipped meshes, the coarsest first, for fingers 20 mm tall."""
+
+WORST = 0.15  # Smallest mean ratio of a usable mesh
+FLAT, HOPELESS = 0.2, 0.05
+"""Mean ratio below which cells are relaxed, and the share of such cells above which the mesher makes a new mesh."""
+ALMOST = 1.1
+"""Size of cells at the contact (median, relative to the wanted size), compared with the reference, above which a finer
+shipped mesh is taken: at 1.2, S_d of a finger of half size was 0.5 % low at 10 gf."""
+TOO_LARGE = 1.5
+"""Size relative to the wanted one, averaged with the neighbours, above which a cell is halved. The shipped meshes have
+no larger cell."""
+TOO_LARGE_EVERYWHERE = 1.2
+"""The same if the finest shipped mesh is too coarse, so that all cells at the contact are halved: their final size is
+0.95 to 1.2 of the wanted one, like that of new meshes."""
+STRETCHED = 0.55  # Share of the longest edge that counts as a cell's size; usual: up to 1.8 edges of a regular cell
+NEAREST = 100  # Number of cells closest to the apex, whose size is that at the contact
+
+
+@dataclass(frozen=True)
+class Moved:
+    """A shipped mesh of size `shipped_mm`, mapped into a finger; `halved` : number of halved cells, `worst` : smallest
+    mean ratio."""
+
+    cells: TaggedCells
+    shipped_mm: float
+    moved: bool
+    halved: int
+    worst: float
+
+    @property
+    def words(self) -> str:
+        """Words on how the mesh was made, in a line."""
+        moved = "moved" if self.moved else "not moved"
+        more = f", {self.halved} cells halved for their size" if self.halved else ""
+        return f"shipped mesh of {self.shipped_mm:g} mm, {moved}{more}; worst mean ratio {self.worst:.2f}"
 
 
 def build(
@@ -38,10 +102,139 @@ def build(
     moved = from_reference(finger, size_mm, variant, progress)
     if moved is not None:
         return moved
+    key = cache.versioned_key("mesh", MESHER_VERSION, finger.geometry_sha256, size_mm, variant)
+    return unpack(cache.fetch("mesh", key, lambda: pack(drawn(finger, size_mm, variant=variant, progress=progress))))
 
-    def make():
-        return pack(drawn(finger, size_mm, variant=variant, progress=progress))
 
-    return unpack(
-        store.fetch("mesh", store.versioned_key("mesh", MESHER_VERSION, finger.geometry_sha256, size_mm, variant), make)
-    )
+def path_of(kind: str, size_mm: float, variant: int) -> Path:
+    """The file of a shipped mesh."""
+    return FOLDER / f"{kind}_{size_mm:g}_{variant}.npz"
+
+
+def from_reference(
+    finger: Finger, size_mm: float, variant: int, progress: Progress | None = None
+) -> LayeredMesh | None:
+    """The mesh of a dome or slab from a shipped one; None if the mesher has to make it.
+
+    Arguments as of `papilla.mesh.build`, and raises as it does.
+    """
+    kind = type(finger.shape).__name__.lower() + ("" if finger.bone is None else "_bone")
+    if kind not in SIZES_MM or variant >= VARIANTS:
+        return None
+    if size_mm in SIZES_MM[kind] and finger.geometry_sha256 == _reference_finger(kind).geometry_sha256:
+        return _shipped(kind, size_mm, variant)
+    body, sizing = asked(finger, size_mm)
+    found = _fitted(kind, body, sizing, variant)
+    if found.worst < WORST:
+        if progress is not None:
+            progress(f"{found.words}, below {WORST:g}: the mesher makes a new one")
+        return None
+    if progress is not None:
+        progress(found.words)
+    return finished(body, found.cells, size_mm, finger.bone is not None, progress)
+
+
+def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
+    """The coarsest shipped mesh whose cells at the contact are small enough after the map; refined."""
+    for shipped_mm in SIZES_MM[kind]:
+        shipped = _shipped(kind, shipped_mm, variant, whole=False)
+        points = morphed(shipped.points, _origin(kind), body)
+        near = np.linalg.norm(points[shipped.tets].mean(axis=1) - body.apex, axis=1).argsort()[:NEAREST]
+        own = relative_sizes(shipped.points, shipped.tets, _own_sizing(kind, shipped_mm))
+        fits = np.median(relative_sizes(points, shipped.tets, sizing)[near]) <= ALMOST * np.median(own[near])
+        if fits:
+            break
+    cells = replace(tagged(shipped, _origin(kind)), points=points)
+    cells, halved = _refined(cells, body, sizing, TOO_LARGE if fits else TOO_LARGE_EVERYWHERE)
+    worst = float(mean_ratio(cells.points, cells.tets).min())
+    return Moved(cells, shipped_mm, body.surfaces != _origin(kind).surfaces, halved, worst)
+
+
+def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tuple[TaggedCells, int]:
+    """The mapped mesh on its surfaces, with cells of more than `most` sizes halved and poor ones relaxed; and the
+    number of halved cells."""
+    halved = 0
+    while True:
+        constraints = Constraints(body, cells)
+        cells = replace(cells, points=constraints.apply(cells.points, np.arange(len(cells.points))))
+        large = relative_sizes(cells.points, cells.tets, sizing) > most
+        if not large.any():
+            break
+        halved += int(large.sum())
+        cells = bisected(cells, large)
+    ratio = mean_ratio(cells.points, cells.tets)
+    if np.mean(ratio < FLAT) < HOPELESS:
+        cells = replace(cells, points=relax(cells.points, cells.tets, constraints, FLAT))
+    return cells, halved
+
+
+def relative_sizes(points: np.ndarray, tets: np.ndarray, sizing: Sizing) -> np.ndarray:
+    """(m,) size of each cell relative to the wanted one: the edge of a regular cell of the same volume or, for a
+    stretched cell, a share of its longest edge."""
+    corners = points[tets]
+    regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / 3)
+    ends = corners[:, EDGES_OF_TET]
+    longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).max(axis=1)
+    ratio = np.maximum(regular, STRETCHED * longest) / sizing(corners.mean(axis=1))
+    vertices, around = tets.ravel(), len(points)
+    mean = np.bincount(vertices, np.repeat(ratio, 4), around) / np.bincount(vertices, minlength=around).clip(min=1)
+    return mean[tets].mean(axis=1)
+
+
+def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
+    """The part of a mesh of `body` that its mirrors repeat, with the faces on each surface and plane."""
+    cell = mesh.cell()
+    faces, cells = paired_faces(cell.tets)
+    rim = faces[cells[:, 1] < 0]
+    planes = tuple(rim[np.all(cell.points[rim][:, :, plane.axis] == plane.value, axis=1)] for plane in body.planes)
+    base = cell.boundaries["base"]
+    bone = base[~np.all(cell.points[base][:, :, 2] == 0, axis=1)]
+    if (cell.layer == BONE).any():
+        bone = between(faces, cells, cell.layer, BONE, INNER)
+    surfaces = {"skin": cell.boundaries["skin"], "interface": cell.boundaries["interface"], "bone": bone}
+    return TaggedCells(cell.points, cell.tets, cell.layer, surfaces, planes)
+
+
+@lru_cache(maxsize=16)
+def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
+    """A shipped mesh, or the quarter that its mirrors repeat."""
+    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
+        return unpack(data if whole else {**data, "mirrors": np.array("")})
+
+
+def _reference_finger(kind: str) -> Finger:
+    """The design of the shipped meshes: the default finger, with or without an elastic bone, or a slab like it."""
+    finger = Finger.default()
+    if kind == "dome":
+        return finger
+    if kind == "dome_bone":
+        return replace(finger, bone=Layer(3000.0, 0.35))
+    assert isinstance(finger.shape, Dome)
+    outer, interface, bone = ((x, z) for x, _, z in (finger.shape.outer, finger.shape.interface, finger.shape.bone))
+    return replace(finger, shape=Slab(outer, interface, bone, depth=10.0))
+
+
+@lru_cache(maxsize=16)
+def _own_sizing(kind: str, size_mm: float) -> Sizing:
+    return asked(_reference_finger(kind), size_mm)[1]
+
+
+@lru_cache(maxsize=2)
+def _origin(kind: str) -> Body:
+    return body_of(_reference_finger(kind), min(SIZES_MM[kind]))
+
+
+def ship() -> None:
+    """Make all shipped meshes and write their files."""
+    for kind, sizes in SIZES_MM.items():
+        for size_mm in sizes:
+            for variant in range(VARIANTS):
+                path = path_of(kind, size_mm, variant)
+                mesh = drawn(_reference_finger(kind), size_mm, variant=variant)
+                with replacing(path) as temporary, temporary.open("wb") as file:
+                    np.savez_compressed(file, allow_pickle=False, **pack(mesh))
+                print(f"{path.name}: {len(mesh.tets)} tetrahedra, {path.stat().st_size} bytes")
+
+
+if __name__ == "__main__":
+    ship()

@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import quad
 
 from papilla.fem.reduction import compliance
-from papilla.fem.reduction.compliance import _weak, half_space_compliance, kernel_compliance, linear_moments, quadrature
+from papilla.fem.reduction.compliance import _weak, half_space_compliance, kernel_compliance, linear_moments
+from papilla.fem.reduction.patch import quadrature
 from papilla.references import uniform_disc_mean_displacement
 
 TRIANGLES = np.array(

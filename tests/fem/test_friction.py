@@ -9,7 +9,8 @@ from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.pressing.loading_path import LoadingPath
-from papilla.fem.reduction.compliance import PatchSurface, quadrature
+from papilla.fem.reduction.compliance import PatchSurface
+from papilla.fem.reduction.patch import quadrature
 from papilla.references import (
     dundurs_beta,
     effective_modulus,

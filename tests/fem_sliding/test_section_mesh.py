@@ -8,7 +8,7 @@ import pytest
 
 from papilla import Dome, Finger, Layer, Slab, Surfaces
 from papilla.errors import InputError
-from papilla.finger_parts import Gauge, Ridges
+from papilla.finger import Gauge, Ridges
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import build_section, patch_half_width, section_finger
 

@@ -7,9 +7,9 @@ from papilla.errors import InputError, MeshError
 from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
 from papilla.mesh import builder as builder_module
+from papilla.mesh.builder import VARIANTS
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import pack
-from papilla.mesh.references import VARIANTS
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 from papilla.mesh.topology import components, paired_faces, volumes
 from papilla.mesh.vtu import load, save

@@ -8,9 +8,9 @@ import pytest
 from papilla.errors import InputError, MeshError
 from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import build, drawing
+from papilla.mesh.builder import WORST, relative_sizes
 from papilla.mesh.cell_quality import mean_ratio
 from papilla.mesh.layered import INNER, OUTER
-from papilla.mesh.references import WORST, relative_sizes
 from papilla.mesh.sizing import asked
 from papilla.mesh.topology import volumes
 

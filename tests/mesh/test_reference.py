@@ -9,11 +9,11 @@ import pytest
 from papilla.errors import MeshError
 from papilla.fem import FingerModel, press
 from papilla.finger import Dome, Finger, Layer, Slab
-from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, drawing, quality, references
+from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, builder, drawing, quality
 from papilla.mesh.body import body_of
+from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, path_of, relative_sizes
 from papilla.mesh.cell_quality import mean_ratio
 from papilla.mesh.morphing import morphed
-from papilla.mesh.references import SIZES_MM, VARIANTS, WORST, path_of, relative_sizes
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
 from papilla.mesh.tagging import TaggedCells
@@ -84,16 +84,16 @@ def test_moduli_do_not_change_the_mesh():
 def test_shipped_files_are_small_and_all_there():
     paths = [path_of(kind, size, k) for kind, sizes in SIZES_MM.items() for size in sizes for k in range(VARIANTS)]
     assert sum(path.stat().st_size for path in paths) < 6e6
-    assert {path.name for path in references.FOLDER.iterdir()} == {path.name for path in paths}
+    assert {path.name for path in builder.FOLDER.iterdir()} == {path.name for path in paths}
 
 
 @pytest.mark.parametrize("kind, size", [(kind, size) for kind, sizes in SIZES_MM.items() for size in sizes])
 def test_no_cell_of_a_shipped_mesh_is_halved(kind, size):
     """The finger that it was drawn for gets it as it is, whatever its variant."""
-    finger = references._reference_finger(kind)
+    finger = builder._reference_finger(kind)
     body, sizing = asked(finger, size)
     for variant in range(VARIANTS):
-        found = references._fitted(kind, body, sizing, variant)
+        found = builder._fitted(kind, body, sizing, variant)
         assert (found.shipped_mm, found.moved, found.halved) == (size, False, 0)
 
 
@@ -208,7 +208,7 @@ def test_the_map_takes_each_surface_to_its_own_and_is_smooth_between():
 
 def test_halving_leaves_no_hanging_vertex_and_keeps_volume_layer_and_faces():
     mesh = build(Finger.default(), 2.8).cell()
-    cells = references.tagged(mesh, body_of(Finger.default(), 2.8))
+    cells = builder.tagged(mesh, body_of(Finger.default(), 2.8))
     rng = np.random.default_rng(5)
     for share in (0.003, 0.2, 1.0):
         finer = bisected(cells, rng.random(len(cells.tets)) < share)

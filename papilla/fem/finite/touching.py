@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
+from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.loaded_patch import LoadedPatch
-from papilla.fem.reduction.patch import Patch
+from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.specimen import Specimen
 
 STICK = 1e6

@@ -34,8 +34,7 @@ from papilla.fem.pressing.ellipses import (
 from papilla.fem.pressing.hertz import HertzScene, hertz_scene
 from papilla.fem.pressing.loading_path import loading_path
 from papilla.fem.pressing.press import Load, Press, linear_press, refuse_detail, too_coarse
-from papilla.fem.reduction.compliance import quadrature
-from papilla.fem.reduction.patch import Patch
+from papilla.fem.reduction.patch import Patch, quadrature
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 from papilla.units import PER_CENT

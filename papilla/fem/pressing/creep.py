@@ -20,7 +20,7 @@ from papilla.errors import InputError
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import StepState, contact_step, first_touch
 from papilla.fem.pressing.press import refuse_detail, refuse_rim
-from papilla.fem.reduction.compliance import weak_gap
+from papilla.fem.reduction.patch import weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.references.viscoelastic import Prony
 from papilla.short_repr import short_repr

@@ -22,10 +22,8 @@ from scipy.special import ellipk
 
 from papilla import cache
 from papilla.errors import ContactRangeError
-from papilla.fem.reduction.compliance import quadrature
-from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.patch import Patch
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.patch import Patch, quadrature
+from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
 from papilla.specimen import Specimen

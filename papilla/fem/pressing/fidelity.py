@@ -23,8 +23,7 @@ from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
 from papilla.fem.pressing.press import Load, Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
-from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.reduced import ReducedFinger, needs_reduced
+from papilla.fem.reduction.reduced import ReducedFinger, kept, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
 from papilla.units import PER_CENT
 

@@ -34,8 +34,7 @@ from papilla.fem.pressing.ellipses import (
     peak_over_mean,
 )
 from papilla.fem.pressing.press import Load, Press, linear_press
-from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.specimen import Specimen
 
 LEVEL_STEP, LEVELS = 1 / 32, 6

@@ -25,8 +25,7 @@ from papilla import cache
 from papilla.errors import FileFormatError
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.gauges import QUANTITIES
-from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.finger import DEFAULT_FINGER
 from papilla.units import PER_CENT, to_microstrain
 

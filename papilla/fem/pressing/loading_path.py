@@ -17,9 +17,8 @@ import numpy as np
 from papilla.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.contact_step import StepState, contact_step, first_touch, rates
-from papilla.fem.reduction.compliance import weak_gap
-from papilla.fem.reduction.kept import kept
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.patch import weak_gap
+from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.specimen import Specimen
 
 ORDER_STEP = 1.0

@@ -19,12 +19,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
-from papilla.errors import InputError
-from papilla.fem.reduction.patch import Patch
-from papilla.specimen import Specimen
+from papilla.fem.reduction.patch import GAUSS, Patch, quadrature
 
 NEAR = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
@@ -36,9 +33,6 @@ CHEBYSHEV, SMOOTH, CHECKED = (8, 12, 18, 27), 1e-8, 48
 """Numbers of points along each axis for the interpolation of a smooth kernel; the error, relative to its largest value,
 at which refinement stops; and the number of Gauss points at which the error is measured. A kernel that no grid resolves
 is integrated by Gauss quadrature."""
-
-GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
-"""Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
 def half_space_compliance(patch: Patch) -> np.ndarray:
@@ -128,48 +122,6 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
     part = _tangential(terms, n).sum(axis=0)
     part[0, :, 0] = terms(0, 0)
     return _symmetric(part.reshape(3 * n, 3 * n))
-
-
-@lru_cache(maxsize=64)
-def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
-    """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
-    points, weights, hats = quadrature(patch)
-    height = specimen.gap(points)
-    # A quarter stands for the whole only if the specimen has the same mirror planes.
-    for image in patch.images[1:]:
-        if not np.allclose(specimen.gap(points * image), height, rtol=1e-9, atol=1e-12):
-            raise InputError(
-                f"a {specimen.words} that is not symmetric about x and y does not fit a finger reduced at its apex, "
-                "which is: reduce the finger a little beside it, at (1e-6, 1e-6)"
-            )
-    return patch.gap + hats.T @ (weights * height)
-
-
-@lru_cache(maxsize=8)
-def quadrature(patch: Patch, subdivisions: int = 1) -> tuple[np.ndarray, np.ndarray, sp.csr_matrix]:
-    """Gauss points (q, 2), weights (q,) in mm2, and hat functions there (q, n); q = 3 t subdivisions^2."""
-    rule = _subdivided_rule(subdivisions)
-    corners = patch.xy[patch.triangles]
-    edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = np.abs(edge_a[:, 0] * edge_b[:, 1] - edge_a[:, 1] * edge_b[:, 0]) / 2
-    points = np.einsum("ql,tlk->tqk", rule, corners).reshape(-1, 2)
-    rows = np.repeat(np.arange(len(points)), 3)
-    columns = np.repeat(patch.triangles[:, None, :], len(rule), axis=1).ravel()
-    values = np.tile(rule, (len(corners), 1, 1)).ravel()
-    hats = sp.csr_matrix((values, (rows, columns)), shape=(len(points), len(patch.xy)))
-    return points, np.repeat(area / len(rule), len(rule)), hats
-
-
-def _subdivided_rule(n: int) -> np.ndarray:
-    """Barycentric points (3 n^2, 3) of the three-point rule on each of n^2 equal parts of a triangle."""
-    parts = []
-    for i in range(n):
-        for j in range(n - i):
-            corner = np.array([i, j, n - i - j - 1]) / n
-            parts.append(corner + GAUSS / n)
-            if i + j < n - 1:
-                parts.append(corner + (1 - GAUSS - np.array([0, 0, 1])) / n)
-    return np.concatenate(parts)
 
 
 def _inverse(offset: np.ndarray) -> np.ndarray:

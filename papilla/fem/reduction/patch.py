@@ -1,4 +1,4 @@
-"""The contact patch: the part of the skin around the touch-down point that contact may reach.
+"""The contact patch: the part of the skin around the touch-down point that contact may reach, and integrals over it.
 
 Pressure is continuous and linear on the patch's triangles, acts along the specimen's normal, and is measured per area
 of the contact plane. The gap is that of the exact surface, not of its facets, because at 5 gf the sagitta of a 1 mm
@@ -6,12 +6,17 @@ facet is 2.5 % of the indentation.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
+import scipy.sparse as sp
 
 from papilla.errors import InputError
 from papilla.mesh.surfaces import Surface
+from papilla.specimen import Specimen
+
+GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+"""Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,3 +122,43 @@ def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
         step = np.einsum("ki,ki->k", foot - points, outward) / (outward @ normal)
         points = points + step[:, None] * normal
     return -(points - frame.origin) @ normal
+
+
+@lru_cache(maxsize=64)
+def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
+    """Weak gap (n,), in mm3, between the undeformed skin and a specimen that touches it."""
+    points, weights, hats = quadrature(patch)
+    height = specimen.gap(points)
+    # A quarter stands for the whole only if the specimen has the same mirror planes.
+    for image in patch.images[1:]:
+        if not np.allclose(specimen.gap(points * image), height, rtol=1e-9, atol=1e-12):
+            raise InputError(
+                f"a {specimen.words} that is not symmetric about x and y does not fit a finger reduced at its apex, "
+                "which is: reduce the finger a little beside it, at (1e-6, 1e-6)"
+            )
+    return patch.gap + hats.T @ (weights * height)
+
+
+@lru_cache(maxsize=8)
+def quadrature(patch: Patch, subdivisions: int = 1) -> tuple[np.ndarray, np.ndarray, sp.csr_matrix]:
+    """Gauss points (q, 2), weights (q,) in mm2, and hat functions there (q, n); q = 3 t subdivisions^2.
+
+    Each triangle is cut into subdivisions^2 equal parts, and each part has the three points of `GAUSS`.
+    """
+    parts = []
+    for i in range(subdivisions):
+        for j in range(subdivisions - i):
+            corner = np.array([i, j, subdivisions - i - j - 1]) / subdivisions
+            parts.append(corner + GAUSS / subdivisions)
+            if i + j < subdivisions - 1:  # The triangle that stands on its head next to it
+                parts.append(corner + (1 - GAUSS - np.array([0, 0, 1])) / subdivisions)
+    rule = np.concatenate(parts)
+    corners = patch.xy[patch.triangles]
+    edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.abs(edge_a[:, 0] * edge_b[:, 1] - edge_a[:, 1] * edge_b[:, 0]) / 2
+    points = np.einsum("ql,tlk->tqk", rule, corners).reshape(-1, 2)
+    rows = np.repeat(np.arange(len(points)), 3)
+    columns = np.repeat(patch.triangles[:, None, :], len(rule), axis=1).ravel()
+    values = np.tile(rule, (len(corners), 1, 1)).ravel()
+    hats = sp.csr_matrix((values, (rows, columns)), shape=(len(points), len(patch.xy)))
+    return points, np.repeat(area / len(rule), len(rule)), hats

@@ -1,23 +1,40 @@
-"""`ReducedFinger`: the finger condensed to the data that contact needs, a few MB that answer every press without a
-mesh."""
+"""`ReducedFinger`: a finger condensed to the data that contact needs, a few MB that answer every press without a mesh;
+`prepare` makes it in one call.
+
+The cache on disk has reduced fingers, the effect of tangential tractions on them, and compliances of specimens on their
+patch; the finite elements are imported only if one of these is missing. Results of presses are in memory (`kept`) for
+as long as their reduced finger lives: a cache in the module would keep the last reduced fingers alive and, with them,
+their models and factors, hundreds of MB each.
+"""
 
 import json
+from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
-from functools import cached_property, partial
+from dataclasses import dataclass, fields, replace
+from functools import cached_property, partial, wraps
 from os import PathLike
-from typing import Any
+from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
 
-from papilla import cache
-from papilla.errors import FileFormatError, InputError
+from papilla import cache, checks
+from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
-from papilla.fem.reduction.kept import kept
 from papilla.fem.reduction.patch import Patch
+from papilla.files import replacing
 from papilla.finger import Bench, Finger
+from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.specimen import Specimen
+
+REDUCED_BY = "papilla.fem.reduction.finger_model"
+"""Module whose code makes a reduced finger."""
+
+COMPLIANCE_BY = PatchSurface.__module__
+"""Module whose code makes the compliance of a specimen."""
+
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 SCHEMA = "papilla.reduced/3"
 
@@ -26,6 +43,38 @@ MOST_KEPT = 400
 
 UNLIKE = 1e-6
 """Largest difference, as a share of the largest entry, between the two compliances of a specimen for pressure alone."""
+
+
+def kept(most: int) -> Callable[[Function], Function]:
+    """Decorator: keep the last `most` results of a function with the object that is its first argument, by its other
+    arguments.
+
+    The other arguments must be hashable. A `ContactRangeError` is kept, too, and raised again.
+    """
+
+    def decorate(function: Function) -> Function:
+        """The function with kept results."""
+        name = f"_kept_{function.__module__}.{function.__name__}"
+
+        @wraps(function)
+        def found(owner: Any, *others: Any) -> Any:
+            """The kept result, or a new one, which is then kept with `owner`."""
+            known = vars(owner).setdefault(name, OrderedDict())
+            if others not in known:
+                try:
+                    known[others] = function(owner, *others)
+                except ContactRangeError as error:
+                    known[others] = error.with_traceback(None)
+                if len(known) > most:
+                    known.popitem(last=False)
+            known.move_to_end(others)
+            if isinstance(known[others], ContactRangeError):
+                raise known[others]
+            return known[others]
+
+        return found  # type: ignore[return-value]
+
+    return decorate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,28 +220,20 @@ class ReducedFinger:
             meta["at"], meta["gauge_names"] = tuple(meta["at"]), tuple(meta["gauge_names"])
             meta["bench"] = Bench(**meta.get("bench", {}))
             values: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
-            tangential_source = None
             if _TANGENTIAL[0] in arrays:
-                compliance, rows = (np.asarray(arrays[name]) for name in _TANGENTIAL)
-                tangential_source = partial(_both, compliance, rows)
-            return cls(patch=patch, tangential_source=tangential_source, **values, **meta)
+                values["tangential_source"] = partial(tuple, [np.asarray(arrays[name]) for name in _TANGENTIAL])
+            return cls(patch=patch, **values, **meta)
         except (KeyError, TypeError, json.JSONDecodeError) as error:
             raise FileFormatError(f"reduced finger: not a complete file ({error})") from error
 
     def save(self, path: str | PathLike) -> None:
         """Write the finger with all its data as .npz (no pickle); the file appears whole or not at all."""
-        from papilla.files import replacing
-
         with replacing(path) as temporary, open(temporary, "wb") as stream:
             np.savez(stream, allow_pickle=False, **self.to_arrays(tangential=self.tangential_source is not None))
 
     @classmethod
     def load(cls, path: str | PathLike) -> "ReducedFinger":
         """Read a finger that `save` wrote; raises `FileFormatError` or `FileAccessError`."""
-        from zipfile import BadZipFile
-
-        from papilla.errors import FileAccessError
-
         try:
             with open(path, "rb") as stream:
                 arrays = np.load(stream, allow_pickle=False)
@@ -212,10 +253,6 @@ _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 _NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source")
 
 
-def _both(compliance: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return compliance, rows
-
-
 @kept(8)
 def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
     """The compliance on the patch by the method `name` of a specimen of 1 MPa, or of one whose compliance is not
@@ -226,7 +263,7 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
         return {name: np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))}
 
     own = type(unit).__module__ == Specimen.__module__ and len(reduced.patch.xy) <= MOST_KEPT
-    key = cache.key(__name__, name, reduced.patch, repr(unit)) if own else ""
+    key = cache.key(COMPLIANCE_BY, name, reduced.patch, repr(unit)) if own else ""
     found = (cache.fetch("specimen", key, make) if own else make())[name]
     if name == "traction_compliance":
         n, normal = len(reduced.patch.xy), _of_unit(reduced, unit, "compliance")
@@ -246,3 +283,60 @@ def needs_reduced(given: object) -> None:
     """Raise `InputError` for a finger that was not reduced; the message says how to reduce it."""
     if isinstance(given, Finger):
         raise InputError("a ReducedFinger is needed, got a Finger: papilla.fem.prepare(finger) makes one")
+
+
+def prepare(
+    finger: Finger,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    at: tuple[float, float] = (0.0, 0.0),
+    variant: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> ReducedFinger:
+    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
+
+    If no table of large strain ships or is known, the first press that includes large strain makes it, in about half a
+    minute (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
+
+    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
+    """
+    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
+    x, y = checks.place("at", at)
+    key = cache.key(REDUCED_BY, finger.sha256, mesh.sha256, x, y)
+
+    def make():
+        if progress is not None:
+            progress("factorising and reducing the finger")
+        return _model(finger, mesh).reduce((x, y)).to_arrays()
+
+    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
+    return replace(
+        reduced,
+        bench=finger.bench,
+        tangential_source=partial(_cached_tangential, finger, mesh, (x, y)),
+        strain_source=partial(_strain_table, finger, progress),
+    )
+
+
+def _model(finger: Finger, mesh: LayeredMesh):
+    """The model of a finger. Its import takes a third of a second, so a press of a cached finger does without it."""
+    from papilla.fem.reduction.finger_model import model_of
+
+    return model_of(finger, mesh)
+
+
+def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
+    """The effect of tangential tractions on the finger (`ReducedFinger.tangential`), from the cache."""
+
+    def make():
+        return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))
+
+    key = cache.key(REDUCED_BY, "tangential", finger.sha256, mesh.sha256, *at)
+    arrays = cache.fetch("tangential", key, make)
+    return arrays["compliance"], arrays["rows"]
+
+
+def _strain_table(finger: Finger, progress: Callable[[str], None] | None, stuck: bool) -> None:
+    from papilla.fem.finite.strain_tables import ensure_large_strain
+
+    ensure_large_strain(finger, (stuck,), progress=progress)

@@ -18,9 +18,8 @@ import scipy.sparse as sp
 from papilla import checks
 from papilla.errors import InputError
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
-from papilla.fem.reduction.compliance import quadrature
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.patch import Frame, Patch, gap_of
+from papilla.fem.reduction.patch import Frame, Patch, gap_of, quadrature
 from papilla.units import to_microstrain
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.fem import Press, ReducedFinger
-from papilla.fem.reduction.compliance import quadrature
+from papilla.fem.reduction.patch import quadrature
 from papilla.finger import Layer
 from papilla.references import bonded_layer_sphere
 from papilla.specimen import Sphere

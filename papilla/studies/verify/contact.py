@@ -15,7 +15,8 @@ from papilla.fem.pressing.adhesion import adhesive_press
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.creep import creeping_press
 from papilla.fem.pressing.loading_path import LoadingPath
-from papilla.fem.reduction.compliance import PatchSurface, quadrature, weak_gap
+from papilla.fem.reduction.compliance import PatchSurface
+from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.finger import Layer
 from papilla.references import Prony, StackLayer
 from papilla.specimen import Block, Friction, HalfSpace, friction_coefficient

@@ -6,7 +6,7 @@ import numpy as np
 
 from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.reduction.compliance import weak_gap
+from papilla.fem.reduction.patch import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block, Specimen

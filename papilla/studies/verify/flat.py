@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from papilla.fem import FingerModel, ReducedFinger
-from papilla.fem.reduction.compliance import quadrature
+from papilla.fem.reduction.patch import quadrature
 from papilla.finger import Dome, Finger, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 

@@ -7,7 +7,7 @@ import numpy as np
 from papilla.fem import FingerModel
 from papilla.finger import Finger
 from papilla.mesh import build
-from papilla.mesh.references import VARIANTS
+from papilla.mesh.builder import VARIANTS
 from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify.finger import FORCES_GF, pressed_by
