@@ -127,7 +127,8 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) ->
 
 
 def worst_law(laws: Sequence[str]) -> str:
-    """The remark to keep out of several remarks on the layers' laws: the last one on instability, else the last."""
+    """The remark on the layers' material laws that is shown if there are several: the last that says "unstable", or the
+    last of all; "" if there are none."""
     return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
 
 

@@ -17,8 +17,8 @@ def loops_of(log: "PressLog") -> dict:
 
 
 def relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
-    """The Prony terms of the longest touch of a log as plain values, and the part that the table `[identified]` keeps;
-    empty if none are requested."""
+    """Relaxation fitted to the longest touch of a log: its Prony terms as plain values for `--json`, and what the table
+    `[identified]` of the design keeps of them. Both are empty without `--relaxation`."""
     from papilla.calibrate.relaxation import fit_touch
     from papilla.logs import read_presses
 

@@ -31,7 +31,7 @@ class TextureOptions:
     profile: Path | None = option(None, "Measured profile (CSV: x_mm,height_mm) in place of it.")
 
     def texture(self) -> "Texture":
-        """The texture; raises `InputError`."""
+        """The texture that the options describe; raises `InputError` for options that contradict each other."""
         from papilla.specimen import Grating
         from papilla.textures import MeasuredProfile
 

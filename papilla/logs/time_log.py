@@ -227,7 +227,7 @@ class TimeLogFile:
 
 
 def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
-    """A column of a block; with a lever arm (mm) tangential_N (N) is the torque (N mm) over it."""
+    """A column (n,) of a block. With a lever arm (mm), tangential_N is computed: torque (N mm) / lever arm, in N."""
     if name == "tangential_N" and lever_mm is not None:
         return block.columns[TORQUE] / lever_mm
     return block.columns[name]

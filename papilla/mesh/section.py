@@ -66,7 +66,8 @@ def section_finger(finger: Finger) -> Finger:
 
 
 def patch_half_width(finger: Finger) -> float:
-    """Largest distance (mm) of contact from the apex on a finger's section; raises what `section_finger` raises."""
+    """Half width (mm), from the apex, of the part of the section's skin that may touch; raises what `section_finger`
+    raises."""
     shape = section_finger(finger).shape
     assert isinstance(shape, Slab)
     return min(finger.patch_radius, PATCH_SHARE * shape.outer[0])

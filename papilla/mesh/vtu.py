@@ -1,5 +1,8 @@
-"""Layered meshes as VTU files: tetrahedra with their layer, boundary triangles with their name, and bent edges as
-quadratic lines whose middles follow the vertices; bit for bit."""
+"""Layered meshes as VTU files: tetrahedra with their layer, boundary triangles with their name, and bent edges.
+
+A bent edge is a quadratic line; the points in the middle of these lines come after all vertices. A mesh that is written
+and read again is the same to the last bit.
+"""
 
 from os import PathLike
 from pathlib import Path

@@ -99,7 +99,7 @@ class Record(NamedTuple):
 
 
 def _median(times) -> float:
-    """The median of times, in which those that never come (NaN) count as the latest; NaN if it is one of these."""
+    """The median of times. NaN is an event that never came and counts as the latest; the median may be such a NaN."""
     found = np.sort(np.where(np.isnan(times), math.inf, times))
     middle = float(found[len(found) // 2]) if len(found) else math.inf
     return middle if math.isfinite(middle) else math.nan

@@ -129,7 +129,8 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
 
 
 def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """Names and values (p,) of what is recorded, and its derivatives (p, f) by the free parameters."""
+    """What the design file records of an identification: names and values (p,), and derivatives (p, f) by the free
+    parameters."""
     every = dict(zip(found.names, np.eye(len(found.names)), strict=True))
     rows = {name: row for name, row in every.items() if kind(name) not in ("specimen_modulus", *IN_EACH_GAUGE)}
     values = {name: found.values[name] for name in rows}

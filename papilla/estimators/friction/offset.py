@@ -50,7 +50,7 @@ class Block(NamedTuple):
 
 
 class Source(NamedTuple):
-    """The offset by one source; without information its variance is infinite."""
+    """The offset as one source (air, turns or a rest) estimates it, and its variance: infinite before the first use."""
 
     value_N: float = 0.0
     variance_N2: float = math.inf

@@ -19,8 +19,11 @@ FINE = 400
 
 @dataclass(frozen=True)
 class DepthErrors:
-    """Standard deviations: of depth (mm) and force (N), from the log; of the depth at which contact begins (mm), as a
-    stage finds it; and of the model's depth, from the verified bound of 0.5 %."""
+    """Standard deviations.
+
+    depth_mm, force_N : noise of the log. contact_mm : of the depth at which contact begins, as a stage finds it.
+    model : relative, of the depth that the sweep predicts; the bound of `papilla verify` is 0.5 %.
+    """
 
     depth_mm: float = 1e-3
     force_N: float = 1e-3

@@ -60,7 +60,8 @@ class BlameRules:
     """Distrust above which there is no answer and no gauge is at fault: over a texture all gauges contradict each
     other."""
     most_patience: int = 1920
-    """Largest distrust if again and again nothing explains the readings: 2 s at 1 kHz."""
+    """Largest number of good samples (2 s at 1 kHz) after which the gauges are trusted again, if repeatedly no channel
+    explained a contradiction."""
 
 
 RULES = BlameRules()

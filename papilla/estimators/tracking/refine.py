@@ -149,7 +149,8 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
 
 
 def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods: int) -> tuple[float, float] | None:
-    """Share of its amplitude that a line has in the newest periods, and its sigma from the residuals of the readings.
+    """Amplitude of a line in the newest `periods`, as a share of its amplitude `wanted` over the whole path, and the
+    sigma of this share from the residuals.
 
     place (m,) : of one stroke; readings, seen (m, g); wanted (g,) : complex amplitude at place 0; noise (g,) : variance
     of a sample. None if the path is less than one period longer.

@@ -42,7 +42,8 @@ makes the contact."""
 def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float, *, force_N: float) -> Press:
     """The linear, frictionless press by a force (N) on a specimen with a work of adhesion (J/m2, which equals mN/mm).
 
-    Raises `ContactRangeError` where a press with as much contact is out of range, `InputError` as `press` does.
+    Raises `ContactRangeError` if the contact area that adhesion produces is too large for `press`, and `InputError` as
+    `press` does.
     """
     began = perf_counter()
     force, _ = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, force_N=force_N)

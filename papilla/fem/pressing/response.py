@@ -180,7 +180,7 @@ def _presses(
             continue
         if large:
             try:
-                # Without friction the contact is larger, so it may leave the patch even if the stuck one does not
+                # Without friction the contact is larger than with stick, and may extend beyond the patch
                 found = including_large_strain(member, touched, found, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue

@@ -29,10 +29,11 @@ FAR_MM = 1e3
 
 @dataclass(frozen=True, eq=False)
 class FeltProfile:
-    """Tables of averaged recesses, one for each kind of hat.
+    """The recess of a texture, averaged over the nodes' hat functions: one table for each pair of widths of a hat.
 
-    kinds : (n,) number of each node's table. knots : (t,) places in mm; values : (kinds, t). period : mm, 0 if there is
-    none.
+    kinds : (n,) number of the table of each node. start, step : first place of the tables and distance of their places,
+    mm. values : (tables, places) mean recess, mm. period : of the texture, mm; 0 if there is none. span : first and
+    last place of the texture, mm.
     """
 
     kinds: np.ndarray

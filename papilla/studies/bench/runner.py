@@ -1,4 +1,4 @@
-"""Runs the bench: the fidelities, elements and meshes, one process after the other, and the conclusions."""
+"""Runs the bench: each fidelity, element and mesh in its own process, one after the other; then the conclusions."""
 
 import os
 from collections.abc import Callable
@@ -49,7 +49,10 @@ class Bench:
         return self.default.seconds_thousand / seconds_one_press
 
     def to_json(self) -> dict:
-        """The documented keys, as plain values; `profile` is of the default row."""
+        """The bench as plain values, with the documented keys of `papilla bench --json`.
+
+        `profile` has the stages of the default row.
+        """
         contact = max((row for row in self.rows if row.fidelity == "contact"), key=lambda row: row.patch_nodes or 0)
         return {
             "finger": self.finger_name,

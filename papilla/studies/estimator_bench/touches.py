@@ -231,7 +231,8 @@ def feel(
 def pressed(finger: Finger, touch: Touch, moduli: list[float], force: np.ndarray) -> np.ndarray:
     """(moduli, forces, g) readings in microstrain of presses, made as in a sweep.
 
-    Large strain is known only at the apex; the change by another place comes from stuck small-strain presses.
+    Large strain is known only at the apex. At another place, the readings at the apex are used, plus the change that
+    this place makes in small-strain presses with full stick.
     """
     levels, which = np.unique(force, return_inverse=True)
 

@@ -86,7 +86,7 @@ class Claim:
 
     @classmethod
     def from_table(cls, key: str, paper: str, table: Mapping[str, Any]) -> "Claim":
-        """The claim of a table of the file."""
+        """The claim that a table of `claims.toml` describes; key : name of the table, paper : that of its paper."""
         published = table["published"]
         published = tuple(published) if isinstance(published, list) else published
         accepted = _accepted(published, **table.get("accepted", {}))

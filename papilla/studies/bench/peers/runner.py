@@ -16,7 +16,7 @@ INDENTATION_MM = 0.8
 """About 55 gf on the default finger."""
 
 RIGID_MPA = 1e9
-"""Modulus of papilla's flat, ten orders above the finger's: a rigid one in double precision."""
+"""Modulus of the flat that papilla presses on: ten orders above the finger's, and so rigid within rounding."""
 
 PENALTIES = (10.0, 100.0, 1000.0, 1e4)
 """Contact stiffnesses of the sweep, relative to the library's unit."""

@@ -181,7 +181,7 @@ def _grating_rms(found: Felt, wavelength: float, harmonics: tuple[int, ...] = (1
 
 
 def _levels(assumed: Assumed) -> dict:
-    """The five levels by the printed density, and by the path's spectrum."""
+    """Wavelengths of the five gratings, as the printed impulse density and the spectrum over the path estimate them."""
     lines_in = SCENE.levels
     five = {one: over(assumed, one, SCENE.usual) for one in SHARED.five_mm}
     levels = [_density(found, assumed.gauge) for found in five.values()]
