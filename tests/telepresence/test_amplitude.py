@@ -36,6 +36,14 @@ def test_a_known_curve_comes_back_and_amplitude_goes_with_its_root():
         curve(0.5)
 
 
+def test_the_printed_quartic_is_one_of_the_power_over_the_wavelength():
+    wavelength = np.linspace(0.8, 2.0, 9)
+    quartic = np.polynomial.Polynomial([3.0, -2.0, 1.5, 0.5, 0.25])
+    printed = PowerCurve(tuple(wavelength), tuple(quartic(wavelength))).as_printed
+    assert printed.r_squared == pytest.approx(1) and printed.wavelength_mm == pytest.approx((0.8, 2.0))
+    assert printed(1.3) == pytest.approx(quartic(1.3))
+
+
 @pytest.mark.parametrize(
     "content",
     [

@@ -52,9 +52,9 @@ def test_a_timer_keeps_its_rate_on_the_grid_of_periods(rate_Hz, rows):
 
 def test_the_hand_is_read_250_times_a_second_by_display_and_sensor_alike(wire):
     model, motion = LocalModel(), Motion()
-    hand = HandEnd(wire, model, motion, start_mm=7.0)
-    for row in range(101):
-        wire.now = row / 1000
+    hand = HandEnd(wire, model, motion, start_mm=7.0, period_s=1 / 4000)
+    for row in range(401):
+        wire.now = row / 4000
         assert hand.step(wire.now) == pytest.approx(7.0 + motion.place_mm(wire.now))
     times, messages = zip(*wire.sent, strict=True)
     assert times == pytest.approx([0.004 * number for number in range(26)])

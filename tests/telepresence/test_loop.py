@@ -1,11 +1,13 @@
 """The whole loop: who is late, by how much, and what it costs; measures against signals whose answer is known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.errors import InputError
+from papilla.logs.time_log import LogReport, TimeLog
 from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
 from papilla.telepresence.link import Link
 from papilla.telepresence.loop import SimulatedWire
@@ -125,6 +127,19 @@ def test_a_recorded_texture_is_its_longest_stroke():
         RecordedTexture(np.linspace(0, 3, 100), np.zeros(100))
     with pytest.raises(InputError, match="longest stroke"):
         RecordedTexture(np.full(10, math.nan), np.zeros(10))
+
+
+def test_a_recorded_texture_takes_its_path_from_a_velocity_if_there_is_no_position():
+    time = np.arange(1000) / 1000
+    readings = np.sin(2 * np.pi * 20 * time / 1.7)[:, None]
+    known = dict.fromkeys(("force_N", "velocity_mm_s", "position_mm", "tangential_N"))
+    log = TimeLog(time, readings, ("g1",), **known, sample_rate_Hz=1000.0, report=LogReport(1000, 0, 0, 0, 0, 0, ()))
+    moving = replace(log, velocity_mm_s=np.full(1000, 20.0))
+    found, other = (RecordedTexture.of_log(one) for one in (moving, replace(log, position_mm=20 * time)))
+    assert found.wavelength_mm == pytest.approx(1.7, rel=1e-3) == other.wavelength_mm
+    assert found.reading(7.0, 20.0) == pytest.approx(other.reading(7.0, 20.0))
+    with pytest.raises(InputError, match="needs a column position_mm or velocity_mm_s"):
+        RecordedTexture.of_log(log)
 
 
 @pytest.mark.parametrize("turn", [1, -1])
