@@ -31,6 +31,15 @@ def test_a_surface_of_the_form_gives_its_coefficients_back(fitted):
     assert form.doubt == pytest.approx(0.01, rel=0.05)
 
 
+def test_its_errors_are_those_of_moduli_recovered_from_the_surface(fitted):
+    form = fitted.compact
+    force, modulus = np.geomspace(*form.force_N, 30), np.geomspace(*form.modulus_MPa, 30)
+    wide = dataclasses.replace(form, modulus_MPa=(0.0, math.inf))
+    error = [wide.invert(float(fitted.predict(f, E)), f)[0] / E - 1 for f in force for E in modulus]
+    assert form.max == pytest.approx(np.abs(error).max(), rel=0.1)
+    assert form.rms == pytest.approx(np.sqrt(np.mean(np.square(error))), rel=0.2)
+
+
 @pytest.mark.parametrize("modulus", [0.06, 0.2, 0.7])
 @pytest.mark.parametrize("force", [0.1, 0.4, 0.9])
 def test_the_inverse_is_exact_and_its_sigma_is_that_of_finite_differences(fitted, force, modulus):

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 from power_law_presses import FINGER, GAUGES, Powers, problem, with_sd
 
-from papilla.calibrate.identification import posing
+from papilla.calibrate.identification import fit, posing
 from papilla.calibrate.identification.ageing import Change, Comparison, _against, _may_move
-from papilla.calibrate.identification.posing import free_parameters, moved_by, specimens_of, unmoved
+from papilla.calibrate.identification.posing import THICKER, free_parameters, moved_by, specimens_of, unmoved
 from papilla.calibrate.identification.repeats import _groups
 from papilla.errors import InputError
 from papilla.logs import PressLog
+from papilla.specimen import Block
 
 
 def test_readings_are_gain_times_strain_plus_lever_times_curvature():
@@ -278,3 +279,42 @@ def test_a_finger_is_another_below_one_per_cent_and_a_change_counts_above_6_6(pr
     assert told.verdict.endswith("the single change that explains it best: touch_down_mm -0.12 +- 0.02 mm") == named
     words = [Change(name, -0.22, 0.03, 9.0).words for name in ("inner_modulus_MPa", "zero_microstrain.g1")]
     assert words == ["inner_modulus_MPa -22 +- 3 %", "zero_microstrain.g1 -0.22 +- 0.03 µε"]
+
+
+@pytest.mark.parametrize("free, factors", [((), (1.0,)), (("thickness_mm",), (1 / THICKER, 1.0, THICKER))])
+@pytest.mark.parametrize("friction, known, several", [(0.0, True, 1), (None, True, 2), (None, False, 1)])
+def test_a_block_has_a_response_for_each_thickness_that_may_be_and_for_friction_if_it_is_open(
+    monkeypatch, free, factors, friction, known, several
+):
+    """A thickness that is sought lies between those of three blocks; a known one needs only its own."""
+    monkeypatch.setattr(posing, "family_of", lambda *_, **__: None)
+    monkeypatch.setattr(posing, "ensure_physics", lambda *_, **__: None)
+    monkeypatch.setattr(
+        posing,
+        "response",
+        lambda _, one, *, friction, **__: SimpleNamespace(block=one, friction=known, mu=friction),
+    )
+    log = problem(force=np.geomspace(0.1, 0.9, 6)).log
+    (shape,) = posing.shapes_of(log, Block(1.0, 12.0), FINGER, free, {}, friction, None, None)
+    thicknesses = [one.block.thickness for one in shape.responses]
+    assert thicknesses == pytest.approx([12.0 * factor for factor in factors] * several)
+    assert [one.mu for one in shape.responses] == [friction] * len(factors) + [0.0] * len(factors) * (several - 1)
+    assert shape.thicknesses == pytest.approx([12.0 * factor for factor in factors] if free else [])
+
+
+def test_weights_are_renewed_until_the_fit_no_longer_moves(monkeypatch):
+    """Fits that go three quarters of the way to the end at each round, in units of a standard deviation of 1."""
+    calls = []
+    still = SimpleNamespace(linear=np.array([False]), jacobian=lambda vector: np.array([[1.0], [0.0]]))
+    still.weighted = lambda vector: still
+    still.downweighted = lambda vector, limit: still
+
+    def descend(problem, start):
+        calls.append(start)
+        return 0.0, 100.0 + 0.25 * (start - 100.0)
+
+    monkeypatch.setattr(fit, "descend", descend)
+    _, _, found = fit._followed(still, np.array([101.0]))
+    moved = 0.75 * 0.25 ** np.arange(fit.ROUNDS)
+    assert len(calls) == 1 + np.flatnonzero(moved < fit.SETTLED)[0] < fit.ROUNDS
+    assert found == pytest.approx(100 + 0.25 ** len(calls))

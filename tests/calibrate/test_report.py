@@ -86,6 +86,13 @@ def sweep_page(read, swept) -> Reader:
     return read(swept, seconds=2.5)
 
 
+def test_the_largest_reading_of_a_sweep_is_a_strain(made_up):
+    reading = np.array(made_up.reading)
+    reading[3, 1], reading[5, 0] = -0.25e6, np.nan
+    assert np.nanmax(np.abs(made_up.reading)) < 0.25e6
+    assert facts.largest_reading(replace(made_up, reading=reading)) == pytest.approx(0.25)
+
+
 def test_the_page_is_well_formed_and_fetches_nothing(sweep_page):
     assert not sweep_page.others
     assert len(sweep_page.images) >= 4
