@@ -8,9 +8,9 @@ import pytest
 
 from papilla.errors import SolverError
 from papilla.fem import FingerModel, press
+from papilla.fem.pressing.contact import LoadingPath, loading_path
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError, _Solved
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.fem.pressing.loading_path import LoadingPath, loading_path
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block, HalfSpace, Sphere

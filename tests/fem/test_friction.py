@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import SolverError
+from papilla.fem.pressing.contact import LoadingPath
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.fem.pressing.loading_path import LoadingPath
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature
 from papilla.references import (
@@ -276,10 +276,10 @@ def test_friction_takes_energy_and_never_gives_it(disc):
     patch = disc(3.0, 10, paraboloid)
     path = LoadingPath(bodies_on(patch, HalfSpace(1.0, 0.2)), 0.15)
     last = path.at(indentation=0.2)
-    steps = np.diff([knot.dissipated for knot in path.knots])
+    steps = np.diff([knot.dissipated for knot in path.steps.knots])
     assert steps.min() > -1e-12 * last.dissipated and last.dissipated > 0
     # and no more than the work that was put in
-    work = np.trapezoid([knot.force for knot in path.knots], [knot.indentation for knot in path.knots])
+    work = np.trapezoid([knot.force for knot in path.steps.knots], [knot.indentation for knot in path.steps.knots])
     assert last.dissipated < 0.05 * work
 
 
@@ -313,7 +313,7 @@ def test_other_units_give_the_same_answer(disc):
     scaled = ContactProblem(1e-12 * 1e9 * problem.compliance, 1e6 * patch.mass, 1e9 * patch.gap, problem.fixed)
     one, other = LoadingPath(problem, 0.1), LoadingPath(scaled, 0.1)
     a, b = one.at(indentation=0.1), other.at(indentation=1e3 * 0.1)
-    assert len(one.knots) == len(other.knots)
+    assert len(one.steps.knots) == len(other.steps.knots)
     assert b.traction * 1e-12 == pytest.approx(a.traction, abs=1e-9 * a.traction.max())
 
 

@@ -12,7 +12,7 @@ from papilla import Block, HalfSpace, PapillaError
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, ReducedFinger, press, recover
 from papilla.fem.discrete.elements import SYMMETRIC
-from papilla.fem.pressing.loading_path import loading_path
+from papilla.fem.pressing.contact import loading_path
 from papilla.specimen import Specimen
 
 RIGID = HalfSpace(1e9, 0.3)

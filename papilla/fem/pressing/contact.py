@@ -1,7 +1,13 @@
 """The `contact` fidelity: unilateral contact on the condensed finger, with contact area and peak pressure.
 
-Tractions and indentation are a state of the `loading_path` of finger and specimen. The nodes alone give area and peak
-pressure poorly, so an ellipse corrects them in two ways.
+Tractions and indentation are a state of the `loading_path` of finger and specimen from first touch on, because the
+effect of friction depends on how the force was reached. The force grows along the contact normal, and a node keeps,
+while it sticks, the relative tangential displacement that it had at the moment of contact (Spence 1968,
+doi:10.1098/rspa.1968.0105). Without friction and with full stick the path is that of `contact_path`, exact. Coulomb's
+law takes the steps of `contact_step`, as does a contact that nodes leave again: in one step without friction, or with a
+coefficient that no force overcomes, which stands for stick.
+
+The nodes alone give area and peak pressure poorly, so an ellipse corrects them in two ways.
 
 Moments of the nodal pressure determine a Hertz profile with one more term for layers (`ellipses`); area and peak
 pressure are those of that profile. If no such profile has these moments, the area is the sum over the nodes in contact.
@@ -15,13 +21,17 @@ Measured against an axisymmetric reference, the error of the nodes falls with n 
 contact; at n = 5 they are equal (docs/adr/0018).
 """
 
+import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from time import perf_counter
 
 import numpy as np
 
 from papilla.errors import ContactRangeError
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
+from papilla.fem.pressing.contact_step import SteppedPath, StepState
 from papilla.fem.pressing.ellipses import (
     FLATTEST,
     SECOND,
@@ -32,12 +42,21 @@ from papilla.fem.pressing.ellipses import (
     peak_over_mean,
 )
 from papilla.fem.pressing.hertz import HertzScene, hertz_scene
-from papilla.fem.pressing.loading_path import loading_path
 from papilla.fem.pressing.press import Load, Press, linear_press, refuse_detail, too_coarse
-from papilla.fem.reduction.patch import Patch, quadrature
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
+from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.specimen import Specimen
 from papilla.units import PER_CENT
+
+ORDER_STEP = 1.0
+"""Step of ln modulus between paths that are kept; other paths begin with their order of nodes."""
+
+ROUGH = 1e9
+"""Coefficient of friction that stands for stick."""
+
+PLAIN_MARGIN, STUCK_MARGIN = 1.2, 1.05
+"""Factors by which a path without friction and a stuck one are computed further than needed: the nodes of the stuck one
+are guessed from the path without friction, whose forces differ by up to 2 %."""
 
 OFF_APEX = 0.05
 """Accuracy of the readings, as a share of the largest, at a touch-down point other than the apex, for which the mesh is
@@ -81,6 +100,77 @@ off by up to 4 and 0.6 %."""
 
 class NoContactError(ContactRangeError):
     """The indentation is less than the gap at the first node of the mesh."""
+
+
+def loading_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
+    """The path of a finger and specimen with Coulomb's coefficient, 0 for none, infinite for stick.
+
+    The path is kept, so that the presses of a sweep share it. Raises `InputError` if the tangential compliance of a
+    specimen does not agree with its normal compliance.
+    """
+    return _rubbing_path(reduced, specimen, friction) if friction else _plain_path(reduced, specimen)
+
+
+@kept(64)
+def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
+    """The path without friction. Its first order of nodes is that of a path at a similar modulus."""
+    patch, guess = reduced.patch, None
+    if specimen.elastic:
+        # Moduli are rounded to a grid in ln E: a sweep solves a new order at some of them, and the others start from
+        # it.
+        near = replace(specimen.unit, modulus=math.exp(ORDER_STEP * round(math.log(specimen.modulus) / ORDER_STEP)))
+        guess = _plain_path(reduced, near).whole if near != specimen else None
+    compliance = reduced.compliance + reduced.specimen_compliance(specimen)
+    return LoadingPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit)), 0.0, guess)
+
+
+@kept(8)
+def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
+    patch = reduced.patch
+    compliance = reduced.traction_compliance + reduced.specimen_traction_compliance(specimen)
+    fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
+    problem = ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed)
+    return LoadingPath(problem, friction, _plain_path(reduced, specimen).whole)
+
+
+class LoadingPath:
+    """States of growing indentation with Coulomb's coefficient, 0 for none, infinite for stick; computed as far as
+    needed, and kept.
+
+    whole : the exact path of a contact that only grows; None with Coulomb's law.
+    guess : the path of a similar problem on the same nodes, or of this one without friction, whose order is tried
+    first.
+    """
+
+    def __init__(self, problem: ContactProblem, friction: float, guess: ContactPath | None = None):
+        self.problem, self.friction = problem, min(friction, ROUGH)
+        margin = {0.0: PLAIN_MARGIN, ROUGH: STUCK_MARGIN}.get(self.friction)
+        self.whole = ContactPath(problem, guess, margin) if margin else None
+
+    @cached_property
+    def steps(self) -> SteppedPath:
+        """The same path by steps, for Coulomb's law and for contacts that nodes leave again."""
+        return SteppedPath(self.problem, self.friction)
+
+    def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
+        """The state at a force on the patch (N) or an indentation (mm); it does not depend on what was computed before.
+        None before first touch. Raises `SolverError` if a step does not converge."""
+        if self.whole is not None:
+            with suppress(LeavingError):
+                return self.whole.at(force=force, indentation=indentation)
+        return self.steps.at(force=force, indentation=indentation)
+
+    def words(self, state: ContactState) -> str:
+        """Words for the status of a press, which describe a state."""
+        touching = int(state.active.sum())
+        if not self.friction:
+            return f"{touching} nodes in contact"
+        if self.whole is not None:
+            return f"stuck from the moment of contact, the force grown from first touch in {touching} steps"
+        assert isinstance(state, StepState)
+        steps = sum(knot.indentation < state.indentation for knot in self.steps.knots)
+        slips = f"{state.slipping.sum()} of {touching} nodes slip"
+        return f"friction {self.friction:g}: {slips}, the force grown from first touch in {steps} steps"
 
 
 @dataclass(frozen=True)

@@ -112,6 +112,7 @@ class ContactPath:
         self.nodes, self.depth, self.force = np.zeros(0, dtype=int), np.zeros(0), np.zeros(0)
         self._stuck, self._ended = len(problem.free) > 1, False
         self._solved: _Solved | None = None
+        self._by_gap = np.argsort(problem.gap / problem.mass, kind="stable")
 
     def at(self, *, force: float | None = None, indentation: float | None = None) -> ContactState | None:
         """The state at a force on the patch (N) or an indentation (mm); None before first touch.
@@ -121,7 +122,7 @@ class ContactPath:
         name, aim = ("force", force) if force is not None else ("depth", indentation)
         assert aim is not None
         for _ in range(ROUNDS):
-            solved = self._extend(name, aim, sort=self._stuck or self.guess is None)
+            solved = self._extended(name, aim, sort=self._stuck or self.guess is None)
             count = int(np.searchsorted(getattr(self, name), aim))
             if not count:
                 return None
@@ -133,41 +134,40 @@ class ContactPath:
                 active = np.zeros(len(self.problem.mass), dtype=bool)
                 active[self.nodes[:count]] = True
                 return ContactState(depth, self.problem.force(traction), traction, active)
-            self._mend(wrong)
+            missed = np.setdiff1d(np.flatnonzero(wrong), solved.nodes)
+            # Nothing is missing and the order is right, but a node pulls: it leaves the contact. With stick the past
+            # matters, so the order cannot be repaired afterwards.
+            if self._stuck or not len(missed) and (np.diff(solved.depth) >= 0).all():
+                break
+            self._solve(np.append(solved.nodes, missed), sort=True)
         raise LeavingError(LEAVES)
 
-    def follow(self, name: str, aim: float) -> None:
-        """Find the order of the nodes up to a "force" or "depth", or up to the point where a node leaves the
-        contact."""
-        with suppress(LeavingError):
-            self._extend(name, aim, sort=True)
-
-    def _extend(self, name: str, aim: float, sort: bool) -> "_Solved":
-        """Solve the problem up to a force or depth, given by its `name`; `sort` : whether to correct the order of the
-        nodes."""
+    def _extended(self, name: str, aim: float, sort: bool) -> "_Solved":
+        """The problem solved up to a force or depth, given by its `name`; `sort` : whether to correct the order of the
+        nodes. Raises `LeavingError`, and knows the path up to there."""
         for _ in range(ROUNDS):
-            if self._reaches(name, aim):
-                assert self._solved is not None
+            known = getattr(self, name)
+            if self._solved and (len(known) == len(self.problem.mass) or (len(known) and known[-1] >= aim)):
                 return self._solved
             if self._ended:
                 break
-            self._solve(self._guessed(name, aim) if self._solved is None else self._more(self.nodes), sort)
+            self._solve(self._longer(name, aim), sort)
         raise LeavingError(LEAVES)
 
-    def _reaches(self, name: str, aim: float) -> bool:
-        """Whether the path is known up to a force or depth, given by its `name`."""
-        known = getattr(self, name)
-        return len(known) == len(self.problem.mass) or (len(known) > 0 and bool(known[-1] >= aim))
-
-    def _mend(self, wrong: np.ndarray) -> None:
-        """Add nodes that are missing from the order among the `wrong` ones (n,); if none is missing, sort the order."""
-        assert self._solved is not None
-        missed = np.setdiff1d(np.flatnonzero(wrong), self._solved.nodes)
-        # Nothing is missing and the order is right, but a node pulls: it leaves the contact. With stick the past
-        # matters, so the order cannot be repaired afterwards.
-        if self._stuck or not len(missed) and (np.diff(self._solved.depth) >= 0).all():
-            raise LeavingError(LEAVES)
-        self._solve(np.append(self._solved.nodes, missed), sort=True)
+    def _longer(self, name: str, aim: float) -> np.ndarray:
+        """The nodes of the path and some more, in order, with which it may reach a force or depth."""
+        guess, further = self.guess, self.margin * aim
+        if self._solved is None and guess is None:
+            return self._by_gap[:FIRST_NODES]
+        if self._solved is None and guess is not None:
+            with suppress(LeavingError):
+                guess._extended(name, further, sort=True)
+            return guess.nodes[: int(np.searchsorted(getattr(guess, name), further)) + 2]
+        # Half as many more: the next ones in the guess, or those with the smallest gap.
+        order = self._by_gap if guess is None else np.append(guess.nodes, self._by_gap)
+        order = order[np.sort(np.unique(order, return_index=True)[1])]
+        more = max(FIRST_NODES, len(self.nodes) // 2)
+        return np.append(self.nodes, order[~np.isin(order, self.nodes)][:more])
 
     def _solve(self, nodes: np.ndarray, sort: bool) -> None:
         """Solve for nodes (m,) in this order, or, if `sort` is set, in the order in which they come into contact."""
@@ -189,31 +189,13 @@ class ContactPath:
             nodes = np.append(nodes, missed)
         raise LeavingError(LEAVES)
 
-    def _guessed(self, name: str, aim: float) -> np.ndarray:
-        """Nodes that are in contact at a force or depth, given by its `name`, and some more, in order."""
-        if self.guess is None:
-            return self._by_gap[:FIRST_NODES]
-        further = self.margin * aim
-        self.guess.follow(name, further)
-        return self.guess.nodes[: int(np.searchsorted(getattr(self.guess, name), further)) + 2]
-
-    def _more(self, nodes: np.ndarray) -> np.ndarray:
-        """These nodes and half as many more: the next ones in the guess, or those with the smallest gap."""
-        order = self._by_gap if self.guess is None else np.append(self.guess.nodes, self._by_gap)
-        order = order[np.sort(np.unique(order, return_index=True)[1])]
-        return np.append(nodes, order[~np.isin(order, nodes)][: max(FIRST_NODES, len(nodes) // 2)])
-
-    @cached_property
-    def _by_gap(self) -> np.ndarray:
-        return np.argsort(self.problem.gap / self.problem.mass, kind="stable")
-
 
 class _Solved:
     """A problem solved for m nodes that come into contact in a given order; k unknowns, those of one node together.
 
     index : (k,) numbers of the unknowns. place : (k,) position of their nodes in the order. ends : (m,) number of
     unknowns up to and including each node. factor : L. y, z : (k,). depth : (m,) mm at which the nodes' gaps close,
-    infinite where they open.
+    infinite where they open; force : (m,) N on the patch at which they do.
     """
 
     def __init__(self, problem: ContactProblem, nodes: np.ndarray):
@@ -234,30 +216,22 @@ class _Solved:
         sunk, gap = np.zeros((2, len(self.index)))
         sunk[normal], gap[normal] = problem.mass[nodes], problem.gap[nodes]
         self.y = dtrtrs(self.factor, sunk, lower=True)[0]
-        self.z = dtrtrs(self._closing(normal), gap, lower=True)[0]
-        with np.errstate(divide="ignore"):
-            self.depth = np.where(self.y[normal] > 0, self.z[normal] / self.y[normal], np.inf)
-
-    def _closing(self, normal: np.ndarray) -> np.ndarray:
-        """The matrix (k, k) of the equations for z: L, except in the rows of shears."""
-        shear = np.flatnonzero(self.index >= len(self.problem.mass))
-        if not len(shear):
-            return self.factor
-        # A node that sticks has z = d y, and its pressure gives d = z / y: so the row of a shear says z - z_p y / y_p =
-        # 0, p being the pressure of the same node. It stays triangular, because p stands before its shears.
-        first = normal[self.place[shear]]
-        closing = self.factor.copy(order="F")
-        closing[shear] = 0
-        closing[shear, shear], closing[shear, first] = 1, -self.y[shear] / self.y[first]
-        return closing
-
-    @cached_property
-    def force(self) -> np.ndarray:
-        """Force (m,) on the patch, in N, at which each node comes into contact."""
+        shear = np.flatnonzero(self.index >= n)
+        closing = self.factor
+        if len(shear):
+            # A node that sticks has z = d y, and its pressure gives d = z / y: so the row of a shear says z - z_p y /
+            # y_p = 0, p being the pressure of the same node. The matrix stays triangular: p stands before its shears.
+            first = normal[self.place[shear]]
+            closing = self.factor.copy(order="F")
+            closing[shear] = 0
+            closing[shear, shear], closing[shear, first] = 1, -self.y[shear] / self.y[first]
+        self.z = dtrtrs(closing, gap, lower=True)[0]
         # When a node comes into contact, only the unknowns before it carry load: sums up to there.
         before = np.append(0, self.ends[:-1])
         squares, products = (np.append(0.0, np.cumsum(self.y * other))[before] for other in (self.y, self.z))
-        return self.depth * squares - products
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.depth = np.where(self.y[normal] > 0, self.z[normal] / self.y[normal], np.inf)
+            self.force = self.depth * squares - products
 
     def state(self, count: int, force: float | None, indentation: float | None) -> tuple[float, np.ndarray]:
         """Indentation (mm) and tractions (k,) with `count` nodes in contact, at a force or an indentation."""

@@ -14,9 +14,13 @@ Without friction this is block principal pivoting: guess the nodes in contact, s
 every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE` rounds without progress
 single nodes are exchanged, which cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All decisions
 use signs only, so the units do not matter.
+
+The effect of Coulomb's law depends on the path, so `SteppedPath` follows it: each step ends at the indentation where
+the next node should come into contact, and is solved exactly.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +42,19 @@ CLOSED = 1e-12
 
 EVEN = 1e-9
 """Share of the friction limit within which a node keeps its state, stick or slip."""
+
+LONGEST = 0.1
+"""Longest step of Coulomb friction, as a share of the indentation since first touch."""
+
+FIRST = 1e-3
+"""First step, in widths of the patch, if all nodes touch at once so that no distance between contacts gives a
+length."""
+
+TOGETHER = 1e-9
+"""Share of the indentation since first touch within which nodes count as coming into contact together."""
+
+SHORTEST = 2.0**-12
+"""Smallest share of its length to which a step is cut if it does not converge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,3 +197,78 @@ def rates(problem: ContactProblem, state: StepState, friction: float) -> np.ndar
     slipping = state.slipping & state.active
     aim, pressure = state.traction[1:].T, state.traction[0]
     return _linearised(problem, state.active, slipping, friction, aim, pressure, state.moved[1:])[1]
+
+
+class SteppedPath:
+    """States of growing indentation with Coulomb's coefficient, computed step by step as far as needed, and kept.
+
+    knots : the states at the ends of the steps, beginning with first touch.
+    """
+
+    def __init__(self, problem: ContactProblem, friction: float):
+        self.problem, self.friction = problem, friction
+        self.knots = [first_touch(problem)]
+        self._idle = 0
+
+    def at(self, *, force: float | None = None, indentation: float | None = None) -> StepState | None:
+        """The state at a force on the patch (N) or an indentation (mm); it does not depend on what was computed before.
+        None before first touch. Raises `SolverError` if a step does not converge."""
+        name, aim = ("force", force) if force is not None else ("indentation", indentation)
+        assert aim is not None
+        if aim <= getattr(self.knots[0], name):
+            return None
+        if not self.friction:
+            return contact_step(self.problem, self.knots[0], force=force, indentation=indentation)
+        while getattr(self.knots[-1], name) < aim:
+            self._extend()
+        # From the knot before the asked state, so that the answer does not depend on earlier questions.
+        k = next(k for k, knot in enumerate(self.knots) if getattr(knot, name) >= aim)
+        before, after = self.knots[k - 1], self.knots[k]
+        share = (aim - getattr(before, name)) / (getattr(after, name) - getattr(before, name))
+        traction = before.traction + share * (after.traction - before.traction)
+        return contact_step(self.problem, before, self.friction, force=force, indentation=indentation, guess=traction)
+
+    def _extend(self) -> None:
+        """Add one step, up to the indentation where the next node comes into contact."""
+        state = self.knots[-1]
+        rate = rates(self.problem, state, self.friction)
+        length, node = _next_event(self.problem, state, rate)
+        sunk = state.indentation - self.knots[0].indentation
+        length = 0.0 if length <= TOGETHER * sunk else length
+        # Nodes that come into contact together need steps of no length; too many of them in a row mean a cycle.
+        self._idle = 0 if length > 0 else self._idle + 1
+        if self._idle > 3 * len(self.problem.mass):
+            raise SolverError("nodes keep entering and leaving the contact: no state of stick follows this one")
+        if not math.isfinite(length) or 0 < LONGEST * sunk < length:
+            length, node = LONGEST * sunk or FIRST * math.sqrt(self.problem.mass.sum()), None
+        if length > 0:
+            self.knots.append(self._cut(state, length, rate))
+        if node is not None:
+            self.knots[-1] = replace(self.knots[-1], active=self.knots[-1].active | (np.arange(len(rate[0])) == node))
+
+    def _cut(self, state: StepState, length: float, rate: np.ndarray) -> StepState:
+        """The state `length` (mm) further, in as many shorter steps as needed."""
+        done, cut = 0.0, 1.0
+        while done < 1:
+            depth, guess = state.indentation + cut * length, state.traction + cut * length * rate
+            try:
+                state = contact_step(self.problem, state, self.friction, indentation=depth, guess=guess)
+                done += cut
+            except SolverError:
+                cut /= 2
+                if cut < SHORTEST:
+                    raise
+        return state
+
+
+def _next_event(problem: ContactProblem, state: StepState, rate: np.ndarray) -> tuple[float, int | None]:
+    """Distance (mm), at given rates, until the next node comes into contact, and that node; infinity and None if there
+    is none."""
+    # Gaps and their rates of closing are linear in the step, as long as no node changes its set.
+    gap = state.moved[0] + problem.gap - state.indentation * problem.mass
+    closing = problem.moved(rate)[0] - problem.mass
+    entering = ~state.active & (closing < 0)
+    lengths = np.full(len(gap), np.inf)
+    lengths[entering] = np.maximum(gap[entering], 0) / -closing[entering]
+    node = int(np.argmin(lengths))
+    return (float(lengths[node]), node) if np.isfinite(lengths[node]) else (math.inf, None)
