@@ -27,7 +27,7 @@ S_PER_MS, S_PER_NS, MS_PER_NS = 1e-3, 1e-9, 1e-6
 UM_PER_MM, KPA_PER_MPA = 1e3, 1e3
 MILLI, MICRO, NANO, KILO, MEGA = 1e-3, 1e-6, 1e-9, 1e3, 1e6
 """Prefixes of the SI, for tables of units."""
-S_PER_MIN = 60.0
+S_PER_MIN, S_PER_H = 60.0, 3600.0
 CM = 10.0
 """One centimetre in mm."""
 N_PER_MN = 1e-3

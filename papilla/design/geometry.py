@@ -20,7 +20,7 @@ from papilla.design.costs import GEOMETRY, RATIO, spent_on
 from papilla.design.places import FOIL, Places
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
-from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, keep, known
+from papilla.fem.pressing.large_strain import FIRST_GAUGE, LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import RATIOS, family
 from papilla.fem.reduction.gauges import QUANTITIES
@@ -73,8 +73,8 @@ def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
     """A table whose sites (s) are combined to gauges (g) by weights (s, g)."""
 
     def gauges(found: np.ndarray) -> np.ndarray:
-        felt = found[:, 3:].reshape(len(found), len(QUANTITIES), -1) @ weights
-        return np.hstack([found[:, :3], felt.reshape(len(found), -1)])
+        felt = found[:, FIRST_GAUGE:].reshape(len(found), len(QUANTITIES), -1) @ weights
+        return np.hstack([found[:, :FIRST_GAUGE], felt.reshape(len(found), -1)])
 
     return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
 
@@ -171,6 +171,6 @@ def borrow(design: Finger, base: Finger) -> None:
 
 def _resized(table: LargeStrain, size: float) -> LargeStrain:
     """A table for a finger `size` times as large: lengths and curvatures change, strains and stresses do not."""
-    sites = (table.linear.shape[1] - 3) // len(QUANTITIES)
+    sites = (table.linear.shape[1] - FIRST_GAUGE) // len(QUANTITIES)
     scale = np.concatenate([[size, size**2, 1.0], np.ones(sites), np.full(sites, 1 / size)])
     return replace(table, force=table.force * size**2, linear=table.linear * scale, finite=table.finite * scale)

@@ -9,7 +9,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.units import S_PER_MS, S_PER_NS
+from papilla.units import MS_PER_S, S_PER_MIN, S_PER_MS, S_PER_NS
 
 OVERTAKES_S = 0.02
 """Time after a reordered datagram within which later ones may arrive before it."""
@@ -45,7 +45,7 @@ class LinkModel:
 
     def __post_init__(self):
         for name in ("one_way_ms", "one_way_sd_ms", "jitter_ms"):
-            checks.within(name, getattr(self, name), 0, 60_000)
+            checks.within(name, getattr(self, name), 0, MS_PER_S * S_PER_MIN)
         for name in ("loss", "reordering", "duplication"):
             checks.within(name, getattr(self, name), 0, 1)
         checks.positive("redraw_Hz", self.redraw_Hz)

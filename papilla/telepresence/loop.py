@@ -26,7 +26,7 @@ from papilla.telepresence.record import Record
 from papilla.telepresence.sources import TouchSource
 from papilla.telepresence.texture import Texture
 from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Touch
-from papilla.units import MS_PER_S, NS_PER_S
+from papilla.units import MS_PER_S, NS_PER_S, S_PER_H
 
 PERIOD_NS = round(NS_PER_S / RATE_HZ)
 CLOCK_NS = 2**45
@@ -62,7 +62,7 @@ class Set:
     soft: Soft | None = None
 
     def __post_init__(self):
-        checks.within("seconds", self.seconds, 2, 3600)
+        checks.within("seconds", self.seconds, 2, S_PER_H)
         checks.within("parameters_Hz", self.parameters_Hz, 1, RATE_HZ)
 
 

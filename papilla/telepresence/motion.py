@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla import checks
+from papilla.logs.quantities import SAMPLE_RATE_HZ
 
-HAND_HZ, RATE_HZ = 250.0, 1000.0
+HAND_HZ, RATE_HZ = 250.0, SAMPLE_RATE_HZ
 """Positions and control periods per second: Okamoto et al. 2011, section 3."""
 PARAMETERS_HZ = 50.0
 """Default number of the sensor's messages per second."""

@@ -48,7 +48,7 @@ class Endpoint:
         self.gate, self._clock = Gate(key), clock
         try:
             family, _, _, _, there = socket.getaddrinfo(*peer, type=socket.SOCK_DGRAM)[0]
-            own = socket.getaddrinfo(*listen, family=family, type=socket.SOCK_DGRAM)[0][4]
+            *_, own = socket.getaddrinfo(*listen, family=family, type=socket.SOCK_DGRAM)[0]
         except (OSError, UnicodeError) as error:
             raise InputError(f"cannot find {peer} or {listen}: {getattr(error, 'strerror', None) or error}") from error
         self._peer: tuple = there

@@ -37,6 +37,8 @@ MEASURED_BY = "papilla.fem.finite.strain_tables"
 
 MEASURES = ("indentation", "contact_area", "peak_pressure")
 """Quantities that are corrected by a factor, besides the gauges."""
+FIRST_GAUGE = len(MEASURES)
+"""Column of a table in which the values of the gauges begin: they follow those of `MEASURES`."""
 
 POWERS = [
     [(i, j) for i in range(force + 1) for j in range(min(area, force - i) + 1)]
@@ -144,8 +146,8 @@ class LargeStrain:
     def sd_error(self, weights: np.ndarray) -> float:
         """Root mean square relative error of S_d for readings weighted by (q, g), each press being predicted by a fit
         to all others; a table of few presses adds `COARSE`."""
-        predicted = self.finite[:, 3:] + self.fit.errors[:, 3:] * self.fit.norms[:, 3:]
-        both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, 3:]))
+        predicted = self.finite[:, FIRST_GAUGE:] + self.fit.errors[:, FIRST_GAUGE:] * self.fit.norms[:, FIRST_GAUGE:]
+        both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, FIRST_GAUGE:]))
         found, true = (to_microstrain((weights * values).sum(axis=-2)).std(axis=-1) for values in both)
         error = float(np.sqrt(np.mean((found / true - 1) ** 2)))
         return error if len(self.force) >= MANY else math.hypot(error, COARSE)
@@ -203,10 +205,10 @@ class TableFit:
         levels = np.unique(ln_force)
         groups = [softness[ln_force == level] for level in levels]
         ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
-        gauges = table.linear[:, 3:].reshape(count, len(QUANTITIES), -1)
+        gauges = table.linear[:, FIRST_GAUGE:].reshape(count, len(QUANTITIES), -1)
         # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
         sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
-        norms = np.concatenate([table.linear[:, :3], sizes.reshape(count, -1)], axis=1)
+        norms = np.concatenate([table.linear[:, :FIRST_GAUGE], sizes.reshape(count, -1)], axis=1)
         enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
         powers = np.array(next(enough, POWERS[-1]))
         ranges = tuple((float(part.min()), float(np.ptp(part))) for part in (ln_force, softness))
@@ -269,7 +271,7 @@ def with_large_strain(
     changes = np.sum(parts, axis=0)
     norms = np.linalg.norm(found.values, axis=1, keepdims=True)
     changed = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
-    changed["values"] = found.values + norms * changes[3:].reshape(found.values.shape)
+    changed["values"] = found.values + norms * changes[FIRST_GAUGE:].reshape(found.values.shape)
     strained = _with(reduced, found, changed)
     if [place for place, _ in nearest] == [(force, soft) for soft in softness]:
         return strained
