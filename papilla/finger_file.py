@@ -111,7 +111,7 @@ def _design_of(makes: Any) -> TypeAdapter:
 
 
 def read_design(makes: type[Design], path: Path) -> Design:
-    """The design of a file as the dataclass `makes` (`papilla.Finger`); the files of its surfaces are found beside it.
+    """The design of a file as the dataclass `makes` (`papilla.Finger`); paths of surfaces start in its folder.
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not TOML, unknown key, wrong type or value).
     """

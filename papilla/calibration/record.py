@@ -255,7 +255,7 @@ class Calibration:
 
     @property
     def position_terms(self) -> PositionTerms:
-        """Changes by contacts beside the apex; raises `InputError` if this calibration does not have them."""
+        """How readings change with the place of contact; raises `InputError` if the calibration lacks this."""
         if self.position is None:
             raise InputError(
                 "this calibration has no contact positions (softness.position): make it again with papilla calibrate, "

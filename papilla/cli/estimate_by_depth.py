@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
 
 SWEEP = "sweep.csv"
-"""Name of the table of presses beside a calibration, which contains their depths."""
+"""Name of the table of presses in the folder of a calibration, which contains their depths."""
 
 
 class DepthModulus:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
 REMARKS = 3
-"""Largest number of remarks on the terminal; the file beside the estimates has all."""
+"""Largest number of remarks on the terminal; the file next to the estimates has all."""
 REASONS = 2
 """Number of codes, the most frequent ones, that explain rows without an answer for a quantity."""
 SIGMAS = 1.96
@@ -24,7 +24,7 @@ SIGMAS = 1.96
 
 
 def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
-    """Write the summary to the file beside the estimates, and to stdout unless that has the estimates; write notes on
+    """Write the summary to the file next to the estimates, and to stdout unless that has the estimates; write notes on
     the log, and advice, to stderr."""
     from papilla.files import write_text
 

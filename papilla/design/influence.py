@@ -1,4 +1,4 @@
-"""Readings, with slopes, of gauges at any place of the interface, for touches at and beside the apex.
+"""Readings, with slopes, of gauges at any place of the interface, for touches at the apex and away from it.
 
 The adjoint fields of gauges at all sites of a quarter of the interface are solved once. The tractions of presses at the
 apex are moved along the skin (`papilla.fem.reduction.transported`), and their work on these fields gives the readings.

@@ -36,7 +36,7 @@ SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,)
 
 @dataclass(frozen=True)
 class Bench:
-    """All rows; `default` is the one for the mesh on which other libraries press."""
+    """All rows of the bench; `default` is the row of the mesh on which other libraries press, too."""
 
     finger_name: str
     rows: tuple[BenchRow, ...]

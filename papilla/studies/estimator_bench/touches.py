@@ -31,7 +31,7 @@ Disturbance = Callable[[np.random.Generator, np.ndarray, np.ndarray], tuple[np.n
 
 
 def creep(rng, readings, force, share: float):
-    """Readings grow under load; at the end by this share."""
+    """Readings creep: under load they grow, by `share` at the end of a touch."""
     return readings * (1 + share * -np.expm1(-np.cumsum(force > 0) / (TOUCHED / 3)))[:, None], force
 
 

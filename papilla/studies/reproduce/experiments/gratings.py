@@ -57,7 +57,7 @@ ASSUMED = Assumed(**SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> Found:
-    """Gratings under the finger by finite elements: what the gauges hear, and what the methods of 2006 tell.
+    """Gratings under the finger by finite elements: what the gauges read, and what the methods of 2006 answer.
 
     The plane section of the default finger slides over gratings with groove = ridge, 0.5 mm deep, friction 0.3: five
     wavelengths at 100 mm/s under ridges of two pitches, two of them at three pressing depths, the two grooves of figure
@@ -342,7 +342,7 @@ def _rough(assumed: Assumed) -> dict:
 
 def _curve(assumed: Assumed) -> dict:
     """The shipped power curve, from sliding scenes, or one from other scenes: whether it is higher at 1.2 mm than
-    beside it, and the places of its maxima."""
+    on both sides of it, and the places of its maxima."""
     curve = read_curve()
     if assumed != ASSUMED:
         curve = PowerCurve(curve.wavelength_mm, _powers(assumed, curve.wavelength_mm))

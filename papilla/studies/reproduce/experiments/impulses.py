@@ -1,4 +1,4 @@
-"""2006, section III: impulses of a model corpuscle, their density and intervals, beside a short-time spectrum."""
+"""2006, section III: impulses of a model corpuscle (density and intervals), compared with a short-time spectrum."""
 
 from time import perf_counter
 from typing import Any
@@ -34,7 +34,7 @@ ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
 def run(tell, cause: bool = True) -> Found:
-    """The impulse methods of 2006 as printed, at constant speed and under strokes, beside a 200 ms spectrum.
+    """The impulse methods of 2006 as printed, at constant speed and under strokes, compared with a 200 ms spectrum.
 
     The corpuscle's rules are written a second time and compared sample by sample. Gratings of 0.6-3.0 mm slide at about
     100 mm/s, and one of 1.8 mm under strokes of 1 Hz and 100 mm/s. Lag is the shift of the best correlation with the
@@ -239,7 +239,7 @@ def _spectrum(cause: bool) -> dict:
         mean_error(lambda kind=kind: ShortTimeSpectrum(variant=kind), scenes) for kind in ("as_printed", "corrected")
     )
     time = times(own.seconds)
-    # Drift leaks into the lines beside 0 Hz, where a slow texture has its own
+    # Drift leaks into the lines next to 0 Hz, where a slow texture has its own
     slow = np.sin(2 * np.pi * own.line_Hz * time) + own.rise * time * cause
     block = np.column_stack([slow, np.full(time.size, own.speed_mm_s)])
     first, second = (

@@ -27,7 +27,7 @@ ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
 def run(tell, cause: bool = True) -> Found:
-    """The 32 ms spectrum of Okamoto 2011 in natural touch, beside other windows.
+    """The 32 ms spectrum of Okamoto 2011 in natural touch, compared with other windows.
 
     Gratings of 0.6-3.0 mm under strokes of 197 mm/s and 1.07 Hz; errors are rms over samples, wavelengths and seeds.
     The method is written a second time and compared sample by sample.

@@ -19,7 +19,7 @@ PENALTY = 3e3
 BEGUN = 0.02
 """Relative change of the slip of a first contact below which it has converged."""
 IMAGINARY = 1e-30
-"""Step of a derivative by a complex variable: its square is nothing beside 1."""
+"""Step of a derivative by a complex variable: its square is lost in rounding when added to 1."""
 LOCAL, MOVES = 8, 12
 """Coordinates of a point of the skin and its edge's three nodes; displacement unknowns of both edges."""
 GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
