@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.finite.strain_tables import RATIOS
 from papilla.fem.pressing import large_strain
 from papilla.fem.pressing.large_strain import (
+    MEASURES,
     LargeStrain,
     at_ratio,
     known,
@@ -214,3 +216,24 @@ def test_friction_in_between_agrees_with_a_press_at_finite_strain(reference):
     assert found.sd == pytest.approx(finite.sd, rel=0.003) and linear.sd < 0.97 * finite.sd
     assert np.abs(found.reading - finite.reading).max() < 0.004 * np.linalg.norm(finite.reading)
     assert finite.friction == found.friction == 0.1
+
+
+def test_the_share_of_stick_is_that_of_the_lower_friction_which_large_strain_leaves(monkeypatch):
+    """Stick has 1/k = 1.25 times the effect at large strain that it has at small. In linear presses, the share of stick
+    at a coefficient c is c (2 - c); a coefficient of 0.25 at large strain has the share at 0.2, between two marks."""
+    still, stuck = np.array([1.0, -2.0, 0.5]), np.array([0.4, 1.0, -0.6])
+
+    def made(reading, **more):
+        return SimpleNamespace(reading=reading, values=3 * reading, **dict.fromkeys(MEASURES, 1.0), **more)
+
+    def linear(coefficient):
+        return made(still + coefficient * (2 - coefficient) * stuck)
+
+    monkeypatch.setattr(large_strain, "_with", lambda reduced, found, mixed: mixed["values"])
+    found = made(linear(0.25).reading, friction=0.25)
+    ends = made(still), made(still + stuck)
+    strained = made(1.5 * still), made(1.5 * still + 1.25 * stuck)
+    marks = [0.25 * share for share in (*large_strain.LOWERED, 1.0)]
+    share = np.interp(0.25 / 1.25, [0.0, *marks], [0.0, *(c * (2 - c) for c in marks)])
+    values = large_strain.between_ends(None, found, ends, strained, linear)
+    np.testing.assert_allclose(values, 3 * (1.5 * still + share * 1.25 * stuck))

@@ -1,6 +1,7 @@
 """The `finite` rung: the linear limit, work, units, mirrors, cut-back, and what it refuses."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -340,3 +341,16 @@ def test_the_stability_of_the_laws_over_the_strains_reached_is_said(coarse, monk
     mu = 0.136 / (2 * 1.4999)
     weak = press_finite(finger, mesh, HalfSpace(0.51), force=0.5, materials={"outer": Yeoh(mu / 2, -0.01)})
     assert "not to be trusted: a material's law is unstable within the stretches reached" in weak.status
+
+
+def test_each_residual_is_relative_to_its_own_scale():
+    """Three displacements and two pressures; two contact nodes, one active and not on its surface by 0.02 mm."""
+    body = SimpleNamespace(free_displacements=3)
+    inside = SimpleNamespace(force=np.array([3.0, 1.0, 2.0, 0.3, -0.4]), volume_scale=5.0)
+    outside = np.array([0.0, 1.0, -2.0])
+    touch = SimpleNamespace(gap=np.array([0.04, 0.9]), compliance=np.array([[2.0, 0.0], [0.0, 1.0]]))
+    state = SimpleNamespace(contact=np.array([0.1, 0.0]), indentation=0.1, active=np.array([True, False]))
+    found = newton._balance(body, np.array([2.0, 3.0]), touch, state, inside, outside)
+    assert found.equilibrium == pytest.approx(5.0 / np.sqrt(5.0))
+    assert found.volume == pytest.approx(0.5 / 5.0)
+    assert found.contact == pytest.approx(0.02 / 0.1) and found.worst == found.equilibrium

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _own_law, relax, rub
+from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _approached, _own_law, relax, rub
 
 E_STAR = 0.1
 
@@ -173,3 +173,14 @@ def test_what_is_out_of_reach_is_not_touched(cylinder):
     found = rub(laws(C, rise, depth=-0.01, friction=0.5, drift=1.0), np.ones(len(rise), dtype=int))
     assert not found.force.any()
     assert (found.state == OPEN).all()
+
+
+def test_a_step_in_parts_ends_where_the_step_in_one_ends(cylinder):
+    x, C, rise = cylinder
+    load = np.pi * E_STAR * 1.0**2 / (4 * 20.0)
+    before = laws(C, rise, load=load, friction=0.4)
+    pressed = rub(before, np.zeros(len(x), dtype=int))
+    step = laws(C, rise, load=load, friction=0.4, drift=0.05)
+    parts, whole = _approached(step, before, pressed.state), rub(step, pressed.state)
+    assert parts is not None and (parts.state == whole.state).all()
+    np.testing.assert_allclose(parts.force, whole.force, atol=1e-9 * load)

@@ -35,6 +35,7 @@ def test_a_sampled_motion_is_straight_between_its_points_and_begins_at_0():
         ([0, 1, 2, 3, 9], [0] * 5, None, "a gap from t_s 3 to 9"),
         ([0, 1, 2], [0, 1, 10_002], None, "faster than 10 m/s"),
         ([0, 1, 2], [0, 1, 2], 2.001, "seconds 2.001 is longer than the motion, 2 s"),
+        ([5, 6, 7], [0, 1, 2], 2.001, "seconds 2.001 is longer than the motion, 2 s"),
         ([0, 1, 2], [0, 1, 2], -1.0, "seconds must be greater than 0"),
     ],
 )

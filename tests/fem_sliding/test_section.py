@@ -225,3 +225,24 @@ def test_modes_follow_a_force_in_time_as_the_whole_does(model):
         exact.append(gauges @ field)
     exact = np.array(exact)
     assert np.abs(np.array(found) - exact).max() < 0.03 * np.abs(exact).max()
+
+
+def test_means_over_the_skin_are_those_of_gauss_points(model):
+    """A constant field and a linear one, integrated by another rule."""
+    means, hats = model.patch_weights
+    vertices, points = model.patch_vertices, model.section.points
+    for field in (lambda x: 0 * x + 3.0, lambda x: 2 + x):
+        moved = np.zeros(2 * model.nodes)
+        places = model.scalar.doflocs[0]
+        moved[model.component[0]] = field(places)
+        found = (means @ moved)[: len(vertices)]
+        expected, weight = np.zeros(len(points)), np.zeros(len(points))
+        gauss, weights = np.polynomial.legendre.leggauss(3)
+        for a, b in model.section.spans:
+            length = np.linalg.norm(points[b] - points[a])
+            for s, w in zip((gauss + 1) / 2, weights / 2, strict=True):
+                value = field(points[a, 0] * (1 - s) + points[b, 0] * s) * w * length
+                expected[[a, b]] += np.array([1 - s, s]) * value
+                weight[[a, b]] += np.array([1 - s, s]) * w * length
+        np.testing.assert_allclose(hats, weight[vertices], rtol=1e-9)
+        np.testing.assert_allclose(found, (expected / np.maximum(weight, 1e-300))[vertices], rtol=1e-9)
