@@ -24,8 +24,9 @@ GROOVE_MM, GROOVES_MM_S, INTERVAL_S = 1.5, 60.0, 0.050
 DEPTHS_MM = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 REACTIONS_GF = ((0.2, 0.70), (0.8, 38.37))
 """Printed in section III.B.2: depth in mm, force."""
-SETTLED = 300
-"""Samples after which the window of the impulses is full and the finger has settled."""
+SETTLED, JUDGED_FROM = 300, 1000
+"""Samples after which the window of the impulses is full and the finger has settled; and those of a scene with strokes
+that no lag and no step is computed from, a second."""
 BOTH = {"synthetic": "{}", "finger by finite elements": "{}, felt by FEM"}
 """The two kinds of signals, with the names of their scenes."""
 WAYS = {"const": "const", "strokes": "act1"}
@@ -193,7 +194,7 @@ def natural_touch() -> Picture:
     speed = Curve("", seen.time_s, seen.velocity_mm_s)
     lengths = [Curve(kind, seen.time_s, np.abs(seen.velocity_mm_s) / told[kind]) for kind in BOTH]
     true = Curve("1.8 mm", np.array(WINDOW), np.full(2, 1.8), "dashed", origin="true")
-    rows = slice(1000, None)
+    rows = slice(JUDGED_FROM, None)
     lags = [lag_ms(told[kind][rows], seen.frequency_Hz[rows], seen.sample_rate_Hz) for kind in BOTH]
     words = ", ".join(f"{lag:.0f} ms {kind}" for lag, kind in zip(lags, BOTH, strict=True))
     found = f"Lag of the best correlation: {words} (printed: about 100 ms)."
@@ -213,7 +214,7 @@ def against_spectrum() -> Picture:
     """
     density, told = _frequencies(ImpulseDensity)
     spectrum, lines = _frequencies(ShortTimeSpectrum)
-    rows, truth = slice(1000, None), _strokes()["synthetic"].frequency_Hz
+    rows, truth = slice(JUDGED_FROM, None), _strokes()["synthetic"].frequency_Hz
     words = [
         f"{kind} {correlation(told[kind][rows], truth[rows]):.2f} (density), "
         f"{correlation(lines[kind][rows], truth[rows]):.2f} (spectrum)"
@@ -234,7 +235,7 @@ def single_intervals() -> Picture:
     """
     curves, told = _frequencies(ImpulseInterval)
     density = _frequencies(ImpulseDensity)[1]
-    steps = [float(np.sqrt(np.nanmean(np.diff(one["synthetic"][1000:]) ** 2))) for one in (told, density)]
+    steps = [float(np.sqrt(np.nanmean(np.diff(one["synthetic"][JUDGED_FROM:]) ** 2))) for one in (told, density)]
     found = f"Rms step from sample to sample: {steps[0]:.1f} Hz by intervals, {steps[1]:.1f} Hz by density (synthetic)."
     panels = tuple(
         Panel(

@@ -78,8 +78,9 @@ def side_by_side() -> Picture:
         Curve("synthetic", seen.time_s, told),
         Curve("printed", np.array([BORDER_S + PERIOD_S]), np.array([4.0]), "points", origin="printed"),
     )
-    border = Curve("", at, np.quantile(output[500:], (0, 1)), "dashed", origin="true")
-    late = {name: _first(one[1000:]) for name, one in (("synthetic", told), ("by finite elements", felt))}
+    border = Curve("", at, np.quantile(output[time >= window[0]], (0, 1)), "dashed", origin="true")
+    answers = (("synthetic", told), ("by finite elements", felt))
+    late = {name: _first(one[round(BORDER_S * SAMPLE_RATE_HZ) :]) for name, one in answers}
     words = "; ".join(f"{name}: {value}, then {np.nanmean(one[1200:]):.2f} mm on the mean" for (name, value), one
                       in zip(late.items(), (told, felt), strict=True))  # fmt: skip
     panels = (
