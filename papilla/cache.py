@@ -74,12 +74,7 @@ def versioned_key(name: str, version: int, *values: object) -> str:
 def folder() -> Path:
     """The cache's folder (it need not exist)."""
     chosen = os.environ.get(ENVIRONMENT)
-    return Path(chosen) if chosen else _user_folder()
-
-
-@lru_cache(maxsize=1)
-def _user_folder() -> Path:
-    return Path(user_cache_dir("papilla", appauthor=False))
+    return Path(chosen or user_cache_dir("papilla", appauthor=False))
 
 
 def entry(kind: str, key: str) -> Path:
@@ -134,8 +129,13 @@ def clean() -> None:
 
 def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
     """The arrays of an entry, None if it is missing or damaged; with `report` a damaged one causes a warning."""
+    path = entry(kind, key)
     try:
-        content = _own_bytes(entry(kind, key))
+        _check_own(path)
+        with path.open("rb") as file:
+            # Check the file that is open: its name may stand for another file by now.
+            _check_status(path, os.fstat(file.fileno()))
+            content = file.read()
     except _NotOwnError as error:
         _go_on_without(error)
         return None
@@ -149,7 +149,7 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
         except (OSError, ValueError, EOFError, BadZipFile):
             pass
     if report:
-        warnings.warn(f"cache entry {entry(kind, key)} is damaged: it is not used", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"cache entry {path} is damaged: it is not used", RuntimeWarning, stacklevel=3)
     return None
 
 
@@ -200,15 +200,6 @@ def _make_folders(path: Path) -> None:
     folder().mkdir(mode=0o700, parents=True, exist_ok=True)
     path.parent.mkdir(mode=0o700, exist_ok=True)
     _check_own(path)
-
-
-def _own_bytes(path: Path) -> bytes:
-    """The content of an entry; raises `_NotOwnError` where others may have written it, and `OSError`."""
-    _check_own(path)
-    with path.open("rb") as file:
-        # Check the file that is open: its name may stand for another file by now.
-        _check_status(path, os.fstat(file.fileno()))
-        return file.read()
 
 
 def _check_own(path: Path) -> None:

@@ -97,7 +97,8 @@ def hertz_ellipse(force: float, radius_x: float, radius_y: float, e_star: float)
     major, k, K, D = _ellipse(radius_x, radius_y)
     e_star = checks.positive("contact modulus (MPa)", e_star)
     a = (3 * force * D * major / (math.pi * e_star)) ** (1 / 3)
-    return _oriented(force, 1.5 * force * K / (math.pi * e_star * a), a, k, radius_x >= radius_y)
+    axes = (a, k * a) if radius_x >= radius_y else (k * a, a)
+    return HertzContact(force, 1.5 * force * K / (math.pi * e_star * a), *axes)
 
 
 def hertz_ellipse_at(indentation: float, radius_x: float, radius_y: float, e_star: float) -> HertzContact:
@@ -109,12 +110,8 @@ def hertz_ellipse_at(indentation: float, radius_x: float, radius_y: float, e_sta
     major, k, K, D = _ellipse(radius_x, radius_y)
     e_star = checks.positive("contact modulus (MPa)", e_star)
     a = math.sqrt(2 * D * major * indentation / K)
-    return _oriented(math.pi * e_star * a * indentation / (1.5 * K), indentation, a, k, radius_x >= radius_y)
-
-
-def _oriented(force, indentation, major, k, long_in_x):
-    a, b = (major, k * major) if long_in_x else (k * major, major)
-    return HertzContact(force, indentation, a, b)
+    axes = (a, k * a) if radius_x >= radius_y else (k * a, a)
+    return HertzContact(math.pi * e_star * a * indentation / (1.5 * K), indentation, *axes)
 
 
 def _ellipse(radius_x, radius_y):

@@ -127,7 +127,7 @@ def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
 @kept(8)
 def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
     patch = reduced.patch
-    compliance = reduced.traction_compliance + reduced.specimen_traction_compliance(specimen)
+    compliance = reduced.traction_compliance + reduced.specimen_compliance(specimen, tractions=True)
     fixed = ((patch.xy == 0) & (patch.images < 0).any(axis=0)).T
     problem = ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit), fixed)
     return LoadingPath(problem, friction, _plain_path(reduced, specimen).whole)
@@ -208,7 +208,11 @@ def contact_press(
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
     pressure, shear = state.traction[0], state.traction[1:]
     total = float(reduced.multiplicity * reduced.patch.mass @ pressure)
-    shape = _shape(reduced, specimen, pressure, total)
+    # If both fidelities give the same ellipse, the layer term of `hertz` is the better one.
+    scene = ellipse_of(reduced, specimen, (total, None))
+    shape = contact_shape(reduced.patch, pressure, None if scene is None else scene.layer_term)
+    if scene is not None and abs(np.pi * np.prod(scene.semi_axes) / shape.area - 1) >= SAME_ELLIPSE:
+        shape = contact_shape(reduced.patch, pressure)
     coarse = too_coarse(shape.area, reduced.patch.mean_edge(state.active), reduced.mesh_size_mm)
     status = coarse or f"contact: {path.words(state)}"
     if coarse is None and reduced.at != (0.0, 0.0):
@@ -232,16 +236,6 @@ def contact_press(
         shear=shear if friction else None,
         friction=friction,
     )
-
-
-def _shape(reduced, specimen, pressure: np.ndarray, force: float) -> ContactShape:
-    """Area and peak of the nodal pressure (n,). The layer term is that of `hertz` if both give the same ellipse."""
-    scene = ellipse_of(reduced, specimen, (force, None))
-    if scene is not None:
-        shape = contact_shape(reduced.patch, pressure, scene.layer_term)
-        if abs(np.pi * np.prod(scene.semi_axes) / shape.area - 1) < SAME_ELLIPSE:
-            return shape
-    return contact_shape(reduced.patch, pressure)
 
 
 def ellipse_of(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzScene | None:

@@ -50,7 +50,10 @@ ROWS = (40, 400)
 """Number of tabulated ellipses of one aspect with radii below `SMALLEST`, and above; cubics interpolate between
 them."""
 
-SMALL_POINTS = 10  # Radii below `SMALLEST` at which the gauges' readings are tabulated, but not E*
+SMALL_POINTS, SMALL_RANGE = 10, (0.05, 0.95)
+"""Number and range (in smallest measured radii) of smaller radii at which the gauges' readings are tabulated, but not
+E*."""
+
 STRETCHES = (-0.06, 0.0, 0.06)
 """Stretches at which ellipses are tabulated: ln of b / a relative to that of Hertz. The layers of the default finger
 change it by up to 0.06."""
@@ -124,7 +127,9 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     share = smallest / largest
     # Geometric below the smallest measured ellipse, where presses are light; evenly spaced above.
     radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
-    measured = _tabulated(smallest, largest)[SMALL_POINTS:] / largest
+    # Semi-axes a (mm) of the tabulated ellipses; the first ones are below `smallest`.
+    below, above = np.linspace(*SMALL_RANGE, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS)
+    tabulated, measured = np.append(below, above), above / largest
     # A polynomial can bridge a gap about as wide as the wavelength of its oscillations, but not a wider one
     bridging = max(2, math.ceil(largest / smallest))
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
@@ -137,13 +142,16 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     def make() -> dict[str, np.ndarray]:
         """Ellipses of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
         time."""
-        return {"pressure": np.array([_ellipses(reduced.patch, smallest, largest, aspect) for aspect in aspects])}
+        return {"pressure": np.array([_ellipses(reduced.patch, tabulated, aspect) for aspect in aspects])}
 
     key = cache.key(__name__, reduced.patch, smallest, largest, aspects)
     ellipses = cache.fetch("ellipses", key, make)["pressure"]
     flat, finger, specimen = (
         np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
     )
+    # Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa.
+    long, short = np.maximum(aspects, 1.0), np.minimum(aspects, 1.0)
+    half_space = 0.8 * 1.5 / np.pi * ellipk(1 - (short / long) ** 2) / long
     return EllipseFamily(
         gap_radii,
         reduced.outer_modulus,
@@ -154,8 +162,8 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
         np.linalg.pinv((measured[:, None] ** i * stretches**j).reshape(-1, len(powers))),
         (radius[:, None] / largest) ** i * stretches**j,
         i / largest * (radius[:, None] / largest) ** (i - 1) * stretches**j,
-        np.array([_half_space_energy(aspect) for aspect in aspects]),
-        np.array([_influences(reduced, shapes, smallest, largest, radius) for shapes in ellipses]),
+        half_space,
+        np.array([_influences(reduced, shapes, tabulated, radius) for shapes in ellipses]),
     )
 
 
@@ -169,12 +177,6 @@ def moduli(family: EllipseFamily, specimen: Specimen) -> tuple[np.ndarray, np.nd
     coefficients = family.fit @ (-np.log(compliance) - limit).reshape(3, -1).T
     change, slope = (np.moveaxis(part @ coefficients, -1, 0) for part in (family.terms, family.slopes))
     return change, slope, limit
-
-
-def _half_space_energy(aspect: float) -> float:
-    """Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa."""
-    long, short = max(aspect, 1.0), min(aspect, 1.0)
-    return 0.8 * 1.5 / np.pi * float(ellipk(1 - (short / long) ** 2)) / long
 
 
 def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
@@ -200,8 +202,9 @@ def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float,
     return min(SMALLEST * edge, largest / 4), largest
 
 
-def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, radius: np.ndarray) -> list[np.ndarray]:
-    """Response of the gauges (k, q g) per newton to each pressure term of the tabulated `ellipses`, at radii (k,)."""
+def _influences(reduced, ellipses: np.ndarray, tabulated: np.ndarray, radius: np.ndarray) -> list[np.ndarray]:
+    """Response of the gauges (k, q g) per newton to each pressure term of the `ellipses` of `tabulated` radii, at radii
+    (k,)."""
     from scipy.interpolate import PchipInterpolator
 
     rows = reduced.rows.reshape(-1, len(reduced.patch.xy))
@@ -213,22 +216,17 @@ def _influences(reduced, ellipses: np.ndarray, smallest: float, largest: float, 
         per_force = (shapes @ rows.T)[caught] / load[caught, None]
         # Interpolated over a^2: readings per newton are even in a, because a small ellipse differs from a point load by
         # its second moments.
-        at = np.append(0, np.square(_tabulated(smallest, largest))[caught])
+        at = np.append(0, np.square(tabulated)[caught])
         found.append(PchipInterpolator(at, np.vstack([per_force[:1], per_force]))(radius**2))
     return found
 
 
-def _tabulated(smallest: float, largest: float) -> np.ndarray:
-    """Semi-axes a (mm) of the tabulated ellipses; the first `SMALL_POINTS` of them are below `smallest`."""
-    return np.append(np.linspace(0.05, 0.95, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS))
-
-
-def _ellipses(patch: Patch, smallest: float, largest: float, aspect: float) -> np.ndarray:
+def _ellipses(patch: Patch, tabulated: np.ndarray, aspect: float) -> np.ndarray:
     """Nodal pressures (2, k, n) of the tabulated ellipses under each term of the profile, sqrt(1 - u) and its cube,
     projected on the nodes so that force and moments stay the same."""
     points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
     square = points[:, 0] ** 2 + (points[:, 1] / aspect) ** 2
-    inside = np.maximum(0.0, 1 - square / np.square(_tabulated(smallest, largest))[:, None])
+    inside = np.maximum(0.0, 1 - square / np.square(tabulated)[:, None])
     hertz = np.sqrt(inside)
     loads = np.concatenate([hertz, hertz * inside]) * weights
     # Least squares projection on the hat functions, which keeps force and first moments.

@@ -50,6 +50,7 @@ HOMOGENEOUS = 0.1
 differences of the measured E* are errors of the mesh, to which the flat minimum in q is sensitive."""
 
 LAYERED = 0.01  # Measure of layering, from 0 to 1, below which the aspect is Hertz's, whatever the parabolas give
+ROUNDED = 1e-12  # Share of the largest force of a table that is rounding
 GAP = 1.5
 """The tables end where neighbouring radii have a larger ratio than this: ellipses between them do not have least
 energy."""
@@ -279,13 +280,14 @@ def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Hertz
     force, indentation = load
     table = hertz_table(reduced, specimen)
     if indentation is not None:
-        _refuse_beyond(table, indentation, table.indentation[-1], "an indentation", "mm")
-        root = table.root_of(indentation)
-        force = root**3
+        given, limit, what, unit = indentation, table.indentation[-1], "an indentation", "mm"
     else:
         assert force is not None
-        root = math.cbrt(force)
-        _refuse_beyond(table, force, table.cube_root[-1] ** 3 * (1 + 1e-12), "a force", "N")
+        given, limit, what, unit = force, table.cube_root[-1] ** 3 * (1 + ROUNDED), "a force", "N"
+    if given > limit:
+        raise ContactRangeError(f"{what} of {given:g} {unit} takes {table.end} ({limit:.3g} {unit})")
+    root = math.cbrt(given) if indentation is None else table.root_of(given)
+    force = root**3 if force is None else force
     a, b, q, depth, *per_newton = table.at(root).tolist()
     return HertzScene(
         force=force,
@@ -324,8 +326,3 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
         pressure=pressure,
         active=shape > 0,
     )
-
-
-def _refuse_beyond(table: HertzTable, value: float, limit: float, what: str, unit: str) -> None:
-    if value > limit:
-        raise ContactRangeError(f"{what} of {value:g} {unit} takes {table.end} ({limit:.3g} {unit})")

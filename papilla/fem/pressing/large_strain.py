@@ -333,16 +333,12 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
     return replace(strained, status=f"{found.status}; {said}")
 
 
+@kept(8)
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
     """Relative error of S_d with large strain, from the known tables for a friction; 0 if there is none."""
-    worst = max(_worst_error(reduced, stuck) for stuck in ends_of(friction))
+    tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
+    worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
     return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
-
-
-@kept(2)
-def _worst_error(reduced: ReducedFinger, stuck: bool) -> float:
-    """The largest error of S_d of the tables of one end of friction."""
-    return max((table.sd_error(reduced.weights) for table, _ in tables_of(reduced, stuck)), default=0.0)
 
 
 def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:

@@ -13,7 +13,7 @@ from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import DEEPEST, Specimen
-from papilla.units import PER_CENT, to_microstrain
+from papilla.units import MICROSTRAIN, PER_CENT
 
 RESOLVED_RADIUS = 2.5
 """Smallest contact radius, in patch edge lengths, for which S_d of the contact fidelity is within 3 %
@@ -88,7 +88,7 @@ class Press:
     @cached_property
     def reading(self) -> np.ndarray:
         """Readings (g,) in microstrain."""
-        return to_microstrain((self.weights * self.values).sum(axis=0))
+        return (self.weights * self.values).sum(axis=0) / MICROSTRAIN
 
     @cached_property
     def sd(self) -> float:
@@ -223,11 +223,12 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
         share = PER_CENT * reduced.facets / values["indentation"]
         doubts.append(f"the facets of the skin stand {reduced.facets:.2g} mm off it, {share:.0f} % of the indentation")
     below = reduced.layers[1:, 1] / reduced.layers[0, 1]
-    if radius > THIN_SKIN * reduced.skin_thickness and below.size and not 1 / ANOTHER <= below[0] <= ANOTHER:
-        thin = f"{radius:.2g} mm of contact on {reduced.skin_thickness:.2g} mm of skin"
+    skin = reduced.layers[0, 0]
+    if radius > THIN_SKIN * skin and below.size and not 1 / ANOTHER <= below[0] <= ANOTHER:
+        thin = f"{radius:.2g} mm of contact on {skin:.2g} mm of skin"
         doubts.append(f"area and peak pressure within 8 %: {thin}")
-    if reduced.skin_thickness < patch.finest_edge:
-        coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {reduced.skin_thickness:.2g} mm"
+    if skin < patch.finest_edge:
+        coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {skin:.2g} mm"
         doubts.append(f"not to be trusted: {coarse}")
         values["resolved"] = False
     seconds = perf_counter() - began

@@ -153,11 +153,6 @@ class ReducedFinger:
         return float(self.layers[:, 0].sum())
 
     @property
-    def skin_thickness(self) -> float:
-        """Thickness of the outer layer at the touch-down point, mm."""
-        return float(self.layers[0, 0])
-
-    @property
     def strained_depth(self) -> float:
         """Indentation (mm) that would strain the softest layer by one if all layers had the same stress."""
         thickness, modulus = self.layers.T
@@ -183,20 +178,18 @@ class ReducedFinger:
         n, tangential = len(self.patch.xy), self.tangential[0]
         return np.block([[np.vstack([self.compliance, tangential[:n].T]), tangential]])
 
-    def specimen_compliance(self, specimen: Specimen) -> np.ndarray:
-        """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa."""
-        return _of_unit(self, specimen.unit, "compliance") / _scale(specimen)
+    def specimen_compliance(self, specimen: Specimen, *, tractions: bool = False) -> np.ndarray:
+        """Weak compliance (n, n) of a specimen's surface on the patch, mm3 / MPa; (3n, 3n) with tangential tractions.
 
-    def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
-        """Weak compliance (3n, 3n) of a specimen's surface against pressure and tangential tractions, mm3 / MPa.
-
-        Raises `InputError` if it does not fit the one for pressure alone.
+        Raises `InputError` if the one with tangential tractions does not fit the one for pressure alone.
         """
-        return _of_unit(self, specimen.unit, "traction_compliance") / _scale(specimen)
+        found = _of_unit(self, specimen.unit, "traction_compliance" if tractions else "compliance")
+        return found / (specimen.modulus if specimen.elastic else 1.0)
 
     def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
         """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
-        return _of_unit(self, specimen.unit, "compliance") @ pressure / _scale(specimen)
+        found = _of_unit(self, specimen.unit, "compliance") @ pressure
+        return found / (specimen.modulus if specimen.elastic else 1.0)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
         """All data as named arrays, ready for `numpy.savez`; with `tangential` also those for friction, computed if
@@ -272,11 +265,6 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
                 f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
             )
     return found
-
-
-def _scale(specimen: Specimen) -> float:
-    """The compliance of a specimen is that of its `unit` divided by this number."""
-    return specimen.modulus if specimen.elastic else 1.0
 
 
 def needs_reduced(given: object) -> None:
