@@ -19,7 +19,7 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.specimen import Specimen
 from papilla.units import KPA_PER_MPA
-from papilla.view.style import INK, MUTED, SEQUENTIAL, color_bar, friction_text, nice_limit, styled, titled
+from papilla.view.style import INK, MUTED, SEQUENTIAL, THIN, color_bar, friction_text, nice_limit, styled, titled
 
 PIXELS = 301
 LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
@@ -156,10 +156,10 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
         x, y = (xy[pressure > 0] + at).T
-        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=0.4, **shown)
-    axes.triplot(mesh, color=MUTED, linewidth=0.3, alpha=0.5)
+        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN, **shown)
+    axes.triplot(mesh, color=MUTED, linewidth=THIN / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
-        axes.plot(*(line + at).T, color=INK, linewidth=1.4, linestyle=(0, (4, 1.5)))
+        axes.plot(*(line + at).T, color=INK, linestyle="--")
     axes.set(xlim=(at[0] - reach, at[0] + reach), ylim=(at[1] - reach, at[1] + reach), aspect="equal")
     axes.grid(False)
     return shades

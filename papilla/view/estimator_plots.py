@@ -8,12 +8,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.units import PER_CENT
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, plain_log, styled, titled
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, plain_log, styled, titled
 
 PRODUCT, BESIDE = "pipeline", "STFT over the path"
 RIGHT, FALSE = ACCENTS[0], ACCENTS[1]
 LIMITS = (1e-3, 300.0)
 """Range of the errors shown, in %; errors beyond it are drawn at its end."""
+PRODUCT_MARK = 7
+"""Size in points of the pipeline's dots, which lie over the others."""
 Rows = Sequence[Mapping]
 
 
@@ -33,7 +35,7 @@ def honesty_figure(rows: Rows) -> Figure:
             _shares(axes, [row for row in rows if row["method"] == method], places)
             axes.set_title(method, fontsize=10)
         _errors(grid[2], rows, dict(zip(scenes, places.tolist(), strict=True)))
-        grid[0].set_yticks(places, labels=scenes, fontsize=8)
+        grid[0].set_yticks(places, labels=scenes, fontsize="small")
         faulty = {row["scene"] for row in rows if row["faults"]}
         for label, scene in zip(grid[0].get_yticklabels(), scenes, strict=True):
             label.set_color(FALSE if scene in faulty else INK)
@@ -59,21 +61,21 @@ def _errors(axes: Axes, rows: Rows, places: Mapping[str, int]) -> None:
     for method in reversed(dict.fromkeys(row["method"] for row in rows)):
         own = [row for row in rows if row["method"] == method and row["median"] == row["median"]]
         at = [min(max(PER_CENT * row["median"], LIMITS[0]), LIMITS[1]) for row in own]
-        style = {"color": colors[method], "label": method} if method in colors else {"color": FAINT, "markersize": 4}
-        size = 7 if method == PRODUCT else 4.5
-        axes.plot(at, [places[row["scene"]] for row in own], "o", **({"markersize": size} | style))
-    axes.axvline(5, color=MUTED, linewidth=0.8, linestyle=(0, (4, 2)))
+        style: dict = {"color": colors[method], "label": method} if method in colors else {"color": FAINT}
+        if method == PRODUCT:
+            style["markersize"] = PRODUCT_MARK
+        axes.plot(at, [places[row["scene"]] for row in own], "o", **style)
+    axes.axvline(5, color=MUTED, linewidth=THIN, linestyle="--")
     axes.set(xscale="log", xlim=(LIMITS[0] / 1.3, LIMITS[1] * 1.3), xlabel="median error, ok or not (%)")
     plain_log(axes.xaxis, (1.0,))
     handles, _ = axes.get_legend_handles_labels()
-    grey = Line2D([], [], color=FAINT, marker="o", linestyle="none", markersize=4, label="published")
+    grey = Line2D([], [], color=FAINT, marker="o", linestyle="none", label="published")
     handles = [*handles[::-1], *([grey] if any(row["kind"] == "published" for row in rows) else [])]
     axes.legend(
         handles=handles,
         loc="lower center",
         bbox_to_anchor=(0.42, 1.0),
         ncols=4,
-        fontsize=7.5,
         columnspacing=1.0,
         handletextpad=0.2,
     )

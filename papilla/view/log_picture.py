@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from papilla.logs.thinned import Thinned
-from papilla.view.style import ACCENTS, INK, MUTED, literal, plain_log, styled, titled
+from papilla.view.style import ACCENTS, INK, MUTED, THIN, literal, plain_log, styled, titled
 
 MEASURED = {
     "force_N": "force (N)",
@@ -99,7 +99,7 @@ class LogPicture:
             for number, name in enumerate(self._gauges):
                 _trace(own, time, low[:, 1 + number], high[:, 1 + number], ACCENTS[number % len(ACCENTS)], name)
             own.set_ylabel("readings (µε)")
-            own.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize=9)
+            own.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
         for name in measured:
             own, column = next(axes), names.index(name)
             _trace(own, time, low[:, column], high[:, column], INK, "")
@@ -113,7 +113,7 @@ class LogPicture:
             own.set_ylabel(ANSWERS[quantity][2])
             if not number:
                 told = "blue: may be used,\nwith its 95 % band;\ngrey: in doubt"
-                own.text(1.01, 0.4, told, transform=own.transAxes, fontsize=8, color=MUTED)
+                own.text(1.01, 0.4, told, transform=own.transAxes, fontsize="small", color=MUTED)
         if self._alone:
             own = next(axes)
             _trace(own, time, low[:, -1], high[:, -1], OK, "")
@@ -140,13 +140,13 @@ class LogPicture:
         axes.set_yticklabels(self._quantities)
         axes.grid(visible=False)
         keys: list[Any] = [Patch(color=shades[n], label=code) for code, n in self._codes.items() if n in shown]
-        axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.0, 1.1), fontsize=8, handlelength=1.0)
+        axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.0, 1.1))
 
 
 def _trace(axes: Axes, time: np.ndarray, low: np.ndarray, high: np.ndarray, color: str, label: str) -> None:
     """A curve, drawn as the area between its lowest and highest value in each bin."""
     axes.fill_between(time, low, high, color=color, alpha=0.45, linewidth=0)
-    axes.plot(time, 0.5 * (low + high), color=color, linewidth=0.9, label=literal(label))
+    axes.plot(time, 0.5 * (low + high), color=color, linewidth=THIN, label=literal(label))
 
 
 def _frame(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
@@ -173,7 +173,7 @@ def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
         peak = float(power[np.argmin(np.abs(wavelength - line.wavelength_mm))])
         axes.annotate(
             f"{line.wavelength_mm:.4g} mm", (line.wavelength_mm, peak), xytext=(0, 4), textcoords="offset points",
-            ha="center", fontsize=8, color=OK if line.harmonic == 1 else MUTED,
+            ha="center", fontsize="small", color=OK if line.harmonic == 1 else MUTED,
         )  # fmt: skip
 
 

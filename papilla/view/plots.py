@@ -10,7 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from papilla.units import PER_CENT
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, color_bar, literal, nice_limit, plain_log, styled
+from papilla.view.style import (
+    ACCENTS,
+    FAINT,
+    INK,
+    MUTED,
+    THICK,
+    THIN,
+    color_bar,
+    literal,
+    nice_limit,
+    plain_log,
+    styled,
+)
 
 CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
 SPREAD = "viridis"
@@ -31,12 +43,12 @@ def sd_against_force(
     colors = _spread(len(moduli))
     with _plot() as (figure, axes):
         if published is not None:
-            dashed: dict = {"linewidth": 1.4, "linestyle": (0, (4, 2)), "zorder": 3}
+            dashed: dict = {"linestyle": "--", "zorder": 3}
             for modulus, values in zip(published[1], published[2].T, strict=True):
                 axes.plot(published[0], values / 1000, color=colors[_nearest(moduli, modulus)], **dashed)
             axes.plot([], [], color=MUTED, label="published (9), one scale factor", **dashed)
-            axes.plot([], [], color=MUTED, linewidth=1.8, label="calibration")
-            axes.legend(loc="lower right", fontsize=9)
+            axes.plot([], [], color=MUTED, linewidth=THICK, label="calibration")
+            axes.legend(loc="lower right")
         frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (10³ µε)", "xlim": (0, float(force_N.max()))}
         _curves(axes, force_N, sd / 1000, _megapascals(moduli), colors, ylim=(0, None), **frame)
     return figure
@@ -55,8 +67,8 @@ def sd_of_presses(
     colors = _spread(len(moduli))
     with _plot() as (figure, axes):
         for force, modulus, value, bar in zip(*measured, strict=True):
-            dot = {"color": colors[_nearest(moduli, modulus)], "markeredgecolor": "white", "markersize": 4}
-            axes.errorbar(force, value, yerr=bar, fmt="o", capsize=2, **dot)
+            dot = {"color": colors[_nearest(moduli, modulus)], "markeredgecolor": "white"}
+            axes.errorbar(force, value, yerr=bar, fmt="o", **dot)
         frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (µε)", "xlim": (0, None), "ylim": (0, None)}
         _curves(axes, force_N, sd, _megapascals(moduli), colors, **frame)
     return figure
@@ -67,9 +79,9 @@ def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual
     with _plot(3.2, (0.18, 0.75)) as (figure, axes):
         axes.axhspan(-2, 2, color=FAINT, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
-            axes.plot(force_N, values, "o", markersize=4, color=color, label=name)
+            axes.plot(force_N, values, "o", color=color, label=name)
         axes.set(xlabel="force (N)", ylabel="residual (sigma)", xlim=(0, None))
-        axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=9)
+        axes.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
     return figure
 
 
@@ -103,19 +115,19 @@ def uncertainty_map(
         shades = axes.contourf(
             force_N, modulus_MPa, np.log10(np.clip(share, levels[0], CEILING)).T, levels=np.log10(levels), cmap="YlOrBr"
         )
-        lines = axes.contour(force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=INK, linewidths=0.5)
-        axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize=8)
+        lines = axes.contour(force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=INK, linewidths=THIN)
+        axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize="small")
         blank = (~identified).astype(float).T
         axes.contourf(force_N, modulus_MPa, blank, levels=[0.5, 1.5], colors="#eceff3", hatches=["////"])
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked
             box = Rectangle((low_force, low_modulus), high_force - low_force, high_modulus - low_modulus)
-            box.set(fill=False, edgecolor=ACCENTS[0], linewidth=1.6)
+            box.set(fill=False, edgecolor=ACCENTS[0], linewidth=THICK)
             axes.add_patch(box)
         handles = [Patch(facecolor="#eceff3", hatch="////", edgecolor=MUTED, label="not identifiable")]
         if checked is not None:
             handles.append(Patch(facecolor="none", edgecolor=ACCENTS[0], label="where recovery was checked"))
-        axes.legend(handles=handles, loc="lower right", fontsize=8.5, frameon=True, facecolor="white", framealpha=0.9)
+        axes.legend(handles=handles, loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa)
         bar = color_bar(figure, shades, BAR, r"$\sigma_E / E$")
         bar.set_ticks(list(np.log10(levels)), labels=[f"{level:g} %" for level in levels])
@@ -130,11 +142,11 @@ def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray
         axes = figure.add_axes((0.11, 0.13, 0.7, 0.8))
         dots = axes.scatter(
             force_N[known], modulus_MPa[known], c=PER_CENT * error[known], s=90, cmap="PuOr_r", vmin=-limit, vmax=limit,
-            edgecolors=MUTED, linewidths=0.4,
+            edgecolors=MUTED, linewidths=THIN,
         )  # fmt: skip
         if not known.all():
             axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=INK, s=40, label="no answer")
-            axes.legend(loc="lower right", fontsize=9)
+            axes.legend(loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa, margin=1.08)
         color_bar(figure, dots, BAR, "error of the recovered E (%)")
     return figure
@@ -144,8 +156,8 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
     """Readings in microstrain (force, gauge) against force in N, one curve per gauge; equal curves coincide."""
     with _plot(4.0, (0.14, 0.74)) as (figure, axes):
         colors = [ACCENTS[number % len(ACCENTS)] for number in range(len(names))]
-        dashes = ["solid" if number <= len(names) // 2 else (0, (4, 2)) for number in range(len(names))]
-        axes.axhline(0, color=MUTED, linewidth=0.8)
+        dashes = ["solid" if number <= len(names) // 2 else "--" for number in range(len(names))]
+        axes.axhline(0, color=MUTED, linewidth=THIN)
         frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
         _curves(axes, force_N, readings / 1000, [literal(name) for name in names], colors, dashes, **frame)
     return figure
@@ -163,7 +175,7 @@ def _curves(axes: Axes, x: np.ndarray, table: np.ndarray, names: Sequence[str], 
     """Curves, columns of a table (n, k) over x (n,), with their names at the right ends; frame : of `Axes.set`."""
     ends = []
     for values, name, color, dash in zip(table.T, names, colors, dashes or ["solid"] * len(names), strict=True):
-        axes.plot(x, values, color=color, linestyle=dash, linewidth=1.8)
+        axes.plot(x, values, color=color, linestyle=dash, linewidth=THICK)
         ends.append((float(values[np.isfinite(values)][-1]), name, color))
     axes.set(**frame)
     _label_ends(axes, float(x.max()), _merged(ends))
@@ -217,6 +229,6 @@ def _label_ends(axes: Axes, x: float, ends: list) -> None:
     for (value, name, color), place in zip(ends, places, strict=True):
         axes.annotate(
             name, (x, value), xytext=(1.03, (place - low) / (high - low)), textcoords="axes fraction", va="center",
-            fontsize=9, color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.8},
+            fontsize="small", color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT},
             parse_math=False,
         )  # fmt: skip

@@ -8,11 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.units import PER_CENT
-from papilla.view.style import ACCENTS, INK, MUTED, plain_log, styled, titled
+from papilla.view.style import ACCENTS, INK, MUTED, THICK, THIN, plain_log, styled, titled
 
 MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
 
-DOTTED = (0, (1, 1.5))
+MARK = 7
+"""Size in points of the mark of a mesh, and of its key."""
 
 LABEL_PLACES = ((-10, -8, "right"), (9, 6, "left"), (0, 10, "center"))
 """Position of the size labels of the first, second and third element: offset in points, and alignment."""
@@ -33,8 +34,8 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
                 belong = [row for row in shown if (row["fidelity"], row["element"]) == (fidelity, element)]
                 _curve(axes, belong, marker, color, place)
         front = sorted((row for row in shown if row["pareto"]), key=lambda row: row["seconds_thousand"])
-        axes.step(*_points(front), where="post", color=INK, linewidth=1.1, linestyle=DOTTED, zorder=1)
-        axes.scatter(*_points(front), s=190, facecolors="none", edgecolors=INK, linewidths=1.1, zorder=4)
+        axes.step(*_points(front), where="post", color=INK, linestyle=":", zorder=1)
+        axes.scatter(*_points(front), s=190, facecolors="none", edgecolors=INK, linewidths=THIN, zorder=4)
         axes.set(xscale="log", yscale="log")
         axes.set(xlabel="set-up and 1000 scenes (s)", ylabel=r"worst error of $S_d$, 10-100 gf (%)")
         axes.margins(0.09)
@@ -58,12 +59,12 @@ def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tupl
     ordered = sorted(rows, key=lambda row: -row["size_mm"])
     seconds, errors = _points(ordered)
     face = color if marker == MARKERS["contact"] else "white"
-    style: dict = {"marker": marker, "markersize": 7, "markerfacecolor": face, "markeredgewidth": 1.4}
-    axes.plot(seconds, errors, color=color, linewidth=1.3, zorder=3, **style)
+    style: dict = {"marker": marker, "markersize": MARK, "markerfacecolor": face, "markeredgewidth": THICK}
+    axes.plot(seconds, errors, color=color, zorder=3, **style)
     right, up, align = place
     for row, x, y in zip(ordered, seconds, errors, strict=True):
         axes.annotate(
-            f"{row['size_mm']:g}", (x, y), xytext=(right, up), textcoords="offset points", ha=align, fontsize=8.5,
+            f"{row['size_mm']:g}", (x, y), xytext=(right, up), textcoords="offset points", ha=align, fontsize="small",
             color=color, zorder=5,
         )  # fmt: skip
 
@@ -78,13 +79,13 @@ def _message(front: list[Mapping]) -> str:
 
 def _legend(axes: Axes, fidelities: set[str], colors: dict[str, str]) -> None:
     handles = [
-        Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=7, label=f"fidelity {fidelity}",
-               markerfacecolor=MUTED if fidelity == "contact" else "white", markeredgewidth=1.4)
+        Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=MARK, label=f"fidelity {fidelity}",
+               markerfacecolor=MUTED if fidelity == "contact" else "white", markeredgewidth=THICK)
         for fidelity, marker in MARKERS.items() if fidelity in fidelities
     ]  # fmt: skip
-    handles += [Line2D([], [], color=color, linewidth=2.2, label=element) for element, color in colors.items()]
+    handles += [Line2D([], [], color=color, linewidth=THICK, label=element) for element, color in colors.items()]
     handles.append(
-        Line2D([], [], color=INK, linestyle=DOTTED, marker="o", markersize=11, markerfacecolor="none",
+        Line2D([], [], color=INK, linestyle=":", marker="o", markersize=11, markerfacecolor="none",
                label="Pareto front of hertz and contact")
     )  # fmt: skip
-    axes.legend(handles=handles, fontsize=8.5, ncols=1, loc="best", frameon=True, facecolor="white", framealpha=0.9)
+    axes.legend(handles=handles, ncols=1, loc="best")

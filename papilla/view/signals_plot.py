@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, literal, plain_log, styled, titled
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, literal, plain_log, styled, titled
 
 
 class GratingSignals(Protocol):
@@ -35,9 +35,9 @@ def signals_figure(
             axes.axhspan(*noise_microstrain, color=FAINT, zorder=0)
             for gauge, (name, color) in enumerate(zip(names, ACCENTS, strict=False)):
                 signal = [scene.rms[gauge] for scene in scenes]
-                axes.plot(wavelengths, signal, color=color, marker="o", markersize=4, label=literal(name))
+                axes.plot(wavelengths, signal, color=color, marker="o", label=literal(name))
             if pitch:
-                axes.axvline(pitch, color=INK, linewidth=0.8, linestyle=(0, (1, 1.5)))
+                axes.axvline(pitch, color=INK, linewidth=THIN, linestyle=":")
             axes.set(yscale="log", ylim=(noise_microstrain[0] / 2, 2 * largest), xlabel="wavelength (mm)")
             plain_log(axes.yaxis, (1.0,))
             axes.text(
@@ -48,7 +48,7 @@ def signals_figure(
                 axes.tick_params(labelleft=False)
             else:
                 axes.set_ylabel("signal, standard deviation (µε)")
-                axes.legend(ncols=len(names), loc="upper right", fontsize=8.5, handlelength=1.2, columnspacing=1.0)
+                axes.legend(ncols=len(names), loc="upper right", columnspacing=1)
         best = max(signals, key=lambda scene: float(scene.rms.max()))
         loudest = literal(names[int(best.rms.argmax())])
         skin = f"with ridges of {best.pitch_mm:g} mm" if best.pitch_mm else "on smooth skin"

@@ -57,7 +57,7 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
                 body.set(ylabel="z (mm)", xlabel="x (mm)")
                 body.set_title(
                     f"{found.motion.t_s[sample]:.3f} s, {found.force_N[sample]:.2g} N; strain along x to "
-                    f"±{PER_CENT * limit:.2g} %", fontsize=9,
+                    f"±{PER_CENT * limit:.2g} %", fontsize="small",
                 )  # fmt: skip
                 _draw_signals(signal, found, sample)
                 writer.grab_frame()
@@ -82,8 +82,8 @@ def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float,
     under = top - found.depth_mm[sample] + texture.recess(place)
     axes.fill_between(x, under, top + 3, color="#c9ced6", linewidth=0, zorder=3)
     pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
-    axes.vlines(found.x_mm, top + 0.6, top + 0.6 + 2.2 * pressure, color=INK, linewidth=1.2, zorder=4)
-    axes.text(0.99, 0.93, "pressure", transform=axes.transAxes, ha="right", fontsize=8, color=MUTED, zorder=5)
+    axes.vlines(found.x_mm, top + 0.6, top + 0.6 + 2.2 * pressure, color=INK, zorder=4)
+    axes.text(0.99, 0.93, "pressure", transform=axes.transAxes, ha="right", fontsize="small", color=MUTED, zorder=5)
 
 
 def _draw_signals(axes, found: Slide, sample: int) -> None:
@@ -91,9 +91,9 @@ def _draw_signals(axes, found: Slide, sample: int) -> None:
     rows = slice(max(0, sample - round(SIGNAL_S * found.motion.rate_Hz)), sample + 1)
     change = found.readings - found.readings.mean(axis=0)
     for name, color, signal in zip(found.gauge_names, ACCENTS, change[rows].T, strict=False):
-        axes.plot(found.motion.t_s[rows], signal, color=color, linewidth=1.1, label=literal(name))
+        axes.plot(found.motion.t_s[rows], signal, color=color, label=literal(name))
     reach = max(1.05 * float(np.percentile(np.abs(change), 99.8)), 1e-9)
     axes.set(ylim=(-reach, reach), xlabel="time (s)", ylabel="change (µε)")
     end = max(found.motion.t_s[sample], min(SIGNAL_S, found.motion.t_s[-1]))
     axes.set_xlim(max(end - SIGNAL_S, 0.0), end)
-    axes.legend(ncols=len(found.gauge_names), loc="upper left", fontsize=8)
+    axes.legend(ncols=len(found.gauge_names), loc="upper left")

@@ -33,6 +33,8 @@ from papilla.view.style import (
     MUTED,
     NARROW_IN,
     STRAIN,
+    THICK,
+    THIN,
     diverging_bar,
     friction_text,
     literal,
@@ -177,16 +179,16 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
 
 def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:
     for polygon in one.section.bone:
-        axes.fill(*view.project(polygon).T, facecolor=BONE_COLOR, edgecolor=INK, linewidth=0.8)
+        axes.fill(*view.project(polygon).T, facecolor=BONE_COLOR, edgecolor=INK, linewidth=THIN)
         x, y = view.project(polygon.mean(axis=0))
         axes.text(x, y, "bone", ha="center", va="center", color=MUTED)
-    for name, width in (("skin", 1.0), ("interface", 1.3)):
+    for name, width in (("skin", THIN), ("interface", THICK)):
         for line in one.section.outlines[name]:
             axes.plot(*view.project(line).T, color=INK, linewidth=width)
     for line in one.outline:
-        axes.plot(*view.project(line).T, color=INK, linewidth=1.6, linestyle=(0, (4, 1.5)))
+        axes.plot(*view.project(line).T, color=INK, linewidth=THICK, linestyle="--")
     if one.touched is not None:
-        axes.plot(*view.project(one.touched), "+", color=INK, markersize=11, markeredgewidth=1.6)
+        axes.plot(*view.project(one.touched), "+", color=INK, markersize=11, markeredgewidth=THICK)
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
         flat = view.project(bar)
         mark_gauge(axes, flat)
@@ -195,7 +197,7 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
             label = f"{literal(gauge.name)}\n{reading / 1000:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
-            x, y, label.replace("-", "−"), ha="center", va="top", fontsize=9, weight="bold", linespacing=1.25,
+            x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold", linespacing=1.25,
             path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white", alpha=0.85)],
         )  # fmt: skip
 

@@ -23,7 +23,14 @@ from papilla.errors import InputError
 from papilla.files import replacing
 from papilla.specimen import friction_words
 
-INK, MUTED, FAINT = "#1d2330", "#5b6472", "#d5dae1"  # Colours of text, of secondary text, and of grids and frames
+_STYLE = matplotlib.rc_params_from_file(
+    Path(__file__).parents[1] / "data" / "papilla.mplstyle", use_default_template=False
+)
+INK, MUTED, FAINT = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.color"))
+"""Colours of text, of secondary text, and of grids and frames."""
+THIN, THICK = 0.8, 1.7
+"""Widths in points of a line that helps to read (a frame, an edge, zero), and of the curve that a picture is about;
+other curves have the width of the style sheet."""
 GAUGE_COLOR = "#f5c400"
 
 ACCENTS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#be185d", "#475569")
@@ -39,35 +46,6 @@ NARROW_IN = 4.6
 """Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
 LETTER = 0.6
 """Width of a bold letter, on average, as a share of its size."""
-
-_STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10,
-    "text.color": INK,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": MUTED,
-    "axes.linewidth": 0.8,
-    "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.titlepad": 10,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "axes.grid": True,
-    "grid.color": FAINT,
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "legend.frameon": False,
-    "figure.facecolor": "white",
-    "svg.fonttype": "path",
-    "svg.hashsalt": "papilla",
-    "hatch.linewidth": 0.6,
-    "hatch.color": MUTED,
-}
 
 
 _UNDATED: dict[str, dict[str, None]] = {

@@ -16,6 +16,8 @@ from papilla.view.style import (
     MUTED,
     NARROW_IN,
     SEQUENTIAL,
+    THICK,
+    THIN,
     literal,
     plain_log,
     styled,
@@ -53,10 +55,10 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
 
 
 def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
-    axes.set_title(literal(panel.title), fontsize=9.5)
-    axes.set_xlabel(literal(panel.x_label), fontsize=9)
-    axes.set_ylabel(literal(panel.y_label), fontsize=9)
-    axes.tick_params(colors=MUTED, labelsize=8.5)
+    axes.set_title(literal(panel.title), fontsize="small")
+    axes.set_xlabel(literal(panel.x_label), fontsize="small")
+    axes.set_ylabel(literal(panel.y_label), fontsize="small")
+    axes.tick_params(colors=MUTED, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
     colors, bars = count(), [one for one in panel.curves if one.look == "bars"]
@@ -81,7 +83,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
         axes.set_aspect("equal")
     labels = [one.label for one in panel.curves if one.label]
     if labels:
-        look = {"fontsize": 7.5, "framealpha": 0.85, "edgecolor": "none", "handlelength": 1.6}
+        look = {"fontsize": "x-small"}
         beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
         if beside_title:
             axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=len(labels), borderaxespad=0.2, **look)
@@ -92,20 +94,20 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
 def _curve(axes: Axes, one: Curve, color: str) -> None:
     label = literal(one.label)
     if one.look == "impulses":
-        axes.vlines(one.x, 0, one.y, color=color, linewidth=1.1, label=label)
+        axes.vlines(one.x, 0, one.y, color=color, label=label)
         return
     looks: dict[str, dict] = {
-        "line": {"linewidth": 1.2},
-        "dashed": {"linewidth": 1.1, "linestyle": (0, (4, 2))},
-        "points": {"linestyle": "", "marker": "o", "markersize": 4},
+        "line": {},
+        "dashed": {"linestyle": "--"},
+        "points": {"linestyle": "", "marker": "o"},
     }
     look = looks[one.look] | {"color": color, "label": label}
     if one.origin == "printed" and one.look == "points":
-        look |= {"marker": "D", "markersize": 6, "markerfacecolor": "white", "markeredgewidth": 1.4, "zorder": 4}
+        look |= {"marker": "D", "markersize": 6, "markerfacecolor": "white", "markeredgewidth": THICK, "zorder": 4}
     if one.spread is None:
         axes.plot(one.x, one.y, **look)
     else:
-        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=0.9, capsize=2.5, **look)
+        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
@@ -117,11 +119,11 @@ def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     )  # fmt: skip
     axes.grid(False)
     bar = figure.colorbar(drawn, ax=axes, pad=0.01)
-    bar.set_label(literal(shade.label), fontsize=8)
-    bar.ax.tick_params(labelsize=7.5)
+    bar.set_label(literal(shade.label), fontsize="small")
+    bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
     if shade.over is not None and shade.over.any() and not shade.over.all():
-        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK, linewidths=1.3)
+        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK, linewidths=THICK)
     if shade.phase is not None:
         _arrows(axes, shade, log_y)
 
@@ -152,6 +154,6 @@ def _table(table: Table) -> Figure:
             y = 1 - (number + 0.7) / (len(cells) + 1.4)
             for x, cell in zip(left, row, strict=False):
                 axes.text(x, y, literal(cell), fontsize=size, va="center", weight="bold" if number == 0 else "normal")
-            axes.axhline(y - 0.5 / (len(cells) + 1.4), color=INK if number == 0 else FAINT, linewidth=0.8)
+            axes.axhline(y - 0.5 / (len(cells) + 1.4), color=INK if number == 0 else FAINT, linewidth=THIN)
         axes.set(xlim=(0, 1), ylim=(0, 1))
         return figure
