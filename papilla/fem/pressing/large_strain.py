@@ -27,7 +27,7 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.finger import DEFAULT_FINGER
-from papilla.units import PER_CENT, to_microstrain
+from papilla.units import PER_CENT
 
 SCHEMA = "papilla.large_strain/1"
 SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
@@ -148,7 +148,7 @@ class LargeStrain:
         to all others; a table of few presses adds `COARSE`."""
         predicted = self.finite[:, FIRST_GAUGE:] + self.fit.errors[:, FIRST_GAUGE:] * self.fit.norms[:, FIRST_GAUGE:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, FIRST_GAUGE:]))
-        found, true = (to_microstrain((weights * values).sum(axis=-2)).std(axis=-1) for values in both)
+        found, true = ((weights * values).sum(axis=-2).std(axis=-1) for values in both)
         error = float(np.sqrt(np.mean((found / true - 1) ** 2)))
         return error if len(self.force) >= MANY else math.hypot(error, COARSE)
 

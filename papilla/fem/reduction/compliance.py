@@ -211,6 +211,7 @@ def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
     corners = patch.xy[patch.triangles]
     size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
     flipped = corners * image
+    # Pairs of a point and a triangle: only the point's distance decides, relative to the size of the triangle.
     near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR * size)
     triangle = np.repeat(np.arange(len(corners)), [len(found) for found in near])
     point = np.concatenate([np.array(found, dtype=int) for found in near])
@@ -244,6 +245,8 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
     total = np.zeros((len(points), 3, 6 if orders != (0,) else 1))
     middle = corners.mean(axis=1)
     for edge in range(3):
+        # Outward normal n and tangent t of the edge; the point lies at the signed distance d from its line, positive
+        # inside, so that edges of a triangle that does not contain the point cancel where they should.
         start, end = corners[:, edge], corners[:, (edge + 1) % 3]
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
         out = np.stack([along[:, 1], -along[:, 0]], axis=1)

@@ -121,6 +121,7 @@ def family(
 
     first = FingerModel(unit, mesh)
 
+    # Moduli enter as multiples of the inner one, so what is stored for an inner layer of 1 MPa serves all.
     def model(ratio: float) -> FingerModel:
         member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
         member.space = first.space  # The assembled parts hold for all ratios

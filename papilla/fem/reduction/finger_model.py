@@ -35,6 +35,9 @@ instead."""
 STABILISATION = 1e-5
 """Pressure mass that is added to the stabilised matrix, in units of 1/mu; solves are refined with the true matrix."""
 
+WALK = 4001
+"""Number of points on a line into the finger, at which the layers below the touch-down point are found."""
+
 _LIVING: WeakValueDictionary = WeakValueDictionary()
 _LATEST: list["FingerModel"] = []
 """Models that are still in use after a reduction, and the latest one of `model_of`, so that nothing is factorised
@@ -76,8 +79,12 @@ class FingerModel:
         loaded, parities = self._patch(at)
         self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0,), (0,))
+        # The tangential part is computed when a press needs it. It keeps no model alive, except one of a derived class,
+        # whose surfaces another model would not have.
+        tangential: Callable = partial(self.reduce_tangential, at)
         if type(self) is FingerModel:
             _LIVING[self.finger.sha256, self.mesh.sha256, self.space.name] = self
+            tangential = partial(tangential_of, self.finger, self.mesh, self.space.name, at)
         gauges = self.finger.gauges
         return ReducedFinger(
             finger_name=self.finger.name,
@@ -97,15 +104,8 @@ class FingerModel:
             bench=self.finger.bench,
             facets=facet_deviation(self.surfaces["skin"], loaded.frame.origin, self.finger.patch_radius / 4),
             element=self.space.name,
-            tangential_source=self._tangential_source(at),
+            tangential_source=tangential,
         )
-
-    def _tangential_source(self, at: tuple[float, float]) -> Callable:
-        """Function that computes the tangential part later. It keeps no model alive, except one of a derived class,
-        whose surfaces another model would not have."""
-        if type(self) is not FingerModel:
-            return partial(self.reduce_tangential, at)
-        return partial(tangential_of, self.finger, self.mesh, self.space.name, at)
 
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
         """The effect of tangential tractions on the finger reduced at `at`: `ReducedFinger.tangential`."""
@@ -178,6 +178,7 @@ class FingerModel:
         if parity not in self._factors:
             free = self.space.free(parity, self.mesh.mirrors)
             matrix = restricted(self.matrix, free)
+            # The matrix is indefinite: each pressure is a multiplier, and gives one negative eigenvalue.
             negative = int(free[3 * self.space.nodes :].sum())
             self._factors[parity] = free, factorise(matrix, negative, stabilised=self._stabilised(matrix, free))
         return self._factors[parity]
@@ -280,11 +281,14 @@ class FingerModel:
     def _layers_below(self, frame: Frame) -> np.ndarray:
         """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to a clamped
         surface: a rigid bone or the base plane."""
-        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), 4001)[1:]
+        # Walk down along the inward normal and note where the levels of the surfaces change sign. A level is positive
+        # outside of its surface; the walk is longer than the finger, so that it meets the base in any case.
+        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), WALK)[1:]
         points = frame.origin - down[:, None] * frame.axes[2]
         levels = [self.surfaces["interface"].level(points), self.surfaces["bone"].level(points)]
         *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - self.mesh.points[:, 2].min()))
         moduli = [layer.modulus for layer in (self.finger.outer, self.finger.inner, self.finger.bone) if layer]
+        # The last layer ends at the clamped surface: the bone if it is rigid, else the base. Nothing is below the base.
         depths = np.minimum([*ends, base][: len(moduli)], base)
         thickness = np.diff(np.maximum.accumulate(np.append(0, depths)))
         return np.column_stack([thickness, moduli])[thickness > 0]

@@ -59,6 +59,7 @@ def strain_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) -> Po
     half = gauge.length_mm / 2 * frame.along
     middles = frame.site + gauge.width_mm * LINES[:, None] * frame.across
     flat = np.stack([middles - half, middles + half], axis=1)
+    # The lines are chords: their ends lie on the interface, which may be curved along them.
     ends = _onto(interface, flat.reshape(-1, 3), frame.normal).reshape(flat.shape)
     chord = ends[:, 1] - ends[:, 0]
     weight = (SHARES / (chord**2).sum(axis=1))[:, None] * chord
@@ -71,6 +72,7 @@ def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) ->
     s, t = np.meshgrid(*(np.linspace(-0.5, 0.5, n) for n in BACKING_GRID), indexing="ij")
     s, t = length * s.ravel(), width * t.ravel()
     flat = frame.site + s[:, None] * frame.along + t[:, None] * frame.across
+    # Least squares fit w = c0 + c1 s + c2 t + c3 s^2 + ...: row 3 of the pseudoinverse gives c3, and w'' = 2 c3.
     monomials = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
     second_derivative = 2 * np.linalg.pinv(monomials)[3]
     return PointFunctional(_onto(interface, flat, frame.normal), second_derivative[:, None] * frame.normal)

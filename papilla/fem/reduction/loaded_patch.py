@@ -1,6 +1,13 @@
 """Loads of the mesh by tractions on the skin: the patch of a touch-down point, and its coupling to the displacement.
 
-Integrals are taken over the skin's own triangles, projected on the contact plane.
+Integrals are taken over the skin's own triangles, projected on the contact plane. With the hat functions N_j of the
+patch, the shape functions M_i of the displacement and the cosine c between skin and contact plane,
+
+    coupling_ij = int M_i N_j c dA,    mass_j = int N_j c dA,    gap_j = int N_j g c dA,
+
+g being the distance of the exact skin from the contact plane. If the mesh is a quarter of the finger and the patch
+reaches over a mirror plane, each image of the quarter contributes a piece: the same facets, seen from mirrored
+positions. The pieces share their nodes on the mirror planes.
 """
 
 from dataclasses import dataclass
@@ -98,6 +105,8 @@ def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
     corners = space.mesh.points * mirror
     triangles = space.mesh.boundaries["skin"]
     local = frame.local(corners)
+    # A triangle belongs to the patch if it is near, and not so steep that a pressure along the plane's normal would act
+    # along the skin. Both its own normal and that of the exact skin count: the latter tells the far side of the finger.
     near = np.hypot(local[:, 0], local[:, 1]) < radius
     ends = local[triangles]
     area = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
@@ -119,10 +128,12 @@ def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
         points = np.stack([w.x[i] for i in range(3)], axis=-1) * mirror
         return gap_of(skin, frame, points.reshape(-1, 3)).reshape(points.shape[:-1])
 
+    # The facets are those of the cell; positions are mirrored instead, so that one basis serves all images.
     vertices = np.unique(triangles[chosen])
     mass = LinearForm(lambda v, w: v * projected(w)).assemble(loaded)[vertices]
     gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(loaded)[vertices]
     coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(loaded, moved)[:, vertices]
+    # Skin continues beyond these nodes, but the patch does not
     outside = np.isin(vertices, np.unique(triangles[~chosen]))
     return _Piece(image, vertices, triangles[chosen], mass, gap, outside, coupling.tocsr())
 

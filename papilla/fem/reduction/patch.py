@@ -15,6 +15,9 @@ from papilla.errors import InputError
 from papilla.mesh.surfaces import Surface
 from papilla.specimen import Specimen
 
+NEWTON_STEPS = 3
+"""Number of steps from a facet of the mesh to the exact skin; each one squares the relative error."""
+
 GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
@@ -86,6 +89,7 @@ class Patch:
         The edges of that node alone may be unusual, so those of its neighbours count, too. On a flat skin it is the
         middle node.
         """
+        # By the gap, and among equal gaps by the distance from the middle
         first = np.lexsort((np.hypot(*self.xy.T), self.node_gap))[0]
         touching = self.triangles[(self.triangles == first).any(axis=1)]
         return self.mean_edge(np.isin(np.arange(len(self.xy)), touching))
@@ -106,6 +110,7 @@ class Patch:
     def outline(self) -> np.ndarray:
         """Whether each node (n,) lies on the outline of the whole patch; cuts in mirror planes are not part of it."""
         edges = np.concatenate([self.triangles[:, [0, 1]], self.triangles[:, [1, 2]], self.triangles[:, [2, 0]]])
+        # An edge of one triangle alone is on the rim of the triangles, or in a mirror plane that cuts the patch.
         edges, count = np.unique(np.sort(edges), axis=0, return_counts=True)
         on_plane = (self.xy == 0) & (self.images < 0).any(axis=0)
         cut = on_plane[edges].all(axis=1).any(axis=1)
@@ -114,9 +119,11 @@ class Patch:
 
 def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
     """Distance (k,) of the exact skin from the contact plane, along the plane's normal through points (k, 3)."""
+    # Newton's method along the normal: the skin near a point is replaced by the tangent plane at its foot. From a facet
+    # of the mesh, which is close to the skin, three steps reach rounding.
     normal = frame.axes[2]
     points = points.copy()
-    for _ in range(3):
+    for _ in range(NEWTON_STEPS):
         foot = skin.project(points)
         outward = skin.normal(foot)
         step = np.einsum("ki,ki->k", foot - points, outward) / (outward @ normal)
