@@ -132,7 +132,7 @@ def test_a_soft_skin_over_a_hard_core_is_strained_early(soft_skin):
 
 def test_layers_below_the_touch_down_point(reference):
     assert reference.layers == pytest.approx(np.array([[3, 0.136], [11, 0.034]]), abs=0.02)
-    assert reference.layers[0, 0] == pytest.approx(3, abs=0.02) and reference.depth == pytest.approx(14, abs=0.02)
+    assert reference.skin_thickness == pytest.approx(3, abs=0.02) and reference.depth == pytest.approx(14, abs=0.02)
     assert reference.strained_depth == pytest.approx(3 / 4 + 11, abs=0.03)
 
 

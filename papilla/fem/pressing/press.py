@@ -223,7 +223,7 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
         share = PER_CENT * reduced.facets / values["indentation"]
         doubts.append(f"the facets of the skin stand {reduced.facets:.2g} mm off it, {share:.0f} % of the indentation")
     below = reduced.layers[1:, 1] / reduced.layers[0, 1]
-    skin = reduced.layers[0, 0]
+    skin = reduced.skin_thickness
     if radius > THIN_SKIN * skin and below.size and not 1 / ANOTHER <= below[0] <= ANOTHER:
         thin = f"{radius:.2g} mm of contact on {skin:.2g} mm of skin"
         doubts.append(f"area and peak pressure within 8 %: {thin}")

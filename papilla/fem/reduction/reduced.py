@@ -153,6 +153,11 @@ class ReducedFinger:
         return float(self.layers[:, 0].sum())
 
     @property
+    def skin_thickness(self) -> float:
+        """Thickness of the outer layer at the touch-down point, mm."""
+        return float(self.layers[0, 0])
+
+    @property
     def strained_depth(self) -> float:
         """Indentation (mm) that would strain the softest layer by one if all layers had the same stress."""
         thickness, modulus = self.layers.T
