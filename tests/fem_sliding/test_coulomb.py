@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _approached, _own_law, relax, rub
+from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _approached, _judge, _own_law, relax, rub
 
 E_STAR = 0.1
 
@@ -184,3 +184,13 @@ def test_a_step_in_parts_ends_where_the_step_in_one_ends(cylinder):
     parts, whole = _approached(step, before, pressed.state), rub(step, pressed.state)
     assert parts is not None and (parts.state == whole.state).all()
     np.testing.assert_allclose(parts.force, whole.force, atol=1e-9 * load)
+
+
+@pytest.mark.parametrize("slip, overlap, worst", [(0.2, 0.1, 0.2), (0.1, 0.3, 0.3), (0.0, 0.0, 0.0)])
+def test_the_error_of_the_solve_is_the_larger_of_slip_where_it_sticks_and_of_distance_where_it_touches(slip, overlap, worst):
+    """Two nodes at a depth of 1 mm, the largest displacement: the first sticks, the second slips to the right."""
+    state, force = np.array([STICK, RIGHT]), np.array([0.1, -0.5, 1.0, 1.0])
+    moved = np.array([slip, 0.0, 1.0, 1.0 - overlap])
+    made = laws(np.eye(4), np.zeros(2), friction=0.5)
+    following, _, error = _judge(made, state, force, moved, 1.0)
+    assert error == pytest.approx(worst) and following is state
