@@ -187,7 +187,7 @@ def test_a_step_in_parts_ends_where_the_step_in_one_ends(cylinder):
 
 
 @pytest.mark.parametrize("slip, overlap, worst", [(0.2, 0.1, 0.2), (0.1, 0.3, 0.3), (0.0, 0.0, 0.0)])
-def test_the_error_of_the_solve_is_the_larger_of_slip_where_it_sticks_and_of_distance_where_it_touches(slip, overlap, worst):
+def test_the_error_of_a_solve_is_the_larger_of_slip_that_sticks_and_of_distance_that_touches(slip, overlap, worst):
     """Two nodes at a depth of 1 mm, the largest displacement: the first sticks, the second slips to the right."""
     state, force = np.array([STICK, RIGHT]), np.array([0.1, -0.5, 1.0, 1.0])
     moved = np.array([slip, 0.0, 1.0, 1.0 - overlap])

@@ -8,6 +8,7 @@ their models and factors, hundreds of MB each.
 """
 
 import json
+import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
@@ -190,6 +191,11 @@ class ReducedFinger:
         """
         found = _of_unit(self, specimen.unit, "traction_compliance" if tractions else "compliance")
         return found / (specimen.modulus if specimen.elastic else 1.0)
+
+    def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
+        """Deprecated name of `specimen_compliance(specimen, tractions=True)`."""
+        warnings.warn("it is now specimen_compliance(specimen, tractions=True)", DeprecationWarning, stacklevel=2)
+        return self.specimen_compliance(specimen, tractions=True)
 
     def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
         """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
