@@ -12,7 +12,7 @@ from papilla.studies.reproduce import EXPERIMENTS
 from papilla.studies.reproduce.scenes import Record, by_factors, even, scenes
 
 ROOM = Path(reproduce.__file__).parent
-NAMES = {"yarns_per_inch", "receptors_Hz", "more_grids", "snr_dB", "about"}
+NAMES = {"yarns_per_inch", "receptors_Hz", "more_grids", "snr_dB", "about", "weaves_mm"}
 """Tables whose keys are names, which the code need not know."""
 
 

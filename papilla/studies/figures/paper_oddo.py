@@ -35,26 +35,16 @@ from papilla.units import PER_CENT, UM_PER_MM
 CHANNELS = ("P1S4", "P1S1", "P1S2")
 STEP_S = PASSIVE.rest_s + PASSIVE.first_s
 """When a passive run changes its speed: 2.0 s, as in print."""
-BEGIN_S = 0.4
+BEGIN_S: float = SCENE.active.begin_s
 """Of the touch in an active record of `active_records`."""
-RED_5_PERCENT = 2.996
-"""Wavelet power over that of red noise that is exceeded with 5 %: half of chi squared with two degrees of freedom."""
-PRINTED_HZ = {(6.7, 480): 13.9, (10.0, 480): 20.8, (10.0, 400): 25.0}
-"""Expected frequencies that stand in the paper's text, by speed in mm/s and period in micrometres."""
-TEXTILES = {
-    "A fine weave": (0.35, 0.50),
-    "B fine weave, turned": (0.50, 0.35),
-    "C coarse weave": (0.70, 1.00),
-    "D coarse weave, turned": (1.00, 0.70),
-    "E nap": (),
-}
-"""Made-up textiles: periods in mm along the stroke, the strong one first."""
+SHOWN = SCENE.figures
+WINDOWS, STEP = SHOWN.windows, SHOWN.step
 
 Records = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @cache
-def _passive(period: float = 0.48, seed: int = 20) -> Records:
+def _passive(period: float = SHOWN.period_mm, seed: int = SHOWN.passive_seed) -> Records:
     """S4, S1 and S2 (n,) of a passive run."""
     rng = np.random.default_rng(seed)
     speed = passive_speed(times(PASSIVE_S, RATE_Hz))
@@ -64,7 +54,7 @@ def _passive(period: float = 0.48, seed: int = 20) -> Records:
 
 
 @cache
-def _active(period: float = 0.48, seed: int = 22) -> Records:
+def _active(period: float = SHOWN.period_mm, seed: int = SHOWN.active_seed) -> Records:
     """S4, S1 and S2 (n,) of an active run."""
     first, second, fourth = active_records(period, np.random.default_rng(seed))[1]
     return fourth, first, second
@@ -86,15 +76,15 @@ def passive_record() -> Picture:
     records = _passive()
     apart = phase_deg(PERIODS_MM[-1])
     found = f"S1 and S2 are in phase; S4 is shifted by {apart:.0f} degrees before and after the step, equation (4)."
-    panels = (_lines(records, "the run", (0.0, 3.5)), _lines(records, "the step of the speed", (1.75, 2.25)))
+    panels = (_lines(records, "the run", WINDOWS.run_s), _lines(records, "the step of the speed", WINDOWS.step_s))
     return Picture(panels, columns=2, found=found)
 
 
 def _maps(records: Records, window: tuple[float, float], mark: bool) -> tuple[tuple[Panel, ...], list[CrossWavelet]]:
     """Scalograms of three channels and of two pairs; mark : whether t_MP is marked."""
-    frequency = octaves(8, 120)
+    frequency = octaves(*SHOWN.octaves_Hz)
     time = np.arange(len(records[0])) / RATE_Hz
-    rows, columns = slice(None, None, 3), (time >= window[0]) & (time <= window[1])
+    rows, columns = slice(None, None, SHOWN.drawn_every), (time >= window[0]) & (time <= window[1])
 
     def panel(title, power, over, phase=None, at=None) -> Panel:
         value = power[rows][:, columns] / power[:, columns].max()
@@ -108,7 +98,7 @@ def _maps(records: Records, window: tuple[float, float], mark: bool) -> tuple[tu
     panels, pairs = [], []
     for name, own in zip(CHANNELS, records, strict=True):
         wavelet = morlet(own, RATE_Hz, frequency)
-        level = RED_5_PERCENT * RedNoise.of(own).power(frequency, RATE_Hz)
+        level = SHOWN.red_noise_5_percent * RedNoise.of(own).power(frequency, RATE_Hz)
         panels.append(panel(name, wavelet.power, wavelet.power > level[:, None]))
     for first, second in ((0, 1), (1, 2)):
         pair = cross_wavelet(records[first], records[second], RATE_Hz, frequency)
@@ -126,13 +116,18 @@ def passive_maps() -> Picture:
     the pairs, arrows of phase: right in phase, left in antiphase, down where the first channel leads by 90 degrees. The
     printed frequencies are points.
     """
-    panels, pairs = _maps(_passive(), (1.5, 2.5), False)
-    printed = Curve("printed", np.array([1.6, 2.4]), np.array([13.9, 20.8]), "points", origin="printed")
+    panels, pairs = _maps(_passive(), WINDOWS.step_map_s, False)
+    printed = Curve("printed", np.array(STEP.marks_s), np.array(STEP.printed_Hz), "points", origin="printed")
     marked = tuple(Panel(one.title, one.x_label, one.y_label, (printed,), one.shade, log="y") for one in panels)
     ridge = pairs[1].ridge.frequency_Hz
-    ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in ((1.0, 1.7), (2.3, 2.8))]
+    ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in STEP.parts_s]
     found = f"f_MP of P1S1 - P1S2 is {ends[0]:.2f} Hz before and {ends[1]:.2f} Hz after the step (printed 13.9, 20.8)."
     return Picture(marked, columns=2, found=found)
+
+
+def _touched(window_s: tuple[float, float]) -> tuple[float, float]:
+    """A window after the touch begins, as times of an active record."""
+    return BEGIN_S + window_s[0], BEGIN_S + window_s[1]
 
 
 def active_record() -> Picture:
@@ -141,9 +136,9 @@ def active_record() -> Picture:
     As figure 2, but the finger moves: its speed rises from 22 to 31 mm/s within 67 ms; distal units feel the grating
     first, the proximal one 35 ms later. Loading and unloading of the finger, which print shows, are not simulated.
     """
-    window = (BEGIN_S - 0.05, BEGIN_S + 0.2)
     records = _active()
-    return Picture((_lines(records, "the run", (0.0, 1.0)), _lines(records, "the rub", window)), columns=2)
+    panels = (_lines(records, "the run", WINDOWS.record_s), _lines(records, "the rub", _touched(WINDOWS.rub_s)))
+    return Picture(panels, columns=2)
 
 
 def active_maps() -> Picture:
@@ -152,11 +147,11 @@ def active_maps() -> Picture:
     The run of figure 4, drawn as figure 3; t_MP of equation (3) is the dashed line. Where t_MP of the pairs differs,
     they feel the grating at different times.
     """
-    panels, pairs = _maps(_active(), (BEGIN_S - 0.1, BEGIN_S + 0.25), True)
+    panels, pairs = _maps(_active(), _touched(WINDOWS.rub_map_s), True)
     windows = [pair.ridge.around_strongest() for pair in pairs]
     words = "; ".join(
         f"{one.least_Hz:.1f} to {one.greatest_Hz:.1f} Hz ({panel.title})"
-        for one, panel in zip(windows, panels[3:], strict=True)
+        for one, panel in zip(windows, panels[len(CHANNELS) :], strict=True)
     )
     return Picture(panels, columns=2, found=f"f_MP in the 67 ms around t_MP: {words}.")
 
@@ -167,7 +162,7 @@ def three_gratings() -> Picture:
     Active runs as in figure 4 over 0.40, 0.44 and 0.48 mm, with the same noise. Print has the recordings of the MEMS
     array.
     """
-    window = (BEGIN_S + 0.02, BEGIN_S + 0.13)
+    window = _touched(WINDOWS.gratings_s)
     panels = tuple(_lines(_active(period), f"{UM_PER_MM * period:.0f} µm", window) for period in PERIODS_MM)
     words = listed(map(phase_deg, PERIODS_MM), ".0f")
     return Picture(panels, found=f"Phase of S1 before S4 by equation (4): {words} degrees for 400, 440, 480 µm.")
@@ -175,7 +170,13 @@ def three_gratings() -> Picture:
 
 @cache
 def _runs() -> list[ActiveRun]:
-    return campaign(100)
+    return campaign(SHOWN.campaigns.first)
+
+
+def _means() -> np.ndarray:
+    """Means of f_MP (grating, run, pair)."""
+    means = np.array([[own.mean_Hz for own in one.windows] for one in _runs()])
+    return means.reshape(len(PERIODS_MM), RUNS, len(PAIRS))
 
 
 HZ_DIGITS = 6
@@ -202,7 +203,7 @@ def every_run() -> Picture:
         means = np.array([one.windows[pair].mean_Hz for one in runs])
         curves.append(Curve("mean of a run", np.arange(1.0, len(runs) + 1), means, "points", color=-1))
         panels.append(Panel(f"f_MP ({name})", "run", "frequency, Hz", tuple(curves)))
-    means = np.array([[own.mean_Hz for own in one.windows] for one in runs]).reshape(len(PERIODS_MM), RUNS, 2)
+    means = _means()
     gap = (means.min(axis=1)[:-1] - means.max(axis=1)[1:]).min()
     found = f"Between the means of neighbouring gratings there is a gap of {gap:.1f} Hz at least."
     return Picture(tuple(panels), found=found)
@@ -215,7 +216,7 @@ def clusters() -> Picture:
     print.
     """
     curves, turn = [], np.linspace(0, 2 * np.pi, 61)
-    means = np.array([[own.mean_Hz for own in one.windows] for one in _runs()]).reshape(len(PERIODS_MM), RUNS, 2)
+    means = _means()
     for color, (period, own) in enumerate(zip(PERIODS_MM, means, strict=True)):
         curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", own[:, 1], own[:, 0], "points", color=color))
         centre, (values, axes) = own.mean(axis=0), np.linalg.eigh(np.cov(own.T))
@@ -233,30 +234,34 @@ def textiles() -> Picture:
     the recordings are published. Here: made-up weaves with two periods along the stroke, and noise through a Gaussian
     of 0.15 mm for the nap, under the movement of figure 4, noise at 20 dB.
     """
+    cloth, every = SHOWN.textiles, SHOWN.drawn_every
     panels, tops = [], []
-    for number, (name, periods) in enumerate(TEXTILES.items()):
-        rng = np.random.default_rng(50 + number)
-        speed = active_records(0.48, np.random.default_rng(22))[0]
+    for number, (name, periods) in enumerate(cloth.weaves_mm.items()):
+        rng = np.random.default_rng(cloth.first_seed + number)
+        speed = active_records(SHOWN.period_mm, np.random.default_rng(SHOWN.active_seed))[0]
         time = np.arange(len(speed)) / RATE_Hz
         place = np.cumsum(speed) / RATE_Hz
-        x = np.arange(place[0] - 1, place[-1] + 1, 0.02)
+        x = np.arange(place[0] - 1, place[-1] + 1, cloth.point_mm)
         if periods:
             strong, weak = (np.sin(2 * np.pi * x / one + 1) for one in periods)
-            height = strong + 0.5 * weak + 0.3 * strong**2
+            height = strong + 0.5 * weak + cloth.square * strong**2
         else:
-            height = np.convolve(rng.standard_normal(len(x)), np.exp(-0.5 * (np.arange(-40, 41) / 7.5) ** 2), "same")
+            reach, sigma = round(cloth.nap_reach_mm / cloth.point_mm), cloth.nap_sigma_mm / cloth.point_mm
+            window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+            height = np.convolve(rng.standard_normal(len(x)), window, "same")
         surface = np.interp(place, x, height / height.std())
-        felt = np.clip(np.minimum(time - BEGIN_S, BEGIN_S + 0.15 - time) / 0.015, 0, 1)
+        felt = np.clip(np.minimum(time - BEGIN_S, BEGIN_S + SCENE.active.encoded_s - time) / ASSUMED.edge_s, 0, 1)
         noise = share_of_noise(SHARED.snr_dB["2011_oddo"])
         one, other = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
-        wavelet = cross_wavelet(one, other, RATE_Hz, octaves(8, 120))
-        inside = (time >= BEGIN_S - 0.1) & (time <= BEGIN_S + 0.25)
-        value = np.abs(wavelet.product)[::3][:, inside]
-        shade = Shade(time[inside], wavelet.frequency_Hz[::3], value / value.max(), "power over its greatest",
-                      wavelet.significant[::3][:, inside])  # fmt: skip
+        wavelet = cross_wavelet(one, other, RATE_Hz, octaves(*SHOWN.octaves_Hz))
+        first, last = _touched(WINDOWS.rub_map_s)
+        inside = (time >= first) & (time <= last)
+        value = np.abs(wavelet.product)[::every][:, inside]
+        shade = Shade(time[inside], wavelet.frequency_Hz[::every], value / value.max(), "power over its greatest",
+                      wavelet.significant[::every][:, inside])  # fmt: skip
         panels.append(Panel(name, "time, s", "frequency, Hz", shade=shade, log="y"))
-        tops.append(float(wavelet.frequency_Hz[::3][value.max(axis=1).argmax()]))
-    words = ", ".join(f"{name[0]} {top:.0f}" for name, top in zip(TEXTILES, tops, strict=True))
+        tops.append(float(wavelet.frequency_Hz[::every][value.max(axis=1).argmax()]))
+    words = ", ".join(f"{name[0]} {top:.0f}" for name, top in zip(cloth.weaves_mm, tops, strict=True))
     return Picture(tuple(panels), columns=2, found=f"Frequency of the greatest common power: {words} Hz.")
 
 
@@ -267,11 +272,11 @@ def expected() -> Picture:
     beside them.
     """
     rows: list[tuple[str | float, ...]] = []
+    printed = {(period, speed): f"{value:g}" for period, speed, value in SHOWN.expected.printed}
     for period in PERIODS_MM:
         cells: list[str | float] = [f"{UM_PER_MM * period:.0f}"]
-        for speed in SPEEDS_MM_S:
-            printed = PRINTED_HZ.get((round(speed, 1), round(UM_PER_MM * period)))
-            cells += [speed / period, "" if printed is None else f"{printed:g}"]
+        for number, speed in enumerate(SPEEDS_MM_S):
+            cells += [speed / period, printed.get((round(UM_PER_MM * period), number), "")]
         rows.append(tuple(cells))
     heads = ("period, µm", "at 6.7 mm/s, Hz", "printed", "at 10.0 mm/s, Hz", "printed")
     return Picture(table=Table(heads, tuple(rows)))
@@ -288,22 +293,26 @@ def passive_table() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     worst = 0.0
-    parts = {6.7: round((PASSIVE.rest_s + 0.4) * RATE_Hz), 10.0: round((STEP_S + 0.2) * RATE_Hz)}
+    own_scene, frequencies = SHOWN.passive_table, octaves(*SHOWN.octaves_Hz)
+    begins = [
+        round((reached + after) * RATE_Hz)
+        for reached, after in zip((PASSIVE.rest_s, STEP_S), own_scene.after_s, strict=True)
+    ]
     for period in PERIODS_MM:
         ridges = []
         for run in range(RUNS):
-            records = _passive(period, 100 + run)
+            records = _passive(period, own_scene.first_seed + run)
             pairs = ((records[0], records[1]), (records[1], records[2]))
-            ridges.append([cross_wavelet(*pair, RATE_Hz, octaves(8, 120)).ridge.frequency_Hz for pair in pairs])
+            ridges.append([cross_wavelet(*pair, RATE_Hz, frequencies).ridge.frequency_Hz for pair in pairs])
         values = np.array(ridges)
-        for speed, begin in parts.items():
+        for speed, begin in zip(SPEEDS_MM_S, begins, strict=True):
             for pair, name in enumerate(PAIRS):
-                own = values[:, pair, begin : begin + 200]
+                own = values[:, pair, begin : begin + own_scene.samples]
                 cells = indices(own)
                 rows.append(
                     (
                         f"{UM_PER_MM * period:.0f} µm",
-                        f"{speed:g} mm/s",
+                        f"{speed:.2g} mm/s",
                         name,
                         *(round(float(cell), HZ_DIGITS) for cell in cells),
                     )
@@ -337,11 +346,17 @@ def neighbours() -> Picture:
     one neighbour. The number measures how well the speed repeats from run to run, which is not published.
     """
     own = ASSUMED.speed_spread
-    sets = {one: _runs() if one == own else campaign(200, replace(ASSUMED, speed_spread=one)) for one in SCENE.spreads}
-    printed = {21: "97.6", 12: "100", 9: "100", 6: "100", 3: "100"}
+    seed = SHOWN.campaigns.other_spreads
+    sets = {one: _runs() if one == own else campaign(seed, replace(ASSUMED, speed_spread=one)) for one in SCENE.spreads}
+    printed = dict(SHOWN.neighbours.printed)
     rows: list[tuple[str | float, ...]] = [
-        (f"{left}", f"{RUNS - left // 3}", *(accuracy(runs, left) for runs in sets.values()), printed.get(left, ""))
-        for left in range(3, 22, 3)
+        (
+            f"{left}",
+            f"{RUNS - left // len(PERIODS_MM)}",
+            *(accuracy(runs, left) for runs in sets.values()),
+            f"{printed[left]:g}" if left in printed else "",
+        )
+        for left in SHOWN.neighbours.left_out
     ]
     heads = (
         "left out",
