@@ -156,7 +156,7 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
         x, y = (xy[pressure > 0] + at).T
-        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN, **shown)
+        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN / 2, **shown)
     axes.triplot(mesh, color=MUTED, linewidth=THIN / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
         axes.plot(*(line + at).T, color=INK, linestyle="--")
