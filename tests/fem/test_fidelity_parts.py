@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.fem.pressing.fidelity import Worst, _settled, relative_errors
+from papilla.fem.pressing import fidelity
+from papilla.fem.pressing.fidelity import PROBE_FORCES, QUANTITIES, Worst, _settled, relative_errors
 
 
 def pressed(sd, indentation, contact_area, reading):
@@ -42,3 +43,14 @@ def test_a_given_indentation_is_that_after_all_corrections(share):
     asked.clear()
     assert _settled(made, (0.4, None)).indentation == 0.3 and asked == [(0.4, None)]
     assert _settled(lambda load: None, (None, 0.5)) is None
+
+
+@pytest.mark.parametrize("place, near", [(0.0, (0, 1)), (0.5, (0, 1)), (1.0, (0, 1)), (1.5, (1, 2)), (-0.1, None)])
+def test_hertz_has_the_larger_error_of_the_probe_forces_around_a_load(monkeypatch, place, near):
+    """A load at so many steps from the first probe force; none below it."""
+    monkeypatch.setattr(fidelity, "_prices", lambda reduced: None)
+    errors = np.outer(1 + np.arange(len(PROBE_FORCES)), [0.01] + [0.001] * (len(QUANTITIES) - 1))
+    monkeypatch.setattr(fidelity, "probe_hertz", lambda reduced, specimen: errors)
+    force = float(np.interp(place, [-1, *range(len(PROBE_FORCES))], [0.0, *PROBE_FORCES]))
+    found = fidelity.hertz_error(None, None, (force, None))
+    assert (found and (found.error, found.quantity)) == (near and (pytest.approx(0.01 * (1 + near[1])), QUANTITIES[0]))
