@@ -18,7 +18,7 @@ from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import Specimen
-from papilla.view.style import NARROW_IN, STRAIN, content, kind_of, write_bytes
+from papilla.view.style import NARROW_IN, SHEET, STRAIN, content, kind_of, write_bytes
 
 if TYPE_CHECKING:
     from papilla.fem import Field, ReceptiveFields
@@ -119,7 +119,7 @@ def _pictures(
         # A user's own specimen class is not cached, because its code is not part of the key.
         return [one.tobytes() for one in draw().values()]
     told = [(touched, one.fidelity, one.force, one.pressure) for one, touched in scenes]
-    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told, widths)
+    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told, widths, SHEET)
     kept = cache.fetch("picture", key, draw)
     return [kept[str(k)].tobytes() for k in range(len(widths))]
 

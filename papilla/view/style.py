@@ -23,9 +23,10 @@ from papilla.errors import InputError
 from papilla.files import replacing
 from papilla.specimen import friction_words
 
-_STYLE = matplotlib.rc_params_from_file(
-    Path(__file__).parents[1] / "data" / "papilla.mplstyle", use_default_template=False
-)
+_SHEET = Path(__file__).parents[1] / "data" / "papilla.mplstyle"
+SHEET = _SHEET.read_text(encoding="utf-8")
+"""The style sheet of all pictures, for the keys of pictures in the cache."""
+_STYLE = matplotlib.rc_params_from_file(_SHEET, use_default_template=False)
 INK, MUTED, FAINT = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.color"))
 """Colours of text, of secondary text, and of grids and frames."""
 THIN, THICK = 0.8, 1.7

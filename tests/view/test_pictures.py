@@ -177,3 +177,21 @@ def test_every_listed_name_exists():
         assert getattr(view, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         importlib.import_module("papilla.view").nothing  # noqa: B018
+
+
+def test_a_kept_picture_is_drawn_again_with_another_style_sheet(scene, monkeypatch):
+    asked, found = [], pictures.cache.fetch
+
+    def fetch(kind, key, make):
+        if kind != "picture":
+            return found(kind, key, make)
+        asked.append(key)
+        return {str(k): np.zeros(1, np.uint8) for k in range(2)}
+
+    monkeypatch.setattr(pictures.cache, "fetch", fetch)
+    given = scene.finger, scene.reduced, scene.press, scene.specimen
+    view.strain_pictures(*given)
+    view.strain_pictures(*given)
+    monkeypatch.setattr(pictures, "SHEET", pictures.SHEET + "font.size: 11\n")
+    view.strain_pictures(*given)
+    assert asked[0] == asked[1] != asked[2]

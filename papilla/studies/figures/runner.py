@@ -19,6 +19,7 @@ from papilla.studies.figures.registry import Figure
 from papilla.studies.reproduce.scenes import scenes
 from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.telepresence import read_curve
+from papilla.view.style import SHEET
 
 PAGE = "figures.html"
 KIND = "figure"
@@ -111,7 +112,7 @@ def _kept(paper: str, figure: Figure) -> Made:
         files = {name: drawing.as_svg(picture, narrow=name == "narrow") for name in ("svg", "narrow")}
         return {name: np.frombuffer(file, np.uint8) for name, file in files.items()}
 
-    drawn = cache.fetch("figure", cache.key(drawing.__name__, packed), draw)
+    drawn = cache.fetch("figure", cache.key(drawing.__name__, packed, SHEET), draw)
     return Made(paper, figure, picture, drawn["svg"].tobytes(), drawn["narrow"].tobytes())
 
 
