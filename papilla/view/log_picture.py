@@ -1,6 +1,7 @@
 """A log and its estimates in one picture: measured values at the top, then the answers with their bands, the codes of
 each quantity, and the spectrum over the path."""
 
+import math
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -25,6 +26,10 @@ ANSWERS = {
 }
 BAND = 2.0
 """Half width of the bands, in standard deviations."""
+ROUNDED = 1e-6
+"""Change of a quantity, relative to its size, that is rounding."""
+APART = 0.08
+"""Distance of two names of lines, as a share of the spectrum's axis: the width of a name."""
 OK, REMARK = ACCENTS[0], "#8fb8de"
 DOUBTS = ("#e3e7ec", "#f0b27a", "#cdb4db", "#a3b1c2", "#f5c6cb", "#c2410c", "#b7791f", "#7c3aed", "#be185d", "#475569")
 """Colours of the codes that are not ok, in the order in which they occur; the first one is that at the beginning of
@@ -99,10 +104,11 @@ class LogPicture:
             for number, name in enumerate(self._gauges):
                 _trace(own, time, low[:, 1 + number], high[:, 1 + number], ACCENTS[number % len(ACCENTS)], name)
             own.set_ylabel("readings (µε)")
-            own.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            own.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
         for name in measured:
             own, column = next(axes), names.index(name)
             _trace(own, time, low[:, column], high[:, column], INK, "")
+            _widen(own)
             own.set_ylabel(MEASURED[name])
         for number, quantity in enumerate(self._quantities):
             own, first = next(axes), len(names) + 5 * number
@@ -140,13 +146,21 @@ class LogPicture:
         axes.set_yticklabels(self._quantities)
         axes.grid(visible=False)
         keys: list[Any] = [Patch(color=shades[n], label=code) for code, n in self._codes.items() if n in shown]
-        axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.0, 1.1))
+        axes.legend(handles=keys, loc="upper left", bbox_to_anchor=(1.0, 1.1), frameon=False)
 
 
 def _trace(axes: Axes, time: np.ndarray, low: np.ndarray, high: np.ndarray, color: str, label: str) -> None:
     """A curve, drawn as the area between its lowest and highest value in each bin."""
     axes.fill_between(time, low, high, color=color, alpha=0.45, linewidth=0)
     axes.plot(time, 0.5 * (low + high), color=color, linewidth=THIN, label=literal(label))
+
+
+def _widen(axes: Axes) -> None:
+    """Limits of a tenth around a quantity that was held constant, of which the axis would show the rounding."""
+    low, high = axes.dataLim.intervaly
+    size = max(abs(low), abs(high))
+    if high - low < ROUNDED * size:
+        axes.set_ylim(low - 0.1 * size, high + 0.1 * size)
 
 
 def _frame(axes: Axes, low: np.ndarray, high: np.ndarray) -> None:
@@ -169,7 +183,12 @@ def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
     axes.set_ylim(max(float(np.median(power)) / 10, 1e-6), 8 * float(power.max()))
     axes.set_xlim(float(wavelength.min()), float(wavelength.max()))
     plain_log(axes.xaxis)
+    named: list[float] = []
     for line in spectrum.lines[:6]:
+        place = math.log(line.wavelength_mm)
+        if any(abs(place - other) < APART * math.log(wavelength.max() / wavelength.min()) for other in named):
+            continue
+        named.append(place)
         peak = float(power[np.argmin(np.abs(wavelength - line.wavelength_mm))])
         axes.annotate(
             f"{line.wavelength_mm:.4g} mm", (line.wavelength_mm, peak), xytext=(0, 4), textcoords="offset points",

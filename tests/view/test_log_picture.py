@@ -1,10 +1,13 @@
 """The picture of a log: which panels it has, what its strips and bands show, and the line in the spectrum."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from papilla.estimators import Pipeline, find_lines
-from papilla.view.log_picture import OK, LogPicture
+from papilla.view.log_picture import OK, LogPicture, _draw_spectrum
 from papilla.view.style import png
 
 
@@ -46,6 +49,29 @@ def test_what_was_measured_stands_above_what_was_estimated():
     assert strips.collections[0].get_facecolor()[-1] == pytest.approx(_rgba(OK))
     assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm"
     assert len(png(figure, dpi=50)) > 10_000
+
+
+def test_a_quantity_that_is_held_constant_does_not_show_its_rounding():
+    rows, rng = 600, np.random.default_rng(1)
+    held = 20 + 1e-11 * rng.normal(size=rows)
+    block = np.column_stack([np.arange(rows) / 1000, rng.normal(0, 1, rows), held])
+    pipeline = Pipeline(gauges=1, columns=("velocity_mm_s",))
+    answer = pipeline.process(block)
+    picture = LogPicture(["g1"], ("velocity_mm_s",), pipeline.off)
+    picture.add(block, type(answer)(*(np.array(column, object) for column in answer)))
+    axes = picture.figure("log", "", None).axes[1]
+    assert axes.get_ylabel() == "velocity\n(mm/s)" and axes.get_ylim() == pytest.approx((18.0, 22.0), rel=1e-6)
+    assert axes.yaxis.get_major_formatter().get_useOffset() is False
+
+
+def test_names_of_lines_in_the_spectrum_stay_apart():
+    """Lines at 2 mm, at 2.05 mm and at 0.5 mm: the first and the third have room for their names."""
+    wavenumber = np.linspace(0, 5, 4000)
+    lines = [SimpleNamespace(wavelength_mm=one, harmonic=1) for one in (2.0, 2.05, 0.5)]
+    spectrum = SimpleNamespace(wavenumber_per_mm=wavenumber, power=np.ones(4000), lines=lines)
+    axes = Figure().add_subplot()
+    _draw_spectrum(axes, spectrum)
+    assert [text.get_text() for text in axes.texts] == ["2 mm", "0.5 mm"]
 
 
 def test_a_log_without_a_velocity_shows_its_frequency():
