@@ -1,4 +1,10 @@
-"""Contacts beside the apex: presses at the apex, moved along the finger, fitted as `PositionTerms`."""
+"""Contacts beside the apex: presses at the apex, moved along the finger, fitted as `PositionTerms`.
+
+A reading beside the apex is r(f, E, x) = r(f, E, 0) + f d(ln f, ln E, x). A contact is small compared with the finger,
+so its tractions at the apex are moved to x along the skin and loaded there, without another contact problem. The change
+per newton, d, is a product of splines: along x one that is zero at x = 0, where the gauges' own surfaces hold, and
+along force and modulus a coarse one, because d changes slowly with both.
+"""
 
 import math
 from dataclasses import replace
@@ -105,6 +111,7 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> Positio
         np.moveaxis(coefficients, 0, -1),
         np.zeros((change.shape[2], CELLS + 1)),
     )
+    # What the splines miss and the known error of moved presses, per place; a cell's end is every second place.
     missed = change - terms.change(force, moved["modulus_MPa"], places[:, None])
     square = (missed**2 + (error * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]
     return replace(terms, error=np.sqrt(square).T)

@@ -98,6 +98,7 @@ def fit_relaxation(
         prony = Prony(tuple(vector[:terms]), tuple(np.exp(vector[terms : 2 * terms]) * _APART[:terms]))
         felt = prony.strained(time, force)
         answer = felt ** vector[-1] if elastic is None else elastic(vector[-1] * felt)
+        # Factor a and zero c are linear: they are solved for each trial (variable projection).
         columns = np.column_stack([answer, np.ones_like(time)])
         return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
 
@@ -109,6 +110,7 @@ def fit_relaxation(
             begin = np.concatenate([[0.3 / terms] * terms, taus, [2 / 3 if elastic is None else 1.0]])
             fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
     best = min(fits, key=lambda one: one.cost)
+    # With `wide` the residuals are dimensionless; their scatter is the noise: s^2 = 2 cost / (n - unknowns).
     freedom = len(time) - unknowns
     covariance = np.linalg.pinv(best.jac.T @ best.jac) * 2 * best.cost / freedom
     sigma = np.sqrt(np.diag(covariance))

@@ -130,7 +130,7 @@ def suggest_presses(
     force, modulus, place = (axis[one.ravel()] for axis, one in zip((*grid, spots), index, strict=True))
     candidates = force, modulus, place
     if isinstance(known, Identification):
-        # Presses made count with their own weights; priors are those of the problem
+        # Presses made count with their own weights; priors are those of the problem.
         made = known.problem.jacobian(known.vector)
         problem = _able(known.problem, candidates, size_mm)
         fingers = [_finger(problem, known.vector, candidates, made.T @ made)]
@@ -196,9 +196,12 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
     g = problem.gauge_count
     sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
+    # S_d (f, E; p) is given and E follows from it, so an error of a parameter p acts on the modulus by
+    # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E); d ln S_d / d reading = shares / S_d. The sign has no effect.
     by = shares / sd[:, None]
     slope = (by * modelled.by_ln_modulus[:, :g]).sum(axis=1)
     of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
+    # Each candidate adds the outer products of its rows: information is additive over presses.
     information = np.einsum("ncf,nch->nfh", each, each)
     return _Finger(
         prior.T @ prior if known is None else known,
@@ -245,6 +248,7 @@ def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) ->
             others = rows[:k] + rows[k + 1 :]
             scores = _score(fingers, others, criterion)
             best = int(np.argmin(scores))
+            # Equal scores within rounding change nothing, or two equal candidates would take turns for ever.
             if scores[best] < scores[rows[k]] - 1e-9:
                 rows = [*others[:k], best, *others[k:]]
         if rows == before:

@@ -1,5 +1,16 @@
 """Fits smooth surfaces over (ln force, ln modulus) to presses, and finds the part of the S_d surface that can be
-inverted."""
+inverted.
+
+A surface is a tensor product of two axes, s(x, y) = sum_ij c_ij B_i(x) B_j(y) with x = ln f and y = ln E. An axis with
+many values is a cubic B-spline; one with few values is one polynomial, written in the same B-splines, so that all
+surfaces are stored and evaluated alike. The coefficients minimise
+
+    |values - A c|^2 + |fourth differences of c|^2 (small weight),
+
+whose second term only decides where presses are missing: a cubic costs nothing. A and its factor depend on the presses
+alone, so S_d and every gauge share them. In each cell the surface is a polynomial; its Bernstein coefficients bound its
+slope in y, which proves for the whole cell that S_d rises with E and can be inverted.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -112,6 +123,7 @@ class SurfaceFit:
         self._axes = (Axis.between(*self.force_N, along[0].cells), Axis.between(*self.modulus_MPa, along[1].cells))
         p, q = (transform.shape[1] for transform in self._transforms)
         self._design = self._rows(force_N, modulus_MPa)
+        # The mean weight of a coefficient: with it the penalty has the same effect for many presses as for few.
         share = len(force_N) / (p * q)
         penalty = share * (kron(along[0].roughness, eye_array(q)) + kron(eye_array(p), along[1].roughness))
         gram = (self._design.T @ self._design).tocsc()
@@ -128,6 +140,7 @@ class SurfaceFit:
             for resolution, axis, values in zip(self.along, self._axes, (force_N, modulus_MPa), strict=True)
         )
         p, q = over_force.shape[1], over_modulus.shape[1]
+        # Row by row, the product of every weight along force with every weight along modulus.
         repeated, tiled = kron(csr_array(over_force), np.ones((1, q))), kron(np.ones((1, p)), csr_array(over_modulus))
         return csr_array(repeated.tocsr().multiply(tiled.tocsr()))
 
@@ -151,6 +164,7 @@ class SurfaceFit:
         table = over_force @ parameters.reshape(over_force.shape[1], over_modulus.shape[1]) @ over_modulus.T
         rms, factor = 0.0, NORMAL_FACTOR
         if self.freedom >= 0.5:
+            # n - p = freedom, so 1 + p / n = 2 - freedom / n.
             rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
             factor = float(stdtrit(self.freedom, 0.5 + LEVEL / 2))
         return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, residual)
@@ -181,8 +195,10 @@ def usable_part(
     for force, modulus in zip(np.asarray(missing_force), np.asarray(missing_modulus), strict=True):
         rows = _touched(surface.force_axis, *_neighbours(np.asarray(forces), force))
         columns = _touched(surface.modulus_axis, *_neighbours(np.asarray(moduli), modulus))
+        # Between a missing press and its neighbours the surface is a guess.
         supported[rows, columns] = False
     usable = np.array([_longest_run(row) for row in rising & supported])
+    # A value that also occurs where S_d falls has two moduli: the ranges of these cells are kept, to refuse it.
     bounds = _value_bounds(surface)
     falling = ~rising & supported
     low = np.where(falling, bounds.min(axis=(2, 3)), np.inf).min(axis=1)

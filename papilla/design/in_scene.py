@@ -128,6 +128,7 @@ class DesignInScene:
         swept = np.array(self.scene.swept_N)
         if end.large_strain:
             swept = swept[self._between_forces(swept, math.log(FURTHER))]
+        # Errors are relative to means over a sweep; a thinner one has the same means.
         force, modulus = (part.ravel() for part in np.meshgrid(swept[:: SWEPT[0]], DEFAULT_MODULI[:: SWEPT[1]]))
         valid = (modulus >= SOFTEST * inner) & end.inside(force, modulus, outer, inner)
         if not valid.any():
@@ -138,7 +139,7 @@ class DesignInScene:
         continued = math.sqrt(np.mean(~self._between_forces(swept, MARGIN))) if end.large_strain else 0.0
         table = self.geometry.strain_error(self.finger, stuck)
         deviation = reading - reading.mean(axis=1, keepdims=True)
-        # S_d is the root of the mean square deviation: its relative change by a change of each gauge
+        # S_d is the root of the mean square deviation: its relative change by a change of each gauge.
         moved = np.linalg.norm(deviation * membrane, axis=1) / np.maximum((deviation**2).sum(axis=1), TINY)
         of_sd = math.hypot(table, CONTINUED_SD * continued, MESH * _rms(moved))
         strain = math.hypot(table, CONTINUED_GAUGE * continued)

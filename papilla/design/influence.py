@@ -98,6 +98,8 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -
     """The influence of gauges in all quarters, from touches in all quarters of gauges in one quarter."""
     force, modulus = scene.grid
     limits = (force.min(), force.max()), (modulus.min(), modulus.max())
+    # A reading over force is smooth in ln f and ln E: a polynomial, fitted to the presses of the grid, gives it and its
+    # two slopes at the points of the scene.
     polynomial = LogPolynomial(limits, DEGREES, TOTAL)
     solve = np.linalg.pinv(polynomial.terms((force, modulus))[0])
     at = [part.ravel() for part in np.meshgrid(*scene.points, indexing="ij")]
@@ -107,8 +109,10 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -
     h, off = STEP_MM, scene.place_mm
     for sx, sy in product((1, -1), (1, -1)):
         say(f"touches seen from quarter {2 * (sx < 0) + (sy < 0) + 1} of 4")
+        # A gauge on a plane of symmetry is its own mirror image, and is kept once.
         kept = [k for k, one in enumerate(quarter) if (sx > 0 or one.angle_deg) and (sy > 0 or one.y_mm)]
         parts = []
+        # A gauge in another quarter reads at (x, y) what its image in this quarter reads at (sx x, sy y).
         for x, y in ((0.0, 0.0), (sx * off, sy * off)):
             centre, right, left, up, down = (
                 np.einsum("tpm,mn,enk->etpk", terms, solve, read(*place)[:, :, kept])
@@ -118,6 +122,7 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -
             value, by_force, by_modulus = centre[1]
             free = centre[0, 0] - value
             along, across = (sx * (right - left)[1, 0], sy * (up - down)[1, 0])
+            # d (f r) / d ln f = f (r + d r / d ln f): the reading is the value r times the force.
             rows = [value, by_modulus, value + by_force, free, along / (2 * h), across / (2 * h)]
             parts.append(force_N * np.array(rows))
         columns.append(np.concatenate(parts, axis=1))

@@ -67,10 +67,13 @@ def problem(found: Influence, scene: Scene, *, friction: bool = True, place: boo
     doubts = scene.unknown.doubts
     by_modulus, by_force, free, x, y = found.slopes
     slopes = np.stack([by_modulus, by_force, free, x, y, found.reading], axis=2)
+    # A gain error is proportional to the reading; noise averages over the samples; a zero that was measured in the air
+    # is known better than one that was not, but drifts.
     own = (GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2) * found.reading**2
     own = own + scene.gauge_noise_microstrain**2 / scene.samples + (RULES.air_share * doubts.zero_microstrain) ** 2
     offset = (RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
     force = doubts.force_gain**2 + offset / found.force_N**2
+    # A known unknown has a sigma of nearly zero instead of one column less.
     nothing = 1e-9
     sigmas = np.tile(
         [PRIOR, 0.0, FRICTION * friction, scene.place_mm * place, scene.place_mm * place, doubts.creep], (len(force), 1)

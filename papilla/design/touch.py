@@ -28,6 +28,7 @@ def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
 
     calibration : a `Calibration`, or `DesignInScene.surfaces` of a design.
     """
+    # S_d averages over the gauges, so their independent noise and zeros shrink by the root of their number.
     gauges = len(calibration.gauges)
     doubts = scene.unknown.doubts
     doubts = replace(doubts, zero_microstrain=doubts.zero_microstrain / math.sqrt(gauges))
@@ -68,6 +69,8 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     low, high = usable(ln_force) if usable else (nodes[0], nodes[-1])
     if not max(low, nodes[0]) <= ln_modulus <= min(high, nodes[-1]):
         return PRIOR
+    # The filter's unknown is h, a scale of ln E on which readings change along straight lines (`softness.fitter`). The
+    # touch starts at its true h, so that the slopes are those of the true contact.
     h = _distance(fitter, ln_modulus)
     state = fitter.prior(RULES.air_share)
     mean = state.mean.copy()
@@ -77,6 +80,7 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     y = fitter.linear(ln_force, 0.0, h).expected / fitter.whiten
     _, learnt = fitter.learn(y, rows, state, fitter.noise_fit(y, rows, state, samples))
     prior, after = (PRIOR_REACH * fitter.top) ** 2, float(learnt.covariance[0, 0])
+    # What the touch added to the filter's own prior of h, in units of ln E, with this module's prior instead.
     information = max(1 / after - 1 / prior, 0.0) * fitter.ln_modulus(h)[1] ** 2
     return 1 / math.sqrt(information + PRIOR**-2)
 
