@@ -20,7 +20,7 @@ from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FUR
 from papilla.fem.pressing.response import Response
 from papilla.finger import Finger
 from papilla.mesh.body import narrowest_mm
-from papilla.units import UM_PER_MM, to_microstrain
+from papilla.units import TINY, UM_PER_MM, to_microstrain
 
 DEPTH_ERROR = 0.005
 """Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
@@ -28,8 +28,6 @@ MESH = 0.0025
 """One sigma by the scatter between meshes, relative to the part of a gauge's reading that is membrane strain: 0.1 to
 0.17 % at 0.6 N and up to 0.4 % at 0.05 N in calibrations of seven pairs of moduli, times 1.6 for a comparison of three
 meshes."""
-TINY = 1e-30
-"""Avoids a division by zero where all gauges read the same."""
 SWEPT = 6, 3
 """A calibration's sweep is thinned to every sixth force and every third modulus."""
 SOFTEST = MODULI[0]
