@@ -17,7 +17,8 @@ from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, kno
 from papilla.finger import Finger, Layer
 
 
-def test_a_finger_a_third_as_large_has_the_large_strain_of_the_default():
+def test_a_finger_a_third_as_large_has_the_large_strain_of_the_default(tmp_path, monkeypatch):
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     default = Finger.default()
     small = made(default, {"shape.scale": 1 / 3})
     foil = {"length_mm": 0.8, "width_mm": 2 / 3, "backing_mm": (1.6, 2 / 3)}
