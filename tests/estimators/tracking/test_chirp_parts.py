@@ -565,3 +565,12 @@ def test_what_may_be_a_harmonic_names_the_other_frequency(sizes, told):
         assert completed(design.run()) == pytest.approx(told)
         few = SubharmonicTest(design.phase[:20], design.readings[:20], 0.1)
         assert math.isnan(completed(few.run()))
+
+
+@pytest.mark.parametrize("weak, told", [(0.06, 1 / 2), (0.0, 0.0)])
+def test_a_wave_too_weak_for_a_line_still_names_the_lower_frequency(weak, told):
+    """Odd harmonics of half the followed frequency, under noise in which a search finds no line of them."""
+    turns = np.linspace(0, 60, 1000)
+    waves = sum(size * np.cos(2 * np.pi * n * turns + n) for n, size in enumerate((weak, 1.0, weak, 0.0, weak), 1))
+    noise = 0.3 * np.random.default_rng(3).standard_normal(1000)
+    assert completed(SubharmonicTest(2 * turns, 5.0 + waves + noise, 0.1).run()) == pytest.approx(told)
