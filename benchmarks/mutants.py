@@ -58,6 +58,7 @@ TESTS = {
         "tests/test_logs_bags.py",
         "tests/test_log_map.py",
     ),
+    "cli": ("tests/cli", "tests/design/test_command.py"),
     "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate/test_compact.py"),
 }
 """Tests of a package, where they are not simply `tests/<package>`."""

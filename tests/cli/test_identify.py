@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -160,3 +161,27 @@ def test_s_d_alone_and_a_specimen_in_each_row(papilla, bench, tmp_path):
 def test_places_that_cannot_be_pressed_are_refused(papilla, bench, arguments, said):
     answer = papilla("identify", bench(), "--out", "f.toml", *arguments)
     assert answer.code == 2 and said in answer.err
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_a_comparison_ends_with_1_and_names_four_changes_at_most_if_the_finger_is_another(
+    papilla, tmp_path, monkeypatch, same
+):
+    changes = [SimpleNamespace(words=f"change {k}", chi_square=10.0 + k) for k in range(6)]
+    found = SimpleNamespace(presses=2, chi_square=3.0, freedom=4, probability=0.5, same=same, verdict="the verdict")
+    found.changes = changes
+    asked = []
+    monkeypatch.setattr(
+        "papilla.calibrate.identification.compare", lambda *given, progress: asked.append(given) or found
+    )
+    Finger.default().save(tmp_path / "f.toml")
+    (tmp_path / "two.csv").write_text("force_N,modulus_MPa,g1,g2\n0.2,0.5,1,2\n0.3,0.5,2,3\n")
+    plain = papilla("identify", "two.csv", "--compare", "f.toml")
+    (finger, presses), *_ = asked
+    assert finger.sha256 == Finger.default().sha256 and presses.force_N.tolist() == [0.2, 0.3]
+    assert plain.code == (0 if same else 1) and "the verdict." in plain.out
+    assert plain.out.count("would explain") == (0 if same else 4)
+    answer = papilla("identify", "two.csv", "--compare", "f.toml", "--json")
+    told = json.loads(answer.out)
+    assert answer.code == plain.code and told["same"] == same and told["presses"] == 2
+    assert [one["words"] for one in told["changes"]] == [one.words for one in changes]

@@ -1,6 +1,7 @@
 """`papilla design` on a made-up geometry: what it says, what it refuses, what it writes."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,6 +9,7 @@ from papilla.cli import main
 from papilla.design import running
 from papilla.design.explaining import price
 from papilla.design.study import read_study
+from papilla.finger import Gauge
 
 pytestmark = pytest.mark.usefixtures("made_up")
 
@@ -60,3 +62,23 @@ def test_explain_says_what_a_study_costs_and_runs_nothing(papilla, study_file, t
     assert not (tmp_path / "out").exists()
     found = price(read_study(study_file()), lambda line: None)
     assert found.seconds(2) == pytest.approx(found.seconds(1) / 2) and found.per_design > 0
+
+
+def test_placed_gauges_are_listed_and_given_as_json(papilla, study_file, monkeypatch, tmp_path):
+    asked = []
+
+    def placed(study, count, out, say):
+        asked.append((len(study.free), count, out))
+        gauges = (Gauge("g1", angle_deg=-7.5), Gauge("g2", angle_deg=20.0, y_mm=3.0, direction_deg=90.0))
+        return SimpleNamespace(
+            sets=[[3], [3, 8]], of=lambda chosen: SimpleNamespace(gauges=gauges[: len(chosen)]),
+            sentences=["two gauges leave 0.2"], sigma={"anywhere": {}}, written=["placed_2.toml"],
+        )  # fmt: skip
+
+    monkeypatch.setattr("papilla.design.placing.place_gauges", placed)
+    code, out, _ = papilla(study_file(), "--place", "2", "--out", tmp_path, "--json")
+    found = json.loads(out)
+    assert code == 0 and found["written"] == ["placed_2.toml"] and asked[0][1:] == (2, tmp_path)
+    assert found["gauges"][1] == {"name": "g2", "angle_deg": 20.0, "y_mm": 3.0, "direction_deg": 90.0}
+    code, out, _ = papilla(study_file(), "--place", "2", "--out", tmp_path)
+    assert code == 0 and "two gauges leave 0.2" in out and "written: placed_2.toml" in out and "-7.5" in out
