@@ -3,6 +3,7 @@
 Gram-force appears only in the published regression (2006, eqs. 9 and 10), and there by name.
 """
 
+import warnings
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -63,3 +64,14 @@ def gf_to_newton(force_gf: Number) -> Number:
 def to_microstrain(strain: Number) -> Number:
     """Microstrain of a dimensionless strain (scalar or array)."""
     return strain / MICROSTRAIN
+
+
+_FORMER = {"MS": "MS_PER_S", "UM": "UM_PER_MM", "KPA": "KPA_PER_MPA"}
+"""Names until 0.2.0, and what they are called now."""
+
+
+def __getattr__(name: str) -> float:
+    if name not in _FORMER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn(f"papilla.units.{name} is now {_FORMER[name]}", DeprecationWarning, stacklevel=2)
+    return float(globals()[_FORMER[name]])

@@ -22,3 +22,11 @@ def test_arrays_are_converted_element_by_element():
     there_and_back = units.gf_to_newton(units.newton_to_gf(force))
     assert there_and_back == pytest.approx(force, rel=1e-15, nan_ok=True)
     assert units.to_microstrain(force).shape == (2, 2)
+
+
+@pytest.mark.parametrize("former", ["MS", "UM", "KPA"])
+def test_former_names_of_factors_warn(former):
+    with pytest.warns(DeprecationWarning, match=f"papilla.units.{former} is now"):
+        assert getattr(units, former) == 1000.0
+    with pytest.raises(AttributeError, match="has no attribute 'FURLONG'"):
+        units.FURLONG  # noqa: B018
