@@ -16,7 +16,8 @@ class Named(IntEnum):
 
 
 class Status(Named):
-    """Base of all statuses; each member has a value and a sentence: `OK = 0, "ok"`.
+    """Base of all statuses; each member has a sentence, `OK = "ok"`, and counts from 0 in the order in which it stands.
+    Logs and states hold these numbers, so a new status comes last.
 
     good : whether the answer may be used, which is so if the sentence begins with "ok".
     """
@@ -24,10 +25,10 @@ class Status(Named):
     sentence: str
     good: bool
 
-    def __new__(cls, value: int, sentence: str = ""):
-        """A member with this value and sentence."""
-        member = int.__new__(cls, value)
-        member._value_, member.sentence, member.good = value, sentence, sentence.startswith("ok")
+    def __new__(cls, sentence: str):
+        """The next member, with this sentence."""
+        member = int.__new__(cls, len(cls.__members__))
+        member._value_, member.sentence, member.good = int(member), sentence, sentence.startswith("ok")
         return member
 
     @property

@@ -29,18 +29,18 @@ IDENTIFIABLE = 0.5
 class SoftnessStatus(Status):
     """Status of an answer; `sentence` says it in words."""
 
-    OK = 0, "ok"
-    NOT_IDENTIFIABLE = 1, "not identifiable: sigma is more than half of the modulus, or S_d fits two"
-    SOFTER = 2, "softer than calibrated"
-    HARDER = 3, "harder than the sensor can tell"
-    FORCE_BELOW = 4, "force below the calibrated domain"
-    FORCE_ABOVE = 5, "force above the calibrated domain"
-    NO_CONTACT = 6, "no contact"
-    BAD_GAUGE = 7, "bad gauge: a reading is missing, saturated or stuck, so there is no S_d"
-    BAD_INPUT = 8, "force or S_d is not a positive finite number"
-    LEFT_OUT = 9, "ok without some channels"
-    MISFIT = 10, "the readings fit no modulus and force: a touch off the apex, or several bad channels"
-    OFF_REACH = 11, "the contact lies beside the calibrated positions"
+    OK = "ok"
+    NOT_IDENTIFIABLE = "not identifiable: sigma is more than half of the modulus, or S_d fits two"
+    SOFTER = "softer than calibrated"
+    HARDER = "harder than the sensor can tell"
+    FORCE_BELOW = "force below the calibrated domain"
+    FORCE_ABOVE = "force above the calibrated domain"
+    NO_CONTACT = "no contact"
+    BAD_GAUGE = "bad gauge: a reading is missing, saturated or stuck, so there is no S_d"
+    BAD_INPUT = "force or S_d is not a positive finite number"
+    LEFT_OUT = "ok without some channels"
+    MISFIT = "the readings fit no modulus and force: a touch off the apex, or several bad channels"
+    OFF_REACH = "the contact lies beside the calibrated positions"
 
 
 @dataclass(frozen=True, eq=False)

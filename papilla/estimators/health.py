@@ -18,13 +18,13 @@ BASE = 8
 class Fault(Status):
     """Fault of a channel (a gauge, or the force); `sentence` says it in words."""
 
-    NONE = 0, "in use"
-    MISSING = 1, "missing"
-    SATURATED = 2, "saturated"
-    STUCK = 3, "stuck"
-    OFF_SURFACE = 4, "contradicts the others"
-    SIGN_FLIPPED = 5, "sign flipped"
-    SWAPPED = 6, "swapped with another"
+    NONE = "in use"
+    MISSING = "missing"
+    SATURATED = "saturated"
+    STUCK = "stuck"
+    OFF_SURFACE = "contradicts the others"
+    SIGN_FLIPPED = "sign flipped"
+    SWAPPED = "swapped with another"
 
 
 MISSING, SATURATED, STUCK = map(int, (Fault.MISSING, Fault.SATURATED, Fault.STUCK))

@@ -21,16 +21,16 @@ class Trust(Named):
 class DisplayStatus(Status):
     """Status of the display; those that begin with "ok" mean that it shows the intended texture."""
 
-    OK = 0, "ok"
-    NO_MESSAGE = 1, "no message about a texture has arrived yet: the output is zero"
-    STALLED = 2, "no message for too long: the output decays to zero"
-    NO_HAND = 3, "no position of the hand: the output decays to zero"
-    PRESSED = 4, "the finger presses harder than allowed: the output decays to zero"
-    NO_TEXTURE = 5, "no usable texture: the amplitude goes to zero"
-    TOO_FAST = 6, "the hand moves a component out of the band: it is faded out"
-    LIMITED = 7, "the amplitudes are scaled down to the stroke of the actuator"
-    CLIPPED = 8, "the signal is beyond the stroke of the actuator, which cuts it"
-    CLOCK = 9, "the time did not advance: the output is held"
+    OK = "ok"
+    NO_MESSAGE = "no message about a texture has arrived yet: the output is zero"
+    STALLED = "no message for too long: the output decays to zero"
+    NO_HAND = "no position of the hand: the output decays to zero"
+    PRESSED = "the finger presses harder than allowed: the output decays to zero"
+    NO_TEXTURE = "no usable texture: the amplitude goes to zero"
+    TOO_FAST = "the hand moves a component out of the band: it is faded out"
+    LIMITED = "the amplitudes are scaled down to the stroke of the actuator"
+    CLIPPED = "the signal is beyond the stroke of the actuator, which cuts it"
+    CLOCK = "the time did not advance: the output is held"
 
 
 class Shown(NamedTuple):

@@ -13,17 +13,17 @@ _NONE = math.nan
 class FrictionStatus(Status):
     """Status of an answer; the greater the number, the more is missing."""
 
-    OK = 0, "ok"
-    STATIC_NOT_SEEN = 1, "ok, but the last start showed no breakaway: no static coefficient"
-    ONE_WAY = 2, "one way: nothing shows the offset of the tangential force"
-    UNSURE = 3, "its sigma is more than 8 %"
-    OUTLIER = 4, "the forces contradict all sliding so far: left out"
-    CHANGED = 5, "the friction changed: learning again"
-    NO_PULL = 6, "hardly any tangential force although the velocity shows sliding: is the finger at rest?"
-    NEGATIVE = 7, "negative: the tangential force or the velocity has the wrong sign, or the force's zero is wrong"
-    NO_CONTACT = 8, "no contact"
-    NOT_SLIDING = 9, "has not slid yet"
-    BAD_INPUT = 10, "a force or the velocity is missing or not finite"
+    OK = "ok"
+    STATIC_NOT_SEEN = "ok, but the last start showed no breakaway: no static coefficient"
+    ONE_WAY = "one way: nothing shows the offset of the tangential force"
+    UNSURE = "its sigma is more than 8 %"
+    OUTLIER = "the forces contradict all sliding so far: left out"
+    CHANGED = "the friction changed: learning again"
+    NO_PULL = "hardly any tangential force although the velocity shows sliding: is the finger at rest?"
+    NEGATIVE = "negative: the tangential force or the velocity has the wrong sign, or the force's zero is wrong"
+    NO_CONTACT = "no contact"
+    NOT_SLIDING = "has not slid yet"
+    BAD_INPUT = "a force or the velocity is missing or not finite"
 
 
 class FrictionEstimate(NamedTuple):

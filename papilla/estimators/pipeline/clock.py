@@ -27,11 +27,11 @@ _NONE = math.nan
 class ClockStatus(Status):
     """Remark on the time of a sample; `sentence` gives it in words."""
 
-    OK = 0, "ok"
-    GAP = 1, "samples are missing before this one"
-    REPEATED = 2, "left out: the sample is not later than the one before"
-    BEGUN_ANEW = 3, f"begun anew: more than {LONGEST_GAP_S:g} s between this sample and the one before"
-    OTHER_RATE = 4, "the times tell another sampling rate than the one that was stated"
+    OK = "ok"
+    GAP = "samples are missing before this one"
+    REPEATED = "left out: the sample is not later than the one before"
+    BEGUN_ANEW = f"begun anew: more than {LONGEST_GAP_S:g} s between this sample and the one before"
+    OTHER_RATE = "the times tell another sampling rate than the one that was stated"
 
 
 OK, GAP, REPEATED, BEGUN_ANEW, OTHER_RATE = map(int, ClockStatus)

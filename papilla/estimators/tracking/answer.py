@@ -10,23 +10,20 @@ from papilla.status import Status
 class TrackingStatus(Status):
     """Status of an answer; those that begin with "ok" may be used."""
 
-    OK = 0, "ok"
-    SEARCHING = 1, "no wavelength stands out yet: a value, if there is one, is a guess"
-    STANDSTILL = 2, "no movement: the wavelength is held"
-    MISSING = 3, "the reading is missing, not finite or saturated: the wavelength is held"
-    NO_VELOCITY = 4, "no finite velocity or position: the wavelength is held, the frequency is not known"
-    ALIASED = 5, "too fast for this sampling rate and wavelength: the wavelength is held"
-    NO_TEXTURE = 6, "the line is no longer there: the wavelength is the last one seen"
-    TIME_LOCKED = (
-        7,
-        "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's",
-    )
-    CONSTANT_SPEED = 8, "ok, constant speed: a vibration of that frequency is not excluded"
-    OUT_OF_RANGE = 9, "the lines are harmonics of a wavelength outside the search range"
-    INCOHERENT = 10, "the line is smeared: no single wavelength, or the path is wrong"
-    AMBIGUOUS = 12, "ambiguous: a line stands out, but it may be a harmonic: the value is a guess"
-    LONE = 13, "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
-    VAGUE = 11, "the standard deviation of the wavelength is too large"
+    OK = "ok"
+    SEARCHING = "no wavelength stands out yet: a value, if there is one, is a guess"
+    STANDSTILL = "no movement: the wavelength is held"
+    MISSING = "the reading is missing, not finite or saturated: the wavelength is held"
+    NO_VELOCITY = "no finite velocity or position: the wavelength is held, the frequency is not known"
+    ALIASED = "too fast for this sampling rate and wavelength: the wavelength is held"
+    NO_TEXTURE = "the line is no longer there: the wavelength is the last one seen"
+    TIME_LOCKED = "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's"
+    CONSTANT_SPEED = "ok, constant speed: a vibration of that frequency is not excluded"
+    OUT_OF_RANGE = "the lines are harmonics of a wavelength outside the search range"
+    INCOHERENT = "the line is smeared: no single wavelength, or the path is wrong"
+    VAGUE = "the standard deviation of the wavelength is too large"
+    AMBIGUOUS = "ambiguous: a line stands out, but it may be a harmonic: the value is a guess"
+    LONE = "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
 
 
 class WavelengthEstimate(NamedTuple):

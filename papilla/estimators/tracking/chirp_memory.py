@@ -20,11 +20,11 @@ WANDER = 0.1, 10.0
 class ChirpStatus(Status):
     """Status of an answer."""
 
-    OK = 0, "ok"
-    SEARCHING = 1, "no frequency stands out: the last one, if any, is continued in doubt, and its sigma grows"
-    QUIET = 2, "the reading does not change: standstill, or no texture"
-    MISSING = 3, "the reading is missing, not finite or saturated: the motion goes on as it was"
-    AMBIGUOUS = 4, "ambiguous: the frequency may be a harmonic of a lower one"
+    OK = "ok"
+    SEARCHING = "no frequency stands out: the last one, if any, is continued in doubt, and its sigma grows"
+    QUIET = "the reading does not change: standstill, or no texture"
+    MISSING = "the reading is missing, not finite or saturated: the motion goes on as it was"
+    AMBIGUOUS = "ambiguous: the frequency may be a harmonic of a lower one"
 
 
 class ChirpEstimate(NamedTuple):

@@ -13,16 +13,16 @@ NONE = math.nan
 class RoughnessStatus(Status):
     """Status of an answer; `sentence` says it in words."""
 
-    OK = 0, "ok"
-    WARMING_UP = 1, "the window is not full yet"
-    SILENT = 2, "nothing in the window: no texture, a dead gauge, or slower than the window can see"
-    STANDSTILL = 3, "no movement, so the frequency gives no wavelength"
-    NO_VELOCITY = 4, "no finite velocity: frequency only"
-    GAP = 5, "samples are missing in the window; the answer, if any, is from the others"
-    MISSING = 6, "the reading is missing or not finite"
-    SATURATED = 7, "the reading is saturated"
-    ALIASED = 8, "too fast for this sampling rate: what is counted may be an alias"
-    DUPLICATE = 9, "the sample is not later than the one before, and was left out"
+    OK = "ok"
+    WARMING_UP = "the window is not full yet"
+    SILENT = "nothing in the window: no texture, a dead gauge, or slower than the window can see"
+    STANDSTILL = "no movement, so the frequency gives no wavelength"
+    NO_VELOCITY = "no finite velocity: frequency only"
+    GAP = "samples are missing in the window; the answer, if any, is from the others"
+    MISSING = "the reading is missing or not finite"
+    SATURATED = "the reading is saturated"
+    ALIASED = "too fast for this sampling rate: what is counted may be an alias"
+    DUPLICATE = "the sample is not later than the one before, and was left out"
 
 
 OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(int, RoughnessStatus)

@@ -35,12 +35,12 @@ NONE = math.nan
 class RidgeStatus(Status):
     """Status of an answer; `sentence` says it in words."""
 
-    OK = 0, "ok"
-    WARMING_UP = 1, "the wavelets extend beyond the first sample"
-    NOT_SIGNIFICANT = 2, "red noise explains what the two channels share"
-    GAP = 3, "too many samples are missing within reach"
-    SILENT = 4, "a channel does not change"
-    COMMON = 5, "no phase between the two channels: it may be common to both (hum, a jolt of the finger)"
+    OK = "ok"
+    WARMING_UP = "the wavelets extend beyond the first sample"
+    NOT_SIGNIFICANT = "red noise explains what the two channels share"
+    GAP = "too many samples are missing within reach"
+    SILENT = "a channel does not change"
+    COMMON = "no phase between the two channels: it may be common to both (hum, a jolt of the finger)"
 
 
 class RidgeEstimate(NamedTuple):
