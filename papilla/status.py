@@ -25,7 +25,7 @@ class Status(Named):
     sentence: str
     good: bool
 
-    def __new__(cls, sentence: str):
+    def __new__(cls, sentence):
         """The next member, with this sentence."""
         member = int.__new__(cls, len(cls.__members__))
         member._value_, member.sentence, member.good = int(member), sentence, sentence.startswith("ok")
