@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.cli.estimate_output import Summary
+from papilla.cli.estimate_summary import Summary
 from papilla.estimators import Pipeline
 from papilla.estimators.pipeline import PipelineEstimate
 from papilla.logs import TimeLogFile

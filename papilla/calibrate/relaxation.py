@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from papilla.errors import InputError
 from papilla.logs import PressLog
-from papilla.logs.loading import loading, touches
+from papilla.logs.presses import loading, touches
 from papilla.references import Prony
 
 if TYPE_CHECKING:

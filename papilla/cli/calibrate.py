@@ -3,18 +3,15 @@
 import math
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import typer
-
 from papilla.checks import positive
-from papilla.cli.calibrate_check import CHECK_FAILED, print_check
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
     FrictionOption,
-    JsonOption,
     MapOption,
     SizeOption,
     about,
@@ -25,11 +22,12 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import Progress, Stopwatch, print_json, print_table, progress, tell
+from papilla.cli.output import CHECK_FAILED, Answer, Progress, Stopwatch, print_table, progress, show_table, tell
 from papilla.errors import InputError
 from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
+    from papilla.calibrate.checking import Check
     from papilla.calibrate.job import Calibrated
     from papilla.finger import Finger
     from papilla.logs import PressLog
@@ -116,8 +114,7 @@ def calibrate(
     ),
     log_map: MapOption = None,
     out: Path = option(DEFAULT_OUT, "Folder for the results."),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Calibrate the finger: mesh, model, sweep, fit.
 
     Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
@@ -166,14 +163,8 @@ def calibrate(
             write_text(export_c, header)
     more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
     summary = _summary(done, paths, watch.seconds) | more
-    if as_json:
-        print_json(summary)
-    else:
-        _print(summary)
-        if found is not None:
-            print_check(found, check)
-    if found is not None and not found.passed:
-        raise typer.Exit(CHECK_FAILED)
+    code = CHECK_FAILED if found is not None and not found.passed else 0
+    return Answer(summary, partial(_print, summary, found, check), code)
 
 
 def _calibrated(
@@ -267,7 +258,7 @@ def _against_published(done: "Calibrated") -> dict | None:
     }
 
 
-def _print(summary: dict) -> None:
+def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
     forward, inverse = summary["softness"]["forward"], summary["softness"]["inverse"]
     units = ("µε/gf²", "µε/gf", "µε/MPa²", "µε/MPa", "µε")
     errors = [float("nan") if error is None else error for error in forward["stderr"]]
@@ -320,6 +311,8 @@ def _print(summary: dict) -> None:
         tell(f"Doubt: {note}.")
     names = ("calibration", "sweep", "report", "finger")
     tell("Wrote " + ", ".join(summary[name] for name in names if name in summary))
+    if found is not None:
+        _print_check(found, check)
 
 
 def _moduli(bench: dict) -> str:
@@ -344,3 +337,28 @@ def _inverse_in_words(inverse: dict) -> str:
     low, high = inverse["modulus_MPa"]
     root = f"E = {sign}sqrt({sd:.4g} S_d {f2:+.4g} f² {f:+.4g} f {one:+.4g}) {-inverse['shift']:+.4g}"
     return f"Inverse: {root}, where it rises: {low:.3g} to {high:.3g} MPa (full precision in the file)."
+
+
+MOST_ROWS = 20
+"""Largest number of presses in the table; the JSON has all."""
+
+
+def _print_check(found: "Check", path: Any) -> None:
+    """Print the check as a table: failed presses first, then others up to `MOST_ROWS`."""
+    from rich.table import Table
+
+    table = Table(title=f"check: {path}")
+    for title in ("force N", "stated MPa", "recovered MPa", "95 % interval MPa"):
+        table.add_column(title, justify="right", no_wrap=True)
+    table.add_column("", overflow="fold")
+    rows = sorted(found.presses, key=lambda one: one.passed)
+    for one in rows[:MOST_ROWS]:
+        recovered = f"{one.recovered_MPa:.4g} ± {one.sigma_MPa:.2g}" if one.recovered_MPa == one.recovered_MPa else "-"
+        verdict = one.sentence if one.passed else f"[bold red]MISSED[/]: {one.sentence}"
+        interval = f"{one.lower_MPa:.3g} to {one.upper_MPa:.3g}"
+        table.add_row(f"{one.force_N:.4g}", f"{one.modulus_MPa:.4g}", recovered, interval, verdict)
+    show_table(table)
+    tell(
+        f"{len(rows)} presses, {found.answered} with a modulus, {found.missed} missed "
+        f"(stated modulus outside the 95 % interval by more than {PER_CENT * found.tolerance:g} %)"
+    )

@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 from papilla.cli.options import PROCESSES, option
-from papilla.cli.output import Answer, Stopwatch, say, tell
-from papilla.cli.verify import CHECK_FAILED, case_keys
+from papilla.cli.output import CHECK_FAILED, Answer, Stopwatch, say, tell
+from papilla.cli.verify import case_keys
 
 MB = 1e6
 _REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"]([\w-]+)['\"])?")

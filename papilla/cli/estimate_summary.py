@@ -2,16 +2,21 @@
 codes."""
 
 import math
+from collections import Counter, deque
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.estimate_output import FREQUENCY_ALONE, LAST
 from papilla.cli.output import json_text, plain, print_json, say, show_table, tell
+from papilla.errors import InputError
 from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
+    import numpy as np
+
+    from papilla.estimators import Pipeline, PipelineEstimate
     from papilla.estimators.lines import LineSpectrum
+    from papilla.logs import TimeLogFile
     from papilla.view.log_picture import LogPicture
 
 HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
@@ -166,3 +171,244 @@ def _lines(summary: dict) -> list[tuple[str, ...]]:
 
 def _share(rows: int, summary: dict) -> str:
     return f"{PER_CENT * rows / max(summary['rows'], 1):.3g} %"
+
+
+LAST = {
+    "last_answer": ("modulus", "MPa", ("modulus_MPa", "modulus_sigma_MPa")),
+    "last_frequency": ("frequency", "Hz", ("frequency_Hz",)),
+    "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
+    "last_friction": ("friction", "", ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")),
+}
+"""Keys of the last answers: quantity, unit and columns; each value is from the last row whose status is ok for the
+quantity."""
+ADVICE = {
+    "modulus": "state the thickness (--thickness), press harder and hold the press",
+    "wavelength": "slide over a longer path at changing speed, which separates a texture from hum and motors, and look "
+    "at the units of t_s, velocity_mm_s and position_mm",
+    "friction": "slide both ways, and lift the finger off for half a second, which shows the zero of tangential_N",
+}
+"""Advice if no row of a quantity is ok."""
+FREQUENCY_ALONE = "frequency alone"
+CONSTANT_SPEED = "ok, constant speed"
+ALIKE = 0.02
+"""Relative difference of wavelength up to which a row agrees with a line of the whole log."""
+
+LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
+
+
+class _Combinations(dict[tuple[str, str, str], int]):
+    """Numbers of the occurring combinations of the three codes, so that a row needs one look-up."""
+
+    def __missing__(self, codes: tuple[str, str, str]) -> int:
+        return self.setdefault(codes, len(self))
+
+
+class Summary:
+    """The summary of a log and its estimates.
+
+    The latest `LONGEST_ROWS` rows are kept for the search for lines.
+    """
+
+    def __init__(self, recorded: "TimeLogFile", pipeline: "Pipeline"):
+        self._log, self._pipeline = recorded, pipeline
+        self._columns = ("t_s", *recorded.gauge_names, *recorded.optional)
+        self._moves = bool({"velocity_mm_s", "position_mm"} & {*recorded.optional})
+        self._tail: deque[np.ndarray] = deque()
+        self._numbers, self._counts = _Combinations(), Counter[int]()
+        self._answered = {names[0]: 0 for *_, names in LAST.values()}
+        self._wavelengths: Counter[int] = Counter()
+        self._last: dict[str, dict | None] = dict.fromkeys(LAST)
+        self.rows = self._kept = 0
+        self.spectrum: LineSpectrum | None = None
+
+    def add(self, block: "np.ndarray", answer: "PipelineEstimate") -> list[str]:
+        """Add the next rows of the log and their answers; returns the worst code of each row."""
+        import numpy as np
+
+        self.rows += len(block)
+        codes = zip(answer.modulus_status, answer.wavelength_status, answer.friction_status, strict=True)
+        numbers = np.fromiter(map(self._numbers.__getitem__, codes), int, len(block))
+        self._counts.update(numbers.tolist())
+        for key, (quantity, _, names) in LAST.items():
+            values = np.asarray(getattr(answer, names[0]))
+            known = values == values
+            self._answered[names[0]] += int(known.sum())
+            ok = np.array([self._usable(quantity, own) for own in self._numbers])[numbers]
+            usable = np.flatnonzero(ok & known)
+            if len(usable):
+                last = {name: float(getattr(answer, name)[usable[-1]]) for name in names}
+                self._last[key] = {"t_s": float(block[usable[-1], 0])} | last
+            if quantity == "wavelength":
+                found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE), return_counts=True)
+                self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
+        if self._moves:
+            self._keep(block)
+        return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
+
+    def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
+        """The code of a quantity; without a path the wavelength has the code of the frequency."""
+        return codes[("modulus", "wavelength", "friction").index("wavelength" if quantity == "frequency" else quantity)]
+
+    def _usable(self, quantity: str, codes: tuple[str, str, str]) -> bool:
+        code = self._code(quantity, codes)
+        return code.startswith("ok") or (quantity == "frequency" and code == FREQUENCY_ALONE)
+
+    def _worst(self, codes: tuple[str, str, str]) -> str:
+        """The worst of the three codes: a doubt or a fault, then a quantity that the log lacks, then ok."""
+        off = {why.split(",")[0] for why in self._pipeline.off.values()}
+        return max(codes, key=lambda code: (not code.startswith("ok") and (2 if code in off else 3)) or code != "ok")
+
+    def _keep(self, block: "np.ndarray") -> None:
+        """Keep the rows as long as they may be needed."""
+        self._tail.append(block)
+        self._kept += len(block)
+        while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
+            self._kept -= len(self._tail.popleft())
+
+    def check(self) -> None:
+        """Raise `InputError` if no row has an answer and a column seems to be in another unit."""
+        sizes = self._log.report.sizes
+        ok = any(self._usable(quantity, own) for quantity, *_ in LAST.values() for own in self._numbers)
+        if sizes and not ok:
+            raise InputError(f"{self._log.path}: no row has an answer that is ok; {sizes[0]}")
+
+    def finish(self, wavelengths: tuple[float, float] | None) -> dict:
+        """The summary: JSON keys and their values. `messages` are all messages, the most important first; the first
+        `remarks` of them contain advice."""
+        report, status = self._log.report, Counter[str]()
+        statuses = {quantity: Counter[str]() for quantity, *_ in LAST.values()}
+        own = dict.fromkeys(statuses, 0)
+        for codes, number in self._numbers.items():
+            count = self._counts[number]
+            status[self._worst(codes)] += count
+            for quantity, counts in statuses.items():
+                counts[self._code(quantity, codes)] += count
+                own[quantity] += count * self._usable(quantity, codes)
+        later: list[str] = []
+        lines, searched = self._lines(wavelengths, later)
+        doubts = [text for text in self._pipeline.messages if text.startswith("modulus: the calibration is in doubt")]
+        remarks = [*doubts, *report.sizes, *self._unanswered(own, statuses), *self._broken()]
+        remarks += [*_of_lines(lines, wavelengths), *_of_speed(statuses["wavelength"], own["wavelength"]), *later]
+        notes = [text for text in (*self._pipeline.messages, *report.notes) if text not in remarks]
+        return {
+            "rows": report.rows,
+            "answered_rows": self._answered,
+            "ok_rows": own,
+            "status": dict(status.most_common()),
+            "statuses": {quantity: dict(counts.most_common()) for quantity, counts in statuses.items()},
+            "legend": self._pipeline.legend,
+            "faults": self._pipeline.faults,
+            **self._last,
+            "lines": lines,
+            "searched_mm": searched,
+            "nan_rows": report.nan_rows,
+            "nan_cells": report.nan_cells,
+            "gaps": report.gaps,
+            "duplicates": report.duplicates,
+            "sample_rate_Hz": self._log.sample_rate_Hz,
+            "messages": [*remarks, *notes],
+            "remarks": len(remarks),
+        }
+
+    def _unanswered(self, ok_rows: dict[str, int], statuses: dict[str, Counter[str]]) -> list[str]:
+        """A line for each running quantity that is ok in no row: the most frequent reason, and advice."""
+        remarks = []
+        for quantity, advice in ADVICE.items():
+            if statuses[quantity] and not ok_rows[quantity] and quantity not in self._pipeline.off:
+                why = self._pipeline.legend[quantity][statuses[quantity].most_common(1)[0][0]]
+                remarks.append(f"{quantity}: no row is ok, most often because: {why}. To do: {advice}")
+        return remarks
+
+    def _broken(self) -> list[str]:
+        """A line on the gauges that were missing, saturated or stuck in some row."""
+        names = {*self._log.gauge_names}
+        found = {text: rows for text, rows in self._pipeline.faults.items() if text.split(" ")[0].strip(",") in names}
+        if not found:
+            return []
+        listed = ", ".join(f"{text} in {rows} rows" for text, rows in [*found.items()][:4])
+        return [f"gauges: {listed}. To do: look at their wiring and the range of the amplifier"]
+
+    def _lines(
+        self, wavelengths: tuple[float, float] | None, remarks: list[str]
+    ) -> tuple[list[dict], list[float] | None]:
+        """Significant lines of the kept rows, strongest first, and the wavelengths (mm) that were searched."""
+        if not self._tail:
+            return [], None
+        import numpy as np
+
+        from papilla.estimators.lines import find_lines, latest_stretch
+
+        names = self._log.gauge_names
+        rows = np.concatenate(self._tail)[-LONGEST_ROWS:]
+        self._tail.clear()
+        place = self._path(rows)
+        try:
+            first = latest_stretch(place, wavelengths)
+            self.spectrum = found = find_lines(
+                place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths
+            )
+        except InputError as error:
+            remarks.append(f"no lines: {error}")
+            return [], None
+        if first or len(rows) < self.rows:
+            remarks.append(f"lines: of the log from {rows[first, 0]:.6g} s on; a longer path is not searched at once")
+        lines = [
+            {
+                "wavelength_mm": line.wavelength_mm,
+                "wavelength_sigma_mm": line.sigma_mm,
+                "strength": line.amplitude,
+                "power_over_background": line.ratio,
+                "chance": line.chance,
+                "harmonic": line.harmonic,
+                "fundamental_mm": line.fundamental_mm,
+                "gauges": [names[number] for number in line.channels],
+                "ok_rows": sum(self._wavelengths[round(math.log(line.fundamental_mm) / ALIKE) + k] for k in (-1, 0, 1)),
+            }
+            for line in found.lines
+        ]
+        return lines, list(found.searched_mm)
+
+    def _path(self, rows: "np.ndarray") -> "np.ndarray":
+        """Position (n,) in mm along the path, from the rows' velocity or position."""
+        import numpy as np
+
+        from papilla.estimators.pipeline import path
+        from papilla.estimators.pipeline.clock import Clock
+        from papilla.tables import BLOCK
+
+        clock, names = Clock(self._log.sample_rate_Hz), ("velocity_mm_s", "position_mm")
+        at = [self._columns.index(name) if name in self._columns else None for name in names]
+        place = np.empty(len(rows))
+        for first in range(0, len(rows), BLOCK):
+            # Numbers of Python take four times the memory of an array
+            part = rows[first : first + BLOCK]
+            moved = (None if column is None else part[:, column].tolist() for column in at)
+            place[first : first + BLOCK] = path(clock, part[:, 0].tolist(), *moved)
+        return place
+
+
+def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> list[str]:
+    """Doubts about the lines of the whole log, and advice."""
+    from papilla.estimators.pipeline.pipeline import DEFAULT_RANGE_MM
+
+    remarks, (low, high) = [], DEFAULT_RANGE_MM
+    if wavelengths is None and lines and not low <= (strongest := lines[0]["wavelength_mm"]) <= high:
+        remarks.append(
+            f"the strongest line, {strongest:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "
+            "--wavelength-range, or, if it cannot be, look at the units of t_s, velocity_mm_s and position_mm"
+        )
+    if doubted := [line["wavelength_mm"] for line in lines if not line["ok_rows"] and line["harmonic"] == 1]:
+        remarks.append(
+            f"lines: {len(doubted)} of the whole log, the strongest {doubted[0]:.5g} mm, are ok in no row: they "
+            "may be of time instead of the surface. To do: look at wavelength_status; --json lists them"
+        )
+    return remarks
+
+
+def _of_speed(codes: Counter[str], ok_rows: int) -> list[str]:
+    """The doubt that a constant speed leaves, and advice."""
+    steady = sum(rows for code, rows in codes.items() if code.startswith(CONSTANT_SPEED))
+    return [
+        f"wavelength: {steady} of the {ok_rows} ok rows are of a constant speed, where a vibration of that frequency "
+        "is not excluded. To do: change the speed"
+    ] * bool(steady)

@@ -1,17 +1,15 @@
 """`papilla identify`: identifies the finger that made a log of presses."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.identify_compare import compare_with
-from papilla.cli.identify_rate import loops_of, print_relaxation, relaxation_of
-from papilla.cli.identify_suggest import SuggestOptions, print_suggestion
+from papilla.checks import positive
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
     FrictionOption,
-    JsonOption,
     MapOption,
     SpecimenOptions,
     about,
@@ -24,11 +22,88 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import Stopwatch, print_json, print_table, progress, tell
+from papilla.cli.output import CHECK_FAILED, Answer, print_table, progress, tell
 from papilla.errors import InputError
+from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.calibrate.identification import Diagnosis, Identification
+    from papilla.calibrate.identification import Diagnosis, Identification, Noise
+    from papilla.calibrate.suggest import Suggestion
+    from papilla.finger import Finger
+    from papilla.logs import PressLog
+    from papilla.specimen import Specimen
+
+
+@dataclass(frozen=True)
+class SuggestOptions:
+    """Number and kind of the suggested presses."""
+
+    suggest: int | None = option(None, "Suggest the next N presses; without a log, all of them.", metavar="N")
+    moduli: str | None = option(
+        None, "Moduli of the specimens at hand, MPa.  [default: those of the log]", metavar="E,E,..."
+    )
+    places: str | None = option(
+        None,
+        "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]",
+        metavar="'X,Y X,Y ...'",
+    )
+    criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
+
+    def check(self, log: Path | None, **fit: object) -> None:
+        """Refuse unusable options and combinations: options `fit` of a fit without a log, and a fit whose result is not
+        written; raises `InputError`."""
+        self.read_moduli(), self.read_places()
+        if log is None and self.suggest is None:
+            raise InputError("Missing argument 'LOG.csv': only --suggest, a protocol without a log, needs none")
+        if log is None and (asked := [name for name, value in fit.items() if value is not None]):
+            raise InputError(f"--{asked[0]} needs a log of presses: a protocol without a log has no fit")
+        if self.suggest is not None:
+            if self.suggest < 1:
+                raise InputError(f"--suggest must be at least 1, got {self.suggest}")
+            return
+        if fit["out"] is None:
+            raise InputError("Missing option '--out': the design file of the identified finger")
+        for name in ("moduli", "places"):
+            if getattr(self, name) is not None:
+                raise InputError(f"--{name} goes with --suggest")
+
+    def read_moduli(self) -> list[float]:
+        """The moduli (MPa), empty if not given; raises `InputError`."""
+        texts = [] if self.moduli is None else self.moduli.split(",")
+        return [positive("--moduli (MPa)", number("--moduli must be numbers in MPa", text)) for text in texts]
+
+    def read_places(self) -> list[tuple[float, float]]:
+        """The places (x, y in mm), the apex if not given; raises `InputError`."""
+        what, found = "--places must be pairs x,y in mm with spaces between", []
+        for text in ("0,0" if self.places is None else self.places).split():
+            x, comma, y = text.partition(",")
+            if not comma:
+                raise InputError(f"{what}, got {text!r}")
+            found.append((number(what, x), number(what, y)))
+        return found
+
+    def protocol(self, design: "Finger", specimen: "Specimen", noise: "Noise") -> dict:
+        """The first presses for a finger of which only the design is known, as plain values."""
+        moduli = self.read_moduli()
+        if not moduli:
+            raise InputError("a protocol without a log needs --moduli: those of the available specimens, in MPa")
+        with progress() as shown:
+            shown.line("what each press would tell")
+            return {"finger": design.name, **self._found(design, moduli, specimen=specimen, noise=noise)}
+
+    def after(self, found: "Identification") -> dict:
+        """The most informative presses after those of an identification, on its specimens unless others are given, as
+        plain values; empty if none are requested."""
+        moduli = self.read_moduli() or sorted({float(one) for one in found.problem.log.modulus_MPa})
+        return {} if self.suggest is None else self._found(found, moduli)
+
+    def _found(self, known: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
+        from papilla.calibrate.suggest import suggest_presses
+
+        places: Any = self.read_places()
+        return suggested(
+            suggest_presses(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
+        )
 
 
 def identify(
@@ -52,17 +127,15 @@ def identify(
         metavar="OLD.toml",
     ),
     log_map: MapOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and doubts.
 
     Every command accepts the design file that is written; calibrate includes its uncertainty. --suggest proposes the
     next presses; --compare tests whether it is still the same finger.
     """
-    watch = Stopwatch()
     given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
-        return compare_with(compare, log, log_map, as_json, finger=finger, suggest=further.suggest, **given)
+        return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **given)
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
     from papilla.calibrate.identification import Noise, diagnose, record
@@ -79,7 +152,7 @@ def identify(
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)
-        return print_json(protocol) if as_json else print_suggestion(protocol)
+        return Answer(protocol, partial(_print_suggestion, protocol))
     presses = read_press_log(log, False, mixed=touched, log_map=log_map)
     if relaxation is not None and presses.t_s is None:
         raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
@@ -91,11 +164,11 @@ def identify(
             found = fit(presses, design, free=free or (), fix=held, **bench, processes=PROCESSES, progress=shown.line)
         shown.line("what to doubt")
         diagnosis = diagnose(found)
-        silicone, kept = relaxation_of(log, found, relaxation, log_map)
+        silicone, kept = _relaxation_of(log, found, relaxation, log_map)
         pressed = [shape.specimen for shape in found.problem.shapes]
         of_what = " and ".join(one.words for one in pressed)
         identified = found.with_record(replace(record(found, diagnosis, of_what), **kept))
-        besides = loops_of(presses) | silicone | further.after(found)
+        besides = _loops_of(presses) | silicone | further.after(found)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
@@ -103,8 +176,7 @@ def identify(
                 write_identification(files[-1], found, diagnosis)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
     summary = summary_of(found, diagnosis) | {"specimen": describe(pressed[0])} | written | besides
-    summary["seconds"] = watch.seconds
-    return print_json(summary) if as_json else _print(summary)
+    return Answer(summary, partial(_print, summary))
 
 
 def _held(fix: list[str]) -> dict[str, float]:
@@ -165,8 +237,110 @@ def _print(summary: dict) -> None:
         tell(f"Doubt: {doubt}.")
     if written := [summary[key] for key in ("finger", "report") if key in summary]:
         tell(f"Wrote {', '.join(written)}")
-    print_relaxation(summary)
-    print_suggestion(summary)
+    _print_relaxation(summary)
+    _print_suggestion(summary)
 
 
 _UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
+
+
+def suggested(found: "Suggestion") -> dict:
+    """A suggestion as plain values."""
+    presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
+    return {
+        "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
+        "criterion": found.criterion,
+        "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
+    }
+
+
+def _print_suggestion(summary: dict) -> None:
+    """Print the suggestion of a summary, the most informative press first."""
+    if "suggested" not in summary:
+        return
+    at_apex = not any(one["x_mm"] or one["y_mm"] for one in summary["suggested"])
+    tell(f"Press next{', at the apex' if at_apex else ''}:")
+    print_table(
+        [
+            (
+                f"press {number}",
+                f"{one['force_N']:.3g} N on {one['modulus_MPa']:g}",
+                "MPa" if at_apex else f"MPa at {one['x_mm']:g}, {one['y_mm']:g} mm",
+            )
+            for number, one in enumerate(summary["suggested"], start=1)
+        ]
+    )
+    sigma = summary["expected_sigma_ln_E"]
+    tell(
+        f"The uncertainty of the finger then makes E uncertain by {_factor(sigma['after'])} over 20-100 gf and "
+        f"0.05-0.72 MPa, now {_factor(sigma['before'])}."
+    )
+
+
+def _factor(sigma: float) -> str:
+    return f"{PER_CENT * sigma:.2g} %" if sigma < 1 else "more than a factor of two"
+
+
+def _loops_of(log: "PressLog") -> dict:
+    """The loops of a log as plain values; an empty dict if there are none."""
+    return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
+
+
+def _relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
+    """Relaxation fitted to the longest touch of a log: its Prony terms as plain values for `--json`, and what the table
+    `[identified]` of the design keeps of them. Both are empty without `--relaxation`."""
+    from papilla.calibrate.relaxation import fit_touch
+    from papilla.logs import read_presses
+
+    if terms is None:
+        return {}, {}
+    if found.problem.log.stated_sd is not None or len(found.problem.log.specimens) > 1:
+        raise InputError(f"{path}: --relaxation needs readings, of presses on one specimen")
+    log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen, log_map=log_map)
+    touch = fit_touch(found, log, int(terms))
+    return {"relaxation": touch.to_json()}, touch.recorded
+
+
+def _print_relaxation(summary: dict) -> None:
+    """Show the relaxation of a summary."""
+    if "relaxation" not in summary:
+        return
+    fitted = summary["relaxation"]
+    tell(f"Relaxation of the silicone, one factor for both layers, by {fitted['by']} on {fitted['modulus_MPa']:g} MPa:")
+    print_table(
+        [
+            (f"term {number}", f"{one['share']:.3g} ± {one['share_sigma']:.2g} at {one['time_s']:.3g}", "s")
+            for number, one in enumerate(fitted["terms"], start=1)
+        ]
+    )
+    for doubt in fitted["doubts"]:
+        tell(f"Doubt: {doubt}.")
+
+
+MOST_NAMED = 4
+"""Largest number of explanations that are printed; the JSON has all."""
+
+
+def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object) -> Answer:
+    """Compare the presses of a log with a stored identification; exit code 1 means "recalibrate"."""
+    if log is None:
+        raise InputError("--compare needs the log of the new presses")
+    if asked := [name for name, value in given.items() if value]:
+        raise InputError(f"--{asked[0].replace('_', '-')} does not go with --compare: the identified design says all")
+    from papilla.calibrate.identification import compare
+    from papilla.finger import Finger
+    from papilla.logs import read_presses
+
+    finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
+    with progress() as shown, about(log):
+        found = compare(finger, presses, progress=shown.line)
+    shares = ("presses", "chi_square", "freedom", "probability", "same", "verdict")
+    facts = {name: getattr(found, name) for name in shares}
+    facts["changes"] = [vars(one) | {"words": one.words} for one in found.changes]
+
+    def show() -> None:
+        tell(f"{found.verdict}.")
+        for one in found.changes[:MOST_NAMED] if not found.same else ():
+            tell(f"{one.words} would explain {one.chi_square:.3g} of it.")
+
+    return Answer(facts, show, 0 if found.same else CHECK_FAILED)

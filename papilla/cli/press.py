@@ -1,6 +1,7 @@
 """`papilla press`: one scene."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -8,7 +9,6 @@ from papilla.checks import place, positive
 from papilla.cli.options import (
     FingerOption,
     FrictionOption,
-    JsonOption,
     PlaceOption,
     SizeOption,
     SpecimenOptions,
@@ -18,8 +18,7 @@ from papilla.cli.options import (
     read_friction,
     scene_of,
 )
-from papilla.cli.output import print_json, print_table, progress, tell
-from papilla.cli.touch_log import write_touch_log
+from papilla.cli.output import Answer, print_table, progress, tell
 from papilla.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
@@ -46,8 +45,7 @@ def press(
     export: Path | None = option(
         None, "Field to write as well: displacement, strain and stress for ParaView.", metavar="FILE.vtu"
     ),
-    as_json: JsonOption = False,
-) -> None:
+) -> Answer:
     """Press a specimen on the finger: indentation, contact, gauge readings.
 
     Give the force or the indentation.
@@ -87,12 +85,8 @@ def press(
             if export is not None:
                 _export(export, design, reduced, found, shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
-    if as_json:
-        print_json({**found.to_json(), **named} | {name: str(path) for name, path in written.items()})
-    else:
-        _print(found, named, [gauge.name for gauge in design.gauges])
-        for path in written.values():
-            tell(f"Wrote {path}")
+    facts = {**found.to_json(), **named} | {name: str(path) for name, path in written.items()}
+    return Answer(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
 
 
 def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[str, Path]:
@@ -131,8 +125,8 @@ def _export(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Pres
     save_field(fields(design, reduced, [found], progress=say)[0], path)
 
 
-def _print(found: "Press", named: dict, gauges: list[str]) -> None:
-    """Print a press as a table, with its specimen, physics and status."""
+def _print(found: "Press", named: dict, gauges: list[str], written: dict[str, Path]) -> None:
+    """Print a press as a table, with its specimen, physics and status, and the files that were written."""
     measures = {key: value for key, value in named["specimen"].items() if key != "kind"}
     specimen = ", ".join(f"{key} {value:g}" for key, value in measures.items())
     rows = [
@@ -149,3 +143,38 @@ def _print(found: "Press", named: dict, gauges: list[str]) -> None:
     print_table(rows)
     tell(f"Pressed on: {named['physics']}")
     tell(found.status)
+    for path in written.values():
+        tell(f"Wrote {path}")
+
+
+RATE_HZ = 1000
+AIR_S, LOADING_S, HELD_S = 0.2, 0.5, 0.5
+"""Durations: the air gives the estimators the zero of the gauges; a hand loads a finger in about half a second."""
+LIGHTEST_N = 0.01
+"""Smallest force of a press: half of the force from which the estimators see contact."""
+
+
+def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"], said: Callable[[str], None]) -> None:
+    """Write the log that ends with the press `whole`; `press` makes the press of another force (N), `said` reports
+    progress.
+
+    Each row of the loading is a separate press, without creep and noise. Raises `FileAccessError`.
+    """
+    import numpy as np
+
+    from papilla.tables import write_table
+
+    count, loading = round((AIR_S + LOADING_S + HELD_S) * RATE_HZ), round(LOADING_S * RATE_HZ)
+    time = np.arange(count) / RATE_HZ
+    force = whole.force * np.clip((time - AIR_S) / LOADING_S, 0.0, 1.0)
+    force[force < LIGHTEST_N] = 0.0
+    rows = np.zeros((count, 1 + len(whole.reading)))
+    rows[force == whole.force] = whole.indentation, *whole.reading
+    partly = np.flatnonzero((force > 0) & (force < whole.force))[::-1]
+    for done, row in enumerate(partly):
+        said(f"loading, {done} of {loading} presses")
+        # From the largest force on, because all presses share one contact path
+        found = press(float(force[row]))
+        rows[row] = found.indentation, *found.reading
+    gauges = {f"g{number}": column for number, column in enumerate(rows.T[1:], start=1)}
+    write_table(path, {"t_s": time, **gauges, "force_N": force, "indentation_mm": rows[:, 0]})

@@ -4,12 +4,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import option
-from papilla.cli.output import Answer, progress, say, show_table
+from papilla.cli.output import CHECK_FAILED, Answer, progress, say, show_table
 
 if TYPE_CHECKING:
     from papilla.studies.verify import Case
-
-CHECK_FAILED = 1
 
 
 def verify(

@@ -1,7 +1,11 @@
-"""Columns that all logs of a finger share: gauges `g1`, `g2`, ... in microstrain, and named quantities with a unit."""
+"""Opens a log: its known columns, read as they are or through a map, with papilla's names and units.
+
+All logs share gauges `g1`, `g2`, ... in microstrain, and named quantities with their unit in the name.
+"""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -9,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.log_map import GAUGE_COLUMN, LogMap
-from papilla.logs.mapped import opened
-from papilla.tables import Reader, Table, closest
+from papilla.logs.bags import BagReader, is_bag
+from papilla.logs.frames import PARQUET, FrameReader, parquet
+from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
+from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
+from papilla.tables import BLOCK, Reader, Table, TableReader, closest
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it
@@ -81,3 +87,170 @@ def check_finite(table: Table, names: Iterable[str]) -> None:
         row, column = divmod(int(np.argmax(bad)), len(names))
         name = names[column]
         raise table.fault(row, name, f"expected a finite number, got {table.columns[name][row]}")
+
+
+ZEROED = ("force_N", "tangential_N")
+"""Columns besides the gauges whose zero is their mean in the air."""
+
+
+class MappedReader(Reader):
+    """Another reader's rows with papilla's names and units."""
+
+    def __init__(self, reader: Reader, log_map: LogMap, wanted: Callable[[str], bool]):
+        self._reader, self._map, self.path = reader, log_map, reader.path
+        self._columns = {name: column for name, column in log_map.columns.items() if wanted(name)}
+        self.called = {name: column.name for name, column in self._columns.items()}
+        self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
+        self.names, self.live = (*self._columns, *self._constant), reader.live
+        self.ignored = reader.ignored
+        self._factors = {name: column.factor(name) for name, column in self._columns.items()}
+        self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
+        if log_map.air_s is not None and self.live:
+            raise FileFormatError(f"{log_map.path}: air_s needs the whole log, which a pipe does not give: use a file")
+        if log_map.air_s is not None:
+            self._zeros |= self._in_air(*log_map.air_s)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks for the user, one sentence each."""
+        return *self._remarks(), *self._reader.notes
+
+    def __exit__(self, *error: object) -> None:
+        self._reader.__exit__(*error)
+
+    def once(self) -> None:
+        """From now on read standard input once."""
+        self._reader.once()
+
+    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+        """All rows in blocks; raises what `TableReader.blocks` raises."""
+        for block in self._reader.blocks(size):
+            table = Table(block.path, block.columns, block.lines, self.called)
+            columns = {name: self._values(table, name) for name in self._columns}
+            columns |= {name: np.full(len(block), value) for name, value in self._constant.items()}
+            yield replace(table, columns=columns)
+
+    def _values(self, block: Table, name: str) -> np.ndarray:
+        column = self._columns[name]
+        found = block.columns[column.name]
+        if found.dtype.kind != "U":
+            return found * self._factors[name] - self._zeros[name]
+        return found if column.unit != ISO else (_instants(block, name, found) - self._start) / np.timedelta64(1, "s")
+
+    def _first_time(self) -> np.datetime64:
+        """The date and time at which seconds start, if times are dates."""
+        column = self._columns.get("t_s")
+        if column is None or column.unit != ISO:
+            return np.datetime64(0, "ns")
+        block = next(self._reader.blocks(1))
+        table = Table(block.path, block.columns, block.lines, {"t_s": column.name})
+        return _instants(table, "t_s", block.columns[column.name])[0]
+
+    def _in_air(self, first: float, last: float) -> dict[str, float]:
+        """Mean of gauges and force between two times (s) of the log."""
+        names = [name for name in self._columns if GAUGE_COLUMN.fullmatch(name) or name in ZEROED]
+        total, count = np.zeros(len(names)), np.zeros(len(names))
+        for block in self.blocks() if "t_s" in self._columns else ():
+            rows = np.column_stack([block.columns[name] for name in names])
+            rows = rows[(first <= block.columns["t_s"]) & (block.columns["t_s"] <= last)]
+            total, count = total + np.nansum(rows, axis=0), count + np.isfinite(rows).sum(axis=0)
+        if not count.all():
+            absent = ", ".join(name for name, rows in zip(names, count, strict=True) if not rows)
+            raise FileFormatError(f"{self.path}: air_s {first:g} to {last:g} s holds no row of {absent}")
+        return dict(zip(names, (total / count).tolist(), strict=True))
+
+    def _remarks(self) -> Iterator[str]:
+        where = f"by {self._map.path.name}" if self._map.path else "by its name"
+        read = [
+            f"{column.name} is {name}" + (f" in {column.unit}" if column.factor(name) != 1 else "")
+            for name, column in self._columns.items()
+            if column.name != name or self._factors[name] != 1
+        ]
+        if read:
+            yield f"columns {where}: {', '.join(read)}"
+        if self._map.air_s is not None:
+            yield "gauges and forces count from their mean over {:g} to {:g} s, in the air".format(*self._map.air_s)
+
+
+def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> Reader:
+    """A reader of a log (path or frame), with its map, with the units in its column names, or without conversion.
+
+    Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
+    """
+    given = log_map or LogMap()
+    reader = unmapped(source, wanted, words, given)
+    path = reader.path
+    try:
+        chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
+        absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
+        if absent is not None:
+            raise FileFormatError(f"{given.path}: the log {path} has no {_lacking(absent, reader.header)}")
+        if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
+            return reader
+        text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO]
+        reader.want({column.name for column in chosen.columns.values()}.__contains__, tuple(text))
+        return MappedReader(reader, chosen, wanted)
+    except BaseException:
+        reader.__exit__()
+        raise
+
+
+def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], how: LogMap) -> Reader:
+    """A reader of a log (path or frame) with its own names and units; how : the dialect of a text."""
+    if not isinstance(source, Path):
+        return FrameReader(source, wanted, words)
+    if source.suffix in PARQUET:
+        return parquet(source, wanted, words)
+    if is_bag(source):
+        return BagReader(source, wanted)
+    dialect = {"delimiter": how.delimiter, "decimal": how.decimal}
+    return TableReader(source, wanted, words, **dialect, header_line=how.header_line)
+
+
+def _lacking(column: Column, header: Sequence[str]) -> str:
+    """What a log lacks, with the nearest name that it has: a column, a topic of a bag, or a field of the topic."""
+    kind, name, known = "column", column.column, [*header]
+    if column.topic is not None:
+        topics = list(dict.fromkeys(own.split(":")[0] for own in header if ":" in own))
+        kind, name, known = "topic", column.topic, topics
+        if column.topic in topics:
+            kind, name = f"field of {column.topic}", column.column
+            known = [own.split(":", 1)[1] for own in header if own.startswith(f"{column.topic}:")]
+    meant = closest(name, known)
+    return f"{kind} {name!r}" + (f"; did you mean {meant}?" if meant else f" (found {', '.join(known)[:400]})")
+
+
+def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) -> dict[str, Column]:
+    """Columns that have papilla's names, or a known name with a unit ("Fz [N]", "t_ms")."""
+    found: dict[str, Column] = {}
+    for name in header:
+        stem, unit = split_unit(name)
+        column = name if wanted(name) else column_meant(stem) if unit else None
+        if column is None or not wanted(column) or (column != name and unit not in quantity_of(column).units):
+            continue
+        if column in found and column != name and found[column].column != column:
+            both = f"{found[column].column} and {name}"
+            raise FileFormatError(f"{path}: {both} are both {column}: say which one is in a map (papilla log map)")
+        if column not in found or column == name:
+            found[column] = Column(name, unit if column != name and unit else _own_unit(column))
+    return found
+
+
+def _own_unit(column: str) -> str:
+    """The unit of papilla's column; for a column of text the only one in its list."""
+    known = quantity_of(column).units
+    return next((unit for unit, factor in known.items() if factor == 1), next(iter(known)))
+
+
+def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
+    """Dates and times (n,) as `datetime64`; the zone Z is dropped, because a log has only one zone."""
+    plain = np.char.replace(np.char.replace(cells, "Z", ""), " ", "T")
+    try:
+        return plain.astype("datetime64[ns]")
+    except ValueError:
+        for row, cell in enumerate(plain):
+            try:
+                np.datetime64(str(cell), "ns")
+            except ValueError:
+                raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
+        raise

@@ -58,7 +58,7 @@ def test_short_form(papilla, tmp_path, monkeypatch):
 
 def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path):
     calls = []
-    monkeypatch.setattr("papilla.cli.bench_estimators.bench_estimators", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr("papilla.cli.bench.bench_estimators", lambda *arguments: calls.append(arguments))
     assert papilla("bench", "--estimators", "--short", "--json").code == 0
     assert papilla("bench", "--estimators", "--out", tmp_path).code == 0
     assert calls == [(True, None), (False, tmp_path)]

@@ -325,12 +325,12 @@ def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sl
 
 @pytest.mark.slow
 def test_lines_of_a_long_log_are_those_of_its_latest_rows(papilla, tmp_path, sliding, monkeypatch):
-    from papilla.cli import estimate_output
+    from papilla.cli import estimate_summary
     from papilla.tables import TableReader
 
     blocks = TableReader.blocks
     monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 300))
-    monkeypatch.setattr(estimate_output, "LONGEST_ROWS", 1000)
+    monkeypatch.setattr(estimate_summary, "LONGEST_ROWS", 1000)
     answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
     assert "lines: of the log from 2 s on; a longer path is not searched at once" in answer.err
     assert json.loads(answer.out)["lines"][0]["wavelength_mm"] == pytest.approx(1.5, rel=5e-3)

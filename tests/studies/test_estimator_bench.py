@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.cli import bench_estimators as command
+from papilla.cli import bench as command
 from papilla.cli.output import json_text
 from papilla.errors import InputError
 from papilla.studies.estimator_bench import cost, honesty, other_methods, runner
@@ -283,7 +283,10 @@ def test_the_command_in_short(tmp_path, capsys, monkeypatch):
     answer = command.bench_estimators(True, tmp_path)
     printed = json.loads(json_text(answer.facts))
     assert printed["short"] is True and printed["softness"] == []
-    assert printed["plots"] == [str(tmp_path / command.PLOT)] and (tmp_path / command.PLOT).stat().st_size > 1000
+    assert (
+        printed["plots"] == [str(tmp_path / command.HONESTY_PLOT)]
+        and (tmp_path / command.HONESTY_PLOT).stat().st_size > 1000
+    )
     answer.show()
     assert "; one run per scene is not enough for a verdict" in capsys.readouterr().out
     assert {row["scene"] for row in printed["scenes"]} == set(SMALL.scenes) and printed["costs"][0]["update_us"] == 2
