@@ -16,8 +16,7 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml, write_text
-from papilla.finger import Bench, Dome, Gauge, Layer, Ridges, Slab, Surfaces
-from papilla.identified import Identified
+from papilla.finger_parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Slab, Surfaces
 from papilla.materials import MATERIALS, Material
 
 Design = TypeVar("Design")

@@ -463,7 +463,7 @@ def test_a_finger_built_in_python_is_checked_alike():
 
 def test_a_saved_design_is_the_same_finger(tmp_path):
     from papilla.finger import Bench
-    from papilla.identified import Identified
+    from papilla.finger_parts import Identified
     from papilla.materials import Ogden
 
     told = Identified(
@@ -514,7 +514,7 @@ def test_a_saved_design_is_the_same_finger(tmp_path):
     ],
 )
 def test_an_identification_that_does_not_fit_together_is_refused(change, message):
-    from papilla.identified import Identified
+    from papilla.finger_parts import Identified
 
     given = {
         **{"status": "ok", "presses": 3, "specimen": "block", "friction": 0.0, "touch_down_mm": 0.0},

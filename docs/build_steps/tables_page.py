@@ -22,7 +22,7 @@ from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus
 from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 from papilla.logs import log_map
 from papilla.logs.presses import PRESS_OPTIONAL, SPECIMENS
 from papilla.logs.quantities import GAUGE, QUANTITIES

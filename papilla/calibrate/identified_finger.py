@@ -14,7 +14,7 @@ from papilla.calibrate.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, Surface
 from papilla.errors import InputError
 from papilla.finger import Finger
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 
 GRID = 10
 """Number of presses along force and modulus at which the standard deviations are computed."""

@@ -142,7 +142,7 @@ class TouchRelaxation:
 
     @property
     def recorded(self) -> dict:
-        """The fields for `papilla.identified.Identified`."""
+        """The fields for `papilla.finger_parts.Identified`."""
         prony = self.fitted.prony
         return {"relaxation_shares": prony.shares, "relaxation_times_s": prony.times_s, "crept": self.crept}
 

@@ -12,7 +12,7 @@ from papilla.calibration import Calibration
 from papilla.cli.estimate import _zeros
 from papilla.errors import InputError
 from papilla.finger import Finger
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 
 SIGMA = 0.1
 

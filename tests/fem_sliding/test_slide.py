@@ -10,7 +10,7 @@ from papilla.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
 from papilla.fem.sliding.slide import amplify
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 from papilla.textures import Flat, MeasuredProfile
 
 GRATING = Grating(0.9, 0.9, 0.3)

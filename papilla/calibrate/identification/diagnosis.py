@@ -14,7 +14,7 @@ import numpy as np
 from papilla.calibrate.identification.fit import MISFIT, Identification, descend
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind, physical
 from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 from papilla.units import PER_CENT
 
 PRIOR_DECIDES = 0.7

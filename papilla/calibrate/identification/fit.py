@@ -14,7 +14,7 @@ from papilla.calibrate.identification.problem import Problem
 from papilla.calibrate.identification.repeats import estimated_noise
 from papilla.fem.reduction.family import with_moduli
 from papilla.finger import Finger
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 from papilla.short_repr import html_table
 
 ROUNDS = 10

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from papilla.fem.sliding.section_model import Modes
-from papilla.identified import Identified
+from papilla.finger_parts import Identified
 from papilla.references import Prony
 
 LOSS_FACTOR = 0.1
