@@ -19,7 +19,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
-from functools import lru_cache
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import resolve_name
 from pathlib import Path
@@ -49,6 +49,9 @@ PACKAGES = {
 }
 """Packages that influence results, by the name that is imported. Their versions count for the code that imports them.
 pytetwild is not among them: it only makes meshes, and results depend on the content of the mesh."""
+
+PRIVATE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
+"""Permissions of an entry and of its folder: the user's alone."""
 
 _ROOT = Path(__file__).parent
 
@@ -110,7 +113,7 @@ def entries() -> dict[Path, int]:
 def usable() -> bool:
     """Whether entries can be written here and are trusted: nobody but this user may write to the folder."""
     try:
-        folder().mkdir(mode=0o700, parents=True, exist_ok=True)
+        folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
         _check_own(entry("probe", "probe"))
         check_writable(folder())
     except OSError:
@@ -141,7 +144,7 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
         return None
     except OSError:
         return None
-    seal, body = content[:65], content[65:]
+    seal, _, body = content.partition(b"\n")
     if seal == _seal(kind, key, body):
         try:
             with np.load(io.BytesIO(body), allow_pickle=False) as data:
@@ -161,21 +164,21 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
     try:
         _make_folders(path)
         with replacing(path) as temporary:
-            temporary.touch(0o600)
-            temporary.write_bytes(_seal(kind, key, body) + body)
+            temporary.touch(PRIVATE)
+            temporary.write_bytes(_seal(kind, key, body) + b"\n" + body)
     except OSError as error:
         _go_on_without(error.__cause__ or error)
 
 
 def _seal(kind: str, key: str, body: bytes) -> bytes:
     """First line of an entry: a hash of its kind, key and body, so that no entry can stand for another."""
-    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
+    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode()
 
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """Hold the lock of an entry during a block; the block runs without it if the lock cannot be had."""
-    lock = FileLock(f"{path}.lock", mode=0o600)
+    lock = FileLock(f"{path}.lock", mode=PRIVATE)
     try:
         _make_folders(path)
         try:
@@ -197,8 +200,8 @@ class _NotOwnError(PermissionError):
 
 def _make_folders(path: Path) -> None:
     """Make the folders of an entry, for the user alone; raises `_NotOwnError` if others can write there."""
-    folder().mkdir(mode=0o700, parents=True, exist_ok=True)
-    path.parent.mkdir(mode=0o700, exist_ok=True)
+    folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+    path.parent.mkdir(mode=PRIVATE_FOLDER, exist_ok=True)
     _check_own(path)
 
 
@@ -235,7 +238,7 @@ def _go_on_without(error: BaseException) -> None:
         warnings.warn(message, RuntimeWarning, stacklevel=4)
 
 
-@lru_cache(maxsize=32)
+@cache
 def _code(maker: str) -> str:
     """Hash of the code that a module may run, and the versions of the packages that this code imports.
 
@@ -260,7 +263,7 @@ def _meaning(maker: str) -> Arrays:
     return {"code": np.array(_hash(*sorted(reached.items()))), "packages": np.array(sorted(packages), dtype=str)}
 
 
-@lru_cache(maxsize=512)
+@cache
 def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
     """Hash of a module's syntax tree without docstrings, and what it imports, also inside functions."""
     path, imported = _ROOT / file, []
@@ -291,7 +294,7 @@ def _file(module: str) -> str | None:
     return next((file for file in named if file in _sources()), None)
 
 
-@lru_cache(maxsize=1)
+@cache
 def _sources() -> dict[str, str]:
     """Hash of each file of papilla's code, by its path in the package."""
     files = sorted([*_ROOT.rglob("*.py"), *_ROOT.rglob("*.pyi")])
@@ -302,7 +305,7 @@ def _hash(*parts: object) -> str:
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
-@lru_cache(maxsize=64)
+@cache
 def _version(distribution: str) -> str:
     try:
         return version(distribution)

@@ -9,8 +9,8 @@ from papilla.errors import InputError
 
 Shape = Literal["dome", "slab", "surfaces"]
 
-SURFACES_MM = {"skin.stl": (24.0, 30.0, 20.0), "interface.stl": (21.0, 27.0, 17.0), "bone.stl": (10.0, 16.0, 6.0)}
-"""Surface files of the commented design, with the semi-axes of the default finger's surfaces."""
+SURFACES = {"outer": "skin.stl", "interface": "interface.stl", "bone": "bone.stl"}
+"""Surfaces of the commented design: those of the default finger, and their files."""
 
 
 def new(
@@ -21,15 +21,15 @@ def new(
     from papilla.files import replacing_set
     from papilla.finger import DEFAULT_FINGER, Finger
 
-    surfaces = {file.with_name(name): axes for name, axes in SURFACES_MM.items()} if shape == "surfaces" else {}
-    written = [file, *surfaces]
+    own = {} if shape != "surfaces" else {getattr(Finger.default().shape, key): name for key, name in SURFACES.items()}
+    written = [file, *map(file.with_name, own.values())]
     for path in written:
         if path.exists() or path.is_symlink():
             raise InputError(f"{path} is already there and is not overwritten: choose another name or folder")
     commented = DEFAULT_FINGER.with_name(f"{shape}_finger.toml").read_text(encoding="utf-8")
     with replacing_set(written) as (design, *parts):
         design.write_text(commented.replace("FILE.toml", file.name), encoding="utf-8")
-        for part, axes in zip(parts, surfaces.values(), strict=True):
+        for part, axes in zip(parts, own, strict=True):
             from papilla.mesh.example_surfaces import write_half_ellipsoid
 
             write_half_ellipsoid(part, axes)
