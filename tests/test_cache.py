@@ -21,7 +21,7 @@ from papilla import cache, calibrate, fem, mesh, references
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.pressing import prices
-from papilla.fem.reduction.reduced import REDUCED_BY
+from papilla.fem.reduction.preparing import REDUCED_BY
 from papilla.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS

@@ -18,9 +18,9 @@ from papilla.calibration import Calibration, PositionTerms
 from papilla.calibration.surface import DEGREE, ORDER, POWERS, power_vector
 from papilla.errors import InputError
 from papilla.fem import ReducedFinger
-from papilla.fem.pressing.grid import press_grid
+from papilla.fem.pressing.fidelity import press_grid
+from papilla.fem.pressing.off_apex import transported_readings
 from papilla.fem.reduction.finger_model import FingerModel, model_of
-from papilla.fem.reduction.transported import transported_readings
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Friction

@@ -14,8 +14,7 @@ from papilla import cache, checks
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger
-from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.grid import press_grid
+from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
 from papilla.short_repr import html_table

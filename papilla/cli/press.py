@@ -64,7 +64,7 @@ def press(
     keep_inputs([finger], list(written.values()))
 
     from papilla.fem.pressing.fidelity import press as press_reduced
-    from papilla.fem.reduction.reduced import prepare
+    from papilla.fem.reduction.preparing import prepare
     from papilla.files import check_writable
     from papilla.finger import Finger
 
@@ -119,7 +119,7 @@ def _finite(
 
 
 def _export(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]) -> None:
-    from papilla.fem.field_files import save_field
+    from papilla.fem.fields import save_field
     from papilla.view.pictures import fields
 
     save_field(fields(design, reduced, [found], progress=say)[0], path)

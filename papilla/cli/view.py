@@ -136,7 +136,7 @@ class _Pictures:
     def write(self, what: str, targets: dict[str, Path | None], component: str | None) -> dict[str, Any]:
         """Write the files whose paths are not None; returns the press as plain values."""
         from papilla import view as pictures
-        from papilla.fem.field_files import save_field
+        from papilla.fem.fields import save_field
         from papilla.view.style import STRAIN
 
         first, touched = self.found[0], self.touched[0]

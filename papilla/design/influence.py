@@ -1,7 +1,7 @@
 """Readings, with slopes, of gauges at any place of the interface, for touches at the apex and away from it.
 
 The adjoint fields of gauges at all sites of a quarter of the interface are solved once. The tractions of presses at the
-apex are moved along the skin (`papilla.fem.reduction.transported`), and their work on these fields gives the readings.
+apex are moved along the skin (`papilla.fem.pressing.off_apex`), and their work on these fields gives the readings.
 The other three quarters are mirror images, touched at the mirrored place. Polynomials over force and modulus are fitted
 to 140 presses, without friction and stuck. Presses are linear: large strain would change readings by some per cent.
 """
@@ -18,11 +18,11 @@ from papilla.design.places import Places, foil_of, half_length
 from papilla.design.scene import Scene
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE
-from papilla.fem.pressing.grid import press_grid
-from papilla.fem.pressing.log_polynomial import LogPolynomial
+from papilla.fem.pressing.fidelity import press_grid
+from papilla.fem.pressing.off_apex import MovedContact, on_each_side
+from papilla.fem.pressing.response import LogPolynomial
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
-from papilla.fem.reduction.transported import MovedContact, on_each_side
 from papilla.finger import Finger, Gauge
 from papilla.mesh import build
 from papilla.mesh.body import narrowest_mm

@@ -8,8 +8,8 @@ from .finite import press_finite as press_finite
 from .pressing.fidelity import press as press
 from .pressing.press import Press as Press
 from .reduction.finger_model import FingerModel as FingerModel
+from .reduction.preparing import prepare as prepare
 from .reduction.reduced import ReducedFinger as ReducedFinger
-from .reduction.reduced import prepare as prepare
 from .sliding.motion import Motion as Motion
 from .sliding.reduced_section import ReducedSection as ReducedSection
 from .sliding.reduced_section import prepare_section as prepare_section

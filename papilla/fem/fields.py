@@ -1,18 +1,23 @@
 """The full field of a press on the whole mesh, computed only when it is asked for: displacement of the vertices, strain
-of the cells."""
+of the cells; and the file that other programs read."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from papilla.errors import InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import Space, TaylorHood, evaluated, fold, parity_signs
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.files import replacing
 from papilla.mesh.layered import LayeredMesh
+
+VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+"""Order in which VTK and ParaView keep a symmetric tensor: xx, yy, zz, xy, yz, xz."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +59,29 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
     mu = np.array([lame(model.layers[number])[0] for number in mesh.layer.tolist()])
     stress = 2 * mu[:, None, None] * strain - pressure[:, None, None] * np.eye(3)
     return Field(mesh, displacement, strain, stress)
+
+
+def save_field(field: Field, path: str | Path) -> None:
+    """Write displacement (mm) of the vertices, small strain and stress (MPa; six components each) and the layer number
+    of the tetrahedra.
+
+    Raises `FileFormatError` unless the path ends in .vtu, `FileAccessError` if the file cannot be written.
+    """
+    import meshio
+
+    if Path(path).suffix.lower() != ".vtu":
+        raise FileFormatError(f"{path}: fields are written as .vtu files")
+    tensors = {"strain": field.strain, "stress_MPa": field.stress}
+    cells = {name: [np.stack([of[:, i, j] for i, j in VOIGT], axis=1)] for name, of in tensors.items()}
+    cells["layer"] = [field.mesh.layer.astype(np.int32)]
+    whole = meshio.Mesh(
+        field.mesh.points,
+        [("tetra", field.mesh.tets)],
+        point_data={"displacement_mm": field.displacement},
+        cell_data=cells,
+    )
+    with replacing(path) as temporary:
+        meshio.vtu.write(str(temporary), whole, binary=True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from papilla.errors import ContactRangeError, PapillaError
-from papilla.fem.pressing.adhesion import adhesive_press
 from papilla.fem.pressing.contact import contact_press
+from papilla.fem.pressing.effects import adhesive_press
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel

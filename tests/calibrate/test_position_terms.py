@@ -9,7 +9,7 @@ import pytest
 from papilla.calibrate import position_terms as position
 from papilla.calibrate.position_terms import CELLS, ERROR, fit_positions, with_positions
 from papilla.errors import ContactRangeError, InputError
-from papilla.fem.pressing import grid
+from papilla.fem.pressing import fidelity
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.finger import Finger
 
@@ -109,7 +109,7 @@ def test_presses_beyond_the_model_are_left_out(monkeypatch):
         force, modulus = traction[:, 0].T
         return force[:, None] * seen(force, modulus, np.array(places)[:, None])
 
-    monkeypatch.setattr(grid, "press", press)
+    monkeypatch.setattr(fidelity, "press", press)
     monkeypatch.setattr(position, "transported_readings", readings)
     found = position.move_presses(model, reduced, {"force_N": (0.05, 1.0), "modulus_MPa": (0.02, 5.0)}, "stick")
     assert len(found["force_N"]) == position.FORCES * position.MODULI - 3

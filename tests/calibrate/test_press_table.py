@@ -7,7 +7,7 @@ import pytest
 
 from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, press_table, sweep
 from papilla.errors import ContactRangeError, FileFormatError, InputError
-from papilla.fem.pressing import grid
+from papilla.fem.pressing import fidelity
 from papilla.finger import Bench
 from papilla.logs import read_presses
 from papilla.specimen import HalfSpace
@@ -35,7 +35,7 @@ def pressed(monkeypatch):
             resolved=force > 0.2, status="fine", active=np.array([force]), friction=float(friction != 0),
         )  # fmt: skip
 
-    monkeypatch.setattr(grid, "press", press)
+    monkeypatch.setattr(fidelity, "press", press)
     return calls
 
 

@@ -6,7 +6,7 @@ import pytest
 from papilla.calibrate.relaxation import fit_relaxation
 from papilla.errors import InputError
 from papilla.fem import prepare
-from papilla.fem.pressing.creep import creeping_press
+from papilla.fem.pressing.effects import creeping_press
 from papilla.finger import Finger
 from papilla.references import Prony
 from papilla.specimen import HalfSpace

@@ -154,12 +154,12 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
 def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch, fidelity):
     from papilla import mesh
     from papilla.errors import MeshError
-    from papilla.fem.reduction import reduced
+    from papilla.fem.reduction import preparing
 
     def build(finger, size_mm, **_):
         raise MeshError(f"asked for {size_mm:g}")
 
-    for module in (mesh, reduced):
+    for module in (mesh, preparing):
         monkeypatch.setattr(module, "build", build)
     scene = ("press", "--modulus", 0.5, "--force", 0.1, "--fidelity", fidelity)
     assert papilla(*scene, "--size-mm", 1.3).err.endswith("asked for 1.3\n")

@@ -46,13 +46,13 @@ def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_
 
 def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
     from papilla.errors import MeshError
-    from papilla.fem.reduction import reduced
+    from papilla.fem.reduction import preparing
     from papilla.view import pictures
 
     def build(finger, size_mm, **_):
         raise MeshError(f"asked for {size_mm:g}")
 
-    for module in (pictures, reduced):
+    for module in (pictures, preparing):
         monkeypatch.setattr(module, "build", build)
     for what in ("strain", "contact", "receptive"):
         assert papilla("view", what, "--size-mm", 1.3).err.endswith("asked for 1.3\n")

@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem import press
-from papilla.fem.pressing.adhesion import adhesive_press
+from papilla.fem.pressing.effects import adhesive_press
 from papilla.specimen import Block, HalfSpace
 
 E_STAR, RADIUS = 0.05, 20.0

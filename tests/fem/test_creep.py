@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import prepare
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.creep import creeping_press
+from papilla.fem.pressing.effects import creeping_press
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.finger import Finger
 from papilla.references import Prony, hertz_sphere, lee_radok_force, lee_radok_indentation

@@ -6,7 +6,7 @@ import pytest
 
 from papilla.errors import FileFormatError
 from papilla.fem import Field
-from papilla.fem.field_files import save_field
+from papilla.fem.fields import save_field
 from papilla.finger import Finger
 from papilla.mesh import build
 

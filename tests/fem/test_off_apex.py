@@ -8,11 +8,18 @@ import pytest
 from papilla.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import off_apex
-from papilla.fem.pressing.log_polynomial import LogPolynomial
-from papilla.fem.pressing.off_apex import PLACES, SHIFTS, MoveLimits, OffApex, _shifted, _stencil, off_apex_change
-from papilla.fem.pressing.response import FORCES, MODULI
+from papilla.fem.pressing.off_apex import (
+    PLACES,
+    SHIFTS,
+    MovedContact,
+    MoveLimits,
+    OffApex,
+    _shifted,
+    _stencil,
+    off_apex_change,
+)
+from papilla.fem.pressing.response import FORCES, MODULI, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, family
-from papilla.fem.reduction.transported import MovedContact
 from papilla.finger import Finger, Slab
 from papilla.specimen import Block
 

@@ -5,7 +5,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem import press
-from papilla.fem.reduction.transported import transported_readings
+from papilla.fem.pressing.off_apex import transported_readings
 from papilla.specimen import Block
 
 PLACES = (-3.0, 0.0, 3.0)

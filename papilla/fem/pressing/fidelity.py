@@ -7,7 +7,7 @@ the remaining error and that of the mesh, if `papilla bench` has measured them (
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,7 +17,7 @@ from typing import TypeVar
 import numpy as np
 
 from papilla import checks
-from papilla.errors import ContactRangeError, InputError
+from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.pressing.contact import NoContactError, contact_press, with_ellipse
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
@@ -125,6 +125,30 @@ def press(
     found = (None if rubbing else _settled(partial(strained, linear), load)) or _settled(linear, load)
     losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
     return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
+
+
+def press_grid(
+    reduced: ReducedFinger,
+    specimens: Iterable[Specimen],
+    forces: Sequence[float] | np.ndarray,
+    friction: Friction | None,
+) -> Iterator[tuple[Specimen, Press | ContactRangeError | SolverError]]:
+    """Linear presses on specimens by rising forces (N). Yields the specimen and its press, or the error that refused
+    it: all forces of a specimen, then the next specimen.
+
+    Presses on one specimen share one contact path. The hardest press is made first, so the path is long enough for all
+    others; in rising order it would have to be extended again and again.
+    """
+    for touched in specimens:
+        found: list[Press | ContactRangeError | SolverError] = []
+        for force in map(float, reversed(forces)):
+            try:
+                # Of specimens that are far softer or harder than the finger
+                with np.errstate(over="ignore"):
+                    found.append(press(reduced, touched, force=force, fidelity="contact", friction=friction))
+            except (ContactRangeError, SolverError) as error:
+                found.append(error)
+        yield from ((touched, one) for one in reversed(found))
 
 
 def including_large_strain(

@@ -10,16 +10,16 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from itertools import product
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebder, chebvander
 
 from papilla import cache
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.grid import press_grid
+from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
-from papilla.fem.pressing.log_polynomial import LogPolynomial
 from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import QUANTITIES
@@ -44,6 +44,65 @@ USUAL = (1.0, 60.0), (1.0, 60.0)
 
 FOLDS = 5
 """Number of parts of the presses; each part is predicted by a fit to the others, which gives the error."""
+
+
+@dataclass(frozen=True)
+class LogPolynomial:
+    """Products of Chebyshev polynomials in ln of v variables; m terms.
+
+    limits : (v) lowest and highest value of each. degrees : (v) largest power of each. total : largest sum of a term's
+    shares of these.
+    """
+
+    limits: tuple[tuple[float, float], ...]
+    degrees: tuple[int, ...]
+    total: float
+
+    @cached_property
+    def powers(self) -> np.ndarray:
+        """(m, v) of each term."""
+        every = product(*(range(degree + 1) for degree in self.degrees))
+        shares = ((powers, sum(p / d for p, d in zip(powers, self.degrees, strict=True))) for powers in every)
+        return np.array([powers for powers, share in shares if share <= self.total])
+
+    def terms(self, values: tuple[np.ndarray, ...]) -> np.ndarray:
+        """(1 + v, n, m) terms at values (n,) of each variable, and their derivatives by its logarithm.
+
+        Beyond the limits they go on as their derivatives there say.
+        """
+        at, beyond = zip(*(_scaled(one, ends) for one, ends in zip(values, self.limits, strict=True)), strict=True)
+        bases = [chebvander(one, degree) for one, degree in zip(at, self.degrees, strict=True)]
+        found = [self._product(bases)]
+        for axis, (low, high) in enumerate(self.limits):
+            steeper = [*bases]
+            steeper[axis] = bases[axis] @ _derivative(self.degrees[axis]) * (2 / math.log(high / low))
+            found.append(self._product(steeper))
+        found[0] = found[0] + sum(over[:, None] * slope for over, slope in zip(beyond, found[1:], strict=True))
+        return np.array(found)
+
+    def _product(self, bases: list[np.ndarray]) -> np.ndarray:
+        columns = [basis[:, powers] for basis, powers in zip(bases, self.powers.T, strict=True)]
+        return np.prod(columns, axis=0)
+
+
+def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond the limits."""
+    low, high = math.log(limits[0]), math.log(limits[1])
+    at = np.log(values)
+    held = np.clip(at, low, high)
+    return 2 * (held - low) / (high - low) - 1, at - held
+
+
+@lru_cache
+def _derivative(degree: int) -> np.ndarray:
+    """Matrix (degree + 1, degree + 1) that maps Chebyshev coefficients to those of the derivative."""
+    found = np.zeros((degree + 1, degree + 1))
+    for k in range(1, degree + 1):
+        found[:k, k] = chebder(np.eye(degree + 1)[k])[:k]
+    return found
+
+
+POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS), DEGREES, TOTAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +168,6 @@ class Response:
         row = self.deepest[:, near == near.min()]
         within = (x >= FORCES[0]) & (e >= MODULI[0]) & (e <= MODULI[-1])
         return within & (x <= np.interp(np.log(e), np.log(row[0]), row[2]))
-
-
-POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS), DEGREES, TOTAL)
 
 
 def response(

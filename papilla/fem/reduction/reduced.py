@@ -1,17 +1,15 @@
-"""`ReducedFinger`: a finger condensed to the data that contact needs, a few MB that answer every press without a mesh;
-`prepare` makes it in one call.
+"""`ReducedFinger`: a finger condensed to the data that contact needs, a few MB that answer every press without a mesh.
 
-The cache on disk has reduced fingers, the effect of tangential tractions on them, and compliances of specimens on their
-patch; the finite elements are imported only if one of these is missing. Results of presses are in memory (`kept`) for
-as long as their reduced finger lives: a cache in the module would keep the last reduced fingers alive and, with them,
-their models and factors, hundreds of MB each.
+The cache on disk has compliances of specimens on its patch. Results of presses are in memory (`kept`) for as long as
+their reduced finger lives: a cache in the module would keep the last reduced fingers alive and, with them, their models
+and factors, hundreds of MB each.
 """
 
 import json
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property, partial, wraps
 from os import PathLike
 from typing import Any, TypeVar
@@ -19,18 +17,14 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from papilla import cache, checks
+from papilla import cache
 from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.files import replacing
 from papilla.finger import Bench, Finger
-from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.specimen import Specimen
-
-REDUCED_BY = "papilla.fem.reduction.finger_model"
-"""Module whose code makes a reduced finger."""
 
 COMPLIANCE_BY = PatchSurface.__module__
 """Module whose code makes the compliance of a specimen."""
@@ -282,60 +276,3 @@ def needs_reduced(given: object) -> None:
     """Raise `InputError` for a finger that was not reduced; the message says how to reduce it."""
     if isinstance(given, Finger):
         raise InputError("a ReducedFinger is needed, got a Finger: papilla.fem.prepare(finger) makes one")
-
-
-def prepare(
-    finger: Finger,
-    *,
-    size_mm: float = DEFAULT_SIZE_MM,
-    at: tuple[float, float] = (0.0, 0.0),
-    variant: int = 0,
-    progress: Callable[[str], None] | None = None,
-) -> ReducedFinger:
-    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
-
-    If no table of large strain ships or is known, the first press that includes large strain makes it, in about half a
-    minute (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
-
-    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
-    """
-    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
-    x, y = checks.place("at", at)
-    key = cache.key(REDUCED_BY, finger.sha256, mesh.sha256, x, y)
-
-    def make():
-        if progress is not None:
-            progress("factorising and reducing the finger")
-        return _model(finger, mesh).reduce((x, y)).to_arrays()
-
-    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
-    return replace(
-        reduced,
-        bench=finger.bench,
-        tangential_source=partial(_cached_tangential, finger, mesh, (x, y)),
-        strain_source=partial(_strain_table, finger, progress),
-    )
-
-
-def _model(finger: Finger, mesh: LayeredMesh):
-    """The model of a finger. Its import takes a third of a second, so a press of a cached finger does without it."""
-    from papilla.fem.reduction.finger_model import model_of
-
-    return model_of(finger, mesh)
-
-
-def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
-    """The effect of tangential tractions on the finger (`ReducedFinger.tangential`), from the cache."""
-
-    def make():
-        return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))
-
-    key = cache.key(REDUCED_BY, "tangential", finger.sha256, mesh.sha256, *at)
-    arrays = cache.fetch("tangential", key, make)
-    return arrays["compliance"], arrays["rows"]
-
-
-def _strain_table(finger: Finger, progress: Callable[[str], None] | None, stuck: bool) -> None:
-    from papilla.fem.finite.strain_tables import ensure_large_strain
-
-    ensure_large_strain(finger, (stuck,), progress=progress)

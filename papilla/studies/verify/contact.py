@@ -11,10 +11,9 @@ import numpy as np
 
 from papilla import references
 from papilla.fem import ReducedFinger, press
-from papilla.fem.pressing.adhesion import adhesive_press
 from papilla.fem.pressing.contact import LoadingPath
 from papilla.fem.pressing.contact_path import ContactProblem
-from papilla.fem.pressing.creep import creeping_press
+from papilla.fem.pressing.effects import adhesive_press, creeping_press
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.finger import Layer

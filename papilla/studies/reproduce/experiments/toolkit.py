@@ -14,7 +14,7 @@ from papilla.calibrate.job import cached_sweep
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SPECIMENS_MPA
 from papilla.calibration import Calibration
 from papilla.estimators import Friction
-from papilla.fem.field_files import save_field
+from papilla.fem.fields import save_field
 from papilla.fem.pressing.prices import known_prices
 from papilla.finger import Finger
 from papilla.logs import PressLog, read_time_log

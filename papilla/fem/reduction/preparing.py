@@ -1,0 +1,74 @@
+"""`prepare`: the reduced finger of a design, in one call, with all that its presses may need later.
+
+The cache on disk has reduced fingers and the effect of tangential tractions on them. The finite elements are imported
+only if one of these, or a table of large strain, is missing.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from papilla import cache, checks
+from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+
+REDUCED_BY = "papilla.fem.reduction.finger_model"
+"""Module whose code makes a reduced finger."""
+
+
+def prepare(
+    finger: Finger,
+    *,
+    size_mm: float = DEFAULT_SIZE_MM,
+    at: tuple[float, float] = (0.0, 0.0),
+    variant: int = 0,
+    progress: Callable[[str], None] | None = None,
+) -> ReducedFinger:
+    """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
+
+    If no table of large strain ships or is known, the first press that includes large strain makes it, in about half a
+    minute (`papilla.fem.finite.strain_tables`); `progress` is called then, too.
+
+    Raises what `papilla.mesh.build` and `FingerModel.reduce` raise.
+    """
+    mesh = build(finger, size_mm=size_mm, variant=variant, progress=progress)
+    x, y = checks.place("at", at)
+    key = cache.key(REDUCED_BY, finger.sha256, mesh.sha256, x, y)
+
+    def make():
+        if progress is not None:
+            progress("factorising and reducing the finger")
+        return _model(finger, mesh).reduce((x, y)).to_arrays()
+
+    reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
+    return replace(
+        reduced,
+        bench=finger.bench,
+        tangential_source=partial(_cached_tangential, finger, mesh, (x, y)),
+        strain_source=partial(_strain_table, finger, progress),
+    )
+
+
+def _model(finger: Finger, mesh: LayeredMesh):
+    """The model of a finger. Its import takes a third of a second, so a press of a cached finger does without it."""
+    from papilla.fem.reduction.finger_model import model_of
+
+    return model_of(finger, mesh)
+
+
+def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
+    """The effect of tangential tractions on the finger (`ReducedFinger.tangential`), from the cache."""
+
+    def make():
+        return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))
+
+    key = cache.key(REDUCED_BY, "tangential", finger.sha256, mesh.sha256, *at)
+    arrays = cache.fetch("tangential", key, make)
+    return arrays["compliance"], arrays["rows"]
+
+
+def _strain_table(finger: Finger, progress: Callable[[str], None] | None, stuck: bool) -> None:
+    from papilla.fem.finite.strain_tables import ensure_large_strain
+
+    ensure_large_strain(finger, (stuck,), progress=progress)
