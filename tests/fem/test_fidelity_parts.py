@@ -37,12 +37,12 @@ def test_a_given_indentation_is_that_after_all_corrections(share):
         asked.append(load)
         return SimpleNamespace(indentation=load[1] * (share + (1 - share) * 0.2 * load[1]) if load[1] else 0.3)
 
-    found = _settled(made, (None, 0.5))
+    found = _settled((None, 0.5), made)
     assert found.indentation == pytest.approx(0.5, rel=1e-4)
     assert len(asked) == 1 if share == 1 else len(asked) > 2
     asked.clear()
-    assert _settled(made, (0.4, None)).indentation == 0.3 and asked == [(0.4, None)]
-    assert _settled(lambda load: None, (None, 0.5)) is None
+    assert _settled((0.4, None), made).indentation == 0.3 and asked == [(0.4, None)]
+    assert _settled((None, 0.5), made, lambda found: None) is None
 
 
 @pytest.mark.parametrize("place, near", [(0.0, (0, 1)), (0.5, (0, 1)), (1.0, (0, 1)), (1.5, (1, 2)), (-0.1, None)])

@@ -4,11 +4,11 @@ import dataclasses
 import json
 
 import pytest
+from pydantic import ValidationError
 
 from papilla import cache
-from papilla.errors import FileAccessError, FileFormatError
 from papilla.fem.pressing import prices as module
-from papilla.fem.pressing.prices import SHIPPED, Cost, Loss, Prices, keep, known_prices
+from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
 from papilla.finger import Finger
 from papilla.mesh import build
 
@@ -42,9 +42,8 @@ def test_outside_of_them_nothing_is_known(prices, force):
     assert prices.hertz.at(force, "sd") is None
 
 
-def test_what_is_saved_is_loaded(prices, tmp_path):
-    prices.save(tmp_path / "prices.json")
-    assert Prices.load(tmp_path / "prices.json") == prices
+def test_prices_survive_their_text(prices):
+    assert FORMAT.validate_json(prices.to_json()) == prices
 
 
 def test_kept_prices_are_found_by_finger_mesh_and_code(prices, empty_cache, monkeypatch):
@@ -61,7 +60,10 @@ def test_kept_prices_are_found_by_finger_mesh_and_code(prices, empty_cache, monk
 def test_the_default_finger_ships_with_its_prices_and_new_ones_come_first(prices, empty_cache):
     finger, mesh = Finger.default(), build(Finger.default())
     shipped = known_prices(finger.sha256, mesh.sha256)
-    assert shipped == Prices.load(SHIPPED) and shipped.mesh_size_mm == mesh.size_mm == 2 * shipped.finest_size_mm
+    assert (
+        shipped == FORMAT.validate_json(SHIPPED.read_bytes())
+        and shipped.mesh_size_mm == mesh.size_mm == 2 * shipped.finest_size_mm
+    )
     measured = dataclasses.replace(prices, finger_sha256=finger.sha256, mesh_sha256=mesh.sha256)
     keep(measured)
     assert known_prices(finger.sha256, mesh.sha256) == measured
@@ -94,28 +96,11 @@ def test_damaged_prices_are_reported_and_do_not_count(prices, empty_cache):
         lambda d: d.update(costs=[]),
     ],
 )
-def test_files_that_are_no_prices(prices, tmp_path, change):
-    path = tmp_path / "prices.json"
-    prices.save(path)
-    document = json.loads(path.read_text())
+def test_text_that_is_no_prices(prices, change):
+    document = json.loads(prices.to_json())
     change(document)
-    path.write_text(json.dumps(document))
-    with pytest.raises(FileFormatError, match=r"prices.json does not hold prices of a finger \("):
-        Prices.load(path)
-
-
-def test_files_that_are_no_json_or_not_there(prices, tmp_path):
-    (tmp_path / "prices.json").write_text("[1, 2")
-    with pytest.raises(FileFormatError, match="does not hold prices"):
-        Prices.load(tmp_path / "prices.json")
-    (tmp_path / "prices.json").write_text("[" * 5000)
-    with pytest.raises(FileFormatError, match="does not hold prices"):
-        Prices.load(tmp_path / "prices.json")
-    (tmp_path / "prices.json").write_text("[1, 2]")
-    with pytest.raises(FileFormatError, match="does not hold prices"):
-        Prices.load(tmp_path / "prices.json")
-    with pytest.raises(FileAccessError, match="cannot read prices .*nowhere.json: No such file"):
-        Prices.load(tmp_path / "nowhere.json")
+    with pytest.raises(ValidationError):
+        FORMAT.validate_json(json.dumps(document))
 
 
 def test_a_cache_that_cannot_be_written_is_said(prices, tmp_path, monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 from papilla import cache
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import pricing
-from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Prices, known_prices
+from papilla.fem.pressing.prices import FORMAT, QUANTITIES, SHIPPED, Prices, known_prices
 from papilla.fem.pressing.pricing import FORCES, SPECIMEN, loss, price
 from papilla.finger import Finger
 from papilla.mesh import build
@@ -14,7 +14,7 @@ from papilla.mesh import build
 @pytest.fixture(scope="module")
 def shipped() -> Prices:
     """What ships with the package."""
-    return Prices.load(SHIPPED)
+    return FORMAT.validate_json(SHIPPED.read_bytes())
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,6 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from time import perf_counter
 
 import numpy as np
 
@@ -41,8 +40,8 @@ from papilla.fem.pressing.ellipses import (
     mean_square,
     peak_over_mean,
 )
-from papilla.fem.pressing.hertz import HertzScene, hertz_scene
-from papilla.fem.pressing.press import Load, Press, linear_press, refuse_detail, too_coarse
+from papilla.fem.pressing.hertz import hertz_scene
+from papilla.fem.pressing.press import MEASURES, Load, Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.specimen import Specimen
@@ -183,20 +182,12 @@ class ContactShape:
     elliptic: bool
 
 
-def contact_press(
-    reduced: ReducedFinger,
-    specimen: Specimen,
-    load: Load,
-    friction: float = 0.0,
-    began: float | None = None,
-) -> Press:
+def contact_press(reduced: ReducedFinger, specimen: Specimen, load: Load, friction: float = 0.0) -> Press:
     """The press of a `load`, as the nodes of the patch give it, with Coulomb's coefficient (infinite for stick).
 
-    The finger moves along the contact normal and is held sideways. began : `perf_counter` when its seconds begin.
-    Raises `ContactRangeError` if the contact reaches the rim, goes too deep, or is smaller than the mesh can resolve,
-    and what `loading_path` raises.
+    The finger moves along the contact normal and is held sideways. Raises `ContactRangeError` if the contact reaches
+    the rim, goes too deep, or is smaller than the mesh can resolve, and what `loading_path` raises.
     """
-    began = perf_counter() if began is None else began
     force, indentation = load
     refuse_detail(specimen, reduced.patch, reduced.mesh_size_mm)
     path = loading_path(reduced, specimen, friction)
@@ -208,11 +199,13 @@ def contact_press(
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
     pressure, shear = state.traction[0], state.traction[1:]
     total = float(reduced.multiplicity * reduced.patch.mass @ pressure)
-    # If both fidelities give the same ellipse, the layer term of `hertz` is the better one.
-    scene = ellipse_of(reduced, specimen, (total, None))
-    shape = contact_shape(reduced.patch, pressure, None if scene is None else scene.layer_term)
-    if scene is not None and abs(np.pi * np.prod(scene.semi_axes) / shape.area - 1) >= SAME_ELLIPSE:
-        shape = contact_shape(reduced.patch, pressure)
+    shape = None
+    with suppress(ContactRangeError):
+        scene = hertz_scene(reduced, specimen, (total, None))
+        shape = contact_shape(reduced.patch, pressure, scene.layer_term)
+        # Only if both fidelities give the same ellipse, the layer term of `hertz` is the better one.
+        shape = shape if abs(scene.contact_area / shape.area - 1) < SAME_ELLIPSE else None
+    shape = shape or contact_shape(reduced.patch, pressure)
     coarse = too_coarse(shape.area, reduced.patch.mean_edge(state.active), reduced.mesh_size_mm)
     status = coarse or f"contact: {path.words(state)}"
     if coarse is None and reduced.at != (0.0, 0.0):
@@ -221,7 +214,6 @@ def contact_press(
     return linear_press(
         reduced,
         specimen,
-        began,
         force=total if force is None else force,
         fidelity="contact",
         indentation=state.indentation,
@@ -238,14 +230,6 @@ def contact_press(
     )
 
 
-def ellipse_of(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzScene | None:
-    """The press of a load by the `hertz` fidelity, or None if `hertz` has no answer."""
-    try:
-        return hertz_scene(reduced, specimen, load)
-    except ContactRangeError:
-        return None
-
-
 def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
     """A contact press, corrected by the ellipse if the contact is only a few elements wide; else the same press.
 
@@ -255,20 +239,14 @@ def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Pr
     weight = 1 / (1 + (elements / EQUAL_ELEMENTS) ** STEEPNESS)
     if weight < NEGLIGIBLE:
         return found
-    scene = ellipse_of(reduced, specimen, (found.force, None))
-    if scene is None:
+    try:
+        scene = hertz_scene(reduced, specimen, (found.force, None))
+    except ContactRangeError:
         return found
     # The ellipse knows no friction. So it is compared with the nodes without friction, and only the difference is
     # added.
-    nodes = found
-    if found.friction:
-        nodes = contact_press(reduced, specimen, (found.force, None))
-    shape = {
-        "contact_area": float(np.pi * np.prod(scene.semi_axes)),
-        "indentation": scene.indentation,
-        "peak_pressure": scene.peak_pressure,
-    }
-    ratios = {name: value / getattr(nodes, name) for name, value in shape.items()}
+    nodes = contact_press(reduced, specimen, (found.force, None)) if found.friction else found
+    ratios = {name: getattr(scene, name) / getattr(nodes, name) for name in MEASURES}
     if any(abs(ratios[name] - 1) > limit for name, limit in SAME_CONTACT.items()):
         return found
     # A geometric mean with the weight w: a positive measure stays positive.
@@ -300,7 +278,7 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     # Squared radius in the metric of the second moments, its mean under the pressure being 1: independent of size,
     # aspect and direction of the ellipse.
     square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
-    (terms, shares), inner = _profiles(), float(share @ _inner_share(square))
+    (terms, shares), inner = _profiles(), float(share @ np.maximum(0.0, 1 - square / INNER) ** 2)
     if not shares[0] <= inner <= shares[-1]:
         return counted
     q = float(np.interp(inner, shares, terms))
@@ -329,10 +307,5 @@ def _profiles() -> tuple[np.ndarray, np.ndarray]:
     """Layer terms and the inner shares of their profiles, both (k,) and rising."""
     nodes, weights = np.polynomial.legendre.leggauss(64)
     t, terms = (1 + nodes) / 2, np.linspace(FLATTEST, SHARPEST, 501)[:, None]
-    share = _inner_share((1 - t**2) / mean_square(terms)) * layer_factor(t, terms) * t @ weights
-    return terms[:, 0], share
-
-
-def _inner_share(square: np.ndarray) -> np.ndarray:
-    """Weight of the pressure at squared radii, over their mean, that tells the profile."""
-    return np.maximum(0.0, 1 - square / INNER) ** 2
+    inner = np.maximum(0.0, 1 - (1 - t**2) / mean_square(terms) / INNER) ** 2
+    return terms[:, 0], inner * layer_factor(t, terms) * t @ weights

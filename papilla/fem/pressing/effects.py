@@ -67,7 +67,7 @@ def adhesive_press(reduced: ReducedFinger, specimen: Specimen, work_J_m2: float,
     work = N_MM_PER_J_M2 * checks.positive("work of adhesion (J/m2)", work_J_m2)
 
     def plain(load: float) -> Press:
-        return contact_press(reduced, specimen, (float(load), None), began=began)
+        return contact_press(reduced, specimen, (float(load), None))
 
     holding = _holding_force(plain, force, work)
     found, less, more = (plain(holding * factor) for factor in (1, 1 - STEP, 1 + STEP))

@@ -12,7 +12,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
-from typing import TypeVar
 
 import numpy as np
 
@@ -26,8 +25,6 @@ from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger, kept, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
 from papilla.units import PER_CENT
-
-Corrected = TypeVar("Corrected", Press, Press | None)
 
 SETTLED = 4
 """Number of linear presses that find the indentation with large strain: the change is about 1 %, and each press leaves
@@ -97,34 +94,47 @@ def press(
     if fidelity not in (*FIDELITIES, "auto", None):
         raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
     friction = reduced.bench.friction if friction is None and fidelity != "hertz" else friction
-    rubbing = friction_coefficient(friction or 0.0)
-    if fidelity == "hertz" and rubbing:
+    if friction_coefficient(friction or 0.0) and fidelity == "hertz":
         raise InputError("fidelity hertz has no friction: use fidelity auto or contact")
     if fidelity == "hertz":
-        return hertz_press(reduced, specimen, load, "hertz: as asked", began)
+        found = hertz_press(reduced, specimen, load, "hertz: as asked")
+    else:
+        found = _by_contact(reduced, specimen, load, fidelity, friction, tolerance)
+    return replace(found, seconds=perf_counter() - began)
 
-    contact, stuck = (partial(_contact, reduced, specimen, began, one) for one in (rubbing, math.inf))
-    strained = partial(_strained, reduced, specimen)
+
+def _by_contact(
+    reduced: ReducedFinger,
+    specimen: Specimen,
+    load: Load,
+    fidelity: str | None,
+    friction: Friction | None,
+    tolerance: float,
+) -> Press:
+    """The press of a load by every fidelity but "hertz", with the parameters of `press`."""
+    rubbing = friction_coefficient(friction or 0.0)
+    contact, stuck = (partial(_contact, reduced, specimen, one) for one in (rubbing, math.inf))
+    strained = partial(including_large_strain, reduced, specimen)
     alone = "; large strain, which raises S_d about as much as stick lowers it, is not included" if rubbing else ""
     if fidelity == "contact":
-        found = _settled(contact, load)
+        found = _settled(load, contact)
         return replace(found, status=found.status + alone)
     doubt = ""
     if friction is None and tables_of(reduced, stuck=True):
         try:
-            if held := _settled(partial(strained, stuck), load):
-                return replace(held, seconds=perf_counter() - began)
+            if held := _settled(load, stuck, strained):
+                return held
             doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
         except InputError as error:
             doubt = f"; without friction: {error}"
     if rubbing or (fidelity is None and tables_of(reduced)):
         with suppress(*([] if rubbing else [NoContactError])):
-            if large := _settled(partial(strained, contact), load):
-                return replace(large, status=large.status + doubt, seconds=perf_counter() - began)
-    linear = contact if rubbing else partial(_cheapest, reduced, specimen, began, tolerance)
-    found = (None if rubbing else _settled(partial(strained, linear), load)) or _settled(linear, load)
+            if large := _settled(load, contact, strained):
+                return replace(large, status=large.status + doubt)
+    linear = contact if rubbing else partial(_cheapest, reduced, specimen, tolerance)
+    found = (None if rubbing else _settled(load, linear, strained)) or _settled(load, linear)
     losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
-    return replace(found, status=found.status + alone + doubt + losses, seconds=perf_counter() - began)
+    return replace(found, status=found.status + alone + doubt + losses)
 
 
 def press_grid(
@@ -166,7 +176,7 @@ def including_large_strain(
 
     def linear(friction: float) -> Press:
         """The same press with another friction."""
-        return _contact(reduced, specimen, perf_counter(), friction, (found.force, None))
+        return _contact(reduced, specimen, friction, (found.force, None))
 
     free, held = linear(0.0), linear(math.inf)
     free_large = with_large_strain(reduced, free, beyond=beyond)
@@ -176,36 +186,33 @@ def including_large_strain(
     return between_ends(reduced, found, (free, held), (free_large, held_large), linear)
 
 
-def _contact(reduced: ReducedFinger, specimen: Specimen, began: float, friction: float, load: Load) -> Press:
+def _contact(reduced: ReducedFinger, specimen: Specimen, friction: float, load: Load) -> Press:
     """The linear contact press, corrected by the ellipse if the contact is small, which changes an indentation."""
-    return with_ellipse(reduced, specimen, contact_press(reduced, specimen, load, friction, began))
+    return with_ellipse(reduced, specimen, contact_press(reduced, specimen, load, friction))
 
 
-def _strained(reduced: ReducedFinger, specimen: Specimen, linear: Callable[[Load], Press], load: Load) -> Press | None:
-    """The press that `linear` makes with the change by large strain; None if that is not known."""
-    return including_large_strain(reduced, specimen, linear(load))
-
-
-def _settled(made: Callable[[Load], Corrected], load: Load) -> Corrected:
-    """The press at a load, where `made` makes a linear press and corrects it. A given indentation is that after all
-    corrections. None if `made` has no answer on the way."""
-    indentation, found, aim = load[1], made(load), load[1]
-    for _ in range(SETTLED):
+def _settled(load: Load, made: Callable[[Load], Press], corrected=None):
+    """The press at a load, which `made` makes and `corrected`, if given, corrects. A given indentation is that after
+    all corrections. None if a press on the way cannot be corrected."""
+    indentation, aim, found = load[1], load[1], None
+    for _ in range(1 + SETTLED):
+        found = made(load)
+        found = corrected(found) if corrected else found
         if found is None or indentation is None or aim is None or found.indentation == indentation:
             break
         aim *= indentation / found.indentation
-        found = made((None, aim))
+        load = None, aim
     return found
 
 
-def _cheapest(reduced: ReducedFinger, specimen: Specimen, began: float, tolerance: float, load: Load) -> Press:
+def _cheapest(reduced: ReducedFinger, specimen: Specimen, tolerance: float, load: Load) -> Press:
     """The press of the cheapest linear fidelity within the tolerance; its status says why this one was chosen."""
     error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
-        return hertz_press(reduced, specimen, load, f"hertz: {error}, within {PER_CENT * tolerance:g} %", began)
+        return hertz_press(reduced, specimen, load, f"hertz: {error}, within {PER_CENT * tolerance:g} %")
     found: Press | ContactRangeError
     try:
-        found = _contact(reduced, specimen, began, 0.0, load)
+        found = _contact(reduced, specimen, 0.0, load)
     except NoContactError as missed:
         found = missed
     if isinstance(found, NoContactError) or not found.resolved:
@@ -216,7 +223,7 @@ def _cheapest(reduced: ReducedFinger, specimen: Specimen, began: float, toleranc
                 f"and {light} from Hertzian at the lightest force that it does"
             )
             with suppress(ContactRangeError):
-                return hertz_press(reduced, specimen, load, reason, began)
+                return hertz_press(reduced, specimen, load, reason)
         if isinstance(found, NoContactError):
             raise found
         return found
@@ -282,7 +289,7 @@ def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
     for k, force in enumerate(PROBE_FORCES):
         try:
             truth = contact_press(reduced, specimen, (float(force), None))
-            scene = hertz_press(reduced, specimen, (float(force), None), "", perf_counter())
+            scene = hertz_press(reduced, specimen, (float(force), None), "")
         except ContactRangeError:
             break
         if truth.resolved:

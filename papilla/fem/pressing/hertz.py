@@ -265,7 +265,8 @@ def _quadratic(columns: np.ndarray, stretch: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class HertzScene:
-    """Semi-axes (mm), layer term q, peak pressure (MPa), indentation (mm) and gauge `values` (q, g) of one press."""
+    """Semi-axes (mm), layer term q, peak pressure (MPa), indentation (mm), gauge `values` (q, g) and contact area (mm2)
+    of one press."""
 
     force: float
     semi_axes: tuple[float, float]
@@ -273,6 +274,7 @@ class HertzScene:
     peak_pressure: float
     indentation: float
     values: np.ndarray
+    contact_area: float
 
 
 def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> HertzScene:
@@ -296,10 +298,11 @@ def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Hertz
         peak_pressure=peak_over_mean(q) * force / (math.pi * root**2 * a * b),
         indentation=root**2 * depth if indentation is None else indentation,
         values=force * np.array(per_newton).reshape(reduced.weights.shape),
+        contact_area=float(np.pi * np.prod((root * a, root * b))),
     )
 
 
-def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: str, began: float) -> Press:
+def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: str) -> Press:
     """The press of a load as a `Press` that says `status`; raises `ContactRangeError`."""
     scene = hertz_scene(reduced, specimen, load)
     a, b = scene.semi_axes
@@ -313,7 +316,6 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
     return linear_press(
         reduced,
         specimen,
-        began,
         force=scene.force,
         fidelity="hertz",
         indentation=scene.indentation,

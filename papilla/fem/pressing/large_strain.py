@@ -23,7 +23,7 @@ import numpy as np
 
 from papilla import cache
 from papilla.errors import FileFormatError
-from papilla.fem.pressing.press import Press
+from papilla.fem.pressing.press import MEASURES, Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.finger import DEFAULT_FINGER
@@ -35,8 +35,6 @@ ALL_SHIPPED = (SHIPPED, SHIPPED.with_name("published_large_strain.json"))
 MEASURED_BY = "papilla.fem.finite.strain_tables"
 """Module whose code makes the tables in the cache."""
 
-MEASURES = ("indentation", "contact_area", "peak_pressure")
-"""Quantities that are corrected by a factor, besides the gauges."""
 FIRST_GAUGE = len(MEASURES)
 """Column of a table in which the values of the gauges begin: they follow those of `MEASURES`."""
 
@@ -74,6 +72,9 @@ SAME_RATIO = 1e-3
 APART = 0.5
 """Smallest difference of ln r at which two tables count as two: the polynomial in ln r has one term per group of
 tables. Closer tables are averaged, because a polynomial through both would amplify their errors."""
+
+LEAST_TABLES = 3
+"""Number of tables between which the ratio is interpolated: a parabola in ln r."""
 
 MARGIN = 0.05
 """How far outside of the table the logarithms of force and area may lie."""
@@ -113,7 +114,32 @@ class LargeStrain:
     @cached_property
     def fit(self) -> "TableFit":
         """The polynomials of the table."""
-        return TableFit.of(self)
+        ln_force, ln_area, count = np.log(self.force), np.log(self.linear[:, 1]), len(self.force)
+        hardest = self.modulus == self.modulus.max()
+        # The area on a rigid flat is the reference: ln(A/A_rigid) is 0 for the hardest specimen at any force, and grows
+        # with softness.
+        rigid = np.polyfit(ln_force[hardest], ln_area[hardest], 2)
+        softness = ln_area - np.polyval(rigid, ln_force)
+        levels = np.unique(ln_force)
+        groups = [softness[ln_force == level] for level in levels]
+        ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
+        gauges = self.linear[:, FIRST_GAUGE:].reshape(count, len(QUANTITIES), -1)
+        # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
+        sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
+        norms = np.concatenate([self.linear[:, :FIRST_GAUGE], sizes.reshape(count, -1)], axis=1)
+        enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
+        powers = np.array(next(enough, POWERS[-1]))
+        ranges = tuple((float(part.min()), float(np.ptp(part))) for part in (ln_force, softness))
+        terms = _monomials(ln_force, softness, ranges, powers)
+        differences = (self.finite - self.linear) / norms
+        coefficients = np.linalg.lstsq(terms, differences)[0]
+        # Share of an error of one press that the fit does not follow (1 - leverage).
+        left = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
+        if count >= MANY:
+            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / left
+        else:
+            errors = (terms @ coefficients - differences) / np.sqrt(left)
+        return TableFit(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
 
     def changes(self, force, softness) -> np.ndarray:
         """Changes (..., 3 + q g) at F / E_inner (mm2) and ln(A/A_rigid): relative ones of `MEASURES`; those of gauges
@@ -154,7 +180,9 @@ class LargeStrain:
 
     def to_json(self) -> dict:
         """The table as plain values."""
-        arrays = {name: _digits(getattr(self, name)) for name in ARRAYS}
+        # Rounded to seven digits; further digits differ from machine to machine
+        text = json.dumps({name: getattr(self, name).tolist() for name in ARRAYS})
+        arrays = json.loads(text, parse_float=lambda digits: float(f"{float(digits):.7g}"))
         return {"ratio": self.ratio, "stuck": self.friction > 0, **arrays}
 
     @classmethod
@@ -193,36 +221,6 @@ class TableFit:
     coefficients: np.ndarray
     errors: np.ndarray
 
-    @classmethod
-    def of(cls, table: LargeStrain) -> "TableFit":
-        """The fit to a table."""
-        ln_force, ln_area, count = np.log(table.force), np.log(table.linear[:, 1]), len(table.force)
-        hardest = table.modulus == table.modulus.max()
-        # The area on a rigid flat is the reference: ln(A/A_rigid) is 0 for the hardest specimen at any force, and grows
-        # with softness.
-        rigid = np.polyfit(ln_force[hardest], ln_area[hardest], 2)
-        softness = ln_area - np.polyval(rigid, ln_force)
-        levels = np.unique(ln_force)
-        groups = [softness[ln_force == level] for level in levels]
-        ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
-        gauges = table.linear[:, FIRST_GAUGE:].reshape(count, len(QUANTITIES), -1)
-        # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
-        sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
-        norms = np.concatenate([table.linear[:, :FIRST_GAUGE], sizes.reshape(count, -1)], axis=1)
-        enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
-        powers = np.array(next(enough, POWERS[-1]))
-        ranges = tuple((float(part.min()), float(np.ptp(part))) for part in (ln_force, softness))
-        terms = _monomials(ln_force, softness, ranges, powers)
-        differences = (table.finite - table.linear) / norms
-        coefficients = np.linalg.lstsq(terms, differences)[0]
-        # Share of an error of one press that the fit does not follow (1 - leverage).
-        left = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
-        if count >= MANY:
-            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / left
-        else:
-            errors = (terms @ coefficients - differences) / np.sqrt(left)
-        return cls(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
-
 
 def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powers: np.ndarray) -> np.ndarray:
     """Products (..., t) of powers (t, 2) of both coordinates, -1 to 1 over their ranges (low, width)."""
@@ -238,11 +236,9 @@ def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -
         if abs(ratio / table.ratio - 1) < SAME_RATIO:
             return ((table, 1.0),)
     nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
-    if len(nodes) < 3 or not nodes[0] <= at <= nodes[-1]:
-        return ()
     # Tables close to each other count as one node of the interpolation.
     terms = 1 + int(np.sum(np.diff(nodes) > APART))
-    if terms < 3:
+    if terms < LEAST_TABLES or not nodes[0] <= at <= nodes[-1]:
         return ()
     # Weights of a polynomial in ln r through the tables (by least squares where there are more tables than terms).
     weights = np.vander([at - nodes[0]], terms)[0] @ np.linalg.pinv(np.vander(nodes - nodes[0], terms))
@@ -394,8 +390,3 @@ def _known(key: str, _folder: Path) -> tuple[LargeStrain, ...]:
         shipped = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
         tables += shipped["tables"] if shipped.get("key") == key else []
     return tuple(LargeStrain.from_json(table) for table in tables)
-
-
-def _digits(array: np.ndarray) -> list:
-    """Values rounded to seven digits; further digits differ from machine to machine."""
-    return json.loads(json.dumps(array.tolist()), parse_float=lambda text: float(f"{float(text):.7g}"))

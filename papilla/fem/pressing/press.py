@@ -3,7 +3,6 @@ result."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from time import perf_counter
 
 import numpy as np
 
@@ -37,6 +36,9 @@ LIGHTEST = 1e-18
 near the limit of floating-point numbers."""
 
 
+MEASURES = ("indentation", "contact_area", "peak_pressure")
+"""Measures of a contact, besides the gauges, that a light press and large strain correct by a factor."""
+
 Load = tuple[float | None, float | None]
 """Force (N) and indentation (mm), one of them None."""
 
@@ -56,6 +58,7 @@ class Press:
     status : what happened, in a sentence. resolved : whether the mesh is fine enough for this contact.
     pressure : (n,) in MPa at the patch nodes. active : (n,) nodes in contact.
     shear : (2, n) tangential tractions on the finger along the contact plane's axes, MPa; None without friction.
+    seconds : that the whole press took; 0 for a part of one.
     """
 
     force: float
@@ -69,13 +72,13 @@ class Press:
     force_balance: float
     status: str
     resolved: bool
-    seconds: float
     pressure: np.ndarray
     active: np.ndarray
     shear: np.ndarray | None = None
     large_strain: bool = False
     friction: float = 0.0
     finger_share: float = np.nan
+    seconds: float = 0.0
 
     def __repr__(self) -> str:
         readings = ", ".join(f"{value:.5g}" for value in self.reading)
@@ -193,7 +196,7 @@ def too_coarse(area: float, edge: float, size: float) -> str | None:
     )
 
 
-def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, status: str, **values) -> Press:
+def linear_press(reduced: ReducedFinger, specimen: Specimen, *, status: str, **values) -> Press:
     """A `Press` of small-strain elasticity. Raises `ContactRangeError` beyond the range of the model; the status states
     what is doubtful.
 
@@ -231,5 +234,4 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, began: float, *, st
         coarse = f"{patch.finest_edge:.2g} mm elements are too coarse for a skin of {skin:.2g} mm"
         doubts.append(f"not to be trusted: {coarse}")
         values["resolved"] = False
-    seconds = perf_counter() - began
-    return Press(modulus=specimen.modulus, weights=reduced.weights, seconds=seconds, status="; ".join(doubts), **values)
+    return Press(modulus=specimen.modulus, weights=reduced.weights, status="; ".join(doubts), **values)

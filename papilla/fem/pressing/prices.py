@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ConfigDict, TypeAdapter
 from pydantic.dataclasses import dataclass
 
 from papilla import cache
-from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import write_text
+from papilla.errors import InputError
 from papilla.finger import DEFAULT_FINGER
 
 QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
@@ -83,28 +82,13 @@ class Prices:
     costs: dict[str, Cost]
     schema: Literal["papilla.prices/1"] = "papilla.prices/1"
 
-    def save(self, path: str | Path) -> None:
-        """Write the prices as JSON, atomically; raises `FileAccessError`."""
-        write_text(path, self.to_json())
-
     def to_json(self) -> str:
         """The prices as JSON text."""
         return dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
-    @classmethod
-    def load(cls, path: str | Path) -> "Prices":
-        """Prices that `save` wrote; raises `FileAccessError`, or `FileFormatError` for anything else."""
-        try:
-            return _ADAPTER.validate_json(Path(path).read_bytes())
-        except OSError as error:
-            raise FileAccessError(f"cannot read prices {path}: {error.strerror}") from error
-        except ValidationError as error:
-            fault = error.errors()[0]
-            place = ".".join(str(part) for part in fault["loc"])
-            raise FileFormatError(f"{path} does not hold prices of a finger ({place} {fault['msg']})") from error
 
-
-_ADAPTER = TypeAdapter(Prices)
+FORMAT = TypeAdapter(Prices)
+"""Reads the JSON text of prices: `validate_json` raises `ValidationError` for any other."""
 
 
 def keep(prices: Prices) -> None:
@@ -125,5 +109,5 @@ def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
 @lru_cache(maxsize=64)
 def _found(finger_sha256: str, mesh_sha256: str, _folder: Path) -> Prices | None:
     kept = cache.find("prices", cache.key(MEASURED_BY, finger_sha256, mesh_sha256), report=True)
-    prices = Prices.load(SHIPPED) if kept is None else _ADAPTER.validate_json(str(kept["json"]))
+    prices = FORMAT.validate_json(SHIPPED.read_bytes() if kept is None else str(kept["json"]))
     return prices if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256) else None

@@ -4,6 +4,7 @@
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from time import perf_counter
 
@@ -12,6 +13,7 @@ import numpy as np
 from papilla.errors import ContactRangeError
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
+from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block
@@ -22,6 +24,7 @@ FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
 
 SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
 SCENES = 40  # Presses that the seconds of a scene are the median of
+DIGITS = 4  # Of the errors in the file that ships
 
 Progress = Callable[[str], None]
 
@@ -41,7 +44,10 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     setup = perf_counter() - began
     say("pricing: the mesh of half the size")
     finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
-    contact, hertz = _presses(reduced, "contact"), _hertz(reduced)
+    contact, finer = _presses(reduced, "contact"), _presses(finest, "contact")
+    hertz: list[Press] = []
+    with suppress(ContactRangeError):  # The mesh is too coarse, or the skin too hard, for one of them
+        hertz = _presses(reduced, "hertz")
     finite = []
     for number, force in enumerate(FORCES, 1):
         say(f"pricing: finite strain, press {number} of {len(FORCES)}")
@@ -54,10 +60,10 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
         finest_size_mm=finest.mesh_size_mm,
         specimen=f"a {SPECIMEN.thickness:g} mm block of {SPECIMEN.modulus:g} MPa",
         hertz=loss(hertz, contact) if hertz else None,
-        mesh=loss(contact, _presses(finest, "contact")),
+        mesh=loss(contact, finer),
         small_strain=loss(contact, finite),
         costs={
-            **{name: Cost(setup, _seconds_per_scene(reduced, name)) for name in ("hertz", "contact")[not hertz :]},
+            **{name: _cost(reduced, setup, name) for name in ("hertz", "contact")[not hertz :]},
             "finite": Cost(0.0, float(np.mean([one.seconds for one in finite]))),
         },
     )
@@ -83,31 +89,24 @@ def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
     return [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in FORCES]
 
 
-def _hertz(reduced: ReducedFinger) -> list[Press]:
-    """The presses by hertz; empty if the mesh is too coarse or the skin too hard for one of them."""
-    try:
-        return _presses(reduced, "hertz")
-    except ContactRangeError:
-        return []
-
-
-def _seconds_per_scene(reduced: ReducedFinger, fidelity: str) -> float:
+def _cost(reduced: ReducedFinger, setup: float, fidelity: str) -> Cost:
+    """The cost of a linear fidelity; setup : seconds before the first press."""
     forces = np.geomspace(FORCES[0], FORCES[-1], SCENES)
-    return float(np.median([press(reduced, SPECIMEN, force=force, fidelity=fidelity).seconds for force in forces]))
+    presses = [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in forces]
+    return Cost(setup, float(np.median([one.seconds for one in presses])))
 
 
 def ship() -> None:
     """Measure the default finger on its reference mesh and write the file that ships with the package."""
     prices = measure_prices(Finger.default(), progress=print)
     assert prices.hertz is not None
-    hertz, mesh, small_strain = (_rounded(found) for found in (prices.hertz, prices.mesh, prices.small_strain))
-    replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).save(SHIPPED)
+    # Further digits than a hundredth of a percent differ from machine to machine
+    hertz, mesh, small_strain = (
+        replace(found, **{name: tuple(round(error, DIGITS) for error in getattr(found, name)) for name in QUANTITIES})
+        for found in (prices.hertz, prices.mesh, prices.small_strain)
+    )
+    write_text(SHIPPED, replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).to_json())
     print(f"{SHIPPED.name} written")
-
-
-def _rounded(found: Loss) -> Loss:
-    """Errors rounded to a hundredth of a percent; further digits differ from machine to machine."""
-    return replace(found, **{name: tuple(round(error, 4) for error in getattr(found, name)) for name in QUANTITIES})
 
 
 if __name__ == "__main__":
