@@ -8,7 +8,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
-from papilla.fem.reduction.loaded_patch import _merge_nodes, build_patch
+from papilla.fem.reduction.finger_model import _merge_nodes, build_patch
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.surfaces import Ellipsoid
 

@@ -17,8 +17,8 @@ from papilla.fem.finite.readout import Readout
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
+from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, checked_material

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.fem.reduction.compliance import PatchSurface
-from papilla.fem.reduction.loaded_patch import LoadedPatch
+from papilla.fem.reduction.finger_model import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.specimen import Specimen
 

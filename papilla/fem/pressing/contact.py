@@ -123,7 +123,7 @@ def _plain_path(reduced: ReducedFinger, specimen: Specimen) -> "LoadingPath":
     return LoadingPath(ContactProblem(compliance, patch.mass, weak_gap(patch, specimen.unit)), 0.0, guess)
 
 
-@kept(8)
+@kept()
 def _rubbing_path(reduced: ReducedFinger, specimen: Specimen, friction: float) -> "LoadingPath":
     patch = reduced.patch
     compliance = reduced.traction_compliance + reduced.specimen_compliance(specimen, tractions=True)

@@ -111,7 +111,7 @@ class EllipseFamily:
         return (1 / self.gap_radii[0] + aspect**2 / self.gap_radii[1]) / 10
 
 
-@kept(8)
+@kept()
 def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     """The ellipses of a finger on specimens of one shape, given as `Specimen.unit`; the latest result is kept.
 

@@ -55,6 +55,12 @@ GAP = 1.5
 """The tables end where neighbouring radii have a larger ratio than this: ellipses between them do not have least
 energy."""
 
+CUBIC = 4
+"""Number of neighbouring rows of a table through which a cubic interpolates."""
+
+DEPTH = 3
+"""Column of a table with the indentation."""
+
 
 @dataclass(frozen=True, eq=False)
 class HertzTable:
@@ -85,13 +91,13 @@ class HertzTable:
     @property
     def indentation(self) -> np.ndarray:
         """Indentations (k,), mm."""
-        return self.cube_root**2 * self.columns[:, 3]
+        return self.cube_root**2 * self.columns[:, DEPTH]
 
     def at(self, root: float) -> np.ndarray:
         """Columns (4 + q g,) at the cube root of a force (N) inside the table; a cubic through four rows
         interpolates."""
-        first = min(max(int(self.cube_root.searchsorted(root)) - 2, 0), len(self.cube_root) - 4)
-        rows = slice(first, first + 4)
+        first = min(max(int(self.cube_root.searchsorted(root)) - CUBIC // 2, 0), len(self.cube_root) - CUBIC)
+        rows = slice(first, first + CUBIC)
         across = np.array(_weights(self.cube_root[rows].tolist(), root))
         return np.asarray(self.weights @ (across @ self.parts[:, rows]))
 
@@ -99,7 +105,7 @@ class HertzTable:
         """The cube root of the force (N) that makes an indentation (mm) inside the table."""
         right = int(np.clip(np.searchsorted(self.indentation, indentation), 1, len(self.cube_root) - 1))
         low, high = self.cube_root[right - 1 : right + 1]
-        return float(brentq(lambda root: root**2 * self.at(root)[3] - indentation, low, high, xtol=1e-14 * high))
+        return float(brentq(lambda root: root**2 * self.at(root)[DEPTH] - indentation, low, high, xtol=1e-14 * high))
 
 
 def _weights(nodes: Sequence, at: Array) -> list[Array]:
@@ -203,8 +209,8 @@ def _branches(
 
 def _through(nodes: np.ndarray, columns: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Columns (k, c) at places (k,), by cubics through four of the rising nodes and their columns."""
-    first = np.clip(np.searchsorted(nodes, at) - 2, 0, len(nodes) - 4)
-    weights = _weights([nodes[first + k] for k in range(4)], at)
+    first = np.clip(np.searchsorted(nodes, at) - CUBIC // 2, 0, len(nodes) - CUBIC)
+    weights = _weights([nodes[first + k] for k in range(CUBIC)], at)
     return sum(weight[:, None] * columns[first + k] for k, weight in enumerate(weights))
 
 

@@ -329,7 +329,7 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
     return replace(strained, status=f"{found.status}; {said}")
 
 
-@kept(8)
+@kept()
 def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
     """Relative error of S_d with large strain, from the known tables for a friction; 0 if there is none."""
     tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]

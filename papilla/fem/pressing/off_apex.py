@@ -33,7 +33,7 @@ from papilla import cache, checks
 from papilla.errors import InputError
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
-from papilla.fem.pressing.response import FORCES, MODULI, USUAL, LogPolynomial
+from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, USUAL, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
@@ -53,7 +53,7 @@ WIDTH_MM = 48.0
 PLACES, SHIFTS = (7, 5), (5, 3)
 """Number of Chebyshev points along x and y, and of shifts along and across; odd, so that 0 is one of them."""
 
-POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (6, 5, 4), 1.5)
+POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (6, 5, 4), TOTAL)
 MIDDLE = tuple(count // 2 for count in (*PLACES, *SHIFTS))
 _AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE)
 GRID, RATIO_NODES = (12, 10), 5
@@ -214,7 +214,7 @@ class OffApex:
         shifts = _products(SHIFTS, shift_mm, self.limits.shift)
         # (g, 3, x y t q) are the gauges' own shifts and their two slopes, then (3, x y, t q g)
         shifted = np.swapaxes(shifts, 0, 1) @ self._by_gauge
-        shifted = np.moveaxis(shifted, 0, -1).reshape(3, len(places[0][0]), -1)
+        shifted = np.moveaxis(shifted, 0, -1).reshape(len(shifts), len(places[0][0]), -1)
 
         def at(factors: np.ndarray, place: int, shift: int) -> np.ndarray:
             table = (places[place] @ shifted[shift]).reshape(len(spots), len(self.coefficients), -1)[which]
@@ -231,8 +231,8 @@ class OffApex:
     @cached_property
     def _by_gauge(self) -> np.ndarray:
         """(g, along across, x y t q) coefficients."""
-        t, x, y, a, c, q, g = self.coefficients.shape
-        return np.ascontiguousarray(self.coefficients.transpose(6, 3, 4, 1, 2, 0, 5)).reshape(g, a * c, x * y * t * q)
+        *_, a, c, q, g = self.coefficients.shape
+        return np.ascontiguousarray(np.einsum("txyacqg->gacxytq", self.coefficients)).reshape(g, a * c, -1)
 
 
 def off_apex_change(
@@ -280,7 +280,7 @@ def _made(
         felt = rows.nodes(traction)
         base = felt[_AT_APEX][:, None, None, None, None]
         # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
-        values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * 6))
+        values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * (felt.ndim - 1)))
     terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
     flat = np.concatenate(values)
     coefficients = np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])

@@ -42,6 +42,9 @@ UNRESOLVED = 0.1
 USUAL = (1.0, 60.0), (1.0, 60.0)
 """Forces and moduli for which the error is measured; for the same finger: 0.03 to 2 N on 0.03 to 2 MPa."""
 
+HERTZ = 2 / 3
+"""Power of the force with which the indentation of a Hertzian contact grows."""
+
 FOLDS = 5
 """Number of parts of the presses; each part is predicted by a fit to the others, which gives the error."""
 
@@ -152,14 +155,16 @@ class Response:
         places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
         table, *by = POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
-        scale = np.concatenate([x[:, None] ** (2 / 3), np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
+        scale = np.concatenate([x[:, None] ** HERTZ, np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
         # The polynomial is that of depth / x^(2/3) and of values / x: the product rule adds the power to the slope by
         # ln x.
-        powers = np.concatenate([[2 / 3], np.ones(table.shape[1] - 1)])
+        powers = np.concatenate([[HERTZ], np.ones(table.shape[1] - 1)])
         slopes[0] += powers * table
         found, slopes = scale * table, scale * slopes
         shape = (len(x), len(QUANTITIES), self.gauge_count)
-        return Felt(found[:, 1:].reshape(shape), found[:, 0], slopes[:, :, 1:].reshape(3, *shape), slopes[:, :, 0])
+        return Felt(
+            found[:, 1:].reshape(shape), found[:, 0], slopes[:, :, 1:].reshape(len(slopes), *shape), slopes[:, :, 0]
+        )
 
     def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
         """(n,) whether presses lie within the range of the fitted presses."""
@@ -196,7 +201,10 @@ def response(
             if progress is not None:
                 progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
             rows += _presses(member, float(ratio), inner, specimen, friction, large)
-        return _fitted(np.array(rows, float))
+        asked = len(FORCES) * len(MODULI) * len(members)
+        if len(rows) < 2 * len(POLYNOMIAL.powers):
+            raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
+        return _fitted(*(np.array(column) for column in zip(*rows, strict=True)))
 
     tables = [
         (table.to_json(), weight)
@@ -226,8 +234,8 @@ def response(
 def _presses(
     member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
-    """Rows of F / E_inner, E / E_inner, ratio, whether the mesh resolves it, whether large strain is known,
-    indentation, values."""
+    """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
+    (indentation, values of the gauges)."""
     rows: list[tuple] = []
     touching = [replace(specimen, modulus=float(modulus)) for modulus in MODULI * inner]
     presses = press_grid(member, touching, FORCES * inner, friction)
@@ -240,31 +248,27 @@ def _presses(
                 found = including_large_strain(member, touched, found, beyond=True) or found
             except (ContactRangeError, SolverError):
                 continue
-        rows.append(
-            (force, modulus, ratio, found.resolved, BEYOND not in found.status, found.indentation, *found.values.flat)
-        )
+        felt = (found.indentation, *found.values.flat)
+        rows.append(((force, modulus, ratio), found.resolved, BEYOND not in found.status, felt))
     return rows
 
 
-def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Fit the polynomials to rows of `_presses`: the arrays of a `Response`.
+def _fitted(places: np.ndarray, resolved: np.ndarray, known: np.ndarray, felt: np.ndarray) -> dict[str, np.ndarray]:
+    """Fit the polynomials to columns of `_presses`: the arrays of a `Response`.
 
     Presses that are too light for the mesh have the weight `UNRESOLVED`. The error is that of presses predicted by a
     fit to the others.
     """
-    if len(rows) < 2 * len(POLYNOMIAL.powers):
-        raise InputError(f"only {len(rows)} of {len(FORCES) * len(MODULI) * 7} presses of the family can be made")
-    x, places, known = rows[:, 0], rows[:, :3], rows[:, 4] > 0
     # Hertz's powers of the force are taken out first: what remains varies slowly, so a few terms describe it.
-    scale = np.column_stack([x ** (2 / 3), np.repeat(x[:, None], rows.shape[1] - 6, axis=1)])
-    values = rows[:, 5:] / scale
-    terms, weight = POLYNOMIAL.terms(tuple(places.T))[0], np.where(rows[:, 3] > 0, 1.0, UNRESOLVED)[:, None]
+    x = places[:, 0]
+    values = felt / np.column_stack([x**HERTZ, np.repeat(x[:, None], felt.shape[1] - 1, axis=1)])
+    terms, weight = POLYNOMIAL.terms(tuple(places.T))[0], np.where(resolved, 1.0, UNRESOLVED)[:, None]
 
     def solve(kept: np.ndarray) -> np.ndarray:
         return np.linalg.lstsq((weight * terms)[kept], (weight * values)[kept])[0]
 
     # Every fifth press belongs to one part, so that each part covers the whole range.
-    fold = np.arange(len(rows)) % FOLDS
+    fold = np.arange(len(places)) % FOLDS
     missed = np.zeros_like(values)
     for one in range(FOLDS):
         missed[fold == one] = terms[fold == one] @ solve(fold != one) - values[fold == one]
@@ -273,14 +277,14 @@ def _fitted(rows: np.ndarray) -> dict[str, np.ndarray]:
     for part in np.split(values[:, 1:], len(QUANTITIES), axis=1):
         sizes.append(np.sqrt((part**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
     usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL, strict=False)]
-    judged = (rows[:, 3] > 0) & usual[0] & usual[1]
-    judged = judged if judged.any() else np.ones(len(rows), bool)
+    judged = resolved & usual[0] & usual[1]
+    judged = judged if judged.any() else np.ones(len(places), bool)
     error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))
     groups = {(e, r): x[(places[:, 1] == e) & (places[:, 2] == r)].max() for e, r in {*map(tuple, places[:, 1:])}}
     deepest = np.array([(e, r, top) for (e, r), top in sorted(groups.items())]).T
     strained = x[known].max() if known.any() else np.inf
     return {
-        "coefficients": solve(np.ones(len(rows), bool)),
+        "coefficients": solve(np.ones(len(places), bool)),
         "deepest": deepest,
         "strained": np.array(strained),
         "error": error,

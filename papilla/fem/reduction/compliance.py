@@ -14,6 +14,7 @@ interpolated: with Chebyshev points t of the patch's box and Lagrange polynomial
 so that the kernel is evaluated at some hundred points instead of thousands.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
@@ -33,6 +34,10 @@ CHEBYSHEV, SMOOTH, CHECKED = (8, 12, 18, 27), 1e-8, 48
 """Numbers of points along each axis for the interpolation of a smooth kernel; the error, relative to its largest value,
 at which refinement stops; and the number of Gauss points at which the error is measured. A kernel that no grid resolves
 is integrated by Gauss quadrature."""
+
+
+COMPONENTS = 3
+"""Pressure and the two tangential tractions."""
 
 
 def half_space_compliance(patch: Patch) -> np.ndarray:
@@ -84,22 +89,22 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
     def kernel(offset):
         inverse = _inverse(offset)
-        e = offset * inverse[..., None]
-        return np.stack([inverse, *(inverse * part for part in _monomials(e))])
+        x, y = np.moveaxis(offset * inverse[..., None], -1, 0)
+        return np.stack([inverse, *(inverse * part for part in (x * x, x * y, y * y, x, y))])
 
     terms = _weak(patch, kernel, linear_moments)
     n = len(patch.xy)
-    plain = np.zeros((3, n, 3, n))
-    for a in range(3):
+    plain = np.zeros((COMPONENTS, n, COMPONENTS, n))
+    for a in range(COMPONENTS):
         plain[a, :, a] = terms(0, a)
-    plain, dyadic, coupled = (_symmetric(part.reshape(3 * n, 3 * n)) for part in (plain, *_tangential(terms, n)))
+    plain, dyadic, coupled = (_symmetric(part) for part in (plain, *_tangential(terms, n)))
     return plain, dyadic, coupled
 
 
 def _tangential(terms, n: int) -> np.ndarray:
     """Two matrices (2, 3, n, 3, n) of the terms 1 to 5 of a kernel: xx, xy, yy between the tangential components, and
     x, y between these and the normal one."""
-    dyadic, coupled = found = np.zeros((2, 3, n, 3, n))
+    dyadic, coupled = found = np.zeros((2, COMPONENTS, n, COMPONENTS, n))
     for a, b, term in ((1, 1, 1), (1, 2, 2), (2, 1, 2), (2, 2, 3)):
         dyadic[a, :, b] = terms(term, b)
     for a, term in ((1, 4), (2, 5)):
@@ -121,7 +126,7 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
     n = len(patch.xy)
     part = _tangential(terms, n).sum(axis=0)
     part[0, :, 0] = terms(0, 0)
-    return _symmetric(part.reshape(3 * n, 3 * n))
+    return _symmetric(part)
 
 
 def _inverse(offset: np.ndarray) -> np.ndarray:
@@ -130,13 +135,9 @@ def _inverse(offset: np.ndarray) -> np.ndarray:
     return np.divide(1.0, r, out=np.zeros_like(r), where=r > 0)
 
 
-def _monomials(e):
-    """e e (xx, xy, yy) and e (x, y) of unit offsets (..., 2), as five arrays (...)."""
-    x, y = e[..., 0], e[..., 1]
-    return x * x, x * y, y * y, x, y
-
-
 def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    """The symmetric part of a matrix (n, n), or of one (c, n, c, n) with c components, as (c n, c n)."""
+    matrix = matrix.reshape(2 * [math.isqrt(matrix.size)])
     matrix = (matrix + matrix.T) / 2
     matrix.flags.writeable = False
     return matrix
@@ -232,6 +233,10 @@ def _gauss(points, corners, kernel) -> np.ndarray:
     return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), GAUSS)
 
 
+COLUMNS = ([0], [4, 5], [1, 2, 3])
+"""Columns of `linear_moments` with none, one and two factors e."""
+
+
 def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, ...] = (0, 1, 2)) -> np.ndarray:
     """Integrals (k, 3, 6) of each hat function times (1, e_x^2, e_x e_y, e_y^2, e_x, e_y) / r, exactly, for k points
     (k, 2) in the plane of k triangles (k, 3, 2); e is the unit offset and r the distance from source to point.
@@ -244,17 +249,16 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
     value, gradient = _hats_at(points, corners)
     total = np.zeros((len(points), 3, 6 if orders != (0,) else 1))
     middle = corners.mean(axis=1)
-    for edge in range(3):
+    for edge in range(corners.shape[1]):
         # Outward normal n and tangent t of the edge; the point lies at the signed distance d from its line, positive
         # inside, so that edges of a triangle that does not contain the point cancel where they should.
-        start, end = corners[:, edge], corners[:, (edge + 1) % 3]
+        start, end = corners[:, edge], corners[:, edge - 2]
         along = (end - start) / np.linalg.norm(end - start, axis=1)[:, None]
         out = np.stack([along[:, 1], -along[:, 0]], axis=1)
         out *= np.sign(np.einsum("kj,kj->k", start - middle, out))[:, None]
         d = np.einsum("kj,kj->k", start - points, out)
         s = np.stack([np.einsum("kj,kj->k", p - points, along) for p in (start, end)])
         for m in orders:
-            columns = _COLUMNS[m]
             # x^m of x = d n + s t, as polynomials in s: (pairs, columns, powers)
             powers = _powers(d, out, along, m)
             slope = np.stack(
@@ -264,11 +268,8 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
             plain = np.einsum("kcp,kp->kc", powers, integrals[:, : m + 1])
             tilted = np.einsum("kcp,khj,kpj->khc", powers, slope, np.stack([integrals[:, :-1], integrals[:, 1:]], 2))
             # e points from the source to the point: x^m has the opposite sign, which matters for m = 1
-            total[..., columns] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
+            total[..., COLUMNS[m]] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
     return total
-
-
-_COLUMNS = ([0], [4, 5], [1, 2, 3])
 
 
 def _hats_at(points, corners):
@@ -304,19 +305,13 @@ def _edge_integrals(d, s, m):
         turn = np.arctan(s[1] / safe) - np.arctan(s[0] / safe)
         columns = [turn, safe * np.log(r[1] / r[0]), safe * (length - safe * turn)]
     else:
-        logarithm = np.where(off, _edge_logarithm(s[0], r[0], s[1], r[1], d), 0.0)
+        # ln((R+ + s+) / (R- + s-)), in the form without cancellation
+        forward = s[0] + s[1] > 0
+        upper, lower = (np.where(forward, r[a] + s[a], r[b] - s[b]) for a, b in ((1, 0), (0, 1)))
+        logarithm = np.log(np.where(off, upper, 1.0) / np.where(off, lower, 1.0))
         if m == 0:
             columns = [safe * logarithm, safe * change]
         else:
             sine, inverse = s[1] / r[1] - s[0] / r[0], 1 / r[0] - 1 / r[1]
             columns = [sine / safe, safe * inverse, safe * (logarithm - sine), safe * (change - safe**2 * inverse)]
     return np.where(off, np.stack(columns), 0.0).T
-
-
-def _edge_logarithm(s_start, r_start, s_end, r_end, d):
-    """ln((R+ + s+)/(R- + s-)), computed in the form without cancellation; zero if the point is on the edge's line."""
-    forward = s_start + s_end > 0
-    upper = np.where(forward, r_end + s_end, r_start - s_start)
-    lower = np.where(forward, r_start + s_start, r_end - s_end)
-    safe = np.abs(d) > 1e-14 * (r_start + r_end)
-    return np.log(np.where(safe, upper, 1.0) / np.where(safe, lower, 1.0))

@@ -62,7 +62,7 @@ class FingerFamily:
 
     def at(self, outer: float, inner: float) -> ReducedFinger:
         """The finger with these Young's moduli (MPa); raises `InputError` if their ratio is outside the family."""
-        design = self.design(outer, inner)
+        design = with_moduli(self.finger, outer, inner)
         ratio = checks.within("outer over inner modulus", outer / inner, self.ratios.min(), self.ratios.max())
         weights = self._basis(np.log(ratio)) / inner
         compliance, rows = (np.einsum("k,k...->...", weights, getattr(self, name)) for name in OF_THE_RATIO)
@@ -78,10 +78,6 @@ class FingerFamily:
             layers=np.column_stack([thickness, moduli]),
             tangential_source=lambda: self._tangential(weights),
         )
-
-    def design(self, outer: float, inner: float) -> Finger:
-        """The design with these Young's moduli (MPa)."""
-        return with_moduli(self.finger, outer, inner)
 
     def _tangential(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         compliance, rows = self.tangential_source()
@@ -117,7 +113,10 @@ def family(
     unit = with_moduli(finger, inner, inner)
     if mesh is None:
         mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
-    nodes = np.exp(_chebyshev(float(np.log(RATIOS[0])), float(np.log(RATIOS[1])), NODES))
+    # Chebyshev's points of the first kind in ln r, stretched to the ends of the range
+    points = -np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) / np.cos(np.pi / 2 / NODES)
+    low, high = np.log(RATIOS)
+    nodes = np.exp((low + high) / 2 + (high - low) / 2 * points)
 
     first = FingerModel(unit, mesh)
 
@@ -167,12 +166,6 @@ def family(
 def with_moduli(finger: Finger, outer: float, inner: float) -> Finger:
     """The finger with these Young's moduli (MPa) of its layers."""
     return replace(finger, outer=Layer(outer, finger.outer.nu), inner=Layer(inner, finger.inner.nu))
-
-
-def _chebyshev(low: float, high: float, count: int) -> np.ndarray:
-    """Chebyshev's points of the first kind on [low, high], rising."""
-    points = -np.cos(np.pi * (np.arange(count) + 0.5) / count) / np.cos(np.pi / 2 / count)
-    return (low + high) / 2 + (high - low) / 2 * points
 
 
 def _cardinal(ratios: np.ndarray) -> BarycentricInterpolator:

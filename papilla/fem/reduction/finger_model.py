@@ -3,30 +3,42 @@
 Mirror planes reduce the cost: any load is split into parts that are symmetric or antisymmetric about each plane, and
 each part is solved on the quarter cell. A press at the apex needs only the symmetric part; one elsewhere needs all
 four, and still uses only a quarter of the mesh.
+
+The tractions of a contact patch load the mesh. Integrals are taken over the skin's own triangles, projected on the
+contact plane. With the hat functions N_j of the patch, the shape functions M_i of the displacement and the cosine c
+between skin and contact plane,
+
+    coupling_ij = int M_i N_j c dA,    mass_j = int N_j c dA,    gap_j = int N_j g c dA,
+
+g being the distance of the exact skin from the contact plane. If the mesh is a quarter of the finger and the patch
+reaches over a mirror plane, each image of the quarter contributes a piece: the same facets, seen from mirrored
+positions. The pieces share their nodes on the mirror planes.
 """
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, partial
 from weakref import WeakValueDictionary
 
 import numpy as np
 import scipy.sparse as sp
+from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.fem.discrete.assembly import lame, restricted, scaled
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, fold, interpolation, parity_signs, space_of
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, Space, fold, interpolation, parity_signs, space_of
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
-from papilla.fem.reduction.loaded_patch import LoadedPatch, build_patch
-from papilla.fem.reduction.patch import Frame
+from papilla.fem.reduction.patch import Frame, Patch, gap_of
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
 from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.surfaces import Surface
 
 INCOMPRESSIBLE = 1e-7
 """Value of mu/lambda below which the pressure block is nearly empty, so that a stabilised matrix is factored
@@ -37,6 +49,12 @@ STABILISATION = 1e-5
 
 WALK = 4001
 """Number of points on a line into the finger, at which the layers below the touch-down point are found."""
+
+LOAD_QUADRATURE_ORDER = 4
+"""Quadrature order for products of quadratic displacement, linear pressure and the gap on the skin's triangles."""
+
+STEEPEST = 0.2
+"""Smallest cosine between skin and contact plane for skin that is part of a patch."""
 
 _LIVING: WeakValueDictionary = WeakValueDictionary()
 _LATEST: list["FingerModel"] = []
@@ -77,7 +95,6 @@ class FingerModel:
         be solved.
         """
         loaded, parities = self._patch(at)
-        self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0,), (0,))
         # The tangential part is computed when a press needs it. It keeps no model alive, except one of a derived class,
         # whose surfaces another model would not have.
@@ -110,7 +127,6 @@ class FingerModel:
     def reduce_tangential(self, at: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray]:
         """The effect of tangential tractions on the finger reduced at `at`: `ReducedFinger.tangential`."""
         loaded, parities = self._patch(at)
-        self._refuse(loaded, parities)
         compliance, rows = self._condense(loaded, parities, (0, 1, 2), (1, 2))
         n = len(loaded.patch.xy)
         # Only the block between shears is square, and symmetric by reciprocity up to rounding.
@@ -125,9 +141,8 @@ class FingerModel:
 
     def cell_pressures(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
         """Parity -> pressure unknowns of the cell, in MPa, under tractions as of `cell_displacements`."""
-        size = 3 * self.space.nodes
         loads = self._loads(traction, at)
-        return {parity: self._solve_all(parity, load)[size:, 0] for parity, load in loads.items()}
+        return {parity: self._solve_all(parity, load)[len(load) :, 0] for parity, load in loads.items()}
 
     def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
         """Parity -> displacement load (3 * nodes, 1): the part of the patch's tractions with this parity."""
@@ -170,7 +185,7 @@ class FingerModel:
         for parity in every if parities is None else parities:
             rows = self.rows(functionals, parity)
             load = (rows if mixing is None else mixing @ rows).T.toarray()
-            found[parity] = self._solve(parity, load / len(every)).reshape(len(load) // 3, 3, -1)
+            found[parity] = self._solve(parity, load / len(every)).reshape(-1, 3, load.shape[1])
         return found
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
@@ -179,7 +194,7 @@ class FingerModel:
             free = self.space.free(parity, self.mesh.mirrors)
             matrix = restricted(self.matrix, free)
             # The matrix is indefinite: each pressure is a multiplier, and gives one negative eigenvalue.
-            negative = int(free[3 * self.space.nodes :].sum())
+            negative = int(free[self.space.unknowns - self.space.pressures :].sum())
             self._factors[parity] = free, factorise(matrix, negative, stabilised=self._stabilised(matrix, free))
         return self._factors[parity]
 
@@ -192,7 +207,9 @@ class FingerModel:
         """
         size = float(np.ptp(self.mesh.points, axis=0).max())
         mu, length = (4.0 ** np.round(np.log2(x) / 2) for x in (max(lame(x)[0] for x in self.layers.values()), size))
-        return np.repeat([(mu * length) ** -0.5, (mu / length**3) ** 0.5], [3 * self.space.nodes, self.space.pressures])
+        pressures = self.space.pressures
+        counts = self.space.unknowns - pressures, pressures
+        return np.repeat([(mu * length) ** -0.5, (mu / length**3) ** 0.5], counts)
 
     @cached_property
     def matrix(self) -> sp.csc_matrix:
@@ -223,7 +240,7 @@ class FingerModel:
         solution[free] = factor.solve(rhs) * self._scale[free, None]
         return solution
 
-    def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:
+    def _patch(self, at: tuple[float, float]) -> "tuple[LoadedPatch, list[tuple[int, int]]]":
         """The loaded patch at a touch-down point and the parities that its loads excite."""
         x, y = checks.place("at", at)
         frame = Frame.at(self.surfaces["skin"], x, y)
@@ -231,11 +248,6 @@ class FingerModel:
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
         loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
         return loaded, [SYMMETRIC] if symmetric else self._all_parities()
-
-    def _refuse(self, loaded: LoadedPatch, parities: list[tuple[int, int]]) -> None:
-        """Raise `MemoryEstimateError` if the condensation does not fit into memory."""
-        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
-        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
 
     def _all_parities(self) -> list[tuple[int, int]]:
         """All parities, into which any field can be split."""
@@ -249,16 +261,16 @@ class FingerModel:
         # Points in another quadrant are evaluated at their mirror image in the cell, with the signs of the parity.
         folded, images = fold(points, self.mesh.mirrors)
         values = interpolation(self.space, folded)
-        starts = np.cumsum([0] + [3 * len(functional.points) for functional in functionals])
-        shape = (len(functionals), 3 * len(points))
-        pick = sp.csr_matrix(
-            ((weights * parity_signs(parity, images)).ravel(), np.arange(3 * len(points)), starts), shape=shape
-        )
+        starts = np.cumsum([0] + [functional.points.size for functional in functionals])
+        signed = (weights * parity_signs(parity, images)).ravel()
+        pick = sp.csr_matrix((signed, np.arange(points.size), starts), shape=(len(functionals), points.size))
         return pick @ sp.kron(values, sp.eye(3), format="csr")
 
     def _condense(self, loaded, parities, moved: tuple, loaded_by: tuple) -> tuple[np.ndarray, np.ndarray]:
         """Weak displacements (components in `moved` * n) and gauge rows (q, g) under nodal tractions (components in
-        `loaded_by` * n)."""
+        `loaded_by` * n). Raises `MemoryEstimateError` if this does not fit into memory."""
+        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
+        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
         functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         n = len(loaded.patch.xy)
         compliance, influence = np.zeros((len(moved) * n, len(loaded_by) * n)), []
@@ -313,3 +325,125 @@ def _crossing(down: np.ndarray, level: np.ndarray) -> float:
     if level[k] > 0:
         return np.inf
     return float(np.interp(0.0, -level[k - 1 : k + 1], down[k - 1 : k + 1])) if k else float(down[0])
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedPatch:
+    """A patch with its coupling to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
+    displacement shape function times hat function over the contact plane."""
+
+    patch: Patch
+    frame: Frame
+    couplings: dict[tuple[int, int], sp.csr_matrix]
+
+    def loads(self, parity: tuple[int, int], component: int = 0) -> sp.csc_matrix:
+        """Displacement load (3 * nodes, n) of a unit traction at each patch node, for fields of one parity.
+
+        Component 0 is pressure; 1 and 2 are tangential tractions on the finger along the contact plane's axes.
+        """
+        direction = self.frame.axes[component - 1] if component else -self.frame.axes[2]
+        parts = [
+            sp.kron(coupling, (parity_signs(parity, image) * direction)[:, None])
+            for image, coupling in self.couplings.items()
+        ]
+        return sum(parts[1:], start=parts[0]).tocsc()
+
+
+def build_patch(
+    space: Space, whole: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
+) -> LoadedPatch:
+    """The patch of `radius` mm around a contact frame.
+
+    `space` lives on the cell of the mesh `whole`; with `symmetric` the patch contains only the cell's part and its
+    mirror images are implied; else it contains all images.
+    """
+    mirrors = ["xyz".index(axis) for axis in whole.mirrors]
+    flips = [axis for axis in mirrors if not symmetric]
+    images = _sign_pairs(flips)
+    skin_triangles = space.mesh.boundaries["skin"]
+    facets = space.facets(skin_triangles)
+    pieces = [piece for image in images if (piece := _piece(space, skin, frame, radius, facets, image)) is not None]
+    if not pieces:
+        raise InputError(f"no skin within {radius:g} mm of the touch-down point faces the specimen")
+    positions, numbers = _merge_nodes(space.mesh.points, pieces)
+    couplings, triangles = {}, []
+    mass, gap = np.zeros(len(positions)), np.zeros(len(positions))
+    rim = np.zeros(len(positions), dtype=bool)
+    for piece, number in zip(pieces, numbers, strict=True):
+        np.add.at(mass, number, piece.mass)
+        np.add.at(gap, number, piece.gap)
+        rim[number[piece.rim]] = True
+        renumber = np.full(len(space.mesh.points), -1)
+        renumber[piece.vertices] = number
+        triangles.append(renumber[piece.triangles])
+        spread = sp.csr_matrix(
+            (np.ones(len(number)), (np.arange(len(number)), number)), shape=(len(number), len(positions))
+        )
+        couplings[piece.image] = (piece.coupling @ spread).tocsr()
+    local = frame.local(positions)
+    repeat = _sign_pairs(mirrors) if symmetric else [(1, 1)]
+    patch = Patch(local[:, :2], np.concatenate(triangles), mass, gap, rim, np.array(repeat))
+    return LoadedPatch(patch, frame, couplings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Piece:
+    image: tuple[int, int]
+    vertices: np.ndarray
+    triangles: np.ndarray
+    mass: np.ndarray
+    gap: np.ndarray
+    rim: np.ndarray
+    coupling: sp.csr_matrix
+
+
+def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
+    """The part of a patch in one mirror image of the cell; integrals over the cell's own facets."""
+    mirror = np.array([*image, 1])
+    corners = space.mesh.points * mirror
+    triangles = space.mesh.boundaries["skin"]
+    local = frame.local(corners)
+    # A triangle belongs to the patch if it is near, and not so steep that a pressure along the plane's normal would act
+    # along the skin. Both its own normal and that of the exact skin count: the latter tells the far side of the finger.
+    near = np.hypot(local[:, 0], local[:, 1]) < radius
+    ends = local[triangles]
+    area = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
+    facing = np.abs(area[:, 2]) > STEEPEST * np.linalg.norm(area, axis=1)
+    outward = skin.normal(corners[triangles].mean(axis=1)) @ frame.axes[2] > STEEPEST
+    chosen = near[triangles].all(axis=1) & facing & outward
+    if not chosen.any():
+        return None
+    moved, loaded = (
+        FacetBasis(space.skmesh, element, facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
+        for element in (space.scalar_element, ElementTetP1())
+    )
+    normal = frame.axes[2] * mirror
+
+    def projected(w):
+        return np.abs(sum(w.n[i] * normal[i] for i in range(3)))
+
+    def distance(w):
+        points = np.stack([w.x[i] for i in range(3)], axis=-1) * mirror
+        return gap_of(skin, frame, points.reshape(-1, 3)).reshape(points.shape[:-1])
+
+    # The facets are those of the cell; positions are mirrored instead, so that one basis serves all images.
+    vertices = np.unique(triangles[chosen])
+    mass = LinearForm(lambda v, w: v * projected(w)).assemble(loaded)[vertices]
+    gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(loaded)[vertices]
+    coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(loaded, moved)[:, vertices]
+    # Skin continues beyond these nodes, but the patch does not
+    outside = np.isin(vertices, np.unique(triangles[~chosen]))
+    return _Piece(image, vertices, triangles[chosen], mass, gap, outside, coupling.tocsr())
+
+
+def _sign_pairs(axes: list[int]) -> list[tuple[int, int]]:
+    return [(sx, sy) for sx in ((1, -1) if 0 in axes else (1,)) for sy in ((1, -1) if 1 in axes else (1,))]
+
+
+def _merge_nodes(points: np.ndarray, pieces: list[_Piece]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Positions of the distinct patch nodes and, for each piece, their numbers; nodes on mirror planes are shared."""
+    # Adding zero turns -0.0 into 0.0, so that a mirrored node is the same node
+    places = [points[piece.vertices] * np.array([*piece.image, 1]) + 0.0 for piece in pieces]
+    positions, numbers = np.unique(np.concatenate(places), axis=0, return_inverse=True)
+    ends = np.cumsum([len(place) for place in places])[:-1]
+    return positions, np.split(numbers.ravel(), ends)

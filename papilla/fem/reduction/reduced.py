@@ -39,8 +39,11 @@ MOST_KEPT = 400
 UNLIKE = 1e-6
 """Largest difference, as a share of the largest entry, between the two compliances of a specimen for pressure alone."""
 
+FEW = 8
+"""Number of results that `kept` keeps of a function whose results are large."""
 
-def kept(most: int) -> Callable[[Function], Function]:
+
+def kept(most: int = FEW) -> Callable[[Function], Function]:
     """Decorator: keep the last `most` results of a function with the object that is its first argument, by its other
     arguments.
 
@@ -251,7 +254,7 @@ _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 _NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source")
 
 
-@kept(8)
+@kept()
 def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
     """The compliance on the patch by the method `name` of a specimen of 1 MPa, or of one whose compliance is not
     proportional to 1 / modulus. It takes a second, so for papilla's own specimens on a patch that is not large it is

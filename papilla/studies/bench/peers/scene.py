@@ -12,8 +12,8 @@ import numpy as np
 from papilla.fem import FingerModel
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
+from papilla.fem.reduction.finger_model import STEEPEST
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
-from papilla.fem.reduction.loaded_patch import STEEPEST
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.layered import LayeredMesh
 from papilla.units import to_microstrain
