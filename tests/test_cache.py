@@ -20,8 +20,8 @@ import papilla
 from papilla import cache, calibrate, fem, mesh, references
 from papilla.calibration import Calibration
 from papilla.errors import InputError
+from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
-from papilla.fem.reduction.preparing import REDUCED_BY
 from papilla.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS

@@ -63,8 +63,8 @@ def press(
     written = _outputs(log, export, fidelity)
     keep_inputs([finger], list(written.values()))
 
+    from papilla.fem.preparing import prepare
     from papilla.fem.pressing.fidelity import press as press_reduced
-    from papilla.fem.reduction.preparing import prepare
     from papilla.files import check_writable
     from papilla.finger import Finger
 

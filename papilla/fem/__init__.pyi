@@ -5,10 +5,10 @@ from .fields import ReceptiveFields as ReceptiveFields
 from .fields import receptive_fields as receptive_fields
 from .fields import recover as recover
 from .finite import press_finite as press_finite
+from .preparing import prepare as prepare
 from .pressing.fidelity import press as press
 from .pressing.press import Press as Press
 from .reduction.finger_model import FingerModel as FingerModel
-from .reduction.preparing import prepare as prepare
 from .reduction.reduced import ReducedFinger as ReducedFinger
 from .sliding.motion import Motion as Motion
 from .sliding.reduced_section import ReducedSection as ReducedSection

@@ -139,7 +139,7 @@ def test_real_presses_between_the_points_and_on_another_mesh():
     """The default finger on two of its reference meshes, noise-free: the figures that the README states."""
     from papilla.calibrate import sweep
     from papilla.fem import press
-    from papilla.fem.reduction.preparing import prepare
+    from papilla.fem.preparing import prepare
     from papilla.finger import Finger
     from papilla.specimen import Block
 

@@ -154,7 +154,7 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
 def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch, fidelity):
     from papilla import mesh
     from papilla.errors import MeshError
-    from papilla.fem.reduction import preparing
+    from papilla.fem import preparing
 
     def build(finger, size_mm, **_):
         raise MeshError(f"asked for {size_mm:g}")

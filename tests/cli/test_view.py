@@ -46,7 +46,7 @@ def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_
 
 def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
     from papilla.errors import MeshError
-    from papilla.fem.reduction import preparing
+    from papilla.fem import preparing
     from papilla.view import pictures
 
     def build(finger, size_mm, **_):

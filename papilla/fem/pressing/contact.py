@@ -29,17 +29,9 @@ from functools import cache, cached_property
 import numpy as np
 
 from papilla.errors import ContactRangeError
+from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.contact_step import SteppedPath, StepState
-from papilla.fem.pressing.ellipses import (
-    FLATTEST,
-    SECOND,
-    SHARPEST,
-    SIXTH,
-    layer_factor,
-    mean_square,
-    peak_over_mean,
-)
 from papilla.fem.pressing.hertz import hertz_scene
 from papilla.fem.pressing.press import MEASURES, Load, Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
@@ -285,27 +277,27 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     # Hertz's radius is accurate enough to count the elements across it
     edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
-    elements = float(np.sqrt(2 * spread / SECOND[0]) / edge)
+    elements = float(np.sqrt(2 * spread / ellipses.SECOND[0]) / edge)
     # The third moment of u must be that of the family, too: else the contact is no ellipse of this kind.
-    sixth = ((1 - q) * SIXTH[0] + q * SIXTH[1]) / mean_square(q) ** 3
+    sixth = ((1 - q) * ellipses.SIXTH[0] + q * ellipses.SIXTH[1]) / ellipses.mean_square(q) ** 3
     if abs(sixth / float(share @ square**3) - 1) > TRUSTED + TRUSTED_COARSE / elements**4:
         return counted
     # With few elements across the contact the moments do not determine q: blend from the expected to the measured one.
     known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
     q = known + (q - known) / (1 + (needed / elements) ** 12)
     # For an ellipse the root of the determinant is a b <u> / 2, so pi a b follows from it.
-    area = 2 * np.pi * spread / mean_square(q)
+    area = 2 * np.pi * spread / ellipses.mean_square(q)
     reached = len(patch.images) * float(weights[load > 0].sum())
     if abs(area - counted.area) > EDGE_BAND * (reached - counted.area):
         return counted
     mean = len(patch.images) * total / area
-    return ContactShape(area, mean * peak_over_mean(q), True)
+    return ContactShape(area, mean * ellipses.peak_over_mean(q), True)
 
 
 @cache
 def _profiles() -> tuple[np.ndarray, np.ndarray]:
     """Layer terms and the inner shares of their profiles, both (k,) and rising."""
     nodes, weights = np.polynomial.legendre.leggauss(64)
-    t, terms = (1 + nodes) / 2, np.linspace(FLATTEST, SHARPEST, 501)[:, None]
-    inner = np.maximum(0.0, 1 - (1 - t**2) / mean_square(terms) / INNER) ** 2
-    return terms[:, 0], inner * layer_factor(t, terms) * t @ weights
+    t, terms = (1 + nodes) / 2, np.linspace(ellipses.FLATTEST, ellipses.SHARPEST, 501)[:, None]
+    inner = np.maximum(0.0, 1 - (1 - t**2) / ellipses.mean_square(terms) / INNER) ** 2
+    return terms[:, 0], inner * ellipses.layer_factor(t, terms) * t @ weights

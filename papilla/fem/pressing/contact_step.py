@@ -192,13 +192,6 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
         matrix[place[1 + a, there]], right[place[1 + a, there], 0] = rows[a, there], held[a, there]
 
 
-def rates(problem: ContactProblem, state: StepState, friction: float) -> np.ndarray:
-    """Change of the tractions (c, n) per mm of further indentation, with unchanged sets of nodes."""
-    slipping = state.slipping & state.active
-    aim, pressure = state.traction[1:].T, state.traction[0]
-    return _linearised(problem, state.active, slipping, friction, aim, pressure, state.moved[1:])[1]
-
-
 class SteppedPath:
     """States of growing indentation with Coulomb's coefficient, computed step by step as far as needed, and kept.
 
@@ -231,7 +224,9 @@ class SteppedPath:
     def _extend(self) -> None:
         """Add one step, up to the indentation where the next node comes into contact."""
         state = self.knots[-1]
-        rate = rates(self.problem, state, self.friction)
+        # Change of the tractions (c, n) per mm of further indentation, with unchanged sets of nodes
+        sets, laws = (state.active, state.slipping & state.active), (self.friction, state.traction[1:].T)
+        rate = _linearised(self.problem, *sets, *laws, state.traction[0], state.moved[1:])[1]
         length, node = _next_event(self.problem, state, rate)
         sunk = state.indentation - self.knots[0].indentation
         length = 0.0 if length <= TOGETHER * sunk else length

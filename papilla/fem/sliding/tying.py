@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.errors import ContactRangeError
+from papilla.fem.preparing import prepare
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
-from papilla.fem.reduction.preparing import prepare
 from papilla.fem.sliding.coulomb import Laws, rub
 from papilla.fem.sliding.reduced_section import ReducedSection
 from papilla.finger import Finger
