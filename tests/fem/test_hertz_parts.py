@@ -100,3 +100,24 @@ def test_without_layers_the_ellipse_is_hertz():
     q, force, per_force = hertz._least_energy(radius, 3 / 5, zero, zero, np.log(modulus), 1 / (5 * ball))
     assert (q == 0).all() and force == pytest.approx(4 / 3 * modulus * radius**3 / ball)
     assert per_force == pytest.approx(3 / (5 * modulus * radius))
+
+
+def test_a_body_is_layered_the_more_its_modulus_changes():
+    """Half of the way at a change of a tenth in ln E*, with the fourth power of it."""
+    assert hertz._layered(np.array([0.0, 0.1, -0.1, 0.2, 10.0])) == pytest.approx(
+        [0, 1 / 2, 1 / 2, 16 / 17, 1], abs=1e-7
+    )
+
+
+@pytest.mark.parametrize("least, vouched", [(0.149, True), (0.151, False), (-0.149, True), (-0.151, False)])
+def test_parabolas_are_used_up_to_a_stretch_of_015(least, vouched):
+    s = np.array(STRETCHES)[:, None]
+    stretch, found = hertz._stretch((s - least) ** 2, np.ones(1))
+    assert found.tolist() == [vouched] and stretch == pytest.approx([least if vouched else 0.0])
+
+
+@pytest.mark.parametrize("layered, vouched", [(0.0099, True), (0.0101, False)])
+def test_a_parabola_without_a_minimum_counts_for_layers_alone(layered, vouched):
+    s = np.array(STRETCHES)[:, None]
+    stretch, found = hertz._stretch(-((s - 0.01) ** 2), np.full(1, layered))
+    assert found.tolist() == [vouched] and stretch == [0.0]

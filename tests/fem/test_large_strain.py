@@ -64,6 +64,52 @@ def test_a_table_answers_among_its_presses_alone():
         assert not table.covers(force, soft)
 
 
+@pytest.mark.parametrize("beyond, covered", [(0.99, True), (1.01, False)])
+def test_a_table_covers_a_little_more_than_its_presses(beyond, covered):
+    """A twentieth of ln force and ln area, and 0.15 of ln area towards specimens that seem harder than the hardest."""
+    table = _table()
+    softest = float(table.fit.softness.max())
+    more = np.exp(0.05 * beyond)
+    places = (1.0 / more, 0.4), (30.0 * more, 0.4), (7.0, -0.15 * beyond), (7.0, softest + 0.05 * beyond)
+    assert [table.covers(*place) for place in places] == 4 * [covered]
+
+
+@pytest.mark.parametrize("beyond, near", [(0.99, True), (1.01, False)])
+def test_a_press_near_a_table_is_that_of_its_nearest_press(beyond, near):
+    table = _table()
+    assert table.nearest(7.0, 0.4) == ((7.0, 0.4), True)
+    for end, force in ((30.0, 30.0 * 2.25 * beyond), (1.0, 1.0 / (2.25 * beyond))):
+        (found, soft), told = table.nearest(force, 0.4)
+        assert (found, soft, told) == (pytest.approx(end), pytest.approx(0.4), near)
+    (found, soft), told = table.nearest(40.0, -0.14)
+    assert (soft, told) == (pytest.approx(0.0, abs=1e-12), True), "clipped to the softness of the table"
+
+
+def test_a_table_of_few_presses_and_a_friction_in_between_are_known_less(monkeypatch):
+    weights = np.array([[1.0] * 5, [0.0] * 5])
+    table = _table()
+    few = [one for one in range(36) if one % 3]
+    fewer = dataclasses.replace(table, **{name: getattr(table, name)[few] for name in large_strain.ARRAYS})
+    fewest = dataclasses.replace(table, **{name: getattr(table, name)[few[:-1]] for name in large_strain.ARRAYS})
+    assert len(fewer.force) == 24 and fewer.sd_error(weights) < 1e-6
+    assert fewest.sd_error(weights) == pytest.approx(0.002, rel=1e-3)
+    monkeypatch.setattr(large_strain, "tables_of", lambda reduced, stuck: ((fewest, 1.0),))
+    finger = SimpleNamespace(weights=weights)
+    assert large_strain.large_strain_error(finger, math.inf) == pytest.approx(0.002, rel=1e-3)
+    assert large_strain.large_strain_error(finger, 0.4) == pytest.approx(np.hypot(0.002, 0.003), rel=1e-3)
+
+
+@pytest.mark.parametrize("count, terms", [(36, 15), (21, 15), (20, 14), (19, 10)])
+def test_few_presses_determine_few_terms(count, terms):
+    """Each term of the polynomial needs 1.4 presses."""
+    table = _table()
+    hardest = np.flatnonzero(table.modulus == table.modulus.max())
+    others = np.random.default_rng(1).permutation(np.setdiff1d(np.arange(36), hardest))
+    chosen = np.append(hardest, others)[:count]
+    fewer = dataclasses.replace(table, **{name: getattr(table, name)[chosen] for name in large_strain.ARRAYS})
+    assert len(fewer.fit.powers) == terms
+
+
 def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     tables = [_table(ratio) for ratio in (1.0, 2.0, 4.0)]
     assert [weight for _, weight in at_ratio(tables, 2.0001)] == [1.0]
@@ -72,6 +118,20 @@ def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     assert sum(weights) == pytest.approx(1)
     assert np.dot(weights, np.log([1.0, 2.0, 4.0]) ** 2) == pytest.approx(np.log(ratio) ** 2)
     assert at_ratio(tables, 5.0) == () and at_ratio(tables[:2], 1.5) == ()
+    assert at_ratio([], 2.0) == ()
+
+
+@pytest.mark.parametrize("off, one", [(0.999e-3, True), (1.001e-3, False)])
+def test_a_ratio_is_that_of_a_table_within_a_thousandth(off, one):
+    tables = [_table(ratio) for ratio in (1.0, 2.0, 4.0)]
+    for sign in (1, -1):
+        assert (len(at_ratio(tables, 2.0 * (1 + sign * off))) == 1) == one
+
+
+@pytest.mark.parametrize("apart, interpolated", [(0.49, False), (0.51, True)])
+def test_tables_close_to_each_other_are_one(apart, interpolated):
+    tables = [_table(float(np.exp(place))) for place in (0.0, apart, 2.0)]
+    assert bool(at_ratio(tables, np.exp(0.2))) == interpolated
 
 
 @pytest.mark.parametrize("stuck", [False, True])

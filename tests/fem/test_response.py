@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.errors import InputError
 from papilla.fem import press
+from papilla.fem.pressing import response as module
 from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, _fitted, response
 from papilla.fem.reduction.family import family
 from papilla.finger import Finger
@@ -87,27 +89,26 @@ def test_the_deepest_press_is_that_of_the_nearest_ratio_of_the_moduli(smooth):
         assert found.tolist() == [True, False]
 
 
-def rows_of(loads, change=lambda values: values, resolved=True, known=True):
-    """Rows of made-up presses of two gauges, whose quantities over the load are polynomials; and these."""
+def columns_of(loads, change=lambda values: values, resolved=True, known=True):
+    """Columns of made-up presses of two gauges, whose quantities over the load are polynomials; and these."""
     x, modulus, ratio = np.array(loads).T
     values = np.column_stack([1 + 0.1 * np.log(x), 2 + 0 * x, -2 + 0 * x, np.log(modulus), 1 + np.log(ratio) ** 2])
-    found = change(values) * np.column_stack([x ** (2 / 3), x, x, x, x])
-    flags = np.ones((len(x), 1)) * [resolved, known]
-    return np.hstack([np.array(loads), flags, found]), values
+    felt = change(values) * np.column_stack([x ** (2 / 3), x, x, x, x])
+    return [np.array(loads), np.full(len(x), resolved), np.full(len(x), known), felt], values
 
 
 LOADS = list(product(FORCES[::2], MODULI[::2], np.geomspace(1.0, 16.0, 7)))
 
 
 def test_polynomials_are_recovered_and_presses_told_apart():
-    rows, values = rows_of([one for one in LOADS if one[0] < 60 or one[1] > 10])
-    unknown = rows[:, 0] > 20
-    rows[unknown, 4] = 0
-    found = _fitted(rows)
-    terms = POLYNOMIAL.terms(tuple(rows[:, :3].T))[0]
+    columns, values = columns_of([one for one in LOADS if one[0] < 60 or one[1] > 10])
+    places, _, known, _ = columns
+    known &= places[:, 0] <= 20
+    found = _fitted(*columns)
+    terms = POLYNOMIAL.terms(tuple(places.T))[0]
     assert terms @ found["coefficients"] == pytest.approx(values, abs=1e-8)
     assert found["error"].shape == (5,) and found["error"].max() < 1e-8
-    assert found["strained"] == rows[~unknown, 0].max()
+    assert found["strained"] == places[known, 0].max()
     stiff = found["deepest"][0] > 10
     assert found["deepest"].shape == (3, 8 * 7)
     assert (found["deepest"][2, stiff] == FORCES[::2].max()).all()
@@ -116,23 +117,32 @@ def test_polynomials_are_recovered_and_presses_told_apart():
 
 def test_the_error_is_that_of_presses_left_out_over_the_mean_of_the_gauges():
     rng = np.random.default_rng(3)
-    rows, _ = rows_of(LOADS, lambda values: values + [0.0, 0.04, 0.0, 0.0, 0.0] * rng.choice([-1, 1], (len(values), 1)))
-    error = _fitted(rows)["error"]
-    terms = POLYNOMIAL.terms(tuple(rows[:, :3].T))[0]
+    scatter = [0.0, 0.04, 0.0, 0.0, 0.0] * rng.choice([-1, 1], (len(LOADS), 1))
+    columns, _ = columns_of(LOADS, lambda values: values + scatter)
+    error = _fitted(*columns)["error"]
+    terms = POLYNOMIAL.terms(tuple(columns[0].T))[0]
     # A press left out of a fit to n presses with m terms is missed by sqrt(1 + m / n) of the scatter
-    assert error[1] == pytest.approx(0.04 / 2 * np.sqrt(1 + len(terms.T) / (0.8 * len(rows))), rel=0.15)
+    assert error[1] == pytest.approx(0.04 / 2 * np.sqrt(1 + len(terms.T) / (0.8 * len(LOADS))), rel=0.15)
     assert error[[0, 2, 3, 4]].max() < 1e-8
 
 
 def test_presses_too_light_for_the_mesh_count_a_tenth():
     """The value of presses on one load, resolved or not, is their mean with the weights 1 and 0.1 squared."""
-    (resolved, values), (light, _) = rows_of(LOADS), rows_of(LOADS, lambda values: 2 * values, resolved=False)
-    found = _fitted(np.vstack([resolved, light]))
-    terms = POLYNOMIAL.terms(tuple(resolved[:, :3].T))[0]
+    (resolved, values), (light, _) = columns_of(LOADS), columns_of(LOADS, lambda values: 2 * values, resolved=False)
+    found = _fitted(*(np.concatenate(both) for both in zip(resolved, light, strict=True)))
+    terms = POLYNOMIAL.terms(tuple(resolved[0].T))[0]
     assert terms @ found["coefficients"] == pytest.approx(values * (1 + 0.01 * 2) / 1.01, abs=1e-8)
 
 
-def test_few_presses_are_refused():
-    rows, _ = rows_of(LOADS[: 2 * len(POLYNOMIAL.powers) - 1])
-    with pytest.raises(InputError, match=f"only {len(rows)} of 2240 presses"):
-        _fitted(rows)
+def test_few_presses_are_refused(monkeypatch):
+    """One press fewer than twice the terms of the polynomial, of 20 forces on 16 specimens of two fingers."""
+    made = [((1.0, 1.0, 1.0), True, True, (1.0,))] * (2 * len(POLYNOMIAL.powers) - 1)
+    monkeypatch.setattr(module, "_presses", lambda member, ratio, *_: made if ratio == 1 else [])
+    monkeypatch.setattr(module.cache, "fetch", lambda kind, key, make: make())
+    monkeypatch.setattr(module, "is_known", lambda *_: False)
+    monkeypatch.setattr(module, "tables_of", lambda *_: ())
+    reduced = SimpleNamespace(to_arrays=lambda: {}, gauge_names=("g",))
+    some = SimpleNamespace(finger=Finger.default(), ratios=np.array([1.0, 2.0]), at=lambda *_: None, reduced=reduced,
+                           compliance=np.zeros(1), rows=np.zeros(1))  # fmt: skip
+    with pytest.raises(InputError, match=f"only {len(made)} of 640 presses"):
+        response(some, Block(1.0, 10.0))

@@ -201,8 +201,8 @@ def response(
             if progress is not None:
                 progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
             rows += _presses(member, float(ratio), inner, specimen, friction, large)
-        asked = len(FORCES) * len(MODULI) * len(members)
         if len(rows) < 2 * len(POLYNOMIAL.powers):
+            asked = len(FORCES) * len(MODULI) * len(members)
             raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
         return _fitted(*(np.array(column) for column in zip(*rows, strict=True)))
 

@@ -1,0 +1,130 @@
+"""What a linear press doubts or refuses, just inside of each limit and just beyond it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from papilla.errors import ContactRangeError, InputError
+from papilla.fem.pressing import press as module
+from papilla.fem.pressing.press import check_scene, linear_press, refuse_detail, too_coarse
+from papilla.specimen import DEEPEST, Block, HalfSpace, Sphere
+
+RIGID = HalfSpace(1e9)
+
+
+@pytest.fixture(scope="module")
+def body(disc, stand_in):
+    """A half-space with a skin of 2 mm on 10 mm of a softer layer."""
+    made = stand_in(disc(4.0, 6), 1.0)
+    return dataclasses.replace(made, layers=np.array([[2.0, 0.4], [10.0, 0.1]]))
+
+
+def pressed(body, *, own=0.1, radius=1.0, indentation=0.1, specimen=RIGID):
+    """The press by an even pressure that indents the finger by `own` mm, with a contact radius in mm."""
+    even = np.ones(len(body.patch.xy))
+    pressure = own / float((body.compliance @ even / body.patch.mass).max()) * even
+    return linear_press(
+        body,
+        specimen,
+        status="as given",
+        force=1.0,
+        fidelity="contact",
+        indentation=indentation,
+        contact_area=np.pi * radius**2,
+        peak_pressure=1.0,
+        values=np.ones((2, 3)),
+        force_balance=0.0,
+        resolved=True,
+        pressure=pressure,
+        active=np.hypot(*body.patch.xy.T) < radius,
+    )
+
+
+def test_nothing_is_doubted_that_lies_inside_of_all_limits(body):
+    found = pressed(body)
+    assert found.status == "as given" and found.resolved and found.finger_share == pytest.approx(1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("share, doubted", [(0.0999, False), (0.1006, True)])
+def test_strain_is_doubted_from_a_tenth_on(body, share, doubted):
+    # Under an even stress the skin of 2 mm takes a quarter of the strain of the 10 mm below it
+    assert body.strained_depth == pytest.approx(10.5)
+    assert ("a layer is strained by 10 %" in pressed(body, own=share * 10.5).status) == doubted
+
+
+@pytest.mark.parametrize("share, refused", [(0.999, False), (1.001, True)])
+def test_more_than_half_of_the_soft_tissue_is_refused(body, share, refused):
+    assert DEEPEST == 0.5 and body.depth == 12
+    if refused:
+        with pytest.raises(ContactRangeError, match="a finger with 12 mm of soft tissue: more than 50 % is beyond"):
+            pressed(body, own=share * 6.0)
+    else:
+        assert "strained by 57 %" in pressed(body, own=share * 6.0).status
+
+
+@pytest.mark.parametrize("share, doubted", [(0.0199, False), (0.0201, True)])
+def test_facets_are_doubted_from_a_fiftieth_of_the_indentation_on(body, share, doubted):
+    faceted = dataclasses.replace(body, facets=share * 0.3)
+    assert ("the facets of the skin stand 0.006 mm off it, 2 % of the indentation" in pressed(
+        faceted, indentation=0.3).status) == doubted  # fmt: skip
+
+
+@pytest.mark.parametrize("radius, doubted", [(2.99, False), (3.01, True)])
+@pytest.mark.parametrize("ratio, layered", [(1.49, False), (1.51, True), (1 / 1.49, False), (1 / 1.51, True)])
+def test_a_skin_bends_like_a_plate_if_it_is_thin_and_unlike_what_is_below(body, radius, doubted, ratio, layered):
+    skin = dataclasses.replace(body, layers=np.array([[1.0, 0.1 * ratio], [10.0, 0.1]]))
+    said = f"area and peak pressure within 8 %: {radius:.2g} mm of contact on 1 mm of skin"
+    assert (said in pressed(skin, radius=radius).status) == (doubted and layered)
+    alone = dataclasses.replace(body, layers=np.array([[1.0, 0.1]]))
+    assert "8 %" not in pressed(alone, radius=radius).status
+
+
+@pytest.mark.parametrize("share, trusted", [(1.01, True), (0.99, False)])
+def test_a_skin_thinner_than_an_element_is_not_trusted(body, share, trusted):
+    edge = body.patch.finest_edge
+    found = pressed(dataclasses.replace(body, layers=np.array([[share * edge, 0.1], [10.0, 0.1]])))
+    assert found.resolved == trusted and ("elements are too coarse for a skin" in found.status) != trusted
+
+
+def test_a_soft_specimen_takes_its_share_and_what_it_refuses_is_refused(body):
+    alike = pressed(body, specimen=HalfSpace(1.0, 0.0))
+    assert alike.finger_share == pytest.approx(0.5)
+    with pytest.raises(ContactRangeError, match="too wide for a ball of 1.2 mm radius"):
+        pressed(body, specimen=Sphere(1e9, 1.2))
+
+
+def test_a_contact_that_reaches_the_rim_is_refused(body):
+    pressed(body, radius=3.9)
+    with pytest.raises(ContactRangeError, match="reaches the rim of its patch, 4 mm from the touch-down point"):
+        pressed(body, radius=4.1)
+
+
+@pytest.mark.parametrize("share, remarked", [(1.001, False), (0.999, True)])
+def test_a_contact_needs_two_and_a_half_elements_across_its_radius(share, remarked):
+    said = too_coarse(np.pi * (share * 1.0) ** 2, 0.4, 0.8)
+    assert (said is not None) == remarked
+    if said:
+        assert "a contact radius of 1 mm on 0.4 mm elements, S_d may be off by more than 3 %" in said
+        assert "mesh with size_mm <= 0.8 " in said
+        assert "mesh with size_mm <= 0.4 " in too_coarse(np.pi * 0.5**2, 0.4, 0.8)
+
+
+def test_a_specimen_with_smaller_detail_than_an_element_is_refused(body):
+    edge = body.patch.finest_edge
+    refuse_detail(Sphere(1.0, 2.01 * edge), body.patch, 0.7)
+    for specimen in (Block(1.0, 0.2 * edge), Sphere(1.0, 0.1 * edge)):
+        size = 0.7 * specimen.detail / edge
+        with pytest.raises(ContactRangeError, match=f"{edge:.2g} mm elements where .* size_mm <= {size:.2g} "):
+            refuse_detail(specimen, body.patch, 0.7)
+
+
+@pytest.mark.parametrize("load, scale", [("force", 2.0 * 0.3**2), ("indentation", 0.3)])
+def test_loads_are_between_the_ends_of_the_numbers(load, scale):
+    least = module.LIGHTEST * scale
+    place = ("force", "indentation").index(load)
+    for value in (1.001 * least, 0.999 / module.LIGHTEST * scale):
+        assert check_scene(RIGID, 2.0, 0.3, **{load: value})[place] == value
+    for value in (0.999 * least, 1.001 / module.LIGHTEST * scale):
+        with pytest.raises(InputError, match="must lie between"):
+            check_scene(RIGID, 2.0, 0.3, **{load: value})
