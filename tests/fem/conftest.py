@@ -40,6 +40,13 @@ def no_solver_choice():
         os.environ["PAPILLA_SOLVER"] = before
 
 
+@pytest.fixture(scope="session", autouse=True)
+def kinds_of_entries(cache_folder):
+    """Whatever these tests leave in the cache lies in a folder of its kind, not of its key."""
+    yield
+    assert not [path.name for path in cache_folder.iterdir() if len(path.name) > 40]
+
+
 # ---- The reference finger
 
 

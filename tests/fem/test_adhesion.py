@@ -29,6 +29,8 @@ def test_a_sphere_on_a_half_space_is_jkr(sphere, work, force):
     assert found.contact_area == pytest.approx(np.pi * radius**2, rel=0.03)
     assert found.indentation == pytest.approx(radius**2 / RADIUS - pulled, rel=0.01)
     assert found.strain[0] == pytest.approx(force, rel=1e-3), "what a gauge feels of the force alone is the force"
+    carried = sphere.multiplicity * sphere.patch.mass @ found.pressure
+    assert carried == pytest.approx(force, rel=1e-3), "tension at the edge takes away what holds the contact"
 
 
 def test_without_energy_it_is_the_press(reference):

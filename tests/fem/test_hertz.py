@@ -5,6 +5,7 @@ import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.fem import press
+from papilla.fem.pressing.ellipses import ellipse_family
 from papilla.fem.pressing.hertz import _stretch, hertz_table
 from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 from papilla.specimen import Block, HalfSpace, Sphere
@@ -34,6 +35,17 @@ def test_is_hertz_on_a_half_space(half_space, indentation):
     assert by_depth.indentation == pytest.approx(indentation, rel=1e-12)
     again = press(finger, SOFT, force=by_depth.force, fidelity="hertz")
     assert again.strain == pytest.approx(by_depth.strain, rel=1e-9)
+
+
+def test_ellipses_are_tabulated_from_a_thousandth_of_the_smallest_to_the_rim(half_space):
+    finger, rx, ry = half_space
+    family = ellipse_family(finger, SOFT.unit)
+    exact = hertz_ellipse(1.0, rx, ry, 1.0)
+    assert family.aspects == pytest.approx(exact.b / exact.a * np.exp([-0.06, 0.0, 0.06]), rel=1e-3)
+    largest = 4.0 * min(1.0, 1 / family.aspects.max())
+    smallest = min(2.0 * finger.patch.finest_edge, largest / 4)
+    assert len(family.radius) == 40 + 400 - 1 and (np.diff(family.radius) > 0).all()
+    assert family.radius[[0, 39, -1]] == pytest.approx([1e-3 * smallest, smallest, largest], rel=5e-3)
 
 
 @pytest.mark.parametrize("indentation", [0.05, 0.1, 0.4])

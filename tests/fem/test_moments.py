@@ -106,6 +106,14 @@ def test_a_square_is_no_ellipse_though_its_low_moments_are(disc):
     assert shape.area == pytest.approx(15.66, rel=0.03)
 
 
+@pytest.mark.parametrize("radius, elliptic", [(3.9, True), (4.2, False)])
+def test_an_ellipse_that_the_outline_cuts_off_is_none(disc, radius, elliptic):
+    patch = disc(4.0, 20)
+    shape = contact_shape(patch, np.sqrt(np.maximum(0, 1 - (patch.xy**2).sum(axis=1) / radius**2)))
+    assert shape.elliptic == elliptic
+    assert shape.area == pytest.approx(np.pi * min(radius, 4.0) ** 2, rel=0.03)
+
+
 def rings(patch):
     return np.where(np.hypot(*patch.xy.T) > 3.0, 1.0, 0.0)
 

@@ -18,7 +18,7 @@ from papilla.fem.pressing.off_apex import (
     _stencil,
     off_apex_change,
 )
-from papilla.fem.pressing.response import FORCES, MODULI, LogPolynomial
+from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, family
 from papilla.finger import Finger, Slab
 from papilla.specimen import Block
@@ -133,6 +133,12 @@ def test_what_is_too_far_is_refused(made_up):
     with pytest.raises(InputError, match="shifts must lie within 3 mm along x and y, got 4 mm"):
         changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
     assert "contacts within 5 mm, gauges within 3 mm, to 1 %" in repr(moved)
+
+
+def test_its_polynomial_spans_the_presses_of_the_response():
+    ends = [(values[0], values[-1]) for values in (FORCES, MODULI, RATIOS)]
+    assert [*off_apex.POLYNOMIAL.limits] == [*POLYNOMIAL.limits] == ends
+    assert (np.diff(FORCES) > 0).all() and (np.diff(MODULI) > 0).all()
 
 
 def test_its_nodes_are_what_was_fitted(made_up):
