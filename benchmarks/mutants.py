@@ -120,7 +120,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",
      "np.cross(ends[:, 2] - ends[:, 0], ends[:, 1] - ends[:, 0])"): "its length and |z| alone are used",
     ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
-    ("papilla/fem/reduction/foil.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
+    ("papilla/fem/pressing/effects.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
     ("papilla/fem/sliding/section_model.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):
      "symmetric",
     ("papilla/fem/fields.py", "np.outer(signs, mirror)", "np.outer(mirror, signs)"): "one is a multiple of the other",

@@ -14,11 +14,10 @@ from scipy.interpolate import PchipInterpolator
 
 from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.effects import adhesive_press
+from papilla.fem.pressing.effects import FoiledModel, adhesive_press, weight_readings
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.foil import FoiledModel, weight_readings
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, build

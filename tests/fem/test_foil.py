@@ -7,7 +7,7 @@ from skfem import Basis, ElementVector, LinearForm
 from papilla.errors import InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.elements import SYMMETRIC
-from papilla.fem.reduction.foil import FoiledModel, weight_readings
+from papilla.fem.pressing.effects import FoiledModel, weight_readings
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
 from papilla.finger import Finger
 from papilla.specimen import Block

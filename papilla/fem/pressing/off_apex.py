@@ -264,14 +264,13 @@ def _made(
     reach, shift = limits.reach, limits.shift
     nodes = [_points(count) for count in PLACES]
     places = [(reach * x, reach * y) for x in nodes[0] for y in nodes[1]] + [(reach * x, reach * y) for x, y in PROBES]
-    if progress is not None:
-        progress("contacts off the apex")
+    say = progress or (lambda _: None)
+    say("contacts off the apex")
     contacts = [MovedContact.at(first, family.reduced.patch, place) for place in places]
     ratios = np.exp(_points(RATIO_NODES) * np.log(RATIOS[1]) / 2) * RATIOS[1] ** 0.5
     loads, values = [], []
     for number, ratio in enumerate((*ratios.tolist(), PROBE), start=1):
-        if progress is not None:
-            progress(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES + 1})")
+        say(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES + 1})")
         rows = _Rows(family.model(ratio), shift, contacts)
         pressed, traction = _presses(family, ratio, specimen, friction)
         if ratio == PROBE:
@@ -297,7 +296,7 @@ class _Rows:
 
     def __init__(self, model: FingerModel, shift: float, contacts: list[MovedContact]):
         self.gauges = len(model.finger.gauges)
-        self.shift, self.contacts = shift, contacts
+        self.contacts = contacts
         moved = [shift * np.array(one) for one in (*_stencil(), *PROBES)]
         designs = [_shifted(model.finger, one) for one in moved]
         functionals = [one for design in designs for one in gauge_functionals(design, model.surfaces["interface"])]
