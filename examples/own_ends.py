@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from papilla.estimators import Pipeline
 from papilla.telepresence import Address, Endpoint, LocalModel, RemoteHand, Sensing, Trust
 from papilla.telepresence.messages import HandReading, Length, Parameters, quantity
-from papilla.telepresence.period import Period
+from papilla.telepresence.processes import Period
 
 SENSOR, DISPLAY = Address("127.0.0.1", 47001), Address("127.0.0.1", 47002)
 

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from papilla.telepresence.local_model import LocalModel
     from papilla.telepresence.motion import Motion
     from papilla.telepresence.record import Record
-    from papilla.telepresence.texture import Texture
-    from papilla.telepresence.touch import Soft
+    from papilla.telepresence.touch import Soft, Texture
 
 BOTH = ("local", "direct")
 """The displays that are simulated: the local model, and direct feedback."""
@@ -141,7 +140,7 @@ def _texture(
 ) -> "tuple[Texture, float]":
     """The texture of the options, and the place (mm) on it where the hand starts."""
     from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM
-    from papilla.telepresence.texture import GratingTexture, RecordedTexture, SideBySide
+    from papilla.telepresence.touch import GratingTexture, RecordedTexture, SideBySide
 
     needed = motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds
     if log is not None:

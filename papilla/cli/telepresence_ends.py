@@ -32,10 +32,9 @@ from papilla.errors import InputError
 from papilla.units import MS_PER_NS, MS_PER_S
 
 if TYPE_CHECKING:
-    from papilla.telepresence.period import Period, Spread
-    from papilla.telepresence.processes import Live, Report
+    from papilla.telepresence.ends import Source
+    from papilla.telepresence.processes import Live, Period, Report, Spread
     from papilla.telepresence.sensing import Sensing
-    from papilla.telepresence.sources import Source
     from papilla.telepresence.udp import Endpoint
 
 ROWS = 100
@@ -106,10 +105,9 @@ def sensor(
     those.
     """
     from papilla import checks
+    from papilla.telepresence.ends import TouchSource
     from papilla.telepresence.processes import run_sensor
-    from papilla.telepresence.sources import TouchSource
-    from papilla.telepresence.texture import GratingTexture
-    from papilla.telepresence.touch import Touch
+    from papilla.telepresence.touch import GratingTexture, Touch
 
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
     refuse_with_log(context, log, *GRATING, "seed", "modulus", "friction")
@@ -177,9 +175,8 @@ def _of_log(log: Path, specimen: SoftOptions, components: int) -> "tuple[Source,
     from papilla.calibration import Calibration
     from papilla.estimators import Doubts, Pipeline
     from papilla.logs import read_time_log
-    from papilla.telepresence.contact_area import ContactArea
-    from papilla.telepresence.sensing import Sensing
-    from papilla.telepresence.sources import LogSource
+    from papilla.telepresence.ends import LogSource
+    from papilla.telepresence.sensing import ContactArea, Sensing
 
     calibration, sweep, thickness = specimen.calibration, specimen.sweep, specimen.thickness
     if calibration is None and (sweep or thickness is not None):
@@ -242,7 +239,7 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> 
 
     Both signals act even if a script that started this in the background has them ignored.
     """
-    from papilla.telepresence.period import Period
+    from papilla.telepresence.processes import Period
 
     period, code = Period(), 0
     # Freeze the objects loaded so far: a full garbage collection of them takes 0.1 s, a hundred periods.

@@ -82,7 +82,7 @@ class SoftOptions:
                 raise InputError(f"{', '.join(ignored)} needs --calibration: without one nothing is felt of softness")
             return None
         from papilla.calibration import Calibration
-        from papilla.telepresence.contact_area import ContactArea
+        from papilla.telepresence.sensing import ContactArea
         from papilla.telepresence.touch import Soft
 
         area = None if self.sweep is None else ContactArea.load(self.sweep)
@@ -160,6 +160,6 @@ def quantity_row(message: "Parameters | None") -> list[float | str]:
 
 def word(one: "Quantity") -> str:
     """The status of a quantity in one word."""
-    from papilla.telepresence.answer import Trust
+    from papilla.telepresence.messages import Trust
 
     return Trust(one.status).name.lower()

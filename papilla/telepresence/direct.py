@@ -7,12 +7,10 @@ import math
 import warnings
 
 from papilla import checks
-from papilla.telepresence.actuator import PIEZO, Actuator
+from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_PER_V
-from papilla.telepresence.answer import DisplayStatus, Shown
-from papilla.telepresence.local_model import LONGEST_STEP
+from papilla.telepresence.local_model import LONGEST_STEP, DisplayStatus, Shown
 from papilla.telepresence.motion import RATE_HZ
-from papilla.telepresence.safety import Fader, Safety
 
 COUPLING_HZ = 10.0
 """Corner frequency of the amplifier's coupling for a pressed finger: pressing is far slower than any texture."""

@@ -8,17 +8,44 @@ for a constant wavelength and always continuous.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.telepresence.actuator import PIEZO, Actuator
+from papilla.status import Status
+from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import Measured, Rule
-from papilla.telepresence.answer import DisplayStatus, Shown, Trust
-from papilla.telepresence.components import MAX_LINES, Component, strongest
-from papilla.telepresence.hand import FASTEST_MM_S, Hand
-from papilla.telepresence.motion import RATE_HZ
-from papilla.telepresence.safety import Fader, Safety
+from papilla.telepresence.messages import MAX_LINES, Component, Trust, strongest
+from papilla.telepresence.motion import FASTEST_MM_S, RATE_HZ, Hand
 from papilla.units import S_PER_NS
+
+
+class DisplayStatus(Status):
+    """Status of the display; those that begin with "ok" mean that it shows the intended texture."""
+
+    OK = "ok"
+    NO_MESSAGE = "no message about a texture has arrived yet: the output is zero"
+    STALLED = "no message for too long: the output decays to zero"
+    NO_HAND = "no position of the hand: the output decays to zero"
+    PRESSED = "the finger presses harder than allowed: the output decays to zero"
+    NO_TEXTURE = "no usable texture: the amplitude goes to zero"
+    TOO_FAST = "the hand moves a component out of the band: it is faded out"
+    LIMITED = "the amplitudes are scaled down to the stroke of the actuator"
+    CLIPPED = "the signal is beyond the stroke of the actuator, which cuts it"
+    CLOCK = "the time did not advance: the output is held"
+
+
+class Shown(NamedTuple):
+    """displacement_um of the skin, drive_V of the actuator, frequency_Hz and wavelength_mm of the strongest component
+    (NaN if there is none or it is not known), gain (0 to 1) of the fading, status (a `DisplayStatus` value)."""
+
+    displacement_um: float
+    drive_V: float
+    frequency_Hz: float
+    wavelength_mm: float
+    gain: float
+    status: int
+
 
 RAMP_S = 0.02
 """Time in which an amplitude may rise from zero to the largest."""

@@ -14,18 +14,15 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.telepresence.answer import Shown
 from papilla.telepresence.direct import DirectFeedback, HighPass
-from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd
+from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, TouchSource
 from papilla.telepresence.gate import SESSION_BITS, Received
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
-from papilla.telepresence.local_model import LocalModel
+from papilla.telepresence.local_model import LocalModel, Shown
 from papilla.telepresence.messages import VERSION, Header, Message, Samples, encode
 from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
 from papilla.telepresence.record import Record
-from papilla.telepresence.sources import TouchSource
-from papilla.telepresence.texture import Texture
-from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Touch
+from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Texture, Touch
 from papilla.units import MS_PER_S, NS_PER_S, S_PER_H
 
 PERIOD_NS = round(NS_PER_S / RATE_HZ)

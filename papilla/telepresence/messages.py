@@ -5,13 +5,55 @@ cannot be decoded. Numbers are bounded, so they are finite; a missing value is n
 """
 
 import math
+from dataclasses import dataclass
 from typing import Annotated, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
-from papilla.telepresence.answer import Trust
-from papilla.telepresence.components import MAX_LINES, Component
+from papilla.status import Named
+
+
+class Trust(Named):
+    """How far a quantity of a message may be used.
+
+    HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator
+    adds a remark to "ok": not identifiable, some channels left out, slid one way only.
+    """
+
+    OK = 0
+    HELD = 1
+    UNKNOWN = 2
+    DOUBTED = 3
+
+
+MAX_LINES = 8
+"""Largest number of lines of a texture, in a message and in a display."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """A line of the texture.
+
+    wavelength_mm, amplitude_microstrain : of the line. Their sigma: standard deviations, NaN if not known.
+    """
+
+    wavelength_mm: float
+    amplitude_microstrain: float
+    wavelength_sigma_mm: float = math.nan
+    amplitude_sigma_microstrain: float = math.nan
+
+    @property
+    def usable(self) -> bool:
+        """Whether the component can be displayed."""
+        return 0 < self.wavelength_mm < math.inf and 0 <= self.amplitude_microstrain < math.inf
+
+
+def strongest(components: tuple[Component, ...], number: int) -> tuple[Component, ...]:
+    """The `number` strongest usable components in the order of eq. (7) of Okamoto et al. 2011, A_i > A_j for i < j."""
+    usable = [component for component in components if component.usable]
+    return tuple(sorted(usable, key=lambda component: -component.amplitude_microstrain)[:number])
+
 
 VERSION: Literal[1] = 1
 MAX_BYTES = 1200

@@ -7,11 +7,9 @@ from os import PathLike
 from typing import Any
 
 from papilla.files import write_text
-from papilla.telepresence.actuator import FADE, PIEZO, Actuator
-from papilla.telepresence.hand import FASTEST_MM_S
+from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Safety
 from papilla.telepresence.local_model import RAMP_S
-from papilla.telepresence.motion import WANDER_HZ, Motion
-from papilla.telepresence.safety import Safety
+from papilla.telepresence.motion import FASTEST_MM_S, WANDER_HZ, Motion
 
 MARK, STYLE = "/*SETTINGS*/{}", "/*STYLE*/"
 

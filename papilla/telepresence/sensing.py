@@ -12,18 +12,22 @@ sine, cosine and straight line cannot be told apart, and the earlier texture is 
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from papilla.errors import InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
 from papilla.estimators.tracking.answer import TrackingStatus
 from papilla.logs.quantities import SAMPLE_RATE_HZ
-from papilla.telepresence.answer import Trust
-from papilla.telepresence.components import Component, strongest
-from papilla.telepresence.messages import Area, Force, Header, Modulus, Parameters, Ratio, lines_of, quantity
+from papilla.tables import TableReader
+from papilla.telepresence import messages
+from papilla.telepresence.messages import Component, Header, Parameters, Trust, quantity
 
 WINDOW_S = 0.2
 """Time over which amplitudes are measured."""
@@ -126,7 +130,7 @@ class Sensing:
             Component(wavelength, amplitude, sigma, spread)
             for (wavelength, sigma), (amplitude, spread) in zip(found, amplitudes, strict=True)
         ]
-        return strongest(tuple(lines), self.components), Trust.OK
+        return messages.strongest(tuple(lines), self.components), Trust.OK
 
     def _fit(self, wavelengths: list[float]) -> list[tuple[float, float]] | None:
         """(amplitude, sigma) of sines with these wavelengths over the path; None if the path is too short."""
@@ -152,7 +156,7 @@ class Sensing:
     def parameters(self, header: Header) -> Parameters:
         """The present message, with this header."""
         lines, trust = self.lines()
-        return Parameters(header, int(trust), lines_of(lines), **self._softness(), **self._friction())
+        return Parameters(header, int(trust), messages.lines_of(lines), **self._softness(), **self._friction())
 
     def _softness(self) -> dict[str, Any]:
         """Present force, modulus and contact area, as far as they are estimated."""
@@ -160,14 +164,14 @@ class Sensing:
         if answer is None or self._force is None:
             return {}
         force = self._sample[self._force]
-        found: dict[str, Any] = {"force": quantity(Force, force)}
+        found: dict[str, Any] = {"force": quantity(messages.Force, force)}
         if "modulus" in self.pipeline.off:
             return found
         modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
         trust = Trust.OK if self.pipeline.sentences.get("modulus", "").startswith("ok") else Trust.DOUBTED
-        found["modulus"] = quantity(Modulus, modulus, sigma, trust)
+        found["modulus"] = quantity(messages.Modulus, modulus, sigma, trust)
         if self._area is not None:
-            found["area"] = quantity(Area, *self._area(force, modulus, sigma), trust)
+            found["area"] = quantity(messages.Area, *self._area(force, modulus, sigma), trust)
         return found
 
     def _friction(self) -> dict[str, Any]:
@@ -177,6 +181,79 @@ class Sensing:
             return {}
         trust = Trust.OK if FrictionStatus(int(found.status)).good else Trust.DOUBTED
         return {
-            "mu_kinetic": quantity(Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), trust),
-            "mu_static": quantity(Ratio, float(found.mu_static), float(found.mu_static_sigma), trust),
+            "mu_kinetic": quantity(messages.Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), trust),
+            "mu_static": quantity(messages.Ratio, float(found.mu_static), float(found.mu_static_sigma), trust),
         }
+
+
+AREA_SIGMA = 0.01
+"""Relative standard deviation of an area by the mesh: README, areas of six meshes against axisymmetric rings."""
+COLUMNS = ("force_N", "modulus_MPa", "contact_area_mm2")
+
+
+@dataclass(frozen=True, eq=False)
+class ContactArea:
+    """Contact area over force and modulus, interpolated linearly in the logarithms of all three; NaN outside.
+
+    Parameters
+    ----------
+    force_N (m,), modulus_MPa (k,) : rising. area_mm2 : (k, m), NaN if there is none.
+
+    Raises `InputError` for other shapes, axes that do not rise, and fewer than two values of either.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    area_mm2: np.ndarray
+
+    def __post_init__(self):
+        for name in ("force_N", "modulus_MPa"):
+            axis = getattr(self, name)
+            if axis.ndim != 1 or axis.size < 2 or not (axis[0] > 0 and (np.diff(axis) > 0).all()):
+                raise InputError(f"{name} must be two or more positive numbers that rise")
+        if self.area_mm2.shape != (self.modulus_MPa.size, self.force_N.size):
+            raise InputError(f"area_mm2 must be moduli x forces, got {self.area_mm2.shape}")
+
+    @classmethod
+    def of_presses(cls, force_N: ArrayLike, modulus_MPa: ArrayLike, area_mm2: ArrayLike) -> "ContactArea":
+        """From presses (n,) on a grid of forces and moduli, in any order, as in a sweep."""
+        force, modulus, area = (np.asarray(values, float) for values in (force_N, modulus_MPa, area_mm2))
+        forces, moduli = np.unique(force), np.unique(modulus)
+        table = np.full((moduli.size, forces.size), math.nan)
+        table[np.searchsorted(moduli, modulus), np.searchsorted(forces, force)] = np.where(area > 0, area, math.nan)
+        return cls(forces, moduli, table)
+
+    @classmethod
+    def load(cls, path: str | PathLike) -> "ContactArea":
+        """From the sweep.csv of `papilla calibrate`; raises `FileAccessError` and `FileFormatError`."""
+        with TableReader(Path(path), lambda name: name in COLUMNS) as reader:
+            table = reader.whole()
+        if missing := [name for name in COLUMNS if name not in table.columns]:
+            raise FileFormatError(
+                f"{path}: no column {', '.join(missing)}: it must be a sweep.csv of papilla calibrate"
+            )
+        try:
+            return cls.of_presses(*(table.columns[name] for name in COLUMNS))
+        except InputError as error:
+            raise FileFormatError(f"{path}: {error}") from error
+
+    def __call__(self, force_N: float, modulus_MPa: float, modulus_sigma_MPa: float = 0.0) -> tuple[float, float]:
+        """(area, its standard deviation) in mm2; NaN outside the table or if force or modulus are not known."""
+        (column, along), (row, across) = _cell(self.force_N, force_N), _cell(self.modulus_MPa, modulus_MPa)
+        if math.isnan(along + across):
+            return math.nan, math.nan
+        (a, b), (c, d) = np.log(self.area_mm2[row : row + 2, column : column + 2]).tolist()
+        low, high = a + along * (b - a), c + along * (d - c)
+        area = math.exp(low + across * (high - low))
+        # The error of the modulus acts on the area by d ln A / d ln E.
+        slope = (high - low) / math.log(self.modulus_MPa[row + 1] / self.modulus_MPa[row])
+        sigma = math.hypot(AREA_SIGMA, slope * modulus_sigma_MPa / modulus_MPa)
+        return area, area * sigma
+
+
+def _cell(axis: np.ndarray, value: float) -> tuple[int, float]:
+    """Interval of a rising axis, and the share of its logarithm that lies below the value; NaN outside the axis."""
+    if not axis[0] <= value <= axis[-1]:
+        return 0, math.nan
+    number = min(int(np.searchsorted(axis, value, side="right")) - 1, axis.size - 2)
+    return number, math.log(value / axis[number]) / math.log(axis[number + 1] / axis[number])

@@ -7,7 +7,7 @@ from papilla.studies.telepresence import beside_each_other, experiments_2011
 from papilla.studies.telepresence.roughness import TESTS_MM
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Set, run
-from papilla.telepresence.texture import GratingTexture
+from papilla.telepresence.touch import GratingTexture
 
 
 @pytest.mark.slow

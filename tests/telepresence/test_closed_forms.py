@@ -26,14 +26,13 @@ from papilla.telepresence import (
     gate,
 )
 from papilla.telepresence import record as records
-from papilla.telepresence.answer import DisplayStatus, Trust
 from papilla.telepresence.direct import HighPass
 from papilla.telepresence.gate import Counts, Offset
-from papilla.telepresence.measures import _loudest, _vertex, felt_wavelength
-from papilla.telepresence.messages import Header, Parameters, decode, encode, lines_of
+from papilla.telepresence.local_model import DisplayStatus
+from papilla.telepresence.messages import Header, Parameters, Trust, decode, encode, lines_of
 from papilla.telepresence.motion import WANDER_HZ
 from papilla.telepresence.page import settings
-from papilla.telepresence.record import Record
+from papilla.telepresence.record import Record, _loudest, _vertex, felt_wavelength
 from papilla.telepresence.udp import Address
 from tests.support.spring_calibration import calibration
 

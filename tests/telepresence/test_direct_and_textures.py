@@ -6,11 +6,11 @@ import msgspec
 import pytest
 
 from papilla.telepresence import Component, GratingTexture, LocalModel
-from papilla.telepresence.answer import DisplayStatus
+from papilla.telepresence.actuator import Safety
 from papilla.telepresence.direct import DirectFeedback
+from papilla.telepresence.local_model import DisplayStatus
 from papilla.telepresence.messages import Force, Length, Modulus, Ratio
-from papilla.telepresence.safety import Safety
-from papilla.telepresence.texture import HARMONICS, PASS_BAND_HZ, SKIN_MM
+from papilla.telepresence.touch import HARMONICS, PASS_BAND_HZ, SKIN_MM
 
 STEP_S = 1e-3
 

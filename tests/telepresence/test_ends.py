@@ -10,13 +10,11 @@ import pytest
 from stepped_clock import SteppedClock
 
 from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
-from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer
+from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer, TouchSource
 from papilla.telepresence.gate import Counts, Received
 from papilla.telepresence.messages import VERSION, Header, Length, Modulus, Parameters, Strain, quantity
 from papilla.telepresence.messages import Line as TextureLine
-from papilla.telepresence.period import Period
-from papilla.telepresence.processes import run_display, run_sensor
-from papilla.telepresence.sources import TouchSource
+from papilla.telepresence.processes import Period, run_display, run_sensor
 
 HEADER = Header(VERSION, 1, 1, 0, 0, 0, 0)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.telepresence import Hand, RemoteHand
-from papilla.telepresence.hand import HORIZON_S
+from papilla.telepresence.motion import HORIZON_S
 
 
 def natural(t):

@@ -11,8 +11,8 @@ from papilla.logs.time_log import LogReport, TimeLog
 from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
 from papilla.telepresence.link import Link
 from papilla.telepresence.loop import SimulatedWire
-from papilla.telepresence.measures import felt_wavelength, lag_s
 from papilla.telepresence.messages import HandReading, Length, quantity
+from papilla.telepresence.record import felt_wavelength, lag_s
 
 TIME = np.arange(6000) / 1000
 HAND = Motion().place_mm(TIME)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.telepresence.actuator import FADE, PIEZO, Actuator
-from papilla.telepresence.components import Component, strongest
+from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Fader, Safety
+from papilla.telepresence.messages import Component, strongest
 from papilla.telepresence.motion import WANDER_HZ, Motion
-from papilla.telepresence.safety import Fader, Safety
 
 TIME = np.arange(0, 4, 1e-4)
 

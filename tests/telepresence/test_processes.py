@@ -16,7 +16,7 @@ from stepped_clock import SteppedClock
 from papilla.errors import FileAccessError, InputError
 from papilla.telepresence import Address, Endpoint
 from papilla.telepresence.messages import HandReading, Length, quantity
-from papilla.telepresence.period import Period, Spread
+from papilla.telepresence.processes import Period, Spread
 
 PATIENCE_S = 60.0
 

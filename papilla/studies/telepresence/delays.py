@@ -8,7 +8,7 @@ import numpy as np
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Set, run
 from papilla.telepresence.motion import Motion
-from papilla.telepresence.texture import GratingTexture, SideBySide
+from papilla.telepresence.touch import GratingTexture, SideBySide
 
 
 class BesideEachOther(NamedTuple):

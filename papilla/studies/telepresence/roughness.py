@@ -16,7 +16,7 @@ from papilla.telepresence.link import LinkModel
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.loop import Set, run
 from papilla.telepresence.record import Record
-from papilla.telepresence.texture import GratingTexture
+from papilla.telepresence.touch import GratingTexture
 
 TESTS_MM = (0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 LOUDEST_MICROSTRAIN, NOISE_MICROSTRAIN = 50.0, 1.0

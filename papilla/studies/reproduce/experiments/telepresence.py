@@ -16,7 +16,7 @@ from papilla.telepresence.loop import run as run_loop
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.record import Record
-from papilla.telepresence.texture import GratingTexture
+from papilla.telepresence.touch import GratingTexture
 from papilla.units import MS_PER_S
 
 SCENE = scene("telepresence")
