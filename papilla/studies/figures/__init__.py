@@ -5,8 +5,7 @@
 """
 
 from papilla.studies.figures.papers import PAPERS
-from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
-from papilla.studies.figures.registry import Figure, Paper
+from papilla.studies.figures.picture import Curve, Figure, Panel, Paper, Picture, Shade, Table
 from papilla.studies.figures.runner import Made, figures, write
 
 __all__ = ["PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "Shade", "Table", "figures", "write"]

@@ -3,33 +3,29 @@
 from itertools import count
 
 import numpy as np
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
-from papilla.view.style import (
-    ACCENTS,
-    DIVERGING,
-    FAINT,
-    INK,
-    MUTED,
-    NARROW_IN,
-    SEQUENTIAL,
-    THICK,
-    THIN,
-    literal,
-    plain_log,
-    styled,
-    svg,
-)
+from papilla.view.style import ACCENTS, INK, MUTED, NARROW_IN, SEQUENTIAL, THICK, THIN, literal, plain_log, styled, svg
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Width of a figure; height of a row of panels and of a row of a table, in inches."""
+MANY = 3
+"""From this number of columns on, panels are narrow, and need no more height than others."""
 LEGEND_MARK, TITLE_LINE = 6, 110
 """Width of a curve's mark in a legend, and of the line of a wide panel's title, in letters."""
 ARROWS = 14
 """Number of phase arrows along each axis of a map."""
+BARS = 0.8
+"""Width of all bars at one place, over the distance of two places."""
+LOOKS: dict[str, dict] = {
+    "line": {},
+    "dashed": {"linestyle": "--"},
+    "points": {"linestyle": "", "marker": "o"},
+    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": THICK},
+}
 
 
 def as_svg(picture: Picture, *, narrow: bool = False) -> bytes:
@@ -43,8 +39,7 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
         return _table(picture.table)
     columns = 1 if narrow else picture.columns
     rows = -(-len(picture.panels) // columns)
-    height = 3.9 if rows == 1 and columns < 3 else PANEL_IN * rows + 0.3
-    with styled(NARROW_IN if narrow else WIDTH_IN, height) as figure:
+    with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < MANY))) as figure:
         figure.set_layout_engine("constrained")
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
@@ -66,9 +61,9 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
         own = (next(colors) if one.origin == "papilla" else None) if one.color is None else one.color
         color = INK if own is None or own < 0 else ACCENTS[own % len(ACCENTS)]
         if one.look == "bars":
-            width = 0.8 / len(bars)
-            axes.bar(one.x + (bars.index(one) - (len(bars) - 1) / 2) * width, one.y, width, color=color,
-                     yerr=one.spread, ecolor=MUTED, label=literal(one.label))  # fmt: skip
+            width = BARS / len(bars)
+            left = one.x + (bars.index(one) - (len(bars) - 1) / 2) * width
+            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED, label=literal(one.label))
         else:
             _curve(axes, one, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
@@ -77,18 +72,11 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
             plain_log(axis)
     if panel.names:
         axes.set_xticks(np.arange(len(panel.names)), [literal(name) for name in panel.names])
-    axes.set_xlim(panel.x_range) if panel.x_range else None
-    axes.set_ylim(panel.y_range) if panel.y_range else None
-    if panel.even:
-        axes.set_aspect("equal")
-    labels = [one.label for one in panel.curves if one.label]
-    if labels:
-        look = {"fontsize": "x-small"}
+    axes.set(xlim=panel.x_range, ylim=panel.y_range, aspect="equal" if panel.even else "auto")
+    if labels := [one.label for one in panel.curves if one.label]:
         beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
-        if beside_title:
-            axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=len(labels), borderaxespad=0.2, **look)
-        else:
-            axes.legend(loc="best", **look)
+        place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "ncols": len(labels)} if beside_title else {}
+        axes.legend(fontsize="x-small", **place)
 
 
 def _curve(axes: Axes, one: Curve, color: str) -> None:
@@ -96,29 +84,20 @@ def _curve(axes: Axes, one: Curve, color: str) -> None:
     if one.look == "impulses":
         axes.vlines(one.x, 0, one.y, color=color, label=label)
         return
-    looks: dict[str, dict] = {
-        "line": {},
-        "dashed": {"linestyle": "--"},
-        "points": {"linestyle": "", "marker": "o"},
-    }
-    look = looks[one.look] | {"color": color, "label": label}
-    if one.origin == "printed" and one.look == "points":
-        look |= {"marker": "D", "markersize": 6, "markerfacecolor": "white", "markeredgewidth": THICK, "zorder": 4}
+    look = LOOKS["printed" if one.origin == "printed" and one.look == "points" else one.look]
     if one.spread is None:
-        axes.plot(one.x, one.y, **look)
+        axes.plot(one.x, one.y, color=color, label=label, **look)
     else:
-        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN, **look)
+        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN, color=color, label=label, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
-    greatest = float(np.nanmax(np.abs(shade.value))) if shade.top is None else shade.top
-    low = -greatest if shade.signed else min(0.0, float(np.nanmin(shade.value)))
+    low = min(0.0, float(np.nanmin(shade.value)))
     drawn = axes.pcolormesh(
-        shade.x, shade.y, shade.value, cmap=colormaps[DIVERGING if shade.signed else SEQUENTIAL],
-        vmin=low, vmax=greatest, shading="auto", rasterized=True,
-    )  # fmt: skip
+        shade.x, shade.y, shade.value, cmap=SEQUENTIAL, vmin=low, vmax=shade.top, shading="auto", rasterized=True
+    )
     axes.grid(False)
-    bar = figure.colorbar(drawn, ax=axes, pad=0.01)
+    bar = figure.colorbar(drawn, ax=axes)
     bar.set_label(literal(shade.label), fontsize="small")
     bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
@@ -138,22 +117,16 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
     x, y = np.meshgrid(shade.x[at[1]], shade.y[at[0]])
     shown = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
     angle = shade.phase[at][shown]
-    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK, pivot="mid", scale=26, width=0.0035)
+    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK, pivot="mid")
 
 
 def _table(table: Table) -> Figure:
     """The table as a picture: heads above a line, a row each."""
-    with styled(WIDTH_IN, ROW_IN * (len(table.rows) + 2.2)) as figure:
-        axes = figure.add_axes((0.02, 0.02, 0.96, 0.96))
+    cells = [[literal(cell if isinstance(cell, str) else f"{cell:.4g}") for cell in row] for row in table.rows]
+    with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
+        axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()
-        cells = [[cell if isinstance(cell, str) else f"{cell:.4g}" for cell in row] for row in table.rows]
-        longest = [max(len(row[k]) for row in (table.heads, *cells)) + 2 for k in range(len(table.heads))]
-        left = np.concatenate([[0.0], np.cumsum(longest)]) / sum(longest)
-        size = min(9.0, 9.0 * 100 / sum(longest))
-        for number, row in enumerate((table.heads, *cells)):
-            y = 1 - (number + 0.7) / (len(cells) + 1.4)
-            for x, cell in zip(left, row, strict=False):
-                axes.text(x, y, literal(cell), fontsize=size, va="center", weight="bold" if number == 0 else "normal")
-            axes.axhline(y - 0.5 / (len(cells) + 1.4), color=INK if number == 0 else FAINT, linewidth=THIN)
-        axes.set(xlim=(0, 1), ylim=(0, 1))
+        heads = [literal(head) for head in table.heads]
+        drawn = axes.table(cells, colLabels=heads, cellLoc="left", colLoc="left", edges="horizontal", bbox=Bbox.unit())
+        drawn.auto_set_column_width(range(len(heads)))
         return figure

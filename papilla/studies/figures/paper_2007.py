@@ -6,29 +6,22 @@ from scipy.signal import butter, lfilter
 from papilla import fem
 from papilla.estimators.published.roughness import ZeroCrossing
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
-from papilla.finger import Finger
-from papilla.logs.quantities import SAMPLE_RATE_HZ
-from papilla.specimen import Grating
-from papilla.studies.figures.picture import Curve, Panel, Picture
-from papilla.studies.figures.registry import Figure
-from papilla.studies.reproduce.experiments.gratings import SCENE as GRATINGS
-from papilla.studies.reproduce.signals import answers_to, noisy_scene
+from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, dashed, printed
+from papilla.studies.reproduce.experiments import counts, gratings
+from papilla.studies.reproduce.signals import SHARED, answers_to, noisy_scene, share_of_noise
 from papilla.textures import MeasuredProfile
 
-CUTOFF_HZ, SPEED_MM_S = 10.0, 100.0
-"""Corner of the high-pass (not printed; that of `ZeroCrossing`), and speed of both figures (not printed)."""
-BORDER_S, PERIOD_S = 1.0, 0.08
-"""When the finger reaches the second grating, and the printed time A."""
+SCENE, SHOWN = counts.SCENE, counts.SCENE.figures
+RATE_HZ: int = SHARED.rate_Hz
 
 
-def _slid(texture, seconds: float, start_mm: float = 0.0) -> np.ndarray:
-    """(n,) of the middle gauge in microstrain, noise at 20 dB."""
-    motion = fem.Motion.sampled([0, seconds], [start_mm, start_mm + SPEED_MM_S * seconds], seconds=seconds)
-    found = fem.slide(
-        Finger.default(), texture, motion, depth=0.5, friction=GRATINGS.friction, length_mm=GRATINGS.length_mm
-    )
-    output = found.amplified[:, 2]
-    return output + 0.1 * output[200:].std() * np.random.default_rng(7).standard_normal(len(output))
+def _slid(texture, seconds: float) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) and the middle gauge (n,) in microstrain, with noise."""
+    motion = fem.Motion.sampled([0, seconds], [0.0, SHOWN.speed_mm_s * seconds], seconds=seconds)
+    output = gratings.default_slide(texture, motion, depth=SHOWN.depth_mm).amplified[:, gratings.MIDDLE]
+    noise = share_of_noise(SHARED.snr_dB["2007"]) * output[gratings.SCENE.slides_after :].std()
+    random = np.random.default_rng(SHOWN.seed).standard_normal(len(output))
+    return np.arange(len(output)) / RATE_HZ, output + noise * random
 
 
 def crossings() -> Picture:
@@ -37,21 +30,21 @@ def crossings() -> Picture:
     The middle gauge of the default finger by finite elements over a grating of 3.0 mm at 100 mm/s, 0.5 mm deep, noise
     at 20 dB; a first-order high-pass of 10 Hz (order and corner are not printed). Above the output, below the impulses.
     """
-    output = _slid(Grating(1.5, 1.5, 0.5), 0.8)
-    time = np.arange(len(output)) / SAMPLE_RATE_HZ
-    passed = lfilter(*butter(1, CUTOFF_HZ, "highpass", fs=SAMPLE_RATE_HZ), output - output[0])
-    source = UpwardCrossings(80, UpwardCrossings.PRINTED, SAMPLE_RATE_HZ, CUTOFF_HZ)
+    own, printed_window = SHOWN.crossings, round(SCENE.printed_s * RATE_HZ)
+    time, output = _slid(gratings.grating(own.wavelength_mm), own.window_s[1])
+    passed = lfilter(*butter(1, SCENE.cutoff_Hz, "highpass", fs=RATE_HZ), output - output[0])
+    source = UpwardCrossings(printed_window, UpwardCrossings.PRINTED, RATE_HZ, SCENE.cutoff_Hz)
     fired = np.array([source.fire(float(value)) for value in output]) > 0
-    window = (0.4, 0.8)
-    inside = fired & (time >= window[0])
-    rate = inside.sum() / (window[1] - window[0])
-    marks = Curve("over zero", time[inside], np.zeros(inside.sum()), "points", color=1)
+    at = time[fired & (time >= own.window_s[0])]
+    train, marks = Curve("", at, np.ones(len(at)), "impulses"), Curve("over zero", at, 0 * at, "points", color=1)
     panels = (
-        Panel("output", "time, s", "high-passed, microstrain", (Curve("", time, passed), marks), x_range=window),
-        Panel("impulses", "time, s", "impulse", (Curve("", time[inside], np.ones(inside.sum()), "impulses"),),
-              x_range=window, y_range=(0, 1.3)),
-    )  # fmt: skip
-    found = f"{rate:.0f} impulses a second; |v| / wavelength is {SPEED_MM_S / 3.0:.1f} Hz."
+        Panel("output", "time, s", "high-passed, microstrain", (Curve("", time, passed), marks), x_range=own.window_s),
+        Panel("impulses", "time, s", "impulse", (train,), x_range=own.window_s, y_range=own.impulse),
+    )
+    found = (
+        f"{len(at) / np.ptp(own.window_s):.0f} impulses a second; |v| / wavelength is "
+        f"{SHOWN.speed_mm_s / own.wavelength_mm:.1f} Hz."
+    )
     return Picture(panels, found=found)
 
 
@@ -63,35 +56,39 @@ def side_by_side() -> Picture:
     0.08 s makes of it, and of a synthetic gauge that feels the grating at one point. The diamond is the printed answer:
     about 4 mm within 0.08 s.
     """
-    x = np.arange(-40.0, 260.0, 0.02)
-    first, second = Grating(0.5, 0.5, 0.5).recess(x), Grating(2.0, 2.0, 0.5).recess(x)
-    profile = MeasuredProfile(x, -np.where(x < BORDER_S * SPEED_MM_S, first, second))
-    output = _slid(profile, 2.0)
-    time = np.arange(len(output)) / SAMPLE_RATE_HZ
-    felt = np.asarray(ZeroCrossing().process(np.column_stack([output, np.full(len(output), SPEED_MM_S)])).wavelength_mm)
-    seen = noisy_scene("const", 1.0, "2007", 2, seconds=2.0, step_to_mm=4.0, step_at_s=BORDER_S)
+    own, step, border_s = SHOWN.side_by_side, SCENE.step, SHOWN.side_by_side.border_s
+    begin_mm, end_mm = own.profile_mm
+    x = np.arange(begin_mm, end_mm, own.point_mm)
+    first, second = (gratings.grating(one).recess(x) for one in (step.from_mm, step.to_mm))
+    end_s = own.window_s[1]
+    time, output = _slid(MeasuredProfile(x, -np.where(x < border_s * SHOWN.speed_mm_s, first, second)), end_s)
+    felt = ZeroCrossing().process(np.column_stack([output, np.full(len(output), SHOWN.speed_mm_s)])).wavelength_mm
+    how = {"seconds": end_s, "step_to_mm": step.to_mm, "step_at_s": border_s}
+    seen = noisy_scene("const", step.from_mm, "2007", own.seed, **how)
     told = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)
-    window, at = (0.5, 2.0), np.full(2, BORDER_S)
     curves = (
-        Curve("true", time, np.where(time < BORDER_S, 1.0, 4.0), "dashed", origin="true"),
-        Curve("finger by finite elements", time, felt),
+        dashed(time, np.where(time < border_s, step.from_mm, step.to_mm), "true"),
+        Curve("finger by finite elements", time, np.asarray(felt)),
         Curve("synthetic", seen.time_s, told),
-        Curve("printed", np.array([BORDER_S + PERIOD_S]), np.array([4.0]), "points", origin="printed"),
+        printed("printed", border_s + SCENE.printed_s, step.to_mm),
     )
-    border = Curve("", at, np.quantile(output[time >= window[0]], (0, 1)), "dashed", origin="true")
-    answers = (("synthetic", told), ("by finite elements", felt))
-    late = {name: _first(one[round(BORDER_S * SAMPLE_RATE_HZ) :]) for name, one in answers}
-    words = "; ".join(f"{name}: {value}, then {np.nanmean(one[1200:]):.2f} mm on the mean" for (name, value), one
-                      in zip(late.items(), (told, felt), strict=True))  # fmt: skip
+    shown = output[time >= own.window_s[0]]
+    border = dashed(border_s, (shown.min(), shown.max()))
+    answers = (("synthetic", told), ("by finite elements", np.asarray(felt)))
+    words = "; ".join(
+        f"{name}: {_first(one[round(border_s * RATE_HZ) :])}, then "
+        f"{np.nanmean(one[round(own.settled_s * RATE_HZ) :]):.2f} mm on the mean"
+        for name, one in answers
+    )
     panels = (
-        Panel("(a) output", "time, s", "microstrain", (Curve("", time, output), border), x_range=window),
-        Panel("(b) wavelength", "time, s", "wavelength, mm", curves, x_range=window, y_range=(0, 8)),
+        Panel("(a) output", "time, s", "microstrain", (Curve("", time, output), border), x_range=own.window_s),
+        Panel("(b) wavelength", "time, s", "wavelength, mm", curves, x_range=own.window_s, y_range=own.wavelength_mm),
     )
     return Picture(panels, found=f"First within 30 % of 4 mm after the border: {words}.")
 
 
 def _first(told: np.ndarray) -> str:
-    near = np.abs(told / 4.0 - 1) < 0.3
+    near = np.abs(told / SCENE.step.to_mm - 1) < SHOWN.side_by_side.near
     return f"{int(np.argmax(near))} ms" if near.any() else "never"
 
 

@@ -8,8 +8,7 @@ import numpy as np
 from papilla.estimators.published.wavelet import cross_wavelet, morlet, octaves
 from papilla.estimators.published.wavelet.cross import CrossWavelet
 from papilla.estimators.published.wavelet.significance import RedNoise
-from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
-from papilla.studies.figures.registry import Figure
+from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, Shade, Table
 from papilla.studies.reproduce.experiments.wavelets import (
     ASSUMED,
     PASSIVE,

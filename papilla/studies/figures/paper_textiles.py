@@ -8,43 +8,18 @@ import numpy as np
 from papilla import fem
 from papilla.estimators.published.texture import band_amplitudes, best_band, concordance, printed_bands
 from papilla.finger import Finger
-from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table
-from papilla.studies.figures.registry import Figure
+from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, printed
+from papilla.studies.reproduce.experiments import gratings
 from papilla.studies.reproduce.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
+from papilla.studies.reproduce.signals import listed
 from papilla.textures import MeasuredProfile
 from papilla.units import INCH_MM, PER_CENT, UM_PER_MM
 
-
-class Fabric(NamedTuple):
-    """Of table 1: yarns of warp and weft in "10 cm", English count of the warp yarn and of the weft, g/m2."""
-
-    yarns: tuple[int, int]
-    count_warp: float
-    count_weft: float
-    weight: int
-
-    @property
-    def pitch_mm(self) -> float:
-        """Of the warp, with its density taken as an inch's: only so do the weights agree."""
-        return INCH_MM / self.yarns[0]
-
-    @property
-    def yarn_mm(self) -> float:
-        """Diameter of the warp yarn, 1 / (28 sqrt(count)) inch: Peirce 1937, doi:10.1080/19447023708658809."""
-        return INCH_MM / (28 * self.count_warp**0.5)
-
-
-FABRICS = {
-    "1": Fabric(YARNS_PER_INCH["1"], 16, 16, 244),
-    "2": Fabric(YARNS_PER_INCH["2"], 40, 32, 208),
-    "3": Fabric(YARNS_PER_INCH["3"], 40, 40, 175),
-    "4": Fabric(YARNS_PER_INCH["4"], 12, 8, 341),
-}
-FORCE_N, SECONDS, STEP_MM = 0.8, 2.0, 0.01
-"""Load as printed; of a record; spacing of a profile's points."""
-UNEVEN = 0.15
-"""Standard deviation of the yarns' heights over their mean: an assumption."""
-BAND_HZ = (18.0, 118.0)
+SHOWN = SCENE.figures
+UNIT, FELT, SYNTHETIC = "rms", "finger by finite elements", "synthetic"
+TEX_OF_COUNT, YARNS_OF_COUNT = 590.5, 28
+"""Mass (g a km) of a yarn of the English count 1, and how many of them lie in an inch side by side: Peirce 1937,
+doi:10.1080/19447023708658809. The mass falls as the count, the diameter as its root."""
 PRINTED_BANDS = (
     "0-10",
     "1-21, 10-30",
@@ -59,30 +34,46 @@ PRINTED_BANDS = (
 """Table 2: as printed, "lowest start-its widest end, highest start-its end", in Hz."""
 
 
+class Fabric(NamedTuple):
+    """Of table 1: yarns of warp and weft in "10 cm", English counts of both yarns, g/m2."""
+
+    yarns: tuple[int, int]
+    counts: tuple[float, float]
+    weight: int
+
+    def weight_if(self, length_mm: float) -> float:
+        """The weight (g/m2) that follows if the yarns are those of this length: a yarn a mm of 1 g a km weighs 1."""
+        both = zip(self.yarns, self.counts, strict=True)
+        return sum(TEX_OF_COUNT / count * yarns / length_mm for yarns, count in both)
+
+
+FABRICS = {
+    name: Fabric(yarns, counts, weight)
+    for (name, yarns), counts, weight in zip(YARNS_PER_INCH.items(), SHOWN.counts, SHOWN.weights_g_m2, strict=True)
+}
+
+
 def profile(fabric: Fabric, seed: int) -> MeasuredProfile:
     """A plain weave along a weft yarn: warp yarns of their diameter, over and under in turn, of uneven height."""
-    x = np.arange(-30.0, 60.0, STEP_MM)
-    yarn = np.floor(x / fabric.pitch_mm).astype(int)
-    uneven = 1 + UNEVEN * np.random.default_rng(seed).standard_normal(np.ptp(yarn) + 1)
-    turn = 2 * np.pi * x / fabric.pitch_mm
-    height = 0.25 * fabric.yarn_mm * (np.cos(turn) + np.cos(turn / 2)) * uneven[yarn - yarn.min()]
+    # The density of the warp is taken as an inch's: only so do the weights agree
+    pitch_mm, radius_mm = INCH_MM / fabric.yarns[0], INCH_MM / (YARNS_OF_COUNT * fabric.counts[0] ** 0.5) / 2
+    begin_mm, end_mm = SHOWN.profile_mm
+    x = np.arange(begin_mm, end_mm, SHOWN.point_mm)
+    yarn = np.floor(x / pitch_mm).astype(int)
+    uneven = 1 + SHOWN.uneven * np.random.default_rng(seed).standard_normal(np.ptp(yarn) + 1)
+    turn = 2 * np.pi * x / pitch_mm
+    height = radius_mm * (np.cos(turn) + np.cos(turn / 2)) / 2 * uneven[yarn - yarn.min()]
     return MeasuredProfile(x, height)
-
-
-UNIT = "rms"
-SYNTHETIC, FELT = "synthetic", "finger by finite elements"
 
 
 @cache
 def _records() -> dict[str, np.ndarray]:
     """(n, 4) over each fabric, over its standard deviation: sines of the weave in noise, and the middle gauge."""
-    finger, motion = Finger.default(), fem.Motion.steady(SCENE.stroke_mm_s, SECONDS + 0.2, RATE_Hz)
-    section, found = fem.prepare_section(finger), []
+    motion = fem.Motion.steady(SCENE.stroke_mm_s, SHOWN.seconds + SHOWN.settling_s, RATE_Hz)
+    section, found = fem.prepare_section(Finger.default()), []
     for number, own in enumerate(FABRICS.values()):
-        slid = fem.slide(
-            finger, profile(own, number), motion, force=FORCE_N, friction=0.3, section=section, length_mm=7.0
-        )
-        output = slid.amplified[-round(SECONDS * RATE_Hz) :, 2]
+        slid = gratings.default_slide(profile(own, number), motion, force=SHOWN.force_N, section=section)
+        output = slid.amplified[-round(SHOWN.seconds * RATE_Hz) :, gratings.MIDDLE]
         found.append(output - output.mean())
     made = [fabric(name, np.random.default_rng(k)) for k, name in enumerate(FABRICS)]
     records = {SYNTHETIC: np.column_stack(made), FELT: np.column_stack(found)}
@@ -97,7 +88,7 @@ def vibration() -> Picture:
     and yarns, across their warp. Below: sines of both yarn densities in noise that falls, as the claims have them.
     Left: fabric 1 in time; right: amplitude spectra of all four.
     """
-    edges, panels, words = np.arange(0.0, 201.0), [], []
+    edges, panels, words = np.arange(SHOWN.spectra_Hz + 1.0), [], []
     for kind in (FELT, SYNTHETIC):
         own = _records()[kind]
         time = np.arange(len(own)) / RATE_Hz
@@ -106,10 +97,10 @@ def vibration() -> Picture:
             for k, (name, one) in enumerate(zip(FABRICS, own.T, strict=True))
         )
         panels += [
-            Panel(f"fabric 1, {kind}", "time, s", UNIT, (Curve("", time, own[:, 0]),), x_range=(0, SECONDS)),
+            Panel(f"fabric 1, {kind}", "time, s", UNIT, (Curve("", time, own[:, 0]),), x_range=(0, SHOWN.seconds)),
             Panel(f"spectra, {kind}", "frequency, Hz", f"amplitude, {UNIT} Hz", curves),
         ]
-        words.append(f"{', '.join(f'{one.x[np.argmax(one.y)]:.0f}' for one in curves)} Hz ({kind})")
+        words.append(f"{listed((one.x[np.argmax(one.y)] for one in curves), '.0f')} Hz ({kind})")
     return Picture(tuple(panels), columns=2, found=f"Greatest lines of fabrics 1 to 4: {'; '.join(words)}.")
 
 
@@ -126,7 +117,7 @@ def roughness() -> Picture:
     standard deviation of the height of the made-up weaves.
     """
     rough = _roughness()
-    bars = Curve("", np.arange(4), rough, "bars")
+    bars = Curve("", np.arange(len(FABRICS)), rough, "bars")
     panel = Panel("", "fabric", "standard deviation of the height, µm", (bars,), names=tuple(FABRICS))
     order = " < ".join(np.array(list(FABRICS))[np.argsort(rough)].tolist())
     return Picture((panel,), found=f"In rising order: {order}.")
@@ -137,15 +128,15 @@ def contour() -> Picture:
 
     The mean of the four records of figure 2 (b), of both kinds. Print finds most of the amplitude within 0 to 100 Hz.
     """
-    edges, panels, words = np.arange(0.0, 501.0, 5.0), [], []
-    low, high = (np.array([edge]) for edge in BAND_HZ)
+    (first, main, last), panels, words = SCENE.fabrics.edges_Hz, [], []
+    edges = np.arange(first, last + 1.0, SHOWN.step_Hz)
     for kind, own in _records().items():
         total = np.append(0.0, np.cumsum(band_amplitudes(own, RATE_Hz, edges).mean(axis=1)))
         value = total[:, None] - total[None, :]
         shade = Shade(edges, edges, np.where(value > 0, value, np.nan), f"amplitude, {UNIT} Hz")
-        point = Curve("printed best band", low, high, "points", origin="printed")
+        point = printed("printed best band", *SCENE.best_band_Hz)
         panels.append(Panel(kind, "from, Hz", "to, Hz", (point,), shade))
-        words.append(f"{PER_CENT * total[20] / total[-1]:.0f} % ({kind})")
+        words.append(f"{PER_CENT * total[edges == main][0] / total[-1]:.0f} % ({kind})")
     return Picture(tuple(panels), columns=2, found=f"Within 0 to 100 Hz lies {', '.join(words)} of the amplitude.")
 
 
@@ -159,13 +150,14 @@ def bands() -> Picture:
     panels, words = [], []
     for kind, own in _records().items():
         best = [
-            best_band(own, RATE_Hz, [one for one in printed_bands() if one[0] == number]) for number in range(1, 10)
+            best_band(own, RATE_Hz, [one for one in printed_bands() if one[0] == number])
+            for number in range(1, len(PRINTED_BANDS) + 1)
         ]
         amplitude = np.array([one.amplitude for one in best])
-        bars = Curve("", np.arange(9), amplitude, "bars")
-        printed = Curve("printed: 18-118 Hz", np.array([6.0]), amplitude[[6]], "points", origin="printed")
+        bars = Curve("", np.arange(len(best)), amplitude, "bars")
+        point = printed("printed: 18-118 Hz", SHOWN.best_band, amplitude[SHOWN.best_band])
         names = tuple(f"{one.low_Hz:g}-{one.high_Hz:g}" for one in best)
-        panels.append(Panel(kind, "band, Hz", f"amplitude, {UNIT} Hz", (bars, printed), names=names))
+        panels.append(Panel(kind, "band, Hz", f"amplitude, {UNIT} Hz", (bars, point), names=names))
         words.append(f"{max(best, key=lambda one: one.amplitude).sentence} ({kind})")
     return Picture(tuple(panels), found=f"Greatest of all: {'; '.join(words)}.")
 
@@ -179,11 +171,11 @@ def agreement() -> Picture:
     """
     rough, curves, words = _roughness(), [], []
     for kind, own in _records().items():
-        loudness = band_amplitudes(own, RATE_Hz, BAND_HZ)[0]
-        curves.append(Curve(f"18-118 Hz, {kind}", np.arange(4), loudness / loudness.max(), "bars"))
+        loudness = band_amplitudes(own, RATE_Hz, SCENE.best_band_Hz)[0]
+        curves.append(Curve(f"18-118 Hz, {kind}", np.arange(len(FABRICS)), loudness / loudness.max(), "bars"))
         words.append(f"{concordance(loudness / loudness.max(), rough / rough.max()).coefficient:.3f} ({kind})")
-    curves.append(Curve("roughness of the profile", np.arange(4), rough / rough.max(), "bars"))
-    panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(FABRICS), y_range=(0, 1.4))
+    curves.append(Curve("roughness of the profile", np.arange(len(FABRICS)), rough / rough.max(), "bars"))
+    panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(FABRICS), y_range=SHOWN.over_greatest)
     return Picture((panel,), found=f"Concordance {', '.join(words)}; printed 0.985.")
 
 
@@ -193,22 +185,19 @@ def fabrics() -> Picture:
     Densities, counts and weights are printed, "in 10 cm"; a weight follows from them only if they are in an inch. The
     last columns are the fundamental frequencies of warp and weft for either unit.
     """
-    rows: list[tuple[str | float, ...]] = []
-    for name, one in FABRICS.items():
-        counts = (one.count_warp, one.count_weft)
-        # tex = 590.5 / count, mg a metre; a yarn a mm of 1 mg a metre weighs 1 g a square metre
-        weights = [
-            sum(590.5 / count * yarns / unit for yarns, count in zip(one.yarns, counts, strict=True))
-            for unit in (INCH_MM, SCENE.stated_mm)
-        ]
-        lines = [
-            ", ".join(f"{SCENE.stroke_mm_s * yarns / unit:.0f}" for yarns in one.yarns)
-            for unit in (INCH_MM, SCENE.stated_mm)
-        ]
-        woven = " x ".join(map(str, one.yarns))
-        rows.append((name, woven, str(one.weight), *(f"{weight:.0f}" for weight in weights), *lines))
+    lengths_mm = (INCH_MM, SCENE.stated_mm)
+    rows = tuple(
+        (
+            name,
+            " x ".join(map(str, one.yarns)),
+            str(one.weight),
+            *(f"{one.weight_if(length):.0f}" for length in lengths_mm),
+            *(listed((SCENE.stroke_mm_s * yarns / length for yarns in one.yarns), ".0f") for length in lengths_mm),
+        )
+        for name, one in FABRICS.items()
+    )
     heads = ("fabric", "warp x weft", "g/m2, printed", "if an inch", "if 10 cm", "Hz, if an inch", "Hz, if 10 cm")
-    return Picture(table=Table(heads, tuple(rows)))
+    return Picture(table=Table(heads, rows))
 
 
 def grid() -> Picture:
@@ -217,11 +206,11 @@ def grid() -> Picture:
     The lowest start with its widest end, and the highest, from all bands that the printed steps can make.
     """
     rows: list[tuple[str | float, ...]] = []
-    for number, printed in enumerate(PRINTED_BANDS, start=1):
+    for number, text in enumerate(PRINTED_BANDS, start=1):
         own = [(low, high) for n, low, high in printed_bands() if n == number]
         ends = [max(pair for pair in own if pair[0] == low) for low in (min(own)[0], max(own)[0])]
-        text = ", ".join(dict.fromkeys(f"{low}-{high}" for low, high in ends))
-        rows.append((f"f{number - 1} - f{number}", text, printed, len(own)))
+        computed = ", ".join(dict.fromkeys(f"{low}-{high}" for low, high in ends))
+        rows.append((f"f{number - 1} - f{number}", computed, text, len(own)))
     heads = ("band", "lowest, highest, Hz", "printed", "bands")
     return Picture(table=Table(heads, tuple(rows)), found=f"{len(printed_bands())} bands in all.")
 

@@ -1,22 +1,14 @@
 """The papers and their figures, and the figures that are not drawn."""
 
-from papilla.studies.figures import (
-    paper_2006,
-    paper_2006_softness,
-    paper_2007,
-    paper_oddo,
-    paper_okamoto,
-    paper_okamoto_displays,
-    paper_textiles,
-)
-from papilla.studies.figures.registry import Paper
+from papilla.studies.figures import paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
+from papilla.studies.figures.picture import Paper
 
 PHOTO, DIAGRAM = "a photograph", "a drawing or block diagram without data"
 
 PAPERS: dict[str, Paper] = {
     "2006": Paper(
         "2006: real-time estimation of touch feeling factors",
-        (*paper_2006.FIGURES, *paper_2006_softness.FIGURES),
+        paper_2006.FIGURES,
         {"fig. 1": DIAGRAM, "fig. 3": DIAGRAM, "fig. 4": PHOTO},
     ),
     "2007": Paper(
@@ -26,7 +18,7 @@ PAPERS: dict[str, Paper] = {
     ),
     "2011_okamoto": Paper(
         "2011: remote tactile transmission with time delay",
-        (*paper_okamoto.FIGURES, *paper_okamoto_displays.FIGURES),
+        paper_okamoto.FIGURES,
         {
             "figs 1, 2, 6, 12, 13": DIAGRAM,
             "figs 3, 4, 5, 7, 8, 14": PHOTO,

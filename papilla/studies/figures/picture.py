@@ -1,14 +1,16 @@
-"""`Picture`: the content of a figure as data: panels of curves and maps, or a table; kept in the cache, written as
-CSV."""
+"""`Figure`: a figure or table of a paper that papilla can compute; `Picture`: its content as data, panels of curves and
+maps, or a table, kept in the cache and written as CSV."""
 
 import csv
+import inspect
 import io
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
 MOST_ROWS, MOST_CELLS = 1000, 50
 """Largest number of points in the CSV, of a curve and of a map along each axis; pictures show all points."""
@@ -32,12 +34,24 @@ class Curve:
     color: int | None = None
 
 
+def dashed(x: ArrayLike, y: ArrayLike, label: str = "", *, origin: str = "true", color: int | None = None) -> Curve:
+    """A dashed line through points (n,); one number for x or y holds for all of them."""
+    places, values = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+    return Curve(label, places, values, "dashed", None, origin, color)
+
+
+def printed(label: str, x: ArrayLike, y: ArrayLike, color: int | None = None) -> Curve:
+    """Printed values as points; one number for x or y holds for all of them."""
+    places, values = np.broadcast_arrays(np.atleast_1d(np.asarray(x, float)), np.asarray(y, float))
+    return Curve(label, places, values, "points", None, "printed", color)
+
+
 @dataclass(frozen=True, eq=False)
 class Shade:
     """A map: value (m, n) at x (n,) and y (m,), of the quantity `label`.
 
     over (m, n) : True regions get a thick outline. phase (m, n) : radians, drawn as arrows where `over` is True.
-    signed : whether the colours are centred at zero. top : value of the darkest colour, None for the largest value.
+    top : value of the darkest colour, None for the largest value.
     """
 
     x: np.ndarray
@@ -46,7 +60,6 @@ class Shade:
     label: str
     over: np.ndarray | None = None
     phase: np.ndarray | None = None
-    signed: bool = False
     top: float | None = None
 
 
@@ -104,6 +117,46 @@ def _plain(value: np.ndarray | np.generic) -> Any:
 def _array(_kind: type, parts: Any) -> np.ndarray:
     kind, shape, content = parts
     return np.frombuffer(content, kind).reshape(shape)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A published figure.
+
+    name : as the paper numbers it, "fig. 5". make : computes it; its docstring is the caption: a heading, the method,
+    and differences from print. claims : keys of claims of `papilla reproduce` about it. group : figures of one group
+    share computations and run in one process, one after the other.
+    """
+
+    name: str
+    make: Callable[[], Picture]
+    claims: tuple[str, ...] = ()
+    group: str = ""
+
+    @property
+    def title(self) -> str:
+        """The content of the figure, in a line."""
+        return inspect.cleandoc(self.make.__doc__ or "").split("\n")[0].rstrip(".")
+
+    @property
+    def caption(self) -> str:
+        """The method, and differences from print."""
+        return " ".join(inspect.cleandoc(self.make.__doc__ or "").split("\n")[1:]).strip()
+
+    @property
+    def stem(self) -> str:
+        """Its name in a file name: "fig_5"."""
+        return self.name.replace(".", "").replace(" ", "_").replace("(", "").replace(")", "").lower()
+
+
+@dataclass(frozen=True)
+class Paper:
+    """title : of the paper, in short. figures : in its order. left_out : figures that are not drawn, by name, with the
+    reason."""
+
+    title: str
+    figures: tuple[Figure, ...]
+    left_out: Mapping[str, str]
 
 
 HEADS = ("panel", "curve", "origin", "x_is", "x", "y_is", "y", "sd", "value_is", "value")

@@ -1,8 +1,8 @@
-"""Makes figures: each is computed once, kept in the cache, drawn, and written with its data and one page."""
+"""Makes figures: each is computed once, kept in the cache, drawn, and written with its data and one page of all."""
 
 import difflib
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,8 +14,7 @@ from papilla.files import check_writable, replacing_set, write_text
 from papilla.finger import Finger
 from papilla.studies.figures import drawing
 from papilla.studies.figures.papers import PAPERS
-from papilla.studies.figures.picture import Picture, as_csv
-from papilla.studies.figures.registry import Figure
+from papilla.studies.figures.picture import Figure, Picture, as_csv
 from papilla.studies.reproduce.scenes import scenes
 from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.telepresence import read_curve
@@ -78,8 +77,6 @@ def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Pat
 
     Raises `FileAccessError`.
     """
-    from papilla.studies.figures.page import page
-
     check_writable(folder)
     paths = {f"{one.stem}.{kind}": folder / f"{one.stem}.{kind}" for one in made for kind in ("svg", "csv")}
     paths["page"] = folder / PAGE
@@ -87,8 +84,28 @@ def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Pat
         for one, picture, data in zip(made, temporary[:-1:2], temporary[1:-1:2], strict=True):
             picture.write_bytes(one.svg)
             write_text(data, as_csv(one.picture))
-        write_text(temporary[-1], page(made, seconds))
+        write_text(temporary[-1], _page(made, seconds))
     return paths
+
+
+def _page(made: Sequence[Made], seconds: float) -> str:
+    """The page of figures, one below the other, with differences from print and the claims about them."""
+    from papilla import __version__
+    from papilla.studies.reproduce.runner import CLAIMS
+    from papilla.view.page import either, environment
+
+    by_paper = {name: [one for one in made if one.paper == name] for name in PAPERS}
+    return (
+        environment("papilla.studies.figures")
+        .get_template("figures.html")
+        .render(
+            papers=[(PAPERS[name], own) for name, own in by_paper.items() if own],
+            claims={claim.key: claim for claim in CLAIMS},
+            pictures={one.stem: either((one.svg, one.narrow_svg), one.figure.title, "svg+xml") for one in made},
+            seconds=seconds,
+            version=__version__,
+        )
+    )
 
 
 def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> list[Made]:

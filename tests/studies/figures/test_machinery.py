@@ -53,8 +53,6 @@ def toy_table() -> Picture:
 
 @pytest.fixture
 def papers(monkeypatch, tmp_path):
-    from papilla.studies.figures import page
-
     toy.calls = 0
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(runner.cache, "key", lambda maker, *values: runner.cache.versioned_key(maker, 1, *values))
@@ -64,8 +62,7 @@ def papers(monkeypatch, tmp_path):
         ),
         "new": Paper("a new one", (Figure("fig. 1", toy, (), "group"), Figure("fig. 2", toy, (), "group")), {}),
     }
-    for module in (runner, page):
-        monkeypatch.setattr(module, "PAPERS", own)
+    monkeypatch.setattr(runner, "PAPERS", own)
     return own
 
 

@@ -6,11 +6,9 @@ import pytest
 from papilla.studies.figures import (
     Picture,
     paper_2006,
-    paper_2006_softness,
     paper_2007,
     paper_oddo,
     paper_okamoto,
-    paper_okamoto_displays,
     paper_textiles,
 )
 from papilla.studies.figures.papers import PAPERS
@@ -24,7 +22,7 @@ def test_two_grooves_give_two_impulses_at_their_entries():
     made = paper_2006.two_grooves()
     impulses, printed = made.panels[4].curves
     assert len(impulses.x) == 4, "two edges a groove"
-    assert impulses.x[2] - impulses.x[0] == pytest.approx(paper_2006.INTERVAL_S, abs=0.002)
+    assert impulses.x[2] - impulses.x[0] == pytest.approx(paper_2006.SHOWN.two_grooves.apart_s, abs=0.002)
     assert printed.x == pytest.approx(impulses.x[[0, 2]], abs=0.003)
     assert len(made.panels[5].curves[0].x) > 8, "a finger feels every edge with every ridge"
 
@@ -109,9 +107,9 @@ class TestSlides:
         assert len(paper_2006.against_spectrum().panels) == 2
 
     def test_contacts_and_spread(self):
-        hard, soft, _ = paper_2006_softness.contacts().panels
+        hard, soft, _ = paper_2006.contacts().panels
         assert soft.shade.over.sum() > 1.2 * hard.shade.over.sum() and hard.shade.value.max() > soft.shade.value.max()
-        over_force = paper_2006_softness.spread().panels[0].curves
+        over_force = paper_2006.spread().panels[0].curves
         model = [one for one in over_force if one.origin == "papilla"]
         assert all(np.all(np.diff(one.y) > 0) for one in model)
         assert np.all(model[0].y < model[1].y) and np.all(model[1].y < model[2].y)
@@ -134,15 +132,15 @@ class TestSlides:
         assert 1.0 < points.x[np.argmax(points.y)] < 1.6 and "R²" in quartic.label
 
     def test_displays(self):
-        late = curves(paper_okamoto_displays.with_delay(), 0)
-        at_once = curves(paper_okamoto_displays.without_delay(), 0)
+        late = curves(paper_okamoto.with_delay(), 0)
+        at_once = curves(paper_okamoto.without_delay(), 0)
         match = at_once["match"].x
         assert at_once["local model"].y[[0, -1]] == pytest.approx(match, rel=0.03)
         assert late["local model, delayed"].y[[0, -1]] == pytest.approx(match, rel=0.03)
         assert np.nanmean(np.abs(late["direct, delayed"].y / late["direct, delayed"].x - 1)) > 0.2
-        lags = paper_okamoto_displays.with_delay().panels[2].curves
-        assert np.nanmedian(lags[0].y) > paper_okamoto_displays.NOTICED_MS > 5 > abs(np.nanmedian(lags[1].y))
-        assert len(paper_okamoto_displays.signals().table.rows) == 28
+        lags = paper_okamoto.with_delay().panels[2].curves
+        assert np.nanmedian(lags[0].y) > paper_okamoto.NOTICED_MS > 5 > abs(np.nanmedian(lags[1].y))
+        assert len(paper_okamoto.signals().table.rows) == 28
 
     def test_textiles(self):
         made = paper_textiles.vibration()

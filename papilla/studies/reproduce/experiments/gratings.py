@@ -140,6 +140,11 @@ def slid(
     return Felt(found["place"], found["readings"], float(found["force"]), *found["words"].tolist())
 
 
+def default_slide(texture: Texture, motion: Motion, friction: float = SCENE.friction, **how):
+    """The default finger over a texture; `how` as for `papilla.fem.slide`."""
+    return sliding.slide(Finger.default(), texture, motion, friction=friction, length_mm=SCENE.length_mm, **how)
+
+
 def over(assumed: Assumed, texture: Texture | float, setting: Mapping[str, Any], **how) -> Felt:
     """A slide over a texture, or a grating of this wavelength in mm: `speed_mm_s`, `seconds` and `depth_mm` of the
     setting; its other values, and `how`, as for `slid`."""
@@ -163,7 +168,7 @@ def two_grooves(between_mm: float) -> MeasuredProfile:
     return MeasuredProfile(place, np.where(np.searchsorted(edges, place) % 2 == 1, -SCENE.groove_mm, 0.0))
 
 
-def _density(found: Felt, gauge: int) -> np.ndarray:
+def density(found: Felt, gauge: int) -> np.ndarray:
     """Answers (n,) in mm of the printed density for a gauge, after its window is full."""
     block = np.column_stack([found.readings[:, gauge], np.full(len(found.readings), found.speed_mm_s)])
     answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[SCENE.window_is_full :]
@@ -184,7 +189,7 @@ def _levels(assumed: Assumed) -> dict:
     """Wavelengths of the five gratings, as the printed impulse density and the spectrum over the path estimate them."""
     lines_in = SCENE.levels
     five = {one: over(assumed, one, SCENE.usual) for one in SHARED.five_mm}
-    levels = [_density(found, assumed.gauge) for found in five.values()]
+    levels = [density(found, assumed.gauge) for found in five.values()]
     told, rows = [], slice(lines_in.first_sample, None)
     for found in five.values():
         readings = found.readings[rows, :OWN]
@@ -216,7 +221,7 @@ def _depths(assumed: Assumed, cause: bool = True) -> dict:
         for one, texture in textures.items()
         for depth in each
     }
-    answers = {key: _density(found, assumed.gauge) for key, found in deep.items()}
+    answers = {key: density(found, assumed.gauge) for key, found in deep.items()}
     means = {key: float(one.mean()) if one.size else np.nan for key, one in answers.items()}
     rms = {key: _grating_rms(found, key[0])[:OWN] for key, found in deep.items()}
     weakest = [float(own.min()) for own in rms.values()]

@@ -77,7 +77,7 @@ def _rules() -> dict:
     )
     above_it = slope > SCENE.threshold * mean
     first = above_it & ~np.append(False, above_it[:-1])
-    fired, mirrored = np.abs(_fired(readings)), np.abs(_fired(-readings))
+    fired, mirrored = np.abs(impulses_of(readings)), np.abs(impulses_of(-readings))
     count = np.convolve(fired, np.ones(size))[: len(fired)]
     began = perf_counter()
     density = ImpulseDensity().process(np.column_stack([readings, seen.known_mm_s]))
@@ -105,7 +105,7 @@ def _line(cause: bool) -> dict:
     return {"line_mm": worst, "line_error": PER_CENT * abs(worst / SCENE.wavelength_mm - 1)}
 
 
-def _fired(readings: np.ndarray) -> np.ndarray:
+def impulses_of(readings: np.ndarray) -> np.ndarray:
     """Impulses (n,) of a corpuscle, as printed, in readings (n,)."""
     return np.nan_to_num([*map(_corpuscle().fire, readings.tolist())])
 
@@ -135,7 +135,7 @@ def _grooves() -> dict:
     speed, train, fast = SCENE.grooves.speed_mm_s, SCENE.train, SCENE.fast
     depth = skin_over_grooves(times(SCENE.grooves.seconds))
     passed = np.column_stack([depth, np.full(depth.size, speed)])
-    entering = np.flatnonzero(_fired(depth) > 0).tolist()
+    entering = np.flatnonzero(impulses_of(depth) > 0).tolist()
     steps = np.arange(round(train.seconds * RATE_Hz)) // train.every + 1.0
     counted = ImpulseDensity().process(np.column_stack([steps, np.full(steps.size, speed)]))
     frequency = float(np.asarray(counted.frequency_Hz)[-1])

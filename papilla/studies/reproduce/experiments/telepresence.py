@@ -7,8 +7,7 @@ import numpy as np
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import listed
-from papilla.studies.telepresence.delays import beside_each_other
-from papilla.studies.telepresence.roughness import DELAY, NOTICED_MS, TESTS_MM, experiments_2011
+from papilla.studies.telepresence import DELAY, NOTICED_MS, TESTS_MM, beside_each_other, experiments_2011
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
 from papilla.telepresence.actuator import PIEZO
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, Measured, PowerCurve
