@@ -16,7 +16,6 @@ import numpy as np
 
 from papilla.design.batch import Batch, evaluate, version
 from papilla.design.confirming import confirm
-from papilla.design.job import in_scene
 from papilla.design.running import run
 from papilla.design.store import Store
 from papilla.design.study import read_study
@@ -98,7 +97,7 @@ def against_calibrations(study, count: int) -> None:
     off: dict[str, list[float]] = {}
     for number in range(count):
         values = {"outer.modulus_MPa": float(0.15 * 8 ** draw.random()), "gauges.lever_mm": -float(draw.random())}
-        found = confirm(f"design {number}", in_scene(study, study.finger_of(values)), 1, lambda line: None)
+        found = confirm(f"design {number}", study.in_scene(study.finger_of(values)), 1, lambda line: None)
         print(found.sentence, flush=True)
         for channel in found.predicted:
             ratio = found.predicted[channel] / found.calibrated[channel]

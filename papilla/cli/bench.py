@@ -48,7 +48,7 @@ def bench(
     from papilla.finger import Finger
     from papilla.studies import bench as study
     from papilla.studies.bench.peers import missing_peers, run_peers
-    from papilla.view.price_plot import price_figure
+    from papilla.view.study_plots import price_figure
     from papilla.view.style import write_png
 
     folder = out or Path.cwd()
@@ -119,7 +119,7 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
     from papilla.files import check_writable
     from papilla.studies.estimator_bench.cost import costs
     from papilla.studies.estimator_bench.runner import LONG, SHORT, compare
-    from papilla.view.estimator_plots import honesty_figure
+    from papilla.view.study_plots import honesty_figure
     from papilla.view.style import write_png
 
     if out is not None:

@@ -11,7 +11,7 @@ from papilla.errors import InputError
 from papilla.units import MS_PER_S
 
 if TYPE_CHECKING:
-    from papilla.design.job import Outcome
+    from papilla.design.results import Outcome
     from papilla.design.study import Study
 
 MOST_GAUGES = 8
@@ -48,7 +48,8 @@ def design(
         return _explain(read, count)
     if place is not None:
         return _place(read, place, out)
-    from papilla.design.job import run_study, summary
+    from papilla.design.job import run_study
+    from papilla.design.results import summary
 
     with progress() as shown:
         found = run_study(
@@ -60,7 +61,7 @@ def design(
 
 def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:
     """Print the results of a study: first sentences, the chosen designs, and the page."""
-    from papilla.design.job import first_words
+    from papilla.design.results import first_words
 
     for line in first_words(found):
         tell(line)
@@ -78,7 +79,7 @@ def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None
 
 
 def _explain(study: "Study", workers: int) -> Answer:
-    from papilla.design.explaining import price
+    from papilla.design.running import price
 
     with progress() as shown:
         found = price(study, shown.line)
@@ -97,7 +98,7 @@ def _explain(study: "Study", workers: int) -> Answer:
 
 
 def _place(study: "Study", count: int, out: Path) -> Answer:
-    from papilla.design.placing import place_gauges
+    from papilla.design.placement import place_gauges
 
     with progress() as shown:
         found = place_gauges(study, count, out, shown.line)

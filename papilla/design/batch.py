@@ -8,8 +8,7 @@ from functools import cache as once
 from time import process_time
 
 from papilla import __version__, cache
-from papilla.design.costs import SCENES, SPENT
-from papilla.design.geometry import geometry_map, with_sites
+from papilla.design.geometry import SCENES, SPENT, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places

@@ -16,8 +16,7 @@ from papilla.calibrate.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
 from papilla.calibrate.press_table import DEFAULT_MODULI, NOT_INCLUDED
 from papilla.calibration import Calibration
 from papilla.design.in_scene import DesignInScene
-from papilla.design.scene import Scene, rms_or_worst
-from papilla.design.touch import sigma_from_gauges, sigma_from_sd
+from papilla.design.scene import Scene, rms_or_worst, sigma_from_gauges, sigma_from_sd
 from papilla.errors import PapillaError
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error

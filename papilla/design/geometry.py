@@ -7,16 +7,18 @@ to stuck presses. The change by large strain is measured once, on the study's ow
 scaled to their size: at equal strains the force over E_inner is proportional to the square of the size.
 """
 
-from collections.abc import Callable, Iterable
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from time import process_time
 from typing import Any
 
 import numpy as np
 
 from papilla import checks
 from papilla.calibrate.press_table import NOT_INCLUDED
-from papilla.design.costs import GEOMETRY, RATIO, spent_on
 from papilla.design.places import FOIL, Places
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
@@ -39,6 +41,22 @@ STANDARD_MM = 20.0
 """Height or half breadth of the finger on which large strain is measured: that of the default finger."""
 ENDS = (0.0, STICK)
 """Frictions of the two responses."""
+GEOMETRY, RATIO, GAUGES, SCENES = "geometry", "ratio", "gauges", "scenes"
+"""Stages of a worker: mesh and reductions; presses and the polynomial through them; sums over sites; surfaces and
+touches."""
+SPENT: defaultdict[str, float] = defaultdict(float)
+"""Processor seconds of this process in each stage but the last, since a batch began; time that other programs use on a
+busy machine does not count."""
+
+
+@contextmanager
+def spent_on(stage: str) -> Iterator[None]:
+    """Add what is done inside to a stage; stages are not nested."""
+    began = process_time()
+    try:
+        yield
+    finally:
+        SPENT[stage] += process_time() - began
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,17 +74,20 @@ class GeometryMap:
         if not RATIOS[0] * (1 - checks.ROUNDING) <= ratio <= RATIOS[1] * (1 + checks.ROUNDING):
             raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {RATIOS[0]:g} to {RATIOS[1]:g}")
         weights = self.places.weights(finger.gauges, finger.shape)
-        free, stuck = (_summed(one, weights) for one in self.ends)
-        return free, stuck
+        return _summed(self.ends[0], weights), _summed(self.ends[1], weights)
 
     def strain_error(self, finger: Finger, stuck: bool) -> float:
         """Relative error of S_d that a calibration of a finger of this geometry has by its tables of large strain."""
         if not self.ends[stuck].large_strain:
             return NOT_INCLUDED
         weights = self.places.weights(finger.gauges, finger.shape)
-        gains = np.array([[one.membrane_gain for one in finger.gauges], [one.lever_mm for one in finger.gauges]])
         tables = at_ratio(known(self.finger.strain_sha256), finger.outer.modulus / finger.inner.modulus, stuck)
-        return max(_table_of(one, weights).sd_error(gains) for one, _ in tables)
+        return max(_table_of(one, weights).sd_error(gains_of(finger)) for one, _ in tables)
+
+
+def gains_of(finger: Finger) -> np.ndarray:
+    """(2, g) gains of membrane strain and curvature (mm) of a finger's gauges."""
+    return np.array([[one.membrane_gain for one in finger.gauges], [one.lever_mm for one in finger.gauges]])
 
 
 def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
@@ -94,12 +115,15 @@ def _summed(found: Response, weights: np.ndarray) -> Response:
 
 def with_sites(finger: Finger, places: Places) -> Finger:
     """The geometry of a finger with a gauge at every place, without its moduli, gains and the friction of its bench."""
-    unit = (Layer(1.0, layer.nu) for layer in (finger.outer, finger.inner))
-    outer, inner = unit
-    bench = replace(finger.bench, friction=None, touch_down=0.0)
-    gauges = places.gauges(finger.shape)
     return replace(
-        finger, name="geometry", outer=outer, inner=inner, gauges=gauges, ridges=None, bench=bench, identified=None
+        finger,
+        name="geometry",
+        outer=Layer(1.0, finger.outer.nu),
+        inner=Layer(1.0, finger.inner.nu),
+        gauges=places.gauges(finger.shape),
+        ridges=None,
+        bench=replace(finger.bench, friction=None, touch_down=0.0),
+        identified=None,
     )
 
 

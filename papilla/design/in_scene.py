@@ -10,10 +10,8 @@ import numpy as np
 from papilla.calibrate.press_table import DEFAULT_MODULI
 from papilla.calibrate.surface_fit import usable_part
 from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
-from papilla.design.costs import GAUGES, spent_on
-from papilla.design.geometry import STANDARD_MM, GeometryMap
-from papilla.design.scene import Scene
-from papilla.design.touch import sigma_from_depth, sigma_from_gauges, sigma_from_sd
+from papilla.design.geometry import GAUGES, STANDARD_MM, GeometryMap, gains_of, spent_on
+from papilla.design.scene import Scene, sigma_from_depth, sigma_from_gauges, sigma_from_sd
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import FORCES, MODULI
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FURTHER, MARGIN
@@ -47,7 +45,7 @@ class DesignInScene:
     def ends(self) -> tuple[Response, Response]:
         """The responses of its gauges without friction and stuck; raises `InputError` if they do not cover the
         scene."""
-        outer, inner = self._moduli
+        outer, inner = self.moduli
         with spent_on(GAUGES):
             found = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
@@ -70,7 +68,7 @@ class DesignInScene:
     @cached_property
     def readings(self) -> np.ndarray:
         """(2, n, g) readings in microstrain of the presses of the scene's grid, without friction and stuck."""
-        return np.array([to_microstrain((one.values * self._gains).sum(axis=1)) for one in self._felt])
+        return np.array([to_microstrain((one.values * gains_of(self.finger)).sum(axis=1)) for one in self._felt])
 
     @cached_property
     def depths(self) -> np.ndarray:
@@ -122,7 +120,7 @@ class DesignInScene:
         forces, relative to the rms of a gauge over the calibration's own sweep. Meshes: `MESH`.
         """
         stuck = self.scene.unknown.friction != 0
-        end, (outer, inner) = self.ends[stuck], self._moduli
+        end, (outer, inner) = self.ends[stuck], self.moduli
         swept = np.array(self.scene.swept_N)
         if end.large_strain:
             swept = swept[self._between_forces(swept, math.log(FURTHER))]
@@ -132,7 +130,8 @@ class DesignInScene:
         if not valid.any():
             raise InputError("no press of a calibration of this finger lies within the range of the model")
         force, modulus = force[valid], modulus[valid]
-        parts = to_microstrain(end.felt(force, modulus, outer, inner).values * self._gains) / force[:, None, None]
+        felt = end.felt(force, modulus, outer, inner).values
+        parts = to_microstrain(felt * gains_of(self.finger)) / force[:, None, None]
         reading, membrane = parts.sum(axis=1), parts[:, 0]
         continued = math.sqrt(np.mean(~self._between_forces(swept, MARGIN))) if end.large_strain else 0.0
         table = self.geometry.strain_error(self.finger, stuck)
@@ -150,18 +149,14 @@ class DesignInScene:
         return (scaled >= math.log(FORCES[0]) - beyond) & (scaled <= math.log(FORCES[-1]) + beyond)
 
     @property
-    def _gains(self) -> np.ndarray:
-        """(2, g) gains of membrane strain and curvature (mm)."""
-        return np.array([[g.membrane_gain for g in self.finger.gauges], [g.lever_mm for g in self.finger.gauges]])
-
-    @property
-    def _moduli(self) -> tuple[float, float]:
+    def moduli(self) -> tuple[float, float]:
+        """Moduli of the outer and the inner layer."""
         return self.finger.outer.modulus, self.finger.inner.modulus
 
     @cached_property
     def _felt(self) -> list:
         force, modulus = self.scene.grid
-        return [one.felt(force, modulus, *self._moduli) for one in self.ends]
+        return [one.felt(force, modulus, *self.moduli) for one in self.ends]
 
     def _channel(self, name: str, values: np.ndarray, error: float) -> GaugeSurface:
         """The surface over force and modulus for a channel's values (2, n) without friction and stuck.

@@ -1,44 +1,38 @@
 """`papilla design` as a function: runs a study, and writes its table, its page and the files of the chosen designs."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
-from papilla.design.confirming import Confirmed, confirm
-from papilla.design.costs import GAUGES, GEOMETRY, RATIO, SCENES
-from papilla.design.geometry import geometry_map, with_sites
-from papilla.design.in_scene import DesignInScene
-from papilla.design.results import Results, write_tables
-from papilla.design.running import Stage, Tally, run
+from papilla import fem, view
+from papilla.design.confirming import confirm
+from papilla.design.objectives import Objective
+from papilla.design.results import Effect, Outcome, Results, first_words, write_tables
+from papilla.design.running import Stage, run
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.errors import InputError
-from papilla.files import check_writable
+from papilla.errors import InputError, PapillaError
+from papilla.files import check_writable, write_text
 from papilla.finger import Finger
 from papilla.units import PER_CENT
+from papilla.view.page import either, environment, image, number
+from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, color_bar, plain_log, styled
 
-MANY_FAILED = 0.1
-"""Share of failed designs above which a study mentions it first."""
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """The results of a study. chosen : files of the best designs; base : the study's own finger in the scene."""
-
-    study: Study
-    results: Results
-    tally: Tally
-    base: dict[str, float]
-    confirmed: list[Confirmed]
-    written: dict[str, list[str]]
-
-    @property
-    def failed_share(self) -> float:
-        """Share of the designs that failed."""
-        failed = len(self.results.failures)
-        return failed / (failed + len(self.results.numbers))
+MAP = (7, 9)
+"""Number of forces and moduli of a map of sigma."""
+MOST_ROWS = 12
+"""Largest number of designs of the front in the page's table; the CSV has all."""
+STAR, TITLE_LETTERS, TICKS, WIDE = 13, 18, 3, 5
+"""Size of a star in points; letters of a line of a panel's title; ticks of a panel's force; ratio of the ends of an
+axis from which it is logarithmic."""
+LEVELS = (1, 2, 5, 10, 20, 50, 100)
+"""Values of sigma of ln E in % at which colours change."""
 
 
 def run_study(
@@ -56,8 +50,6 @@ def run_study(
     resume : continue with the designs of this study in the folder's store; without it, such a store is refused. Raises
     `InputError` if no design has an answer, and what `papilla.design.running.run` raises.
     """
-    from papilla.design.page import write_page
-
     check_writable(out)
     store = Store(study.store or out / "store.sqlite")
     try:
@@ -69,104 +61,131 @@ def run_study(
         tables = write_tables(out / "designs.csv", study, store, front)
     finally:
         store.close()
-    files, confirmed = [], []
-    for rank, row in enumerate(results.chosen, start=1):
-        path = out / f"finger_{rank}.toml"
-        results.finger(row).save(path)
-        files.append(path)
-    for rank, row in enumerate(results.chosen[: study.confirm], start=1):
+    names = [f"finger_{rank}.toml" for rank in range(1, len(results.chosen) + 1)]
+    for name, row in zip(names, results.chosen, strict=True):
+        results.finger(row).save(out / name)
+    confirmed = []
+    for rank, (name, row) in enumerate(zip(names, results.chosen[: study.confirm], strict=False), start=1):
         say(f"confirming design {rank} by a calibration")
-        confirmed.append(confirm(f"finger_{rank}.toml", in_scene(study, results.finger(row)), workers or 1, say))
+        confirmed.append(confirm(name, study.in_scene(results.finger(row)), workers or 1, say))
     if study.confirm:
         say("calibrating the study's own finger")
-        confirmed.append(confirm(study.finger.name, in_scene(study, study.finger), workers or 1, say))
+        confirmed.append(confirm(study.finger.name, study.in_scene(study.finger), workers or 1, say))
     base = {}
     for one in study.objectives:
         try:
-            base[one.name] = one.of(in_scene(study, study.finger))
+            base[one.name] = one.of(study.in_scene(study.finger))
         except InputError:
             base[one.name] = float("nan")
     page = out / "study.html"
-    written = {"tables": list(map(str, tables)), "fingers": list(map(str, files)), "page": [str(page)]}
+    written = {"tables": [*map(str, tables)], "fingers": [str(out / name) for name in names], "page": [str(page)]}
     outcome = Outcome(study, results, tally, base, confirmed, written)
     write_page(page, outcome, say)
     return outcome
 
 
-def in_scene(study: Study, finger: Finger) -> DesignInScene:
-    """A finger in the scene of a study, with the study's places."""
-    places = study.places
-    base, own = with_sites(study.finger, places), with_sites(finger, places)
-    return DesignInScene(finger, geometry_map(own, places, base), study.scene)
-
-
-def summary(outcome: Outcome) -> dict:
-    """A study as plain values, the keys of `papilla design --json`."""
-    study, results, tally = outcome.study, outcome.results, outcome.tally
-    goals = [one.name for one in study.objectives]
-    best = []
-    for row, file in zip(results.chosen, outcome.written["fingers"], strict=True):
-        free = dict(zip((one.name for one in study.free), results.free[row].tolist(), strict=True))
-        found = {name: float(results.values(name)[row]) for name in study.asked}
-        best.append({"design": int(results.numbers[row]), "finger": file, "free": free, "objectives": found})
-    return {
-        "study": study.name,
-        "designs": len(results.numbers) + len(results.failures),
-        "failed": len(results.failures),
-        "reused": tally.reused,
-        "feasible": int(results.feasible.sum()),
-        "front": int(results.front.sum()),
-        "objectives": goals,
-        "base": outcome.base,
-        "best": best,
-        "effects": [
-            {
-                "parameter": one.parameter,
-                "objective": one.objective,
-                "from": one.low,
-                "to": one.high,
-                "factor" if one.factor else "difference": one.change,
-                "interval": list(one.interval),
-            }
-            for one in results.effects
-        ],
-        "confirmed": [
-            {"finger": one.name, "failed": one.failed}
-            | {
-                channel: dict(zip(("predicted", "calibrated"), one.both(channel), strict=True))
-                for channel in one.predicted
-            }
-            for one in outcome.confirmed
-        ],
-        "cost": {
-            "seconds": tally.seconds,
-            "seconds_geometry": tally.spent[GEOMETRY] + tally.spent[RATIO],
-            "seconds_designs": tally.spent[GAUGES] + tally.spent[SCENES],
-            "processor_seconds": dict(tally.spent),
-            "workers": tally.workers,
-            "worker_memory_MB": tally.memory_MB,
-        },
-        "notes": tally.notes,
-        "written": outcome.written,
-    }
-
-
-def first_words(outcome: Outcome) -> list[str]:
-    """First sentences on a study: failures if there are many, then the result."""
+def write_page(path: Path, outcome: Outcome, say: Callable[[str], None] = lambda line: None) -> None:
+    """Write the page of a study; raises `FileAccessError`."""
     study, results = outcome.study, outcome.results
-    total = len(results.numbers) + len(results.failures)
-    said = []
-    if outcome.failed_share > MANY_FAILED:
-        reasons, counts = np.unique(list(results.failures.values()), return_counts=True)
-        said.append(
-            f"{len(results.failures)} of {total} designs failed ({PER_CENT * outcome.failed_share:.0f} %), most often: "
-            f"{reasons[counts.argmax()]}"
+    say("pictures of the page")
+    best = [("finger_1.toml", results.finger(row)) for row in results.chosen[:1]]
+    shown = [*best, (study.finger.name, study.finger)]
+    figures = {"front": image(front_figure(results, outcome.base), "All designs over the first objectives")}
+    if study.finger.gauges[1:]:
+        dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
+        mapped = [(name, replace(study.in_scene(finger), scene=dense)) for name, finger in shown]
+        try:
+            found = sigma_figure(*dense.points, [(name, one.sigma_gauges) for name, one in mapped])
+            figures["sigma"] = image(found, "Sigma of ln E over force and modulus")
+        except InputError:
+            pass  # The study's own finger may not cover its scene
+    rows = np.flatnonzero(results.front)
+    rows = rows[np.argsort(results.costs[rows, 0], kind="stable")]
+    text = environment("papilla.design").get_template("study.html").render(
+        outcome=outcome,
+        study=study,
+        results=results,
+        tally=outcome.tally,
+        said=first_words(outcome),
+        chosen=[(row, int(results.numbers[row])) for row in results.chosen],
+        front=rows[:MOST_ROWS].tolist(),
+        on_front=len(rows),
+        effects=[in_words(one) for one in results.effects if one.sure],
+        figures=figures,
+        strains=[(name, picture) for name, finger in shown if (picture := _strain(finger, outcome, say))],
+    )  # fmt: skip
+    write_text(path, text)
+
+
+def in_words(one: Effect) -> str:
+    """An effect as a sentence."""
+    change, low, high = map(number, (one.change, *one.interval))
+    verb = f"multiplies {one.objective} by" if one.factor else f"changes {one.objective} by"
+    return f"{one.parameter} from {number(one.low)} to {number(one.high)} {verb} {change} ({low} to {high})"
+
+
+def _strain(finger: Finger, outcome: Outcome, say: Callable[[str], None]) -> Markup | None:
+    """The picture of the strain field under the largest force of the scene on its hardest specimen."""
+    scene = outcome.study.scene
+    specimen = finger.bench.specimen(scene.modulus_MPa[1])
+    try:
+        reduced = fem.prepare(finger, progress=say)
+        press = view.shown(reduced, specimen, force=scene.force_N[1], friction=0.0)
+        return either(
+            view.strain_pictures(finger, reduced, press, specimen, say), f"Strain field of {finger.name}", "png"
         )
-    if not results.chosen:
-        said.append(f"no design of {total} keeps all constraints")
-        return said
-    for one in study.objectives:
-        best, own = float(results.values(one.name)[results.chosen[0]]), outcome.base[one.name]
-        unit = "" if one.unit == "1" else f" {one.unit}"
-        said.append(f"{one.words}: best {best:.4g}{unit}, {study.finger.name} {own:.4g}{unit}")
-    return said
+    except PapillaError:
+        return None
+
+
+def front_figure(results: Results, base: dict[str, float]) -> Figure:
+    """All designs over the first two objectives, with the front, the chosen designs and the study's own finger marked.
+
+    With a single objective: the designs over the first parameter.
+    """
+    study = results.study
+    goal, *others = study.objectives
+    first, own = results.values(goal.name), base[goal.name]
+    other = results.values(others[0].name) if others else results.free[:, 0]
+    with styled() as figure:
+        axes = figure.subplots()
+        ok, on = results.feasible, results.front
+        axes.plot(other[~ok], first[~ok], ".", color=FAINT, label="breaks a constraint")
+        axes.plot(other[ok], first[ok], ".", color=MUTED, label="designs")
+        if others:
+            axes.plot(other[on], first[on], "o", color=ACCENTS[0], label="Pareto front")
+            axes.plot([base[others[0].name]], [own], "s", color=INK, label=study.finger.name)
+        else:
+            axes.axhline(own, color=INK, linewidth=THIN, label=study.finger.name)
+        axes.plot(other[results.chosen], first[results.chosen], "*", color=ACCENTS[1], markersize=STAR, label="chosen")
+        for values, axis, scale in ((first, axes.yaxis, axes.set_yscale), (other, axes.xaxis, axes.set_xscale)):
+            if (values > 0).all() and values.max() > WIDE * values.min():
+                scale("log")
+                plain_log(axis)
+        axes.set(xlabel=_named(others[0]) if others else study.free[0].name, ylabel=_named(goal))
+        axes.legend()
+    return figure
+
+
+def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[tuple[str, np.ndarray]]) -> Figure:
+    """Sigma (f, m) of ln E over force and modulus, one panel per design, with its name."""
+    levels = np.log10(LEVELS)
+    with styled() as figure:
+        panels = figure.subplots(1, len(sigmas), sharey=True, squeeze=False)[0]
+        for axes, (title, sigma) in zip(panels, sigmas, strict=True):
+            percent = np.clip(PER_CENT * sigma, LEVELS[0], LEVELS[-1])
+            shades = axes.contourf(forces, moduli, np.log10(percent).T, levels=levels, cmap="YlOrBr", extend="both")
+            axes.set(xscale="log", yscale="log", xlabel="force (N)")
+            axes.set_title(textwrap.fill(title, TITLE_LETTERS), fontsize="medium")
+            plain_log(axes.yaxis)
+            ticks = np.geomspace(forces[0], forces[-1], TICKS)
+            axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks])
+            axes.xaxis.set_minor_locator(NullLocator())
+        panels[0].set_ylabel("modulus of the specimen (MPa)")
+        bar = color_bar(shades, panels, "sigma of ln E")
+        bar.set_ticks(list(levels), labels=[f"{level:g} %" for level in LEVELS])
+    return figure
+
+
+def _named(one: Objective) -> str:
+    return one.name if one.unit == "1" else f"{one.name} ({one.unit})"

@@ -8,19 +8,28 @@ E is the root of (M^-1)_00, and a further gauge reduces (M^-1)_00 by
 
 so all candidates are evaluated at once. The criterion is the mean of sigma squared over the touches of the scene. Foils
 must not overlap. On small grids greedy choice and exchange find the same sets as an exhaustive search; on large grids
-that has not been tested.
+that has not been tested. `place_gauges` is `papilla design --place N`: it writes the places, the gain by each further
+gauge, and a page.
 """
 
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from papilla.design.influence import Influence
-from papilla.design.scene import Scene
-from papilla.design.touch import PRIOR
+from papilla.design.influence import Influence, influence
+from papilla.design.scene import PRIOR, Scene
+from papilla.design.study import Study
+from papilla.errors import InputError
 from papilla.estimators.softness.touch import RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
+from papilla.files import check_writable, write_text
+from papilla.finger import Finger
+from papilla.tables import write_table
+from papilla.view.page import environment, image
+from papilla.view.style import ACCENTS, MUTED, mark_gauge, styled
 
 EXCHANGES = 20
 """Largest number of rounds of exchange; two or three are usual."""
@@ -32,6 +41,19 @@ GAUGE_ERROR = 0.004
 default finger at 0.2 to 0.98 N."""
 FRICTION = 0.5
 """One sigma of friction, relative to the change without friction: two sigmas reach from stick to none."""
+MAP_IN = 5.6
+"""Height of the picture of the places, inches."""
+KNOWN = 1e-9
+"""One sigma of an unknown that is known: next to zero, instead of one column less."""
+TOUCHING_MM = 1e-6
+"""Rounding of the distance of foils that touch, which do not overlap."""
+UNKNOWN = {
+    "friction and place unknown": (True, True),
+    "place unknown": (False, True),
+    "friction unknown": (True, False),
+    "neither": (False, False),
+}
+"""Quantities of a touch that may be unknown: friction, place. Gauges are placed for the first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,15 +95,12 @@ def problem(found: Influence, scene: Scene, *, friction: bool = True, place: boo
     own = own + scene.gauge_noise_microstrain**2 / scene.samples + (RULES.air_share * doubts.zero_microstrain) ** 2
     offset = (RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
     force = doubts.force_gain**2 + offset / found.force_N**2
-    # A known unknown has a sigma of nearly zero instead of one column less.
-    nothing = 1e-9
-    sigmas = np.tile(
-        [PRIOR, 0.0, FRICTION * friction, scene.place_mm * place, scene.place_mm * place, doubts.creep], (len(force), 1)
-    )
+    place_mm = scene.place_mm * place
+    sigmas = np.tile([PRIOR, 0.0, FRICTION * friction, place_mm, place_mm, doubts.creep], (len(force), 1))
     sigmas[:, 1] = np.sqrt(force)
-    prior = np.einsum("pi,ij->pij", 1 / np.maximum(sigmas, nothing) ** 2, np.eye(6))
+    prior = np.einsum("pi,ij->pij", 1 / np.maximum(sigmas, KNOWN) ** 2, np.eye(sigmas.shape[1]))
     apart = np.linalg.norm(found.sites[:, None] - found.sites, axis=2)
-    return Problem(slopes, own, prior, apart < found.gauges[0].backing_mm[0] - 1e-6)
+    return Problem(slopes, own, prior, apart < found.gauges[0].backing_mm[0] - TOUCHING_MM)
 
 
 def place(one: Problem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
@@ -115,8 +134,99 @@ def exchanged(one: Problem, chosen: list[int], allowed: np.ndarray) -> list[int]
     return chosen
 
 
-def brute_force(one: Problem, count: int) -> list[int]:
-    """The best of all sets, by exhaustive search; for small grids."""
-    sets = (list(s) for s in combinations(range(one.overlap.shape[0]), count))
-    free = (s for s in sets if not any(one.overlap[a, b] for a, b in combinations(s, 2)))
-    return min(free, key=one.sigma)
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Gauges placed for unknown friction and place, anywhere and in a row at y = 0.
+
+    sets, rows : chosen candidates of `found` for 1, 2, ... gauges. sigma : kind of places -> unknown quantities -> rms
+    sigma of ln E by number of gauges.
+    """
+
+    finger: Finger
+    found: Influence
+    sets: list[list[int]]
+    rows: list[list[int]]
+    sigma: dict[str, dict[str, list[float]]]
+    written: list[str]
+
+    def of(self, chosen: list[int]) -> Finger:
+        """The finger with the chosen gauges, in the order of x."""
+        order = sorted(chosen, key=lambda k: (self.found.sites[k][0], self.found.sites[k][1]))
+        gauges = tuple(replace(self.found.gauges[k], name=f"g{n}") for n, k in enumerate(order, start=1))
+        return replace(self.finger, gauges=gauges, identified=None)
+
+    @property
+    def sentences(self) -> list[str]:
+        """The results of the placement, as sentences."""
+        both, *known = UNKNOWN
+        anywhere, row = self.sigma["anywhere"], self.sigma["in a row"][both]
+        best = anywhere[both]
+        most = min(len(best), len(row))
+        return [
+            f"{len(best)} gauges anywhere give sigma {best[-1]:.3g} of ln E (rms over the scene), one {best[0]:.3g}",
+            f"{most} gauges anywhere leave {best[most - 1]:.3g}, {most} in a row at y = 0 leave {row[most - 1]:.3g}",
+            *(f"the same {len(best)} gauges with {name}: {anywhere[name][-1]:.3g}" for name in known),
+        ]
+
+
+def place_gauges(study: Study, count: int, out: Path, say: Callable[[str], None] = lambda line: None) -> Placed:
+    """Place 1 to `count` gauges on the study's finger, with its fixed values, in its scene; write placement.csv,
+    placement.html and placed_N.toml. Raises `InputError` for parameters of gauges' places among the fixed ones."""
+    placing = ("gauges.g", "gauges.count", "gauges.spread")
+    if bad := next((name for name in study.fixed if name.startswith(placing)), None):
+        raise InputError(f"--place decides where gauges sit: {bad} cannot be fixed")
+    check_writable(out)
+    finger = study.finger_of({one.name: one.at(0.5) for one in study.free if not one.name.startswith("gauges.")})
+    found = influence(finger, study.scene, say)
+    row = np.array([one.y_mm == 0 and one.direction_deg == 0 for one in found.gauges])
+    say("choosing places")
+    unknown = {name: problem(found, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN.items()}
+    hardest = next(iter(unknown.values()))
+    sets, rows = place(hardest, count), place(hardest, count, row)
+    sigma = {
+        kind: {name: [one.sigma(chosen) for chosen in some] for name, one in unknown.items()}
+        for kind, some in (("anywhere", sets), ("in a row", rows))
+    }
+    files = [out / "placement.csv", out / "placement.html", out / f"placed_{len(sets)}.toml"]
+    placed = Placed(finger, found, sets, rows, sigma, list(map(str, files)))
+    columns: dict[str, list] = {"gauges": list(range(1, len(sets) + 1))}
+    for kind, by in sigma.items():
+        columns |= {f"{kind}, {name}": [*v, *[float("nan")] * (len(sets) - len(v))] for name, v in by.items()}
+    write_table(files[0], columns)
+    best = placed.of(sets[-1])
+    page = environment("papilla.design").get_template("placement.html")
+    pictures = {
+        "sigma": image(sigma_figure(placed), "Sigma of ln E against the number of gauges"),
+        "places": image(places_figure(placed), "The chosen gauges from above"),
+    }
+    write_text(files[1], page.render(placed=placed, study=study, figures=pictures, best=best.gauges))
+    best.save(files[2])
+    return placed
+
+
+def sigma_figure(placed: Placed) -> Figure:
+    """Sigma of ln E against the number of gauges, anywhere and in a row."""
+    with styled() as figure:
+        axes = figure.subplots()
+        for color, name in zip(ACCENTS, UNKNOWN, strict=False):
+            for kind, style, label in (("anywhere", "o-", name), ("in a row", "o--", None)):
+                values = placed.sigma[kind][name]
+                axes.plot(range(1, len(values) + 1), values, style, color=color, label=label)
+        axes.plot([], [], "--", color=MUTED, label="in a row at y = 0")
+        axes.set(xlabel="gauges", ylabel="sigma of ln E (rms over the scene)", ylim=(0, None))
+        axes.set_xticks(range(1, len(placed.sets) + 1))
+        axes.legend()
+    return figure
+
+
+def places_figure(placed: Placed) -> Figure:
+    """The chosen gauges from above, in the plane of x and y."""
+    with styled(height=MAP_IN) as figure:
+        axes = figure.subplots()
+        axes.plot(*placed.found.sites[:, :2].T, ",", color=MUTED)
+        for k in placed.sets[-1]:
+            gauge, site = placed.found.gauges[k], placed.found.sites[k, :2]
+            half = gauge.length_mm / 2 * np.array([1.0, 0.0] if gauge.direction_deg == 0 else [0.0, 1.0])
+            mark_gauge(axes, np.array([site - half, site + half]))
+        axes.set(xlabel="x (mm), across the finger", ylabel="y (mm), along the finger", aspect="equal")
+    return figure

@@ -1,4 +1,5 @@
-"""Results of a study: the table, the Pareto front, main effects with intervals, and the chosen designs."""
+"""Results of a study: the table, the Pareto front, main effects with intervals, and the chosen designs; as values for
+JSON and as sentences."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -13,11 +14,15 @@ from scipy.special import stdtrit
 
 from papilla.calibration import LEVEL
 from papilla.design.batch import OK, Record
+from papilla.design.confirming import Confirmed
+from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
+from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.logs.frames import estimates_writer
+from papilla.units import PER_CENT
 
 CHOSEN = 3
 """Number of designs for which a file is written: the best in the first objective."""
@@ -25,6 +30,8 @@ SAME = 0.05
 """Share of its range by which two chosen designs differ in at least one parameter."""
 BLOCK = 2000
 """Number of rows that are written at once."""
+MANY_FAILED = 0.1
+"""Share of failed designs above which a study mentions it first."""
 
 
 @dataclass(frozen=True)
@@ -167,3 +174,93 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
             for write in writes:
                 write([*columns, status])
     return paths
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The results of a study. chosen : files of the best designs; base : the study's own finger in the scene."""
+
+    study: Study
+    results: Results
+    tally: Tally
+    base: dict[str, float]
+    confirmed: list[Confirmed]
+    written: dict[str, list[str]]
+
+    @property
+    def failed_share(self) -> float:
+        """Share of the designs that failed."""
+        failed = len(self.results.failures)
+        return failed / (failed + len(self.results.numbers))
+
+
+def summary(outcome: Outcome) -> dict:
+    """A study as plain values, the keys of `papilla design --json`."""
+    study, results, tally = outcome.study, outcome.results, outcome.tally
+    goals = [one.name for one in study.objectives]
+    best = []
+    for row, file in zip(results.chosen, outcome.written["fingers"], strict=True):
+        free = dict(zip((one.name for one in study.free), results.free[row].tolist(), strict=True))
+        found = {name: float(results.values(name)[row]) for name in study.asked}
+        best.append({"design": int(results.numbers[row]), "finger": file, "free": free, "objectives": found})
+    return {
+        "study": study.name,
+        "designs": len(results.numbers) + len(results.failures),
+        "failed": len(results.failures),
+        "reused": tally.reused,
+        "feasible": int(results.feasible.sum()),
+        "front": int(results.front.sum()),
+        "objectives": goals,
+        "base": outcome.base,
+        "best": best,
+        "effects": [
+            {
+                "parameter": one.parameter,
+                "objective": one.objective,
+                "from": one.low,
+                "to": one.high,
+                "factor" if one.factor else "difference": one.change,
+                "interval": list(one.interval),
+            }
+            for one in results.effects
+        ],
+        "confirmed": [
+            {"finger": one.name, "failed": one.failed}
+            | {
+                channel: dict(zip(("predicted", "calibrated"), one.both(channel), strict=True))
+                for channel in one.predicted
+            }
+            for one in outcome.confirmed
+        ],
+        "cost": {
+            "seconds": tally.seconds,
+            "seconds_geometry": tally.spent[GEOMETRY] + tally.spent[RATIO],
+            "seconds_designs": tally.spent[GAUGES] + tally.spent[SCENES],
+            "processor_seconds": dict(tally.spent),
+            "workers": tally.workers,
+            "worker_memory_MB": tally.memory_MB,
+        },
+        "notes": tally.notes,
+        "written": outcome.written,
+    }
+
+
+def first_words(outcome: Outcome) -> list[str]:
+    """First sentences on a study: failures if there are many, then the result."""
+    study, results = outcome.study, outcome.results
+    total = len(results.numbers) + len(results.failures)
+    said = []
+    if outcome.failed_share > MANY_FAILED:
+        reasons, counts = np.unique(list(results.failures.values()), return_counts=True)
+        said.append(
+            f"{len(results.failures)} of {total} designs failed ({PER_CENT * outcome.failed_share:.0f} %), most often: "
+            f"{reasons[counts.argmax()]}"
+        )
+    if not results.chosen:
+        said.append(f"no design of {total} keeps all constraints")
+        return said
+    for one in study.objectives:
+        best, own = float(results.values(one.name)[results.chosen[0]]), outcome.base[one.name]
+        unit = "" if one.unit == "1" else f" {one.unit}"
+        said.append(f"{one.words}: best {best:.4g}{unit}, {study.finger.name} {own:.4g}{unit}")
+    return said

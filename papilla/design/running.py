@@ -1,5 +1,5 @@
 """Runs the designs of a study: batches go to workers, records come back and are stored; stored designs are not run
-again.
+again. `price` estimates the cost before.
 
 Workers belong to a Dask cluster (processes on this machine, or a given scheduler), which restarts a task on another
 worker if one is killed; without Dask they are plain processes. Both are used through the interface of
@@ -20,11 +20,12 @@ from typing import Any
 
 from papilla import cache
 from papilla.design import sampling
-from papilla.design.batch import OK, Batch, Done, Record, evaluate, version
-from papilla.design.geometry import measure_base, with_sites
+from papilla.design.batch import OK, Batch, Done, Record, evaluate, judged, version
+from papilla.design.geometry import geometry_map, measure_base, with_sites
+from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
-from papilla.design.study import Study
+from papilla.design.study import Study, probes
 from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.workers import THREADS
 
@@ -37,6 +38,9 @@ MEMORY = "3GiB"
 """Memory limit of a worker on this machine; a geometry needs up to 1.5 GB to reduce, and 1 to 12 MB afterwards."""
 RETRIES = 3
 """Number of times that plain processes are started again after one of them was killed."""
+
+TRIED = 5
+"""Number of designs whose cost is measured for an estimate."""
 
 Stage = Callable[[str, int, int], None]
 
@@ -293,3 +297,41 @@ class _Runner:
         left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
         rest = f", about {left:.0f} s left" if fresh and done < self.total else ""
         self.stage(f"designs, {done} of {self.total}{rest}", done, self.total)
+
+
+@dataclass(frozen=True)
+class Price:
+    """Designs and geometries of a study; seconds of a design and of a geometry, measured here; None if a geometry came
+    from the cache, so that nothing was measured."""
+
+    designs: int
+    geometries: int
+    sites: int
+    per_design: float
+    per_geometry: float
+    cached: bool
+
+    def seconds(self, workers: int) -> float:
+        """Approximate duration of the study with `workers` workers; known geometries cost almost nothing."""
+        fresh = self.geometries - 1 if self.geometries > 1 or self.cached else 0
+        return (fresh * self.per_geometry + self.designs * self.per_design) / workers
+
+
+def price(study: Study, say: Callable[[str], None]) -> Price:
+    """Measure the middle geometry and a few of its designs; the results stay in the cache."""
+    places = study.places
+    designs, geometries = sampling.count(study)
+    base = with_sites(study.finger, places)
+    measure_base(base, 1, say)
+    say("reducing one geometry")
+    began = perf_counter()
+    tried = [study.finger_of(free) for free in islice(probes(study), TRIED)]
+    first = with_sites(tried[0], places)
+    known = geometry_map(first, places, base)
+    took = perf_counter() - began
+    cached = took < 1.0
+    began = perf_counter()
+    for finger in tried:
+        judged(DesignInScene(finger, known, study.scene), study.asked)
+    each = (perf_counter() - began) / len(tried)
+    return Price(designs, geometries, len(first.gauges), each, took, cached)

@@ -1,9 +1,16 @@
-"""The scene of a study: specimens, forces, noise and doubts, as frozen values; and the grid of its presses."""
+"""The scene of a study, and the expected sigma of ln E after a touch in it.
+
+A scene has specimens, forces, noise and doubts, as frozen values. A touch begins in the air, where zeros are measured,
+and ends at a force that is held for some samples. The estimators' own filter (`papilla.estimators.softness.fitter`)
+starts at the true contact and learns the mean of these samples like a measured one; its sigma does not depend on the
+noise that occurred. Its own prior of E is replaced by one that is the same for every design, with a standard deviation
+of 1 in ln E. Predictions for a design and calibrations go the same way.
+"""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,6 +19,10 @@ from papilla.calibrate.press_table import DEFAULT_FORCES
 from papilla.calibrate.surface_fit import SurfaceFit, table_resolution
 from papilla.errors import InputError
 from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
+from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
+from papilla.estimators.softness.touch import RULES
+from papilla.units import UM_PER_MM
 
 FORCES, MODULI = 10, 14
 """Numbers of forces and of moduli of the grid: the fewest forces for cells of a spline, and steps of 0.2 in ln E."""
@@ -19,6 +30,8 @@ MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
 SWEPT_BEYOND = 1.05
 """How far beyond the largest force of the scene a calibration goes, at least."""
+PRIOR = 1.0
+"""One sigma of ln E before a touch, which remains if a touch gives no information."""
 
 
 @dataclass(frozen=True)
@@ -118,3 +131,63 @@ def _solver(force_N: tuple[float, float], modulus_MPa: tuple[float, float]) -> S
 def rms_or_worst(scene: Scene, sigma: np.ndarray) -> float:
     """One number for the sigmas over a scene: the worst or the rms."""
     return float(sigma.max()) if scene.over == "worst" else math.sqrt(float(np.mean(sigma**2)))
+
+
+def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
+    """Sigma (f, m) of ln E from S_d and force, over the points of a scene.
+
+    calibration : a `Calibration`, or `DesignInScene.surfaces` of a design.
+    """
+    # S_d averages over the gauges, so their independent noise and zeros shrink by the root of their number.
+    root = math.sqrt(len(calibration.gauges))
+    doubts = scene.unknown.doubts
+    doubts = replace(doubts, zero_microstrain=doubts.zero_microstrain / root)
+    try:
+        surface = SdSurface(calibration)
+    except InputError:
+        return np.full([len(part) for part in scene.points], PRIOR)
+    return _over(scene, surface, scene.gauge_noise_microstrain / root, doubts)
+
+
+def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
+    """The same from all gauges and force."""
+    return _over(scene, GaugeSurfaces(calibration, False), scene.gauge_noise_microstrain, scene.unknown.doubts)
+
+
+def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
+    """The same from force and indentation, as measured on a bench; `depth` has one "gauge" that reads micrometres."""
+    zero = UM_PER_MM * scene.depth_zero_mm / RULES.air_share
+    doubts = replace(scene.unknown.doubts, gauge_gain=0.0, zero_microstrain=zero, beside_mm=0.0)
+    return _over(scene, GaugeSurfaces(depth, False), UM_PER_MM * scene.depth_noise_mm, doubts)
+
+
+def _over(scene: Scene, surfaces: Any, noise: float, doubts: Doubts) -> np.ndarray:
+    fitter = Fitter(surfaces, noise, scene.force_noise_N, doubts, None)
+    forces, moduli = scene.points
+    return np.array([[_at(fitter, math.log(f), math.log(e), scene.samples) for e in moduli] for f in forces])
+
+
+def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> float:
+    nodes = fitter.surfaces.ln_nodes
+    usable = getattr(fitter.surfaces, "usable", None)
+    low, high = usable(ln_force) if usable else (nodes[0], nodes[-1])
+    if not max(low, nodes[0]) <= ln_modulus <= min(high, nodes[-1]):
+        return PRIOR
+    # The filter's unknown is h, a scale of ln E on which readings change along straight lines (`softness.fitter`). The
+    # touch starts at its true h, so that the slopes are those of the true contact.
+    curve = fitter.curve
+    place = (ln_modulus - curve.start) * curve.per_step
+    cell = min(int(place), len(curve.cubics) - 1)
+    u, (p, q, r, s) = place - cell, curve.cubics[cell]
+    h = p + u * (q + u * (r + u * s))
+    state = fitter.prior(RULES.air_share)
+    mean = state.mean.copy()
+    mean[0] = h
+    state = state._replace(mean=mean, ln_force=ln_force, anchor=h)
+    rows = np.arange(fitter.channels + 1)
+    y = fitter.linear(ln_force, 0.0, h).expected / fitter.whiten
+    _, learnt = fitter.learn(y, rows, state, fitter.noise_fit(y, rows, state, samples))
+    prior, after = (PRIOR_REACH * fitter.top) ** 2, float(learnt.covariance[0, 0])
+    # What the touch added to the filter's own prior of h, in units of ln E, with this module's prior instead.
+    information = max(1 / after - 1 / prior, 0.0) * fitter.ln_modulus(h)[1] ** 2
+    return 1 / math.sqrt(information + PRIOR**-2)

@@ -9,9 +9,10 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from papilla.design import couplings as formulas
+from papilla.design.geometry import geometry_map, with_sites
+from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES, Objective
-from papilla.design.parameters import made, of_geometry, parameters_of, refuse_unknown
+from papilla.design.parameters import coupled, made, names_of, of_geometry, parameters_of, refuse_unknown
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import Scene, Tolerances, Unknowns
 from papilla.errors import FileFormatError, InputError
@@ -99,7 +100,7 @@ class Study:
         names = {one.name for one in self.free if of_geometry(one.name)}
         for name, formula in self.couplings.items():
             if of_geometry(name):
-                names |= set(formulas.names_of(formula, name))
+                names |= set(names_of(formula, name))
         return [one for one in self.free if one.name in names]
 
     @property
@@ -109,7 +110,7 @@ class Study:
 
     def values(self, free: Mapping[str, float]) -> dict[str, float]:
         """All values that a design sets, including fixed and coupled ones; raises `InputError`."""
-        return formulas.coupled({**self.fixed, **free}, self.couplings)
+        return coupled({**self.fixed, **free}, self.couplings)
 
     def finger_of(self, free: Mapping[str, float]) -> Finger:
         """The finger with these values of the free parameters; raises `InputError`."""
@@ -126,6 +127,12 @@ class Study:
         beside = any(gauge.y_mm or gauge.direction_deg for gauge in self.finger.gauges)
         varied = any(name.endswith((".y_mm", ".direction_deg")) and name.startswith("gauges") for name in names)
         return Places.whole(foil) if beside or varied else Places.row(foil)
+
+    def in_scene(self, finger: Finger) -> DesignInScene:
+        """A finger in the scene of the study, with the study's places."""
+        places = self.places
+        base, own = with_sites(self.finger, places), with_sites(finger, places)
+        return DesignInScene(finger, geometry_map(own, places, base), self.scene)
 
     def feasible(self, found: Mapping[str, float]) -> bool:
         """Whether values of objectives meet all limits."""
@@ -201,11 +208,14 @@ def _study(file: _File, path: Path) -> Study:
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"{twice!r} stands in two of free, fixed and couplings")
     values = _values_of(finger)
-    formulas.check(file.couplings, [*values, *names])
+    for name, formula in file.couplings.items():
+        where = f'couplings."{name}"'
+        for used in names_of(formula, where):
+            refuse_unknown(used, [*values, *names], where)
     for name in (*file.objectives, *file.constraints):
         refuse_unknown(name, OBJECTIVES, "objectives" if name in file.objectives else "constraints")
     free = tuple(_free(name, given) for name, given in file.free.items())
-    needed = {name for formula in file.couplings.values() for name in formulas.names_of(formula, "couplings")}
+    needed = {name for formula in file.couplings.values() for name in names_of(formula, "couplings")}
     fixed = {name: values[name] for name in needed if name not in names} | file.fixed
     text = repr((file, finger.sha256))
     study = Study(

@@ -1,7 +1,6 @@
 """Map of the pressure between finger and specimen, seen along the contact's normal."""
 
 from dataclasses import dataclass
-from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,10 @@ from papilla.specimen import Specimen
 from papilla.units import KPA_PER_MPA
 from papilla.view.style import INK, MUTED, SEQUENTIAL, THIN, color_bar, friction_text, nice_limit, styled, titled
 
-PIXELS = 301
+BAR_IN, PANEL_IN, HEIGHT_IN = 1.4, 4.4, 5.6  # Inches of a picture: width of the bar and of a map; height
+ROOM = 1.3  # Half width of a map over the reach of the contact
+PIXELS, AROUND = 301, 181  # Points across a map, and around a contact
+DOT = 12  # Area of the dot of a nodal pressure, square points
 LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
 CONTACT_EDGE = 0.02  # Share of the peak pressure at the edge of a contact that is not an ellipse
 
@@ -53,8 +55,8 @@ class Profile:
     layer_term: float
 
     def edge(self) -> np.ndarray:
-        """Points (181, 2) of the closed line around the contact, mm."""
-        angle = np.linspace(0, 2 * np.pi, 181)
+        """Points (n, 2) of the closed line around the contact, mm."""
+        angle = np.linspace(0, 2 * np.pi, AROUND)
         return self.centre + np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self.axes.T
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
@@ -88,7 +90,7 @@ def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
     if profile is not None:
         return [profile.edge()]
     xy, _, pressure = whole_patch(reduced, press)
-    x, y = np.meshgrid(*[np.linspace(xy.min(), xy.max(), 241)] * 2)
+    x, y = np.meshgrid(*[np.linspace(xy.min(), xy.max(), PIXELS)] * 2)
     generator = contour_generator(x, y, np.nan_to_num(LinearNDInterpolator(xy, pressure)(x, y)), line_type="Separate")
     lines: list[np.ndarray] = generator.lines(CONTACT_EDGE * float(pressure.max()))  # type: ignore[assignment]
     return lines
@@ -106,19 +108,17 @@ def contact_figure(
     The shade is the smooth profile, dots are the nodal pressures; a contact that is not an ellipse has only dots.
     """
     scenes = [(press, specimen), *([] if beside is None else [beside])]
-    reach = 1.3 * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
+    reach = ROOM * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
     limit = nice_limit(KPA_PER_MPA * max(max(float(one.pressure.max()), one.peak_pressure) for one, _ in scenes))
-    width = 1.15 + 4.4 * len(scenes)
-    with styled(width + 0.3, 5.6) as figure:
-        for number, (one, touched) in enumerate(scenes):
-            axes = figure.add_axes(((0.8 + 4.4 * number) / width, 0.1, 3.7 / width, 0.66))
+    with styled(BAR_IN + PANEL_IN * len(scenes), HEIGHT_IN) as figure:
+        panels = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
+        for axes, (one, touched) in zip(panels, scenes, strict=True):
             shades = _pressure_map(axes, reduced, one, reach, limit)
-            if beside is not None:
-                axes.set_title(f"{touched.modulus:.3g} MPa {touched.words}" if touched else "", fontsize=10)
+            if beside is not None and touched is not None:
+                axes.set_title(f"{touched.modulus:.3g} MPa {touched.words}", fontsize="medium")
             axes.set_xlabel("x across the finger (mm)")
-            if number == 0:
-                axes.set_ylabel("y along the finger (mm)")
-        color_bar(figure, shades, (1 - 0.95 / width, 0.1, 0.14 / width, 0.66), "contact pressure (kPa)")
+        panels[0].set_ylabel("y along the finger (mm)")
+        color_bar(shades, panels, "contact pressure (kPa)")
         if beside is None:
             on = f"{press.modulus:.3g} MPa {specimen.words}" if specimen else f"{press.modulus:.3g} MPa"
         else:
@@ -129,12 +129,10 @@ def contact_figure(
         ]
         peak, area, depth = (" and ".join(values) for values in zip(*measures, strict=True))
         at = f"touched at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm; " if any(reduced.at) else ""
-        facts = f"peak {peak}; contact area {area} (dashed); indentation {depth}\n{at}{press.status}"
         titled(
             figure,
             f"{press.force:.3g} N on {on}, {friction_text(press.friction)}",
-            "\n".join(fill(line, int(15 * width)) for line in facts.splitlines()),
-            11,
+            f"peak {peak}; contact area {area} (dashed); indentation {depth}; {at}{press.status}",
         )
     return figure
 
@@ -156,7 +154,9 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
         x, y = (xy[pressure > 0] + at).T
-        axes.scatter(x, y, s=12, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN / 2, **shown)
+        axes.scatter(
+            x, y, s=DOT, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN / 2, **shown
+        )
     axes.triplot(mesh, color=MUTED, linewidth=THIN / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
         axes.plot(*(line + at).T, color=INK, linestyle="--")

@@ -11,7 +11,7 @@ from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.units import to_microstrain
-from papilla.view.render import ABOVE, BELOW, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
+from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.style import (
     DIVERGING,
     GAUGE_COLOR,
@@ -28,6 +28,10 @@ from papilla.view.style import (
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
+FIGURE_IN, TITLE_PT, SMALL_PT = 8.0, 14, 11  # Width of a picture of one gauge; sizes of a title
+MAPS, SMALL_MAPS = (5, 2.9), (2, 2.3)  # Maps beside each other, and the width of one, inches
+STEP = 0.2  # Distance of the lines of equal sensitivity, as a share of the colour bar's end
+BAR = "gauge strain per force of a small load (µε per mN)"
 LIFTED = 1.003  # Factor that moves lines off the skin, which would hide parts of them
 
 
@@ -44,7 +48,7 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
     limit = nice_limit(float(np.abs(values).max()))
     rendered = use_offscreen_window()
     view = fitted(View(ELEVATION if rendered else 90.0, 0.0), skin.points)
-    with framed(view, 8) as (figure, (axes,)):
+    with framed(view, FIGURE_IN) as (figure, (axes,)):
         if rendered:
             lines = Part(_contours(skin, limit), INK, opacity=0.35, lit=False)
             draw(axes, [Part(skin, scalars="sensitivity", limit=limit), lines], view)
@@ -53,12 +57,12 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
             triangles = skin.regular_faces
             axes.tripcolor(x, y, triangles, values, shading="gouraud", cmap=DIVERGING, vmin=-limit, vmax=limit)
         _mark_gauges(axes, view, finger, gauge_name)
-        diverging_bar(figure, limit, "gauge strain per force of a small load (µε per mN)")
+        diverging_bar(axes, limit, BAR)
         strongest = np.abs(values).argmax()
         x, y, _ = skin.points[strongest]
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
         facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
-        titled(figure, f"Receptive field of gauge {literal(gauge_name)}", facts, 14)
+        titled(figure, f"Receptive field of gauge {literal(gauge_name)}", facts, TITLE_PT)
     return figure
 
 
@@ -71,15 +75,11 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
     limit = nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
     sites = _grids(finger)
     width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
-    columns, inches = (2, 2.0) if small else (5, 2.9)
-    columns = min(len(skins), columns)
+    most, inches = SMALL_MAPS if small else MAPS
+    columns = min(len(skins), most)
     rows = -(-len(skins) // columns)
-    with styled(inches * columns + 0.7, inches * height / width * rows + BELOW + ABOVE) as figure:
-        tall = figure.get_figheight()
+    with styled(inches * columns, inches * height / width * rows + AROUND_IN) as figure:
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-        figure.subplots_adjust(
-            0.6 / figure.get_figwidth(), (BELOW + 0.45) / tall, 0.99, 1 - (ABOVE + 0.15) / tall, 0.06
-        )
         for axes in grid.flat[len(skins) :]:
             axes.set_visible(False)
         for number, (axes, skin, gauge) in enumerate(zip(grid.flat, skins, finger.gauges, strict=False)):
@@ -94,9 +94,9 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
             axes.set(aspect="equal", xlabel="x (mm)")
         for axes in grid[:, 0]:
             axes.set_ylabel("y (mm)")
-        diverging_bar(figure, limit, "gauge strain per force of a small load (µε per mN)")
+        diverging_bar(grid, limit, BAR)
         facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
-        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, 11 if small else 14)
+        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, SMALL_PT if small else TITLE_PT)
         if small:
             narrow(figure)
     return figure
@@ -111,8 +111,8 @@ def _skin(fields: ReceptiveFields, number: int) -> pv.PolyData:
 
 
 def _contours(skin: pv.PolyData, limit: float) -> pv.PolyData:
-    """Lines of equal sensitivity, at steps of a fifth of the colour bar's end."""
-    lines = skin.contour((np.arange(-0.9, 1.0, 0.2) * limit).tolist(), scalars="sensitivity")
+    """Lines of equal sensitivity, none at zero."""
+    lines = skin.contour((np.arange(STEP / 2 - 1, 1, STEP) * limit).tolist(), scalars="sensitivity")
     lines.points = lines.points * LIFTED
     return lines
 

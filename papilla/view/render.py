@@ -24,7 +24,7 @@ from papilla.view.style import DIVERGING, styled
 SUPERSAMPLE = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
 MARGIN_MM = 1.5  # Margin around the content of a picture
 PIXELS_PER_MM = 18.0
-BELOW, ABOVE = 0.9, 0.85  # Inches of a figure for the colour bar below, and for the title above
+AROUND_IN = 1.75  # Height of a figure for its title and the colour bar, inches
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,15 +80,10 @@ def fitted(view: View, points: np.ndarray) -> View:
 
 @contextmanager
 def framed(view: View, width: float, panels: int = 1) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A new figure `width` inches wide, and axes beside each other in the coordinates of `View.project`, between its
-    title and bar."""
-    height = width / panels * view.height_mm / view.width_mm + BELOW + ABOVE
-    with styled(width, height) as figure:
-        room = (1 - 0.04) / panels
-        frames = [
-            figure.add_axes((0.02 + room * panel, BELOW / height, room, 1 - (BELOW + ABOVE) / height))
-            for panel in range(panels)
-        ]
+    """A new figure `width` inches wide, with axes next to each other in the coordinates of `View.project`, and room for
+    a title and a bar."""
+    with styled(width, width / panels * view.height_mm / view.width_mm + AROUND_IN) as figure:
+        frames = list(figure.subplots(1, panels, squeeze=False)[0])
         for axes in frames:
             axes.set(xlim=view.extent[:2], ylim=view.extent[2:], aspect="equal")
             axes.axis("off")

@@ -35,6 +35,7 @@ from papilla.view.style import (
     STRAIN,
     THICK,
     THIN,
+    THOUSAND,
     diverging_bar,
     friction_text,
     literal,
@@ -149,7 +150,7 @@ def strain_figure(
             _annotate(axes, one, view, finger, scene.press, strains=shown == STRAIN, short=width == NARROW_IN)
             if beside is not None:
                 axes.text(0.5, 0.98, _facts(scene.press), transform=axes.transAxes, ha="center", color=MUTED)
-        bar = diverging_bar(figure, limit, shown_words(shown))
+        bar = diverging_bar(frames, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
         short = width == NARROW_IN
         _title(figure, scenes, reduced, scale, ["numbers at the gauges: readings in 10³ µε"] if short else [])
@@ -194,7 +195,7 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
         mark_gauge(axes, flat)
         label = f"{literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
         if short:
-            label = f"{literal(gauge.name)}\n{reading / 1000:+.3g}"
+            label = f"{literal(gauge.name)}\n{reading / THOUSAND:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
             x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold", linespacing=1.25,

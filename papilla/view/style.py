@@ -32,7 +32,10 @@ INK, MUTED, FAINT = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.
 THIN, THICK = 0.8, 1.7
 """Widths in points of a line that helps to read (a frame, an edge, zero), and of the curve that a picture is about;
 other curves have the width of the style sheet."""
-GAUGE_COLOR = "#f5c400"
+GAUGE_COLOR, GAUGE_PT, EDGE_PT = "#f5c400", 4, 6.5
+"""Colour of a gauge's grid; width of its line and of the line behind it, in points."""
+THOUSAND = 1000
+"""Microstrain of a unit of 10³ µε."""
 
 ACCENTS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#be185d", "#475569")
 """Colours of curves, in order."""
@@ -43,11 +46,15 @@ SEQUENTIAL = "Blues"  # For quantities that start at zero
 STRAIN, COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
 """What a strain picture shows: strain along the layers, or a component of the stress; "mises" is that of von Mises."""
 
+WIDTH_IN, HEIGHT_IN = 7.2, 4.4
+"""Inches of a plot on a page."""
 NARROW_IN = 4.6
 """Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
-LETTER = 0.6
-"""Width of a bold letter, on average, as a share of its size."""
-
+MARGIN_IN, INCH_PER_POINT = 0.12, 1 / 72
+"""Margin of the texts at the top of a figure; the size of letters is in points."""
+LETTER, LINE, DETAIL = {"bold": 0.6, "normal": 0.54}, 1.4, 0.75
+"""Width of a letter on average, and distance of lines, over the size of letters; size of a detail over that of its
+message."""
 
 _UNDATED: dict[str, dict[str, None]] = {
     "png": {"Software": None},
@@ -58,7 +65,7 @@ _UNDATED: dict[str, dict[str, None]] = {
 
 
 @contextmanager
-def styled(width: float, height: float) -> Iterator[Figure]:
+def styled(width: float = WIDTH_IN, height: float = HEIGHT_IN) -> Iterator[Figure]:
     """A new figure of `width` x `height` inches, to be drawn on inside the block, in papilla's style."""
     with matplotlib.rc_context(_STYLE):
         yield Figure(figsize=(width, height))
@@ -82,62 +89,57 @@ def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
 
 
 def titled(figure: Figure, message: str, detail: str, size: float = 12.0) -> None:
-    """A bold message of `size` points at the top left of the figure, and below it the detail in smaller grey text."""
-    inch = 1 / figure.get_figheight()
-    figure.text(0.02, 1 - 0.18 * inch, message, fontsize=size, weight="bold", va="top")
-    figure.text(0.02, 1 - (0.25 + size / 60) * inch, detail, fontsize=0.75 * size, color=MUTED, va="top")
+    """A bold message of `size` points at the top left of the figure, and below it the detail in smaller grey text; the
+    axes get the rest."""
+    figure.text(0, 1, message, fontsize=size, weight="bold", va="top")
+    if detail:
+        figure.text(0, 1, detail, fontsize=DETAIL * size, color=MUTED, va="top")
+    _stack(figure)
 
 
 def narrow(figure: Figure) -> None:
-    """Make a drawn figure `NARROW_IN` wide. Letters and what stands around the axes keep their size, axes become
-    narrower, and lines of text above them are broken."""
+    """Make a figure `NARROW_IN` wide. Letters keep their size, axes become narrower, and there are more lines of text
+    above them."""
     wide, tall = figure.get_size_inches()
-    renderer = FigureCanvasAgg(figure).get_renderer()
-    boxes = [axes.get_position() for axes in figure.axes]
-    drawn = [box for axes in figure.axes if (box := axes.get_tightbbox(renderer)) is not None]
-    around = [box.transformed(figure.dpi_scale_trans.inverted()) for box in drawn]
-    first, last = wide * min(box.x0 for box in boxes), wide * max(box.x1 for box in boxes)
-    left, right = first - min(box.x0 for box in around) + 0.05, max(box.x1 for box in around) - last + 0.05
-    scale, lower = (NARROW_IN - left - right) / (last - first), 0.0
-    tops = []
+    before = _stack(figure)
+    figure.set_figwidth(NARROW_IN)
+    figure.set_figheight(tall + _stack(figure) - before)
+    _stack(figure)
+
+
+def _stack(figure: Figure) -> float:
+    """Place the texts of a figure below each other at its top, broken to its width; constrained layout has the room
+    below. Returns the inches that they need."""
+    (wide, tall), top = figure.get_size_inches(), MARGIN_IN
     for text in figure.texts:
-        size = float(text.get_fontsize()) / 72
-        lines = textwrap.wrap(text.get_text(), int(NARROW_IN / (LETTER * size)))
-        tops.append((1 - text.get_position()[1]) * tall + lower)
-        text.set_text("\n".join(lines))
-        lower += 1.2 * size * max(len(lines) - 1, 0)
-    figure.set_size_inches(NARROW_IN, tall + lower)
-    for text, top in zip(figure.texts, tops, strict=True):
-        text.set_y(1 - top / (tall + lower))
-    for axes, box in zip(figure.axes, boxes, strict=True):
-        place = [left + scale * (wide * x - first) for x in (box.x0, box.x1)]
-        height = box.height * tall / (tall + lower)
-        axes.set_position(
-            (place[0] / NARROW_IN, box.y0 * tall / (tall + lower), (place[1] - place[0]) / NARROW_IN, height)
-        )
+        size = float(text.get_fontsize()) * INCH_PER_POINT
+        letters = int((wide - 2 * MARGIN_IN) / (LETTER[str(text.get_fontweight())] * size))
+        lines = textwrap.wrap(text.get_text(), letters)
+        text.set(text="\n".join(lines), position=(MARGIN_IN / wide, 1 - top / tall))
+        top += LINE * size * len(lines)
+    figure.get_layout_engine().set(rect=(0, 0, 1, 1 - top / tall))
+    return top
 
 
-def color_bar(figure: Figure, shades: Any, place: tuple[float, float, float, float], label: str, **more) -> Colorbar:
-    """A bar of the colours of `shades` at `place` (left, bottom, width, height as shares of the figure)."""
-    bar = figure.colorbar(shades, cax=figure.add_axes(place), **more)
-    bar.set_label(label)
+def color_bar(shades: Any, axes: Any, label: str, **more) -> Colorbar:
+    """A bar of the colours of `shades` next to axes, which give it room."""
+    own = np.atleast_1d(axes).flat
+    bar = own[0].figure.colorbar(shades, ax=list(own), label=label, **more)
     bar.outline.set_visible(False)
     return bar
 
 
-def diverging_bar(figure: Figure, limit: float, label: str) -> Colorbar:
-    """A bar of signed values to +-`limit` below a picture."""
-    inch = 1 / figure.get_figheight()
+def diverging_bar(axes: Any, limit: float, label: str) -> Colorbar:
+    """A bar of signed values to +-`limit` below axes."""
     shades = ScalarMappable(Normalize(-limit, limit), colormaps[DIVERGING])
-    place = (0.27, 0.6 * inch, 0.46, 0.14 * inch)
     ticks = np.linspace(-limit, limit, 5)
-    return color_bar(figure, shades, place, label, orientation="horizontal", ticks=ticks)
+    return color_bar(shades, axes, label, location="bottom", shrink=0.5, aspect=30, ticks=ticks)
 
 
 def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str = INK) -> None:
     """The grid of a gauge between its ends (2, 2)."""
-    axes.plot(*ends.T, color=edge, linewidth=6.5, solid_capstyle="butt")
-    axes.plot(*ends.T, color=color, linewidth=4, solid_capstyle="butt")
+    axes.plot(*ends.T, color=edge, linewidth=EDGE_PT, solid_capstyle="butt")
+    axes.plot(*ends.T, color=color, linewidth=GAUGE_PT, solid_capstyle="butt")
 
 
 def kind_of(path: str | Path) -> str:

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from papilla.design import batch, explaining, job
+from papilla.design import batch, job, objectives, running, study
 from papilla.design.geometry import GeometryMap
 from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, Response
 from papilla.fem.reduction.gauges import QUANTITIES
@@ -73,9 +73,7 @@ def made_up_geometry():
 @pytest.fixture
 def made_up(monkeypatch):
     """Studies in this process on the made-up geometry, without large strain and pictures of strain."""
-    for module in (batch, job, explaining):
+    for module in (batch, study, running, objectives):
         monkeypatch.setattr(module, "geometry_map", made_up_map)
-    monkeypatch.setattr("papilla.design.objectives.worst_over_tolerances.geometry_map", made_up_map)
-    for name in ("running", "explaining"):
-        monkeypatch.setattr(f"papilla.design.{name}.measure_base", lambda *_: "")
-    monkeypatch.setattr("papilla.design.page._strain", lambda *_: None)
+    monkeypatch.setattr(running, "measure_base", lambda *_: "")
+    monkeypatch.setattr(job, "_strain", lambda *_: None)

@@ -13,7 +13,6 @@ import pytest
 
 from papilla.design import running
 from papilla.design.batch import version
-from papilla.design.job import in_scene
 from papilla.design.store import Store
 from papilla.design.study import read_study
 from papilla.errors import InputError, MissingExtraError
@@ -39,7 +38,7 @@ def study_file(tmp_path_factory):
     path = tmp_path_factory.mktemp("cluster") / "study.toml"
     path.write_text(STUDY)
     study = read_study(path)
-    in_scene(study, study.finger)
+    study.in_scene(study.finger)
     return path
 
 

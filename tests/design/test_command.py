@@ -7,7 +7,7 @@ import pytest
 
 from papilla.cli import main
 from papilla.design import running
-from papilla.design.explaining import price
+from papilla.design.running import price
 from papilla.design.study import read_study
 from papilla.finger import Gauge
 
@@ -75,7 +75,7 @@ def test_placed_gauges_are_listed_and_given_as_json(papilla, study_file, monkeyp
             sentences=["two gauges leave 0.2"], sigma={"anywhere": {}}, written=["placed_2.toml"],
         )  # fmt: skip
 
-    monkeypatch.setattr("papilla.design.placing.place_gauges", placed)
+    monkeypatch.setattr("papilla.design.placement.place_gauges", placed)
     code, out, _ = papilla(study_file(), "--place", "2", "--out", tmp_path, "--json")
     found = json.loads(out)
     assert code == 0 and found["written"] == ["placed_2.toml"] and asked[0][1:] == (2, tmp_path)

@@ -1,11 +1,13 @@
 """Places of gauges: greedy choice and exchange against all sets, and the rows of influence against presses."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 
 from papilla import fem
 from papilla.design.influence import influence
-from papilla.design.placement import Problem, brute_force, place, problem
+from papilla.design.placement import Problem, place, problem
 from papilla.design.scene import Scene
 from papilla.finger import Finger
 
@@ -19,6 +21,13 @@ def made_up(seed: int, k: int = 14) -> Problem:
     prior = np.tile(np.diag([1.0, 4.0, 4.0, 1.0, 1.0, 9.0]), (6, 1, 1))
     overlap = np.abs(np.subtract.outer(np.arange(k), np.arange(k))) < 2
     return Problem(slopes, 0.05 + 0.1 * rng.random((6, k)), prior, overlap)
+
+
+def brute_force(one: Problem, count: int) -> list[int]:
+    """The best of all sets, by exhaustive search."""
+    sets = (list(s) for s in combinations(range(one.overlap.shape[0]), count))
+    free = (s for s in sets if not any(one.overlap[a, b] for a, b in combinations(s, 2)))
+    return min(free, key=one.sigma)
 
 
 @pytest.mark.parametrize("seed", range(6))

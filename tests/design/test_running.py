@@ -9,8 +9,8 @@ import pytest
 
 from papilla.design import batch, running
 from papilla.design.batch import Record
-from papilla.design.job import first_words, run_study, summary
-from papilla.design.results import Results
+from papilla.design.job import run_study
+from papilla.design.results import Results, first_words, summary
 from papilla.design.store import Store
 from papilla.design.study import read_study
 from papilla.errors import FileAccessError, InputError

@@ -3,8 +3,7 @@
 import pytest
 
 from papilla.design import sampling
-from papilla.design.couplings import coupled
-from papilla.design.parameters import made, parameters_of
+from papilla.design.parameters import coupled, made, parameters_of
 from papilla.design.study import read_study
 from papilla.errors import InputError
 from papilla.finger import Finger

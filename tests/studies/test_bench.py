@@ -14,7 +14,7 @@ from papilla.studies.bench.measure import Job, measure, peak_memory_MiB, set_up
 from papilla.studies.bench.row import pareto_front
 from papilla.studies.bench.scenes import SPECIMEN, answers, thousand
 from papilla.units import gf_to_newton
-from papilla.view.price_plot import price_figure
+from papilla.view.study_plots import price_figure
 from papilla.view.style import png
 
 KEYS = {

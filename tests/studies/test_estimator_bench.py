@@ -13,7 +13,7 @@ from papilla.errors import InputError
 from papilla.studies.estimator_bench import cost, honesty, other_methods, runner
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.studies.estimator_bench.scenes import CLAIMS, scene
-from papilla.view.estimator_plots import honesty_figure
+from papilla.view.study_plots import honesty_figure
 from papilla.view.style import png
 
 SMALL = runner.Plan(scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4)

@@ -114,6 +114,7 @@ def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
     else:
         figure = plots.sd_against_force(FORCE, MODULI, SD)
     style.titled(figure, "A message that is longer than a telephone is wide, by far", "and a detail below it " * 4)
+    figure.draw_without_rendering()
     sizes = [item.get_fontsize() for item in figure.findobj(match=Text)]
     height, room = figure.get_figheight(), figure.axes[0].bbox.height
     style.narrow(figure)
@@ -124,4 +125,4 @@ def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
     width, height = figure.bbox.size
     assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for box in boxes)
     assert boxes[0].y0 > boxes[1].y1, "the detail is below the message"
-    assert figure.axes[0].bbox.height == pytest.approx(room) and boxes[2].width > width / 2
+    assert figure.axes[0].bbox.height == pytest.approx(room, rel=0.05) and boxes[2].width > width / 2
