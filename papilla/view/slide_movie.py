@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.tri import Triangulation
 from skfem import Basis, ElementTriP2, ElementVector
 
+from papilla import checks
 from papilla.errors import InputError
 from papilla.fem.sliding.section_model import SectionModel
 from papilla.fem.sliding.slide import Slide
@@ -17,9 +18,19 @@ from papilla.finger import Finger
 from papilla.mesh.section import build_section
 from papilla.textures import Texture
 from papilla.units import PER_CENT, TINY
-from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, literal, styled
+from papilla.view.style import ACCENTS, BONE_COLOR, DIVERGING, INK, MUTED, literal, styled
 
-FRAMES, FRAMES_A_SECOND = 60, 12
+FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90
+HEIGHT_IN = 6.0
+"""Height of the movie, inches."""
+AROUND, BELOW, OVER_MM = 1.6, 0.8, 3.0
+"""Half width of the picture over that of the contact; depth below the skin over this; mm of texture above the skin."""
+BARS_MM = 0.6, 2.8
+"""Where the bars of pressure begin and end above the skin, mm."""
+COMMON = 99.7
+"""Per cent of the strains, and of the signals, that lie within the limits: about three sigmas."""
+POINTS = 1200
+"""Points of the texture across the picture."""
 SIGNAL_S = 0.25
 """Seconds of signal before each frame."""
 
@@ -37,29 +48,29 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
     model = SectionModel(finger, build_section(finger, ridges=found.ridge_pitch_mm > 0))
     moved, strain = _fields(model, found, samples)
     points, triangles = model.section.points, model.section.triangles
-    width = 1.6 * model.section.half_width
-    limit = float(np.percentile(np.abs(strain), 99.5))
-    with styled(7.2, 6.0) as figure, replacing(path) as temporary:
+    width, top = AROUND * model.section.half_width, points[:, 1].max()
+    limit = PER_CENT * float(np.percentile(np.abs(strain), COMMON))
+    with styled(height=HEIGHT_IN) as figure, replacing(path) as temporary:
         FigureCanvasAgg(figure)
-        body, signal = figure.add_axes((0.12, 0.43, 0.85, 0.5)), figure.add_axes((0.12, 0.09, 0.85, 0.24))
+        body, signal = figure.subplots(2, 1, height_ratios=(2, 1))
         writer = PillowWriter(fps=FRAMES_A_SECOND)
-        with matplotlib.rc_context({"savefig.dpi": 90}), writer.saving(figure, f"{temporary}.gif", dpi=90):
+        with matplotlib.rc_context({"savefig.dpi": DPI}), writer.saving(figure, f"{temporary}.gif", dpi=DPI):
             for row, sample in enumerate(samples):
                 body.clear()
-                body.set(
-                    xlim=(-width, width), ylim=(points[:, 1].max() - 0.8 * width, points[:, 1].max() + 3), aspect=1
-                )
                 mesh = Triangulation(*(points + moved[row]).T, triangles)
-                body.tripcolor(
-                    mesh, PER_CENT * strain[row], cmap=DIVERGING, vmin=-PER_CENT * limit, vmax=PER_CENT * limit
-                )
-                _draw_texture(body, texture, found, sample, points[:, 1].max(), width)
-                body.set(ylabel="z (mm)", xlabel="x (mm)")
-                body.set_title(
-                    f"{found.motion.t_s[sample]:.3f} s, {found.force_N[sample]:.2g} N; strain along x to "
-                    f"±{PER_CENT * limit:.2g} %", fontsize="small",
+                body.tripcolor(mesh, PER_CENT * strain[row], cmap=DIVERGING, vmin=-limit, vmax=limit)
+                _draw_texture(body, texture, found, sample, top, width)
+                body.set(
+                    xlim=(-width, width), ylim=(top - BELOW * width, top + OVER_MM), aspect=1, ylabel="z (mm)",
+                    xlabel="x (mm)",
                 )  # fmt: skip
+                scene = f"{found.motion.t_s[sample]:.3f} s, {found.force_N[sample]:.2g} N"
+                body.set_title(f"{scene}; strain along x to ±{limit:.2g} %", fontsize="small")
                 _draw_signals(signal, found, sample)
+                if row == 0:
+                    # Axes stay where the first frame has them
+                    figure.draw_without_rendering()
+                    figure.set_layout_engine("none")
                 writer.grab_frame()
         Path(f"{temporary}.gif").replace(temporary)
 
@@ -71,19 +82,21 @@ def _fields(model: SectionModel, found: Slide, samples: np.ndarray) -> tuple[np.
     fields = model.solve(means.T @ forces.T)
     vertices = model.scalar.nodal_dofs[0]
     moved = np.stack([fields[model.component[c][vertices]].T for c in (0, 1)], axis=-1)
-    middle = Basis(model.mesh, ElementVector(ElementTriP2()), quadrature=(np.full((2, 1), 1 / 3), np.array([0.5])))
+    third = np.full((2, 1), 1 / 3)
+    middle = Basis(model.mesh, ElementVector(ElementTriP2()), quadrature=(third, np.array([0.5])))
     strain = np.stack([middle.interpolate(field).grad[0, 0, :, 0] for field in fields.T])
     return moved, strain
 
 
 def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float, width: float) -> None:
-    x = np.linspace(-width, width, 1200)
+    x = np.linspace(-width, width, POINTS)
     place = np.clip(x + found.motion.position_mm[sample] + found.carried_mm[sample], *texture.span)
     under = top - found.depth_mm[sample] + texture.recess(place)
-    axes.fill_between(x, under, top + 3, color="#c9ced6", linewidth=0, zorder=3)
+    axes.fill_between(x, under, top + OVER_MM, color=BONE_COLOR, linewidth=0, zorder=3)
     pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
-    axes.vlines(found.x_mm, top + 0.6, top + 0.6 + 2.2 * pressure, color=INK, zorder=4)
-    axes.text(0.99, 0.93, "pressure", transform=axes.transAxes, ha="right", fontsize="small", color=MUTED, zorder=5)
+    low, high = BARS_MM
+    axes.vlines(found.x_mm, top + low, top + low + (high - low) * pressure, color=INK, zorder=4)
+    axes.text(width, top + high, "pressure ", ha="right", va="top", fontsize="small", color=MUTED, zorder=4)
 
 
 def _draw_signals(axes, found: Slide, sample: int) -> None:
@@ -92,7 +105,7 @@ def _draw_signals(axes, found: Slide, sample: int) -> None:
     change = found.readings - found.readings.mean(axis=0)
     for name, color, signal in zip(found.gauge_names, ACCENTS, change[rows].T, strict=False):
         axes.plot(found.motion.t_s[rows], signal, color=color, label=literal(name))
-    reach = max(1.05 * float(np.percentile(np.abs(change), 99.8)), 1e-9)
+    reach = max(float(np.percentile(np.abs(change), COMMON)), checks.ROUNDING)
     axes.set(ylim=(-reach, reach), xlabel="time (s)", ylabel="change (µε)")
     end = max(found.motion.t_s[sample], min(SIGNAL_S, found.motion.t_s[-1]))
     axes.set_xlim(max(end - SIGNAL_S, 0.0), end)

@@ -8,7 +8,7 @@ import pyvista as pv
 from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 
 from papilla.errors import InputError
 from papilla.fem.fields import Field
@@ -27,6 +27,7 @@ from papilla.view.section import (
     specimen_solid,
 )
 from papilla.view.style import (
+    BONE_COLOR,
     COMPONENTS,
     DIVERGING,
     INK,
@@ -46,7 +47,7 @@ from papilla.view.style import (
 )
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
-SKIN_COLOR, SPECIMEN_COLOR, BONE_COLOR = "#e9d8c7", "#cdd5e0", "#c9ced6"
+SKIN_COLOR, SPECIMEN_COLOR = "#e9d8c7", "#cdd5e0"
 EDGE_COLOR = "#9fb0c4"  # Edge of the specimen
 WIDTHS = (10.0, 17.0)  # Inches of a picture of one press and of two
 
@@ -174,8 +175,7 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
         x, y = view.project(face.points).T
         axes.tripcolor(x, y, face.triangles, face.values, shading="gouraud", cmap=DIVERGING, vmin=-limit, vmax=limit)
     inside = view.project(solid)
-    low, high = inside.min(axis=0), inside.max(axis=0)
-    axes.fill_between([low[0], high[0]], low[1], high[1], color=SPECIMEN_COLOR, linewidth=0)
+    axes.fill(*inside[ConvexHull(inside).vertices].T, color=SPECIMEN_COLOR, linewidth=0)
 
 
 def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:

@@ -34,6 +34,7 @@ THIN, THICK = 0.8, 1.7
 other curves have the width of the style sheet."""
 GAUGE_COLOR, GAUGE_PT, EDGE_PT = "#f5c400", 4, 6.5
 """Colour of a gauge's grid; width of its line and of the line behind it, in points."""
+BONE_COLOR = "#c9ced6"
 THOUSAND = 1000
 """Microstrain of a unit of 10³ µε."""
 
@@ -52,7 +53,7 @@ NARROW_IN = 4.6
 """Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
 MARGIN_IN, INCH_PER_POINT = 0.12, 1 / 72
 """Margin of the texts at the top of a figure; the size of letters is in points."""
-LETTER, LINE, DETAIL = {"bold": 0.6, "normal": 0.54}, 1.4, 0.75
+LETTER, LINE, DETAIL = 0.6, 1.4, 0.75
 """Width of a letter on average, and distance of lines, over the size of letters; size of a detail over that of its
 message."""
 
@@ -113,7 +114,7 @@ def _stack(figure: Figure) -> float:
     (wide, tall), top = figure.get_size_inches(), MARGIN_IN
     for text in figure.texts:
         size = float(text.get_fontsize()) * INCH_PER_POINT
-        letters = int((wide - 2 * MARGIN_IN) / (LETTER[str(text.get_fontweight())] * size))
+        letters = int((wide - 2 * MARGIN_IN) / (LETTER * size))
         lines = textwrap.wrap(text.get_text(), letters)
         text.set(text="\n".join(lines), position=(MARGIN_IN / wide, 1 - top / tall))
         top += LINE * size * len(lines)
@@ -154,6 +155,7 @@ def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
     """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
     stream = io.BytesIO()
     with matplotlib.rc_context(_STYLE):
+        figure.draw_without_rendering()  # The layout of axes of a fixed aspect needs a second pass
         # It imports the canvas of the kind when a picture of this kind is written
         FigureCanvasAgg(figure).print_figure(stream, format=kind, dpi=dpi, metadata=_UNDATED[kind])
     return stream.getvalue()

@@ -12,8 +12,8 @@ from papilla.errors import MissingExtraError
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.units import PER_CENT
-from papilla.view.strain_field import BONE_COLOR, SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
-from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
+from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
+from papilla.view.style import BONE_COLOR, DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
 
 if TYPE_CHECKING:
     from pyvista import PolyData
