@@ -79,7 +79,7 @@ def test_a_press_beside_the_apex_shows_where_it_touched(scene, tmp_path):
     (field,) = view.fields(scene.finger, reduced, [press])
     figure = view.strain_figure(field, reduced, press, scene.specimen, scene.finger)
     texts = " ".join(text.get_text() for text in figure.findobj(match=matplotlib.text.Text))
-    assert "touched (+) at x 4, y -5 mm, seen from +y" in texts
+    assert "touched (+) at x 4, y -5 mm, seen from +y" in " ".join(texts.split())
     assert [line.get_marker() for line in figure.axes[0].lines].count("+") == 1
     axes = view.contact_figure(reduced, press, scene.specimen).axes[0]
     assert np.mean(axes.get_xlim()) == pytest.approx(4) and np.mean(axes.get_ylim()) == pytest.approx(-5)
