@@ -104,14 +104,11 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/estimators/published/wavelet/cross.py", "cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)",
      "cross_threshold(twos, ones, sample_rate_Hz, a.frequency_Hz)"): "symmetric",
     ("papilla/estimators/published/roughness/stft.py", "2 * self._lines", "(2 / self._lines)"): "two ways",
-    ("papilla/estimators/tracking/line_search.py", "self._place - self._place[-1]", "(self._place + self._place[-1])"):
+    ("papilla/estimators/tracking/refine.py", "self._place - self._place[-1]", "(self._place + self._place[-1])"):
      "the mean of each stroke is taken away",
-    ("papilla/estimators/tracking/line_search.py", "1e-9", "1.1e-09"): "below any time step: keeps a quotient finite",
-    ("papilla/estimators/tracking/line_search.py", "1e-12", "1.1e-12"): "below any step of a path, or next to no prior",
     ("papilla/estimators/tracking/refine.py", "1e-9", "1.1e-09"): "of a scaled matrix: keeps its inverse finite",
-    ("papilla/estimators/tracking/refine.py", "1e-12", "1.1e-12"): "below any step of a path",
+    ("papilla/estimators/tracking/refine.py", "1e-12", "1.1e-12"): "below any step of a path, or next to no prior",
     ("papilla/estimators/tracking/motion_fit.py", "1e-10", "1.1e-10"): "of a scaled matrix: keeps its inverse finite",
-    ("papilla/estimators/tracking/motion_fit.py", "1e-12", "1.1e-12"): "keeps a quotient finite that is cut at 1",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
     ("papilla/telepresence/loop.py", "2**62 + number", "(2 ** 62 - number)"): "any two large numbers will do",

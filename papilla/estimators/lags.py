@@ -1,4 +1,11 @@
-"""The distance between channels along the movement, from the phase of one line: without a velocity."""
+"""The distance between channels along the movement, from the phase of one line: without a velocity.
+
+A wave a cos(2 pi x / lambda + phi) is fitted to each channel over the path, with a trend. A channel that feels the
+surface d later has a phase that is 2 pi d / lambda less at any velocity, so the difference of two phases is the lag d,
+up to whole wavelengths. Its sigma is the larger of two: the noise beside the line over its amplitude, and the scatter
+of the lags of parts of the path, because a skin that shifts makes them wander. A line that noise alone may have made
+has any phase.
+"""
 
 from dataclasses import dataclass
 

@@ -2,7 +2,7 @@
 
 The spectrum is taken over position, not time, because a surface has one wavelength at any velocity. Power is pooled
 over the channels; a line is a peak that the background beside it (drift, rough surface, noise; see
-`papilla.estimators.background`) would reach by chance in at most the share `false_alarm` of logs.
+`papilla.estimators.spectrum`) would reach by chance in at most the share `false_alarm` of logs.
 """
 
 from dataclasses import dataclass
@@ -12,10 +12,8 @@ from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.background import background
 from papilla.estimators.fundamental import SLACK, fundamental_of
-from papilla.estimators.peaks import order_of, with_harmonics
-from papilla.estimators.spectrum import Line, Spectrum, Strokes, spectrum_of, strokes_of
+from papilla.estimators.spectrum import FEWEST_STEPS, Line, Spectrum, Strokes, background, spectrum_of, strokes_of
 from papilla.estimators.spread import completed
 from papilla.units import TINY
 
@@ -23,8 +21,6 @@ FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0
 """The longest wavelength that is searched is the path divided by this number; a taper cannot separate longer ones from
 drift."""
-FEWEST_STEPS = 2.2
-"""The shortest wavelength that is searched has this many position steps; two are the aliasing limit."""
 TREND = 3
 """Degree of the polynomial in position that is subtracted as drift."""
 BEYOND = 4.0
@@ -34,6 +30,10 @@ harmonics and the background."""
 GRID, PADDING = 8, 8
 """Grid points in the shortest wavelength: aliases from beyond the grid are then weaker than 2 %. And the factor by
 which the grid is extended with zeros, so that a peak is sampled near its top."""
+MOST_HARMONICS = 12
+"""Largest order of a harmonic that is recognised."""
+SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
+"""How far a peak may be from a multiple: so many sigmas of the difference plus a share of the resolution."""
 LEAST = 1e-100
 """A channel that changes by less counts as constant: the square of its change would be near the limit of floating-point
 numbers."""
@@ -123,7 +123,11 @@ def find_lines(
     low, high = _searched(position, shortest, wavelength_range_mm)
     # Minus their mean, so that an offset costs no digits.
     strokes = completed(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
-    spectrum = _spectrum(strokes, max(shortest, low / BEYOND))
+    finest = max(shortest, low / BEYOND)
+    step = finest / GRID
+    size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
+    count = int((1 / finest + 3 / strokes.extent) * size * step) + 1
+    spectrum = completed(spectrum_of(strokes, step, size, count))
     octaves = float(np.log(high / low)) * strokes.extent
     peaks = _peaks(spectrum, strokes, used, false_alarm, octaves)
     wavenumber = spectrum.step * np.arange(len(spectrum.power))
@@ -201,13 +205,6 @@ def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] 
     return low, high
 
 
-def _spectrum(strokes: Strokes, shortest: float) -> Spectrum:
-    """Spectrum of a log down to a wavelength."""
-    step = shortest / GRID
-    size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
-    return completed(spectrum_of(strokes, step, size, int((1 / shortest + 3 / strokes.extent) * size * step) + 1))
-
-
 def _spread(strokes: Strokes) -> float:
     """Standard deviation of a line's wavenumber if its power equals the background.
 
@@ -236,7 +233,7 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
             base = _common(peak, peaks, resolution, searched[1])
             order, fundamental = round(peak.wavenumber / base), wavelength * round(peak.wavenumber / base)
             fundamentals.append((peak._replace(wavenumber=1 / fundamental, sigma=peak.sigma / order), fundamental))
-        rarely = min(float(_trials(octaves, peak.wavenumber)) * peak.chance, 1.0)
+        rarely = min(max(octaves * peak.wavenumber, 1.0) * peak.chance, 1.0)
         lines.append(
             SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
         )
@@ -253,10 +250,34 @@ def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float)
     return base if base * longest_mm > 1 else k
 
 
-def _trials(octaves: float, wavenumber):
-    """Number of independent trials: wavelengths of all sizes are equally likely, so each octave has as many false
-    alarms."""
-    return np.maximum(octaves * wavenumber, 1.0)
+def order_of(peak: Line, fundamental: Line, resolution: float) -> int:
+    """Which harmonic of the fundamental a peak may be, 1 for none."""
+    order = round(peak.wavenumber / fundamental.wavenumber)
+    if not 2 <= order <= MOST_HARMONICS:
+        return 1
+    slack = SLACK_SIGMAS * np.hypot(peak.sigma, order * fundamental.sigma) + SLACK_RESOLUTIONS * resolution
+    off = abs(peak.wavenumber - order * fundamental.wavenumber)
+    return order if off <= min(slack, 0.25 * fundamental.wavenumber) else 1
+
+
+def with_harmonics(fundamental: Line, peaks: list[Line], resolution: float) -> Line:
+    """The fundamental with the common wavenumber of itself and its weaker harmonics, weighted by inverse variance.
+
+    The n-th harmonic determines the wavenumber n times better at the same power. If they disagree by more than their
+    sigmas, sigma grows in proportion (Birge's ratio); a period that drifts along the path does that.
+    """
+    values, sigmas = [fundamental.wavenumber], [fundamental.sigma]
+    for peak in sorted(peaks):
+        order = order_of(peak, fundamental, resolution)
+        if order > 1 and peak.amplitude < fundamental.amplitude:
+            values.append(peak.wavenumber / order)
+            sigmas.append(peak.sigma / order)
+    if len(values) == 1:
+        return fundamental
+    weights = 1 / np.square(sigmas)
+    mean = float(np.average(values, weights=weights))
+    spread = float(weights @ np.square(np.array(values) - mean)) / (len(values) - 1)
+    return fundamental._replace(wavenumber=mean, sigma=float(np.sqrt(max(spread, 1.0) / weights.sum())))
 
 
 def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
@@ -268,7 +289,8 @@ def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: 
     # many trials as channels.
     alone = np.array([background(own, tops, resolution).chance(own[tops]) for own in each])
     chance = 2 * np.minimum(background(power, tops, resolution).chance(power[tops]), len(used) * alone.min(axis=0))
-    rare = false_alarm / _trials(octaves, tops * spectrum.step)
+    # Wavelengths of all sizes are equally likely, so each octave has as many independent trials and false alarms.
+    rare = false_alarm / np.maximum(octaves * (tops * spectrum.step), 1.0)
     tops, chance, shown = tops[chance < rare], chance[chance < rare], (alone < rare)[:, chance < rare]
     level = background(power, tops, resolution)
     ratio = power[tops] / level.power

@@ -6,19 +6,37 @@ wavelength from stroke to stroke but not its phase. The same for the gauges. A w
 
 A row weighs as much as the path it stands for, so that standing still adds nothing and uneven steps do not matter, and
 the taper is over the coordinate: a path to and fro has its ends at every turn, and would leak there.
+
+A line is compared with the background beside it. Drift, rough surfaces, roll-off of the skin and white noise have no
+common formula, but each is smooth over a few resolutions. The level at a line is
+
+  ln level = (ln median_left + ln median_right) / 2,
+
+each median taken beyond a guard that the line itself fills, so a tilt of the spectrum cancels. The probability that
+noise exceeds such a level has a closed form (constant false alarm rate: Finn and Johnson 1968, RCA Review 29:414;
+medians: Rohling 1983, doi:10.1109/TAES.1983.309350).
 """
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.background import background
 from papilla.estimators.spread import Pieces
 from papilla.units import TINY
 
+CYCLE = 2j * np.pi
+"""Exponent of a wave for one cycle."""
+FEWEST_STEPS = 2.2
+"""Smallest number of steps of the path in a wavelength; two are the aliasing limit."""
+SHOWN, MOST_STEPS = 0.45, 0.9
+"""Highest wavenumber, relative to that of the steps, that uneven steps show; and the share of the steps that must be
+short enough for it."""
+PADDED = 1.6
+"""Length of a grid, relative to what it holds: zeros behind it, so that a peak is sampled near its top."""
 POINTS = 2**20
 """Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
 FEWEST_ROWS, NEARLY = 8, 0.6
@@ -26,6 +44,18 @@ FEWEST_ROWS, NEARLY = 8, 0.6
 shortest one sets the resolution."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be separated from it."""
+WIDTH, GUARD, FEWEST = 20, 2, 2
+"""Largest number of cells on each side for the median, resolutions from the line to the first cell, and smallest number
+of cells."""
+LOWEST = 1.0
+"""Resolutions from zero to the lowest cell; what lies below counts as drift."""
+LOCAL = 2.0
+"""Largest width of a side, relative to its distance from zero, where drift bends the spectrum."""
+MEDIAN_EFFICIENCY = 0.36
+"""Number of cells whose mean is as certain as a median of one cell: (ln 2)^2 for noise, times three quarters because a
+taper correlates cells."""
+TOGETHER = 4096
+"""Places whose background is examined at once."""
 
 
 class Strokes(NamedTuple):
@@ -71,10 +101,6 @@ class Spectrum(NamedTuple):
     step: float
     resolution: float
 
-    def level(self, at) -> np.ndarray:
-        """Expected power of noise at indices `at` (m,)."""
-        return background(self.power, np.asarray(at), self.resolution, pooled=False).power
-
     def chance(self, wavenumber: float) -> float:
         """Probability that noise reaches the power within half a resolution of a wavenumber."""
         middle, half = wavenumber / self.step, 0.5 * self.resolution
@@ -109,6 +135,87 @@ class Spectrum(NamedTuple):
         """Wavenumbers (m,) of peaks: the vertices of the parabolas through the logarithms about each."""
         left, middle, right = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
         return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -TINY))
+
+
+def vertex(powers: Sequence[float] | np.ndarray) -> float:
+    """Place of a line's top, in steps from the middle of three powers: that of the parabola through their
+    logarithms."""
+    if not min(powers) > 0:
+        return 0.0
+    left, middle, right = map(math.log, powers)
+    curvature = left - 2 * middle + right
+    return 0.5 * (left - right) / curvature if curvature < 0 else 0.0
+
+
+class Level(NamedTuple):
+    """Expected power (m,) of noise, infinite if it is not known; cells (m,) : number of independent cells behind it, 0
+    then; freedom (m,) : degrees of freedom of the chi-square distribution of the power around it, 2 for one channel."""
+
+    power: np.ndarray
+    cells: np.ndarray
+    freedom: np.ndarray
+
+    def chance(self, power) -> np.ndarray:
+        """Probability (m,) that noise reaches this power (m,)."""
+        # As for one channel: a cause common to all channels, such as a rough surface, acts on all of them alike.
+        return (1 + power / self.power / np.maximum(self.cells, TINY)) ** -self.cells
+
+
+def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: bool = True) -> Level:
+    """The level (m,) of noise at indices `at` (m,).
+
+    power : (n,) > 0 of a tapered spectrum, evenly from wavenumber or frequency 0. resolution : in indices. The cells
+    lie whole resolutions away from the place itself, where a line at the place has no power. pooled : whether to
+    estimate the degrees of freedom, because a mean of channels may have more than the two of one channel.
+    """
+    at = np.asarray(at, int)
+    logarithm = np.append(np.log(power), np.inf)
+    # One part after the other: all cells of all places of a long spectrum would take hundreds of MB.
+    parts = [_around(logarithm, at[first : first + TOGETHER], resolution) for first in range(0, len(at), TOGETHER)]
+    twice, known, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
+    own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
+    # Wilson and Hilferty's median of a chi-square over its mean.
+    level = np.exp(twice / 4) / (1 - 2 / (9 * own)) ** 3
+    return Level(np.where(known, level, np.inf), np.where(known, 4 * MEDIAN_EFFICIENCY / spread, 0.0), own)
+
+
+def _around(logarithm: np.ndarray, at: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For places (m,): twice the sum of the medians of ln power on both sides; whether there are enough cells; and the
+    sum of the inverse numbers of cells. logarithm (n + 1,) : infinite in its last place."""
+    width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
+    steps = np.arange(WIDTH)
+    offsets = np.round((GUARD + steps) * resolution).astype(int)
+    # (2, m, cells): both sides of each place.
+    places = at[:, None] + np.multiply.outer((-1, 1), offsets)[:, None]
+    seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(logarithm) - 1)
+    values = np.sort(logarithm[np.where(seen, places, -1)], axis=-1)
+    count = seen.sum(axis=-1)
+    sides, rows = np.arange(2)[:, None], np.arange(len(at))
+    twice = values[sides, rows, np.maximum(count - 1, 0) // 2] + values[sides, rows, count // 2]
+    return twice.sum(axis=0), (count >= FEWEST).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
+
+
+def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
+    """Degrees of freedom (m,), 2 to 1000, around indices `at`, from the differences of the logarithm."""
+    from scipy.ndimage import median_filter
+
+    logarithm = np.log(power[::stride])
+    if len(logarithm) < 2 * WIDTH:
+        return np.full(len(at), 2.0)
+    # A taper correlates neighbours.
+    steps = np.abs(logarithm[GUARD:] - logarithm[:-GUARD])
+    values, spreads = _spreads()
+    seen = np.pad(median_filter(steps, 2 * WIDTH + 1, mode="mirror"), (GUARD, 0), mode="edge")
+    return np.interp(-seen[np.minimum(at // stride, len(seen) - 1)], -spreads, values)
+
+
+@lru_cache(maxsize=1)
+def _spreads() -> tuple[np.ndarray, np.ndarray]:
+    """Degrees of freedom, and the median |difference| of two logarithms of such a chi-square."""
+    from scipy.stats import f
+
+    values = np.geomspace(2, 1000, 60)
+    return values, np.log(f.ppf(0.75, values, values))
 
 
 def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tuple[np.ndarray, np.ndarray] | None:
@@ -179,6 +286,16 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
 def _spread(size: int, count: int) -> np.ndarray:
     """(count,) what spreading a sample over two of the `size` points of a grid does to its power."""
     return np.sinc(np.arange(count) / size) ** 4
+
+
+def size_of(extent: float, step: float) -> int:
+    """Points of a grid for this extent: a power of two."""
+    return 1 << math.ceil(math.log2(PADDED * extent / step))
+
+
+def highest_shown(place: np.ndarray, least: float = TINY) -> float:
+    """The highest wavenumber that the distances of these places can show, if they are `least` or more."""
+    return SHOWN / max(share_of(np.abs(np.diff(place)), MOST_STEPS), least)
 
 
 def slope(values: np.ndarray) -> np.ndarray:

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.friction.direction import SCATTER, Direction, Peak
-from papilla.estimators.friction.estimator import _middle, _noise
+from papilla.estimators.friction.estimator import SCATTER, Direction, Peak, _middle, _noise
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY,

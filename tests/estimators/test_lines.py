@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.background import background
 from papilla.estimators.lags import channel_lags
-from papilla.estimators.lines import find_lines, latest_stretch, travelled
-from papilla.estimators.peaks import with_harmonics
-from papilla.estimators.spectrum import Line
+from papilla.estimators.lines import find_lines, latest_stretch, travelled, with_harmonics
+from papilla.estimators.spectrum import Line, background
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:

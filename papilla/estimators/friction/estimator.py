@@ -5,7 +5,7 @@ are collected in blocks of 40 ms; the trimmed means of a block give mu = s (T - 
 
 A regression of T over N for both unknowns fails: mu itself changes with load, speed, wear and place, and the regression
 attributes the change to T0. So T0 is learnt separately, only from what shows it: air, turns and rests (`offset`). mu is
-a mean over 0.1 s of sliding (`direction`); it is kept as means of s T and N, without T0, and so follows a new T0 at
+a mean over 0.1 s of sliding (`Direction`); it is kept as means of s T and N, without T0, and so follows a new T0 at
 once. The sigma of mu holds the scatter from block to block, the error of the last block and the sigma of T0. As long as
 nothing shows T0, mu is about T / N with the sigma that follows from the prior of T0, and the status says so (ADR 0010,
 0028).
@@ -15,17 +15,31 @@ The static coefficient is the greatest median of five samples, (T - T0) / N, bet
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from papilla import checks
-from papilla.estimators.friction.answer import FrictionEstimate, FrictionStatus
-from papilla.estimators.friction.direction import CHANGE_BLOCKS, MEDIAN, Direction, Peak
-from papilla.estimators.friction.offset import Block, Offset, Source, Stroke
+from papilla.estimators.friction.offset import EXPONENT, Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
 from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.status import Status
 
+SCATTER, SCATTER_BLOCKS, MEMORY_BLOCKS = 0.04, 4.0, 25.0
+"""Prior relative scatter of mu from block to block, the number of blocks that this prior counts as, and the number of
+blocks over which scatter is averaged."""
+LEAST_SCATTER = 1e-3
+"""Smallest relative scatter of mu: the linearity of a good force sensor."""
+WANDER = 0.03
+"""Relative standard deviation of the change of mu in 1 s of sliding; it grows with the root of the time."""
+GATE, CHANGE_BLOCKS = 5.0, 3
+"""A block that is GATE scatters away from the mean is an outlier; CHANGE_BLOCKS consecutive outliers are a change of
+friction."""
+SLOW_BLOCKS = 100.0
+"""Number of blocks over which the slow mean of mu is taken."""
+MEDIAN = 5
+"""Number of samples whose median is a candidate for the peak of a breakaway, so that a single faulty sample cannot be
+one."""
 BLOCK_S, TRIMMED = 0.04, 0.1
 """Length of a block; and the share of the largest and of the smallest samples that its means leave out, at least one of
 each."""
@@ -51,10 +65,139 @@ are used as well, because a block may have one sample."""
 STATIC_HZ, START_SCATTER = 400.0, 0.03
 """Sampling rate above which a breakaway of 15 ms is visible; and relative standard deviation of the largest pull of a
 start, because the skin gives way place by place."""
-NO_CONTACT, NOT_SLIDING, BAD_INPUT = (
-    FrictionEstimate(status=int(status))
-    for status in (FrictionStatus.NO_CONTACT, FrictionStatus.NOT_SLIDING, FrictionStatus.BAD_INPUT)
-)
+
+
+_NONE = math.nan
+
+
+class FrictionStatus(Status):
+    """Status of an answer; the greater the number, the more is missing."""
+
+    OK = "ok"
+    STATIC_NOT_SEEN = "ok, but the last start showed no breakaway: no static coefficient"
+    ONE_WAY = "one way: nothing shows the offset of the tangential force"
+    UNSURE = "its sigma is more than 8 %"
+    OUTLIER = "the forces contradict all sliding so far: left out"
+    CHANGED = "the friction changed: learning again"
+    NO_PULL = "hardly any tangential force although the velocity shows sliding: is the finger at rest?"
+    NEGATIVE = "negative: the tangential force or the velocity has the wrong sign, or the force's zero is wrong"
+    NO_CONTACT = "no contact"
+    NOT_SLIDING = "has not slid yet"
+    BAD_INPUT = "a force or the velocity is missing or not finite"
+
+
+class FrictionEstimate(NamedTuple):
+    """mu_kinetic and mu_static of the direction of the last sliding, offset_N, their standard deviations, and status.
+
+    The status is a `FrictionStatus`. NaN where there is no answer. Of a block, arrays (n,).
+    """
+
+    mu_kinetic: float | np.ndarray = _NONE
+    mu_static: float | np.ndarray = _NONE
+    offset_N: float | np.ndarray = _NONE
+    mu_kinetic_sigma: float | np.ndarray = _NONE
+    mu_static_sigma: float | np.ndarray = _NONE
+    offset_sigma_N: float | np.ndarray = _NONE
+    status: int | np.ndarray = int(FrictionStatus.NOT_SLIDING)
+
+    @property
+    def sentence(self) -> Any:
+        """The status in words: a string, or a list of them."""
+        return FrictionStatus.in_words(self.status)
+
+
+NOT_SLIDING = FrictionEstimate()
+NO_CONTACT, BAD_INPUT = (NOT_SLIDING._replace(status=int(FrictionStatus[name])) for name in ("NO_CONTACT", "BAD_INPUT"))
+
+
+class Peak(NamedTuple):
+    """Pull and normal force in N at the moment when a start pulls most, by the `ratio` minus its noise; and the pull's
+    sigma."""
+
+    ratio: float = -math.inf
+    pull: float = math.nan
+    normal: float = math.nan
+    sigma: float = 0.0
+
+
+@dataclass
+class Direction:
+    """One direction, s = 1 or -1.
+
+    pull, normal : means of s T and N, over `blocks` since the last change. variance : of a block's mu about the mean;
+    error : deviation of the last block; age : time of sliding since then, s. log_normal, log_variance : mean and
+    variance of ln N. slow_mu : slow mean of mu. stroke : sums over the last stroke. outliers : (s T, N) of the last
+    blocks, if they contradict the mean. peak : of the present start; breakaway : of the last start.
+    """
+
+    s: int
+    pull: float = 0.0
+    normal: float = 1.0
+    blocks: float = 0.0
+    variance: float = 0.0
+    error: float = 0.0
+    age: float = 0.0
+    log_normal: float = 0.0
+    log_variance: float = 0.0
+    slow_mu: float = 0.0
+    stroke: Stroke = Stroke()
+    outliers: tuple[tuple[float, float], ...] = ()
+    peak: Peak = Peak()
+    breakaway: Peak = Peak()
+
+    def mu(self, offset: float) -> float:
+        """The kinetic coefficient with this offset."""
+        return (self.pull - self.s * offset) / self.normal
+
+    def take(self, block: Block, samples: int, offset: float, gain: float) -> bool | None:
+        """Take a block of `samples` samples, with at least this gain. Returns True if it was learnt, None if it was
+        left out because it contradicts the mean, and False if it was the third such block in a row, so that the means
+        begin again."""
+        taken, mu = [(self.s * block.tangential, block.normal)], self.mu(offset)
+        error = self.s * (block.tangential - offset) / block.normal - mu
+        outlier = self.blocks and error**2 > GATE**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
+        self.outliers = (*self.outliers, *taken) if outlier else ()
+        if 0 < len(self.outliers) < CHANGE_BLOCKS:
+            return None
+        # Three in a row agree that the friction changed: forget the mean, and begin with these three.
+        if changed := bool(self.outliers):
+            taken, self.outliers, self.blocks = list(self.outliers), (), 0.0
+        for pull, normal in taken:
+            self._learn(pull, normal, block.noise**2 / samples, offset, gain)
+        return not changed
+
+    def _learn(self, pull: float, normal: float, noise: float, offset: float, gain: float) -> None:
+        own, log = (pull - self.s * offset) / normal, math.log(normal)
+        if not self.blocks:
+            self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
+            self.variance = max(self.variance, (SCATTER * own) ** 2 + noise / normal**2)
+        # Scatter is a slow mean that begins with its prior; mu is a fast one with `gain`, but a plain mean at first.
+        self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
+        share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
+        self.variance += share * ((own - self.mu(offset)) ** 2 - self.variance)
+        self.log_variance += share * ((log - self.log_normal) ** 2 - self.log_variance)
+        self.log_normal += share * (log - self.log_normal)
+        self.slow_mu += (own - self.slow_mu) / SLOW_BLOCKS
+        # T and N are averaged apart, without the offset, so that mu follows at once when the offset is known better.
+        self.pull += gain * (pull - self.pull)
+        self.normal += gain * (normal - self.normal)
+        self.error, self.age = own - self.mu(offset), 0.0
+        ratio, inverse, logs, spread, blocks = self.stroke
+        ratio, inverse, blocks = ratio + pull / normal, inverse + 1 / normal, blocks + 1
+        spread += (own - (ratio - self.s * offset * inverse) / blocks) ** 2
+        self.stroke = Stroke(ratio, inverse, logs + log, spread, blocks)
+
+    def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
+        """Keep the moment when a start pulls most, from samples (n, 3): medians of five, minus twice the noise, over
+        the force."""
+        normal = np.maximum(window[MEDIAN // 2 : len(window) - MEDIAN // 2, 1], least_N)
+        pulls = np.sort(self.s * window[:, 0][np.arange(MEDIAN) + np.arange(len(normal))[:, None]], axis=1)
+        middle, spread = pulls[:, MEDIAN // 2], pulls[:, -1] - pulls[:, MEDIAN // 2]
+        ratios = (middle - 2 * noise - self.s * offset) / normal
+        best = int(ratios.argmax())
+        # A peak of few samples is higher than the median, by about half of their spread.
+        peak = Peak(*(float(values[best]) for values in (ratios, middle + spread / 2, normal, spread)))
+        self.peak = max(self.peak, peak)
 
 
 @dataclass
@@ -167,19 +310,16 @@ class Friction(Stream):
             memory.tail = window[-TAIL:]
             self._block(window)
             if memory.last:
-                memory.answer = self._answer(self._direction(memory.last))
+                memory.answer = self._answer(memory.directions[memory.last < 0])
         return memory.answer if sample[1] >= self._contact else NO_CONTACT
-
-    def _direction(self, heading: int) -> Direction:
-        return self._memory.directions[0 if heading > 0 else 1]
 
     def _block(self, window: tuple[tuple[float, ...], ...]) -> None:
         """Decide whether a block is air, rest, start or steady sliding, and learn from it."""
         memory, offset = self._memory, self._memory.offset
         forces, normals, velocities = zip(*window, strict=True)
-        normal, velocity = _middle(normals[-self._size :]), _mean(_middle(velocities[-self._size :]))
-        block = Block(_mean(_middle(forces[-self._size :])), _mean(normal), velocity, _noise(forces))
-        heading = self._heading(velocities, velocity)
+        force, normal, velocity = (_middle(own[-self._size :]) for own in (forces, normals, velocities))
+        block = Block(_mean(force), _mean(normal), _mean(velocity), _noise(forces))
+        heading = self._heading(velocities, block.velocity)
         # Any sample without contact ends the stroke. Only a block entirely without contact shows the offset.
         if normal[0] < self._contact:
             memory.heading, memory.standing = 0, False
@@ -222,7 +362,8 @@ class Friction(Stream):
     def _idle(self, heading: int, block: Block) -> bool:
         """Whether hardly anything pulls although the velocity shows sliding: a start, or a rest that the velocity does
         not show."""
-        memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
+        memory, offset = self._memory, self._memory.offset
+        direction = memory.directions[heading < 0]
         least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
         # The test needs an offset whose error is smaller than the pull in question.
         known = offset.observed or offset.prior.variance_N2 < least**2
@@ -237,7 +378,8 @@ class Friction(Stream):
 
     def _sliding(self, heading: int, block: Block) -> list[Direction]:
         """Take a block of a start or of steady sliding; returns the directions that begin to slide: one, or none."""
-        memory, direction, offset = self._memory, self._direction(heading), self._memory.offset
+        memory, offset = self._memory, self._memory.offset
+        direction = memory.directions[heading < 0]
         if heading != memory.heading:
             if memory.heading:
                 self._forget_start()
@@ -278,8 +420,10 @@ class Friction(Stream):
             return NOT_SLIDING
         (offset, variance), peak, nothing = self._memory.offset.all, direction.breakaway, math.nan
         mu, offset_sigma = direction.mu(offset), math.sqrt(variance)
-        # The offset's error divided by the normal force, and the scatter of mu itself: independent, so squares add.
-        sigma = math.sqrt(variance / direction.normal**2 + direction.model_variance(mu))
+        # The offset's error divided by the normal force; and that of mu itself: scatter, lag behind a change, force and
+        # time since the last block. Both are independent, so squares add.
+        relative = LEAST_SCATTER**2 + EXPONENT**2 * direction.log_variance + WANDER**2 * direction.age
+        sigma = math.sqrt(variance / direction.normal**2 + (direction.variance + direction.error**2 + relative * mu**2))
         static = (peak.pull - direction.s * offset) / peak.normal
         static_sigma = math.hypot(offset_sigma, peak.sigma, START_SCATTER * peak.pull) / peak.normal
         status = self._status(mu, sigma, offset_sigma / direction.normal)

@@ -157,7 +157,7 @@ class Offset:
         if not (forward.blocks and backward.blocks):
             return self.turns, 0.0
         # Means over the last stroke of each direction, with s T / N = mu + s T0 / N: two equations for mu and T0.
-        means = ([total / direction.blocks for total in direction[:4]] for direction in (forward, backward))
+        means = ([total / direction.blocks for total in direction[:-1]] for direction in (forward, backward))
         (a, b, log, spread), (c, d, other, another) = means
         # mu = a - offset b = c + offset d
         offset, mu = (a - c) / (b + d), (a * d + c * b) / (b + d)

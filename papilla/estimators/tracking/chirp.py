@@ -110,14 +110,14 @@ class ChirpTracker(Stream):
         frequency_range_Hz: tuple[float, float] | None = None,
         sample_rate_Hz: float = SAMPLE_RATE_HZ,
         lag_s: float = 0.014,
-        saturation: float = 1e12,
+        saturation: float = checks.LARGEST,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
         self._lowest, self._highest = _checked_range(frequency_range_Hz, rate)
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
         self._limit = checks.positive("saturation", saturation)
-        self._window = max(math.ceil(PERIODS / self._lowest * rate), 32)
+        self._window = max(math.ceil(PERIODS / self._lowest * rate), motion_fit.FEWEST_READINGS)
         self._kept = 2 * self._window + LONGEST_SEARCH
         self._hop = max(round(HOP_S * rate), 1)
         self._step_pieces, self._search_pieces = (math.ceil(pieces / self._hop) for pieces in PIECES)
@@ -282,7 +282,7 @@ class ChirpTracker(Stream):
         # The profile learnt from readings that have left the window.
         prior[-SHAPE:, -SHAPE:] += memory.known / stroke.noise
         about = np.concatenate([stroke.motion, np.zeros(KNOTS), stroke.trend[:2], np.zeros(KNOTS), memory.about])
-        about[MOTION - 1] = (mean / variance + stroke.motion[3] * firm) / (1 / variance + firm)
+        about[MOTION - 1] = (mean / variance + stroke.motion[-1] * firm) / (1 / variance + firm)
         return prior, about
 
     def _learn(self, stroke: MotionFit, readings: np.ndarray) -> None:
@@ -303,8 +303,8 @@ class ChirpTracker(Stream):
         memory.wander = min(max(found * livelier, WANDER[0]), WANDER[1])
         mean, variance = memory.stiffness
         # One hop of the window's readings is new.
-        own = max(1 / float(stroke.covariance[3, 3]) - 1 / variance, 0.0) * hop / self._window
-        mean += (float(stroke.motion[3]) - mean) * own / (1 / variance + own)
+        own = max(1 / float(stroke.covariance[MOTION - 1, MOTION - 1]) - 1 / variance, 0.0) * hop / self._window
+        mean += (float(stroke.motion[-1]) - mean) * own / (1 / variance + own)
         variance = 1 / (1 / variance + own) + WANDERING**2 * hop / self._rate
         memory.stiffness = mean, min(variance, STIFFNESS**2)
         share = hop / self._rate / FORGOTTEN_S
@@ -409,7 +409,7 @@ class ChirpTracker(Stream):
     def _moves(self, readings: np.ndarray) -> bool:
         """Whether readings contain more than drift and white noise, whose variance follows from their differences."""
         seen = np.flatnonzero(np.isfinite(readings))
-        if len(seen) < 32:
+        if len(seen) < motion_fit.FEWEST_READINGS:
             return False
         basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
         left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]

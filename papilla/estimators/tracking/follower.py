@@ -13,61 +13,125 @@ mistake.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from papilla.errors import InputError
-from papilla.estimators.spectrum import slope
+from papilla.estimators.spectrum import FEWEST_STEPS, size_of, slope
 from papilla.estimators.spread import Pieces, Spread
-from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.cells import Cells
-from papilla.estimators.tracking.delay_trial import sharpness
-from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.line_search import LOST, SURE, LineSearch
-from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.search_task import GRID, Options, Task
+from papilla.estimators.tracking.line_search import LineSearch
+from papilla.estimators.tracking.memory import Cells, Memory
+from papilla.estimators.tracking.refine import LOST, SURE, share_kept
+from papilla.estimators.tracking.search_task import (
+    GRID,
+    LEADING,
+    SAME,
+    Finding,
+    Options,
+    Task,
+    TrackingStatus,
+    sharpness,
+)
+from papilla.units import MS_PER_S, TINY
 
-CELL = 0.125
-"""Length of a cell, relative to the shortest wavelength, in which samples are averaged: this lowers its line by 3 %."""
-SPAN, LEAST_SPAN, GRID_SPAN = 16.0, 6.0, 10.0
-"""Path that is remembered, in longest wavelengths; the smallest path if samples are dense; and the length to which the
-grid of a spectrum is padded."""
-MOST_CELLS = 1024
-HOP, SOON, MARGIN = 24, 0.125, 256
-"""Cells between two searches; the same at low rates, relative to the longest wavelength; and cells that are kept beyond
-those of a running search."""
-PIECES_HZ, LIGHT, MOST_PIECES = 1200.0, 1000, 2
-"""Pieces of a search per second at low rates (a search has some forty). A search in fewer readings than `LIGHT` has
-shorter pieces; a sample does at most `MOST_PIECES` of them."""
-STEADY, SPARE_S, SPARE, GROWN = 4, 0.15, 0.25, 0.1
-"""After so many searches that agree, the least time between two of them; and, once every delay of the path was tried,
-the least path between two, as a part of the path that a search covers; the same where no glance would see another
-surface, or no search found a line: a tenth of new path hardly changes what so many searches said. As long as glances
-see the line of so many searches, the next one waits for a whole window of new path."""
-GLANCE, CLEARLY = 8, 3.0
-"""Cells between two glances, which test whether the newest two periods still contain the line; and the number of sigmas
-by which the line must be missing, because a step of the force passes quickly."""
-HUMMING = 30
-"""Number of searches during which a line over time is subtracted before it must be found again."""
-STILL_S = 0.2
-"""Time without movement after which the finger counts as standing."""
-FEWEST_STEPS = 2.2
-"""Smallest number of steps of the path per wavelength; two are the aliasing limit."""
-LONGER = 1.6
-"""Factor by which the path of a smeared line is extended at most before a shorter path is tried."""
-AGREED = 0.02
-"""Largest relative difference of the wavelength between two searches that agree."""
-VAGUE = 0.025
-"""Relative sigma above which a wavelength is not "ok": two sigmas are 5 %."""
-LATEST_S, TRIAL_S = (-0.004, 0.032), 0.002
-"""Range of delays of the path that are tried if none is stated, and the step between them."""
-LATE_SIGMA_S, LATE_DRIFT_S = 0.01, 1e-4
-"""Standard deviation of the delay before anything is known, and of its drift from search to search."""
-SHARPER, PLAIN = 1.6, 30.0
-"""Ratio by which lines must be sharper for another delay to be used; and the power over the background of a clear
-line."""
+
+@dataclass(frozen=True)
+class Window:
+    """How much path is remembered, and how finely.
+
+    cell : length of a cell in shortest wavelengths; averaging in it lowers the line of that wavelength by 3 %.
+    span : path that is remembered, in longest wavelengths; least_span : as much at least, although a very wide range of
+    wavelengths needs more than most_cells for it. spare : cells that are kept beyond those of a running search.
+    grid_span : path for which the grid of a spectrum is made, in longest wavelengths.
+    """
+
+    cell: float = 0.125
+    span: float = 16.0
+    least_span: float = 6.0
+    grid_span: float = 10.0
+    most_cells: int = 1024
+    spare: int = 256
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often a search or a glance is due, and how fast a search goes on.
+
+    hop, glance : cells between two searches and between two glances; soon : the hop at low rates, in longest
+    wavelengths. still_s : time without movement after which the finger counts as standing.
+    steady : searches that must agree (or find nothing) before searches get fewer. spare_s : the least time between two
+    of them then. Once every delay of the path was tried: spare : least new path before the next, as a part of the path
+    that a search covers; grown : the same where no glance would see another surface, or no search found a line: a tenth
+    of new path hardly changes what so many searches said. As long as glances see the line of so many searches, the next
+    one waits for a whole window of new path.
+    pieces_Hz : pieces of a search per second at low rates (a search has some forty). A search in fewer readings than
+    `light` has shorter pieces; a sample does at most most_pieces of them.
+    humming : searches during which a line over time is subtracted before it must be found again.
+    """
+
+    hop: int = 24
+    glance: int = 8
+    soon: float = 0.125
+    still_s: float = 0.2
+    steady: int = 4
+    spare_s: float = 0.15
+    spare: float = 0.25
+    grown: float = 0.1
+    pieces_Hz: float = 1200.0
+    light: int = 1000
+    most_pieces: int = 2
+    humming: int = 30
+
+
+@dataclass(frozen=True)
+class Trust:
+    """When an answer may be used.
+
+    agree, agree_humming : searches in a row that must find the same wavelength: one may be wrong, but two seldom make
+    the same mistake; three while hum is subtracted, because the same subtraction may repeat a mistake. vague :
+    relative sigma above which a wavelength is not "ok": two sigmas are 5 %.
+    """
+
+    agree: int = 2
+    agree_humming: int = 3
+    vague: float = 0.025
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How the path that a search may use shrinks and grows.
+
+    A line that looks smeared (the surface or the force changed within the path) is searched in a path that is `shorter`
+    by this factor, unless a path up to `longer` times as long was not tried: beside a long wave a line looks smeared in
+    a path too short to separate the two. Each good search lets the path grow by the factor `grows`.
+    """
+
+    shorter: float = 0.6
+    longer: float = 1.6
+    grows: float = 1.15
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How an unknown delay of the path is found.
+
+    trials_ms : delays that are tried. sigma_s, drift_s : standard deviation of the delay before anything is known, and
+    of its drift from search to search. sharper : ratio by which lines must be sharper for another delay to be used, at
+    most `sharpest` from one trial; plain : power over the background of a clear line, without which lines may be
+    sharper by chance alone.
+    """
+
+    trials_ms: range = range(-4, 34, 2)
+    sigma_s: float = 0.01
+    drift_s: float = 1e-4
+    sharper: float = 1.6
+    sharpest: float = 4.0
+    plain: float = 30.0
+
+
+WINDOW, PACE, TRUST, REACH, DELAY = Window(), Pace(), Trust(), Reach(), Delay()
 
 
 class Search(NamedTuple):
@@ -86,87 +150,39 @@ class Search(NamedTuple):
         return LineSearch(self.task).run() if math.isnan(self.trial_s) else sharpness(self.task, self.trial_s)
 
 
-@dataclass(eq=False)
-class Memory:
-    """cells : the latest path. place, moved_s : place of the last sample, time of its last movement; step : its step,
-    fading.
-
-    begin : first cell of the present texture; limit : mm of path that a search may use; smeared : mm in which the last
-    search saw a smeared line. searched : cell of the last search; hop : cells until the next; waited : samples since;
-    search : the one under way. finding : of the last search, whose path begins at origin. known : wavenumber and sigma
-    of the answer; guessed : whether no search was sure of them; agreed : searches that agree; missed : searches in a
-    row without a line; proved : wavenumber that many agreed on, 0 for none. glances : whether glances are possible;
-    glanced, seen : cell of the last, and of the last that saw the line; whole : cells until the next search as long as
-    glances see it; doubted : whether one missed it; changed : whether a new surface was found and not yet measured.
-    status : of the answer, None if it may have changed. hums_Hz : lines over time, hummed : searches since they were
-    found. late_s, late_variance : delay of
-    the path; trial, sharper : number of the delay that is tried, and how much sharper lines are for each.
-    """
-
-    cells: Cells
-    place: float = math.nan
-    moved_s: float = 0.0
-    step: float = 0.0
-    begin: int = 0
-    limit: float = math.inf
-    smeared: float = 0.0
-    searched: int = 0
-    hop: int = HOP
-    waited: int = 0
-    search: Spread | None = None
-    finding: Finding = field(default_factory=Finding)
-    known: tuple[float, float] = (0.0, 0.0)
-    agreed: int = 0
-    missed: int = 0
-    origin: float = 0.0
-    proved: float = 0.0
-    glances: bool = False
-    glanced: int = 0
-    seen: int = 0
-    whole: int = 0
-    doubted: bool = False
-    changed: bool = False
-    guessed: bool = False
-    status: TrackingStatus | None = None
-    hums_Hz: tuple[float, ...] = ()
-    hummed: int = 0
-    late_s: float = 0.0
-    late_variance: float = 0.0
-    trial: int = 0
-    sharper: list[float] = field(default_factory=list)
-
-
 class Follower:
     """Wavelength of the surface under g gauges; `advance(time_s, place_mm, readings)` takes a sample."""
 
     def __init__(self, gauges: int, options: Options):
         self.options, self._gauges = options, gauges
-        self._cell = CELL * options.low
-        self._span = SPAN * options.high
-        # The window is SPAN of the longest wavelengths. A very wide range of wavelengths would need too many cells for
-        # that: it gets MOST_CELLS, but never less than LEAST_SPAN wavelengths.
+        self._cell = WINDOW.cell * options.low
+        self._span = WINDOW.span * options.high
+        # A very wide range of wavelengths gets a shorter path, or it would need too many cells.
         self._cells = max(
-            min(math.ceil(self._span / self._cell), MOST_CELLS), math.ceil(LEAST_SPAN * options.high / self._cell)
+            min(math.ceil(self._span / self._cell), WINDOW.most_cells),
+            math.ceil(WINDOW.least_span * options.high / self._cell),
         )
+        self._kept = 2 * (self._cells + WINDOW.spare), LEADING + gauges
         self._grid = options.low / GRID
-        self._size = 1 << math.ceil(math.log2(1.6 * GRID_SPAN * options.high / self._grid))
-        self._trials = np.arange(LATEST_S[0], LATEST_S[1] + 0.5 * TRIAL_S, TRIAL_S).round(6).tolist()
-        self._pieces = max(round(PIECES_HZ / options.rate_Hz), 1)
+        self._size = size_of(WINDOW.grid_span * options.high, self._grid)
+        self._trials = [ms / MS_PER_S for ms in DELAY.trials_ms]
+        self._pieces = max(round(PACE.pieces_Hz / options.rate_Hz), 1)
 
     def fresh(self) -> Memory:
         """State without any knowledge."""
         given = self.options.latency_s
         return Memory(
-            Cells(np.zeros((2 * (self._cells + MARGIN), 3 + self._gauges)), self._cell, 0.5 * self.options.low),
+            Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low),
+            hop=PACE.hop,
             limit=self._span,
             late_s=given or 0.0,
-            late_variance=LATE_SIGMA_S**2 if given is None else 0.0,
+            late_variance=DELAY.sigma_s**2 if given is None else 0.0,
             sharper=[1.0] * len(self._trials),
         )
 
     def remember(self, memory: Memory) -> None:
         """Continue from this state."""
-        if memory.cells.rows.shape != (2 * (self._cells + MARGIN), 3 + self._gauges):
+        if memory.cells.rows.shape != self._kept:
             raise InputError(f"the state is not of {self._gauges} gauges and this range of wavelengths")
         self.memory = memory
 
@@ -193,7 +209,7 @@ class Follower:
         self._go_on()
         if not seen:
             return TrackingStatus.MISSING
-        if time - memory.moved_s > STILL_S:
+        if time - memory.moved_s > PACE.still_s:
             return TrackingStatus.STANDSTILL
         # The present speed is too high for the sampling rate: even the longest wavelength would alias.
         if FEWEST_STEPS * step > self.options.high:
@@ -221,17 +237,15 @@ class Follower:
         # The order is that of certainty: what excludes an answer at all comes before what only makes it doubtful.
         if not found.good:
             return found
-        if memory.late_variance > 0 and memory.late_s >= LATEST_S[1]:
+        if memory.late_variance > 0 and memory.late_s >= self._trials[-1]:
             # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
-        # One search may be wrong, but two seldom make the same mistake. Three must agree while hum is subtracted,
-        # because the same subtraction may repeat a mistake.
-        if memory.agreed < (3 if memory.hums_Hz else 2) or wavenumber <= 0:
+        if memory.agreed < (TRUST.agree_humming if memory.hums_Hz else TRUST.agree) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
-        if math.hypot(sigma / wavenumber, self.options.scale_sigma) > VAGUE:
+        if math.hypot(sigma / wavenumber, self.options.scale_sigma) > TRUST.vague:
             return TrackingStatus.VAGUE
-        inside = self.options.low * 0.98 <= 1 / wavenumber <= self.options.high * 1.02
+        inside = self.options.low * (1 - SAME) <= 1 / wavenumber <= self.options.high * (1 + SAME)
         return found if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
@@ -240,7 +254,7 @@ class Follower:
         memory.waited += 1
         # One job a sample, so that no sample takes long: a glance comes first, because it decides whether a running
         # search looks at a surface that is gone.
-        if end - memory.glanced >= GLANCE and not memory.doubted and self._glance(end):
+        if end - memory.glanced >= PACE.glance and not memory.doubted and self._glance(end):
             if memory.doubted:
                 memory.search = None
         elif memory.search is not None:
@@ -248,10 +262,12 @@ class Follower:
         elif memory.doubted or (end - memory.searched >= memory.hop and self._due(end)):
             begin, memory.waited = self._window_begin(end), 0
             # Too little path since the surface changed: wait for more before the first search.
-            if end - begin < HOP:
+            if end - begin < PACE.hop:
                 memory.searched = end
                 return
-            memory.search = Spread(Search(self._task(begin, end), begin, end, memory.cells.place(begin)))
+            memory.search = Spread(
+                Search(self._task(begin, end), begin, end, float(memory.cells.between(begin, end)[0, 1]))
+            )
 
     def _due(self, end: int) -> bool:
         """Whether the next search is due, a hop after the last one: many that agreed save some time, if glances would
@@ -259,12 +275,13 @@ class Follower:
         memory = self.memory
         if end - memory.seen < memory.hop and end - memory.searched < memory.whole:
             return False
-        return not memory.glances or memory.agreed <= STEADY or memory.waited >= SPARE_S * self.options.rate_Hz
+        rested = memory.waited >= PACE.spare_s * self.options.rate_Hz
+        return rested or not memory.glances or memory.agreed <= PACE.steady
 
     def _advance(self, search: Spread) -> None:
         """Do the next piece of the running search, or several at low rates."""
         size = self._gauges * len(search.task.task.rows)
-        for _ in range(max(self._pieces, min(LIGHT // size, MOST_PIECES))):
+        for _ in range(max(self._pieces, min(PACE.light // size, PACE.most_pieces))):
             result = search.advance()
             if result is not None:
                 self.memory.search = self.memory.status = None
@@ -301,13 +318,13 @@ class Follower:
             return False
         # Path since the finding's origin, corrected for its delay T: x(t + T) = x + T v.
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
-        seen = np.isfinite(rows[:, 3:])
-        readings = np.where(seen, rows[:, 3:], 0.0)
+        seen = np.isfinite(rows[:, LEADING:])
+        readings = np.where(seen, rows[:, LEADING:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
         if share is not None:
             memory.status = None
-            memory.doubted = memory.glances and share[0] + CLEARLY * share[1] < LOST
-            if share[0] - CLEARLY * share[1] > LOST:
+            memory.doubted = memory.glances and share[0] + SURE * share[1] < LOST
+            if share[0] - SURE * share[1] > LOST:
                 memory.seen = end
         return True
 
@@ -346,29 +363,29 @@ class Follower:
         before, memory.finding, memory.doubted = memory.known[0], found, False
         # Searching less often saves time. It is safe once many searches agreed (or none found anything), and all delays
         # were tried.
-        tried, cells = max(memory.agreed, memory.missed) > STEADY + len(self._trials), end - search.begin
+        tried, cells = max(memory.agreed, memory.missed) > PACE.steady + len(self._trials), end - search.begin
         memory.hummed += 1
-        if found.hums_Hz or memory.hummed > HUMMING:
+        if found.hums_Hz or memory.hummed > PACE.humming:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = self._soon(int(GROWN * cells) if tried else 0)
+        memory.hop = self._soon(int(PACE.grown * cells) if tried else 0)
         if tried and memory.agreed and memory.glances:
-            memory.hop = max(HOP, int(SPARE * cells))
+            memory.hop = max(PACE.hop, int(PACE.spare * cells))
         good = found.status.good
         memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
             # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
-            same = before > 0 and abs(found.wavenumber / before - 1) < AGREED + 3 * found.sigma / before
+            same = before > 0 and abs(found.wavenumber / before - 1) < SAME + SURE * found.sigma / before
             # A surface that is found again, for example after lost contact, is known.
-            again = memory.changed and abs(found.wavenumber / max(memory.proved, 1e-12) - 1) < AGREED
+            again = memory.changed and abs(found.wavenumber / max(memory.proved, TINY) - 1) < SAME
             memory.agreed = memory.agreed + 1 if same else 1
-            memory.agreed = max(memory.agreed, 3 * again)
-            memory.proved = found.wavenumber if memory.agreed > STEADY else memory.proved
+            memory.agreed = max(memory.agreed, TRUST.agree_humming * again)
+            memory.proved = found.wavenumber if memory.agreed > PACE.steady else memory.proved
             memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
             if memory.late_variance > 0:
-                memory.late_s = min(max(found.late_s, LATEST_S[0]), LATEST_S[1])
-                memory.late_variance = min(found.late_variance + LATE_DRIFT_S**2, LATE_SIGMA_S**2)
+                memory.late_s = min(max(found.late_s, self._trials[0]), self._trials[-1])
+                memory.late_variance = min(found.late_variance + DELAY.drift_s**2, DELAY.sigma_s**2)
         else:
             memory.agreed = 0
             # The known wavelength is better than a guess.
@@ -379,26 +396,26 @@ class Follower:
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and found.extent < 1.1 * least:
             memory.limit = self._span
-        elif lost or (found.status == TrackingStatus.INCOHERENT and found.extent > LONGER * memory.smeared):
+        elif lost or (found.status == TrackingStatus.INCOHERENT and found.extent > REACH.longer * memory.smeared):
             # A step of the force, for example when contact returns, hides the line until the window has passed it. A
             # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
             # is tried.
-            memory.limit = max(0.6 * found.extent, least)
+            memory.limit = max(REACH.shorter * found.extent, least)
             memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
         else:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
-            memory.limit = min(1.15 * max(memory.limit, found.extent), self._span)
+            memory.limit = min(REACH.grows * max(memory.limit, found.extent), self._span)
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
-        memory.whole = cells if tried and memory.agreed > STEADY else 0
+        memory.whole = cells if tried and memory.agreed > PACE.steady else 0
 
     def _soon(self, spare: int) -> int:
         """Cells until the next search, of which so many can be spared; at slow rates, where one takes few samples, a
         part of the longest wavelength."""
-        along = SOON * self.options.high / max(self._cell, self.memory.step)
-        return max(HOP, spare) if self._pieces == 1 else min(max(int(along), 2), HOP)
+        along = PACE.soon * self.options.high / max(self._cell, self.memory.step)
+        return max(PACE.hop, spare) if self._pieces == 1 else min(max(int(along), 2), PACE.hop)
 
     def _held(self, found: Finding) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for
@@ -406,7 +423,7 @@ class Follower:
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
         lost = found.kept + SURE * found.kept_sigma < LOST
-        return found.status == TrackingStatus.INCOHERENT and memory.agreed > STEADY and near and not lost
+        return found.status == TrackingStatus.INCOHERENT and memory.agreed > PACE.steady and near and not lost
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Begin again for another surface, with the newest path alone."""
@@ -422,13 +439,12 @@ class Follower:
         memory = self.memory
         if not sharp > 0:
             return
-        # Without a clear line, the sharpness at another delay may be larger by chance alone.
-        ratio = min((sharp + PLAIN) / (score + PLAIN), 4.0)
+        ratio = min((sharp + DELAY.plain) / (score + DELAY.plain), DELAY.sharpest)
         # A single trial is noisy: half of it enters the running ratio of its delay.
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
-        if memory.sharper[best] > SHARPER:
+        if memory.sharper[best] > DELAY.sharper:
             # The readings now lie elsewhere on the path, so the agreement of earlier searches does not count.
-            memory.late_s, memory.late_variance = self._trials[best], TRIAL_S**2
+            memory.late_s, memory.late_variance = self._trials[best], (DELAY.trials_ms.step / MS_PER_S) ** 2
             memory.sharper = [1.0] * len(self._trials)
             memory.agreed = 0

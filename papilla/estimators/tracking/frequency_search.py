@@ -17,21 +17,23 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
-from papilla.estimators.spectrum import longest_strokes, middle, share_of, spectrum_of, strokes_of
+from papilla.estimators.spectrum import CYCLE, highest_shown, longest_strokes, middle, size_of, spectrum_of, strokes_of
 from papilla.estimators.spread import Pieces, completed
 from papilla.estimators.tracking import motion_fit
-from papilla.estimators.tracking.motion_fit import BAND, HARMONICS, KNOTS, MOTION, SHAPE, TREND, MotionFit
+from papilla.estimators.tracking.motion_fit import BAND, KNOTS, SHAPE, TREND, MotionFit
 
-CHIRPS = (0.0, 2.0, -2.0, 5.0, -5.0, 9.0, -9.0)
+CHIRPS = (0.0, *(sign * rate for rate in (2.0, 5.0, 9.0) for sign in (1, -1)))
 """Relative chirp rates in 1/s in the middle of the window: those of a 1 Hz stroke during 83 % of its time."""
 NOMINEES, MULTIPLES = 4, (2, 3, 1 / 2, 1 / 3)
 """Number of peaks of the spectra from which a fit starts, and the multiples of the best fit's frequency that are tried
 next."""
-REACHES = 0.5, 0.5, 0.75, 1.01, 1.01, 1.01
+REACHES = 0.5, 0.5, 0.75, *[math.inf] * 3
 """Part of the window, about its middle, to which each step of a candidate is fitted."""
 OCTAVE = 15.0
 """Bonus in the cost (nats) for each octave of the frequency: a fit of half the frequency can explain every reading as
 well."""
+HELD = 1e-3
+"""Prior standard deviation of what a search holds at 0."""
 STIFFNESS = 60.0
 """Prior standard deviation of the stiffness (1/s^2)."""
 FEWEST_PERIODS = 4.0
@@ -72,7 +74,7 @@ class FrequencySearch(NamedTuple):
         """Lines of the readings over time warped by a chirp: their scores, and motions (4,)."""
         # Times at which the warped time would nearly stand still, or run backwards, are left out.
         rows = np.isfinite(self.readings) & (1 + chirp * self.time > 0.1)
-        if rows.sum() < 32:
+        if rows.sum() < motion_fit.FEWEST_READINGS:
             return []
         time = self.time[rows]
         warped = time + 0.5 * chirp * time**2
@@ -101,7 +103,7 @@ class FrequencySearch(NamedTuple):
             return None
         nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
         still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
-        wave = np.exp(-2j * np.pi * motion_fit.phase_at(still, self.time)[0])
+        wave = np.exp(-CYCLE * motion_fit.phase_at(still, self.time)[0])
         # The phase of the strongest component near the middle, where the motion matters least.
         near = np.abs(self.time) < REACHES[0] * self.time[-1]
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
@@ -114,9 +116,9 @@ class FrequencySearch(NamedTuple):
             return None, math.inf
         # The short window of a search cannot distinguish jumps from a chirp: jumps, and kinks of the offset, are held
         # at 0.
-        size, still = 2 * begun.noise**0.5, [1e-3] * KNOTS
+        size, still = 2 * begun.noise**0.5, [HELD] * KNOTS
         free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), STIFFNESS]
-        prior = np.diag(np.array([*free, *still, size, size, *[1e-3 * size] * KNOTS, *[size] * SHAPE]) ** -2.0)
+        prior = np.diag(np.array([*free, *still, size, size, *[HELD * size] * KNOTS, *[size] * SHAPE]) ** -2.0)
         about, distance = begun.values, np.abs(self.time) / self.time[-1]
         for reach in REACHES:
             near = np.where(distance < reach, self.readings, math.nan)
@@ -124,7 +126,7 @@ class FrequencySearch(NamedTuple):
             design = motion_fit.designed(trial, near, self.time, self.rate_Hz)
             yield
             trial = motion_fit.solved(design, prior, about)
-            count = max(int(design.seen.sum()) - MOTION - 2 - SHAPE, 1)
+            count = max(int(design.seen.sum()) - motion_fit.MOTION - 2 - SHAPE, 1)
             # The noise falls as the fit improves, and with it the weight of the prior: renewed at each step.
             noise = max(float(trial.residual @ trial.residual) / count, 1e-6 * begun.noise)
             trial = trial._replace(noise=noise)
@@ -152,10 +154,9 @@ class SubharmonicTest(NamedTuple):
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.search_task.Task`).
-        steps = np.abs(np.diff(strokes.place))
-        step, shown = max(STEP, middle(steps)), 0.45 / max(share_of(steps, 0.9), STEP)
+        step, shown = max(STEP, middle(np.abs(np.diff(strokes.place)))), highest_shown(strokes.place, STEP)
         longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
-        spectrum = yield from spectrum_of(strokes, step, 1 << math.ceil(math.log2(1.6 * longest / step)))
+        spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))
         lines = yield from spectrum.lines(1 / SUBHARMONICS, shown, MOST_LINES)
         near = 2 / strokes.extent
         # Lines at whole cycles are the followed wave itself; the rest may belong to a lower fundamental.
@@ -189,5 +190,5 @@ def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> flo
     """Cost of a fit that leaves this noise in `count` readings: Schwarz's criterion (1978, doi:10.1214/aos/1176344136)
     with the number of harmonics that the rate shows, minus `OCTAVE` for each octave of its frequency."""
     rate = max(abs(float(stroke.motion[1])), 1.0)
-    present = min(HARMONICS, int(BAND * rate_Hz / rate))
+    present = min(motion_fit.HARMONICS, int(BAND * rate_Hz / rate))
     return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE * math.log2(rate)

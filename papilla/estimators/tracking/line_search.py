@@ -21,31 +21,17 @@ its sigma.
 
 import numpy as np
 
-from papilla.estimators.fundamental import (
-    CONFIRMED,
-    FAINT,
-    SLACK,
-    SUBHARMONICS,
-    Period,
-    fundamental_of,
-    hints,
-    lone,
-    no_multiples,
-)  # fmt: skip
-from papilla.estimators.spectrum import Line, Strokes, middle, share_of, slope, spectrum_of, strokes_of
+from papilla.estimators import fundamental as periods
+from papilla.estimators.fundamental import CONFIRMED, SLACK, SUBHARMONICS, Period
+from papilla.estimators.spectrum import Line, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.spread import Pieces
-from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.finding import Finding
-from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, Task, bend_of, window_of
-from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, forward, levelled, silenced
+from papilla.estimators.tracking.refine import BENT, KNOWN_NEAR, Refinement
+from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
+from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, silenced
 from papilla.units import TINY
 
-BENT = 0.04
-"""Deviation of the path from a straight line over time, in periods (RMS under the taper of a stroke), above which lines
-over path and over time can be distinguished. Ramps at the ends of a stroke do not help, because the taper hides them:
-with quick turns and a constant speed between them, lines of the surface were taken for lines over time."""
-MOST_LINES, TIME_LINES = 8, 3
+TIME_LINES = 3
+"""Lines over time that are compared with those over the path."""
 FALSE_ALARM = 1e-4
 """Probability of a false line in one search, over all wavelengths."""
 PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
@@ -54,34 +40,16 @@ energy (less comes from an error of its place); and the factor by which the ener
 MOTORS_HZ = 25.0, 90.0
 """Frequencies (Hz) of motors and mounts: at a constant speed a line there, within its resolution and without a
 harmonic, is not accepted."""
-KNOWN = 0.02
-"""Relative difference of wavenumber up to which a line counts as the known one."""
-COHERENT, SCATTERED = 0.8, 0.12
-"""Coherence of the blocks' phases below which a line is smeared and searched in a shorter path; and their scatter
-beyond the noise, in periods, above which it is."""
-LOST, SURE = 0.5, 3.0
-"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
-PLAY_MM, RELAXED_MM = 0.3, 0.5
-"""Standard deviation of the distance by which the skin trails the finger, and the path after a turn over which it
-settles again."""
-KNOWN_NEAR, SETTLED = 0.1, 0.3
-"""Distance in resolutions within which a search continues from the known wavenumber; and the step, in sigmas, after
-which no further step is needed."""
-LATE_S = 1e-4
-"""Recompute the path when the estimated delay changes by more than this; the phases are linear in smaller changes."""
-BAND, SHOWN = 0.45, 0.4
-"""Frequencies, relative to the sampling rate: above the first an anti-aliasing filter has probably removed harmonics;
-below the second they should be visible."""
+SHOWN = 0.4
+"""Frequency, relative to the sampling rate, below which a harmonic should be visible."""
 
 
-class LineSearch:
+class LineSearch(Refinement):
     """A search for lines in a task; `run` does it and returns the finding."""
 
     def __init__(self, task: Task):
-        self._task, self._options = task, task.options
-        self.finding = Finding(late_s=task.late_s, late_variance=task.late_variance)
+        super().__init__(task)
         self._cleaned = False
-        self._strokes: Strokes
 
     def run(self) -> Pieces[Finding]:
         """Search."""
@@ -99,24 +67,13 @@ class LineSearch:
             # Lines over time are equally sharp at any delay, and at a constant speed all lines are.
             finding.score = 0.0
         # A wavelength longer than the range is reported, but not refined: the window has too few periods of it.
-        if fundamental * 1.02 < 1 / self._options.high:
+        if fundamental * (1 + SAME) < 1 / self._options.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # The known wavenumber is nearer to the result of the phases than the place of a peak.
         near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
         finding.other = other
-        self._wavenumber, self._late = task.before if near else fundamental, task.late_s
-        yield
-        # The noise comes from the spectrum with all lines; then other lines are subtracted, or they would pull the
-        # phases.
-        self._level = self._noise(fundamental)
-        yield
-        self._strokes = yield from self._unmixed()
-        # A step moves wavenumber and delay, and a new delay moves the whole path: so a second step may be needed.
-        for _ in range(2):
-            if (yield from self._refined()):
-                break
-        yield
-        return (yield from self._judged(TrackingStatus.AMBIGUOUS if other else status, refused))
+        self._wavenumber = task.before if near else fundamental
+        return (yield from self._by_phases(fundamental, TrackingStatus.AMBIGUOUS if other else status, refused))
 
     def _line(self) -> Pieces[tuple[Line, TrackingStatus, bool] | None]:
         """The strongest line that is the surface's, its status, and whether a louder line was refused; or None."""
@@ -126,7 +83,7 @@ class LineSearch:
         # strongest line again and again, and its side lobes would hide weaker ones.
         if self._task.known_hums_Hz:
             self._cleaned = True
-            self._strokes = yield from silenced(self._strokes, self._time, self._known_hums(), self._task.before)
+            self._strokes = yield from silenced(self._strokes, self._time, self._time_lines, self._task.before)
         if not (yield from self._detected()):
             return None
         yield from self._over_time()
@@ -138,20 +95,6 @@ class LineSearch:
         self.finding.status, self.finding.wavenumber = status, wavenumber
         self.finding.sigma = 0.3 / self._strokes.extent
         return self.finding
-
-    def _gathered(self, late_s: float) -> Pieces[bool]:
-        """Collect rows and strokes for a path that is late by `late_s`; returns False, without a change, if there are
-        too few."""
-        window = window_of(self._task, late_s)
-        if window is None:
-            return False
-        self._time, self._place, self._count, self._stroke, self._begin, readings = window
-        yield
-        self._strokes = yield from strokes_of(self._place, readings, self._begin)
-        return True
-
-    def _known_hums(self) -> list[Line]:
-        return [Line(hum, 1.0, 1.0, 0.0) for hum in self._task.known_hums_Hz]
 
     def _detected(self) -> Pieces[bool]:
         """Find lines over the path, within the range that step and length of the path allow; returns whether there are
@@ -193,14 +136,13 @@ class LineSearch:
         """Find lines over time at the frequencies that lines in the range have at the speeds of the strokes."""
         time = self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
-        self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), 1e-9)
+        self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), TINY)
         self._usual = float(np.average(self._speed, weights=self._strokes.weight))
-        self._bend = max(bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
+        self._bend = max(_bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
         fastest = share_of(self._speed, 0.95)
         # Grid of the spectrum over time: as fine as the shortest wavelength needs at the highest speed, but no finer
         # than the samples are.
         step = max(self._options.low / (GRID * fastest), 0.5 / self._options.rate_Hz)
-        self._time_lines = self._known_hums()
         shortest, longest = float(self._spans.min()), float(self._spans.max())
         if shortest <= 0:
             return
@@ -271,7 +213,7 @@ class LineSearch:
         if separable and time > enough and time > EXCLUDED * path:
             return TrackingStatus.TIME_LOCKED
         # If a longer path once separated a line from the mains, a short one after lost contact does not make it theirs.
-        hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= KNOWN * self._task.proved
+        hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= SAME * self._task.proved
         return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
@@ -281,13 +223,13 @@ class LineSearch:
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf, within: float = 1.0) -> bool:
         """Whether a line may be that of the mains or of a resonance up to a frequency, within so many resolutions."""
-        frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), 1e-9)
+        frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), TINY)
         return any(abs(frequency - hum) < resolution for hum in self._options.hums_Hz if hum <= highest_Hz)
 
     def _motor_like(self, wavenumber: float) -> bool:
         """Whether a line may come from a motor or mount: it has such a frequency, and no sign of the harmonics that
         most surfaces have, although the sampling rate would show the second one."""
-        frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), 1e-9)
+        frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), TINY)
         slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
         if not slowest < frequency < min(fastest, SHOWN * self._options.rate_Hz / 2):
             return False
@@ -312,7 +254,9 @@ class LineSearch:
         # A harmonic of the mains counts as theirs only if other mains lines are present.
         bent = self._bend * k > BENT
         humming = not bent and any(self._near_hum(line, max(MAINS_HZ)) for line in self._lines)
-        others = no_multiples([line for line in self._lines if line.amplitude > FAINT * chosen.amplitude], k, reach)
+        others = periods.no_multiples(
+            [line for line in self._lines if line.amplitude > periods.FAINT * chosen.amplitude], k, reach
+        )
         own = set()
         for line in others:
             timed = humming and self._near_hum(line)
@@ -321,129 +265,29 @@ class LineSearch:
                 timed = (yield from self._origin(line)) == TrackingStatus.TIME_LOCKED
             if not timed:
                 own.add(line)
-        found = fundamental_of(chosen, others, reach, own, self._options.ridge_pitch_mm > 0)
+        found = periods.fundamental_of(chosen, others, reach, own, self._options.ridge_pitch_mm > 0)
         if not bent and found.wavenumber == k:
             # At a constant speed a line beside the mains, but not at their frequency, may be the surface's: not proved,
             # only doubtful.
             apart = {line for line in others if not self._near_hum(line, within=SLACK)}
-            either = fundamental_of(chosen, others, reach, own | apart, False)
+            either = periods.fundamental_of(chosen, others, reach, own | apart, False)
             if either.loud or either.wavenumber < k:
                 found = Period(k, either.other or either.wavenumber, True)
         # No line gives a lower fundamental. Look for one that is too weak to be a line: it makes the answer doubtful.
         if found.wavenumber == k and not found.other and not humming:
             divisors = range(2, SUBHARMONICS + 1)
             near, lowest = 2 / self._strokes.extent, 1 / self._options.high
-            hinted = (k / n for n in divisors if hints(self._spectrum, self._lines, chosen, n, near, lowest))
-            beside = k / 2 if lone(chosen, self._options.ridge_pitch_mm) else 0.0
+            hinted = (k / n for n in divisors if periods.hints(self._spectrum, self._lines, chosen, n, near, lowest))
+            beside = k / 2 if periods.lone(chosen, self._options.ridge_pitch_mm) else 0.0
             found = found._replace(other=next(hinted, beside))
         # Faint lines that come and go do not raise doubt about a wavenumber on which many searches agreed.
-        agreed = found.wavenumber == k and abs(k - self._task.proved) < KNOWN * k
+        agreed = found.wavenumber == k and abs(k - self._task.proved) < SAME * k
         return found._replace(other=0.0) if agreed and not found.loud else found
 
-    def _unmixed(self) -> Pieces[Strokes]:
-        """The strokes without lines over time and without lines of another texture."""
-        strokes, wavenumber = self._strokes, self._wavenumber
-        if self._hum:
-            known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
-            near = 2 / max(np.ptp(self._time), 1e-9)
-            hums = [line for line in self._time_lines if (np.abs(line.wavenumber - known) < near).any()]
-            strokes = yield from silenced(strokes, self._time, hums, wavenumber)
-        foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
-        strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
-        below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
-        # If the speed changes, slow changes come mostly from the force, and cause a doubt.
-        one = self._bend * wavenumber < BENT and len(self._begin) == 2 and below > self._inside[0].amplitude ** 2
-        return (yield from levelled(strokes, wavenumber)) if one else strokes
 
-    def _noise(self, wavenumber: float) -> np.ndarray:
-        """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
-        spectrum, strokes = self._spectrum, self._strokes
-        orders = np.arange(1, HARMONICS + 1)
-        at = np.minimum(np.round(orders * wavenumber / spectrum.step).astype(int), len(spectrum.power) - 1)
-        level = spectrum.level(at)
-        finite = np.isfinite(level)
-        level = np.where(finite, level, level[finite].max(initial=1.0))
-        band = orders * wavenumber * middle(self._speed) < BAND * self._options.rate_Hz
-        reachable = (orders * wavenumber < 2 / self._task.step / GRID * 2) & band
-        reachable[0] = True
-        level = np.where(reachable, level, np.inf)
-        return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
-
-    def _refined(self) -> Pieces[bool]:
-        """One step of the wavenumber and of the delay; True if another step would change nothing."""
-        task = self._task
-        if abs(self._late - task.late_s) > LATE_S and (yield from self._gathered(self._late)):
-            yield
-            self._strokes = yield from self._unmixed()
-        # Unknowns of the regression: change of the wavenumber (almost no prior), change of the delay where it is not
-        # stated (prior from earlier searches), and the distance by which the skin trails after a turn.
-        columns, prior, off = [self._place - self._place[-1]], [1e-12], [0.0]
-        if task.late_variance > 0:
-            # Derivative of the phase by the delay: k v, so only changes of the speed v determine it.
-            columns.append(self._wavenumber * slope(self._place) / np.maximum(slope(self._time), 1e-9))
-            prior.append(1 / task.late_variance)
-            off.append(task.late_s - self._late)
-        regressors = np.column_stack([*columns, self._play()])
-        yield
-        phases = yield from phases_of(
-            self._wavenumber * self._place, regressors, np.maximum(np.abs(slope(self._place)), 1e-12), self._count,
-            self._strokes.readings, self._strokes.seen, self._stroke, self._level,
-        )  # fmt: skip
-        fit = yield from regressed(phases, np.array([*prior, PLAY_MM**-2]), np.array([*off, 0.0]))
-        step, limit = float(fit.step[0]), 0.7 / self._strokes.extent
-        # A step turns the phase by at most 0.7 cycles over the window: beyond that the blocks' phases are ambiguous.
-        self._wavenumber += min(max(step, -limit), limit)
-        if task.late_variance > 0:
-            self._late += min(max(float(fit.step[1]), -0.004), 0.004)
-        self._phases, self._fit = phases, fit
-        settled = abs(step) < SETTLED * float(fit.covariance[0, 0]) ** 0.5
-        return settled and abs(self._late - task.late_s) < LATE_S
-
-    def _play(self) -> np.ndarray:
-        """(m,) phase lag in cycles for a skin that trails the finger by 1 mm after a turn."""
-        first = self._begin[:-1]
-        along = np.abs(self._place - self._place[first][self._stroke])
-        way = np.sign(self._place[self._begin[1:] - 1] - self._place[first])[self._stroke]
-        # There was no turn at the beginning of the window.
-        return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
-
-    def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
-        """The finding for a line with this status; refused : whether a louder line was refused."""
-        phases, fit = self._phases, self._fit
-        if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
-            # A louder line that may be one over time leaves no answer: a longer path, not a shorter one, determines its
-            # frequency.
-            status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
-        # Phase of each gauge at path 0 from the last stroke: the skin shifts the phase at each turn, so strokes are not
-        # averaged.
-        last = phases.amplitude[-1]
-        angle = np.angle(last) / (2 * np.pi)
-        power = np.maximum(np.abs(last) ** 2, TINY) * float(self._count[self._begin[-2] :].sum())
-        spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
-        finding, estimated = self.finding, self._task.late_variance > 0
-        # A low-passed velocity is not only late but also too small: in strokes of angular frequency w by (w T)^2 / 2,
-        # which no reading shows. This counts as two sigmas.
-        smaller = 0.25 * (np.pi * self._late / self._spans.max()) ** 2 * estimated
-        finding.status, finding.wavenumber = status, self._wavenumber
-        finding.sigma = float(np.hypot(fit.covariance[0, 0] ** 0.5, smaller * self._wavenumber))
-        finding.late_s, finding.late_variance = self._late, float(fit.covariance[1, 1]) if estimated else 0.0
-        finding.phase, finding.phase_sigma = tuple(angle.tolist()), tuple(spread.tolist())
-        finding.amplitude, finding.noise = tuple(last.tolist()), tuple(self._level[0].tolist())
-        finding.kept, finding.kept_sigma, finding.mixed = *(yield from self._newest()), refused
-        return finding
-
-    def _newest(self) -> Pieces[tuple[float, float]]:
-        """Share of the amplitude in the newest whole periods, and its sigma, over as many periods as needed to detect a
-        missing line."""
-        rows = slice(int(self._begin[-2]), None)
-        seen, readings = self._strokes.seen[rows], self._strokes.readings[rows]
-        wanted, kept, sigma = self._phases.amplitude[-1], 1.0, 1.0
-        for periods in (2, 4, 8, 12, 16):
-            found = share_kept(self._place[rows], readings, seen, self._wavenumber, wanted, self._level[0], periods)
-            if found is None:
-                break
-            kept, sigma = found
-            if kept + SURE * sigma < LOST:
-                break
-            yield
-        return kept, sigma
+def _bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
+    """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
+    total = float(weight.sum())
+    t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
+    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), TINY))
+    return (float(weight @ off**2) / total) ** 0.5

@@ -14,10 +14,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.spectrum import CYCLE
+from papilla.units import TINY
+
 HARMONICS = 5
 ORDERS = np.arange(1, HARMONICS + 1)
 BAND = 0.4
 """Frequency relative to the sampling rate above which an anti-aliasing filter has probably removed harmonics."""
+FEWEST_READINGS = 32
+"""In a window."""
 KNOTS = 8
 """Number of moments in the window at which the chirp may jump, because a hand is not exactly sinusoidal, and at which
 the offset may bend."""
@@ -98,14 +103,14 @@ def rates_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarra
     sine, _, by_sine, _, turned = swung(stiffness, time)
     # The parameters are those of the present. Before a jump the frequency differs from them by jump x (t - t_jump).
     bent, slopes = np.minimum(time[:, None] - stroke.knots, 0.0), np.zeros((len(time), MOTION + KNOTS))
-    slopes[:, 1], slopes[:, 2], slopes[:, 3] = turned, sine, chirp * by_sine - 0.5 * rate * time * sine
+    slopes[:, 1], slopes[:, 2], slopes[:, MOTION - 1] = turned, sine, chirp * by_sine - 0.5 * rate * time * sine
     slopes[:, MOTION:] = bent
     return rate * turned + chirp * sine + bent @ stroke.jumps, slopes
 
 
 def phase_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Phase (m,) in cycles at times (m,), and |rate| in Hz."""
-    sine, cosine, _, _, turned = swung(float(stroke.motion[3]), time)
+    sine, cosine, _, _, turned = swung(float(stroke.motion[-1]), time)
     return _phase(stroke, sine, cosine, turned, np.minimum(time[:, None] - stroke.knots, 0.0))
 
 
@@ -119,13 +124,13 @@ def _phase(stroke: MotionFit, sine, cosine, turned, before: np.ndarray) -> tuple
 def profile(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns of the shape (m, 9) at phases and |rates| (m,), and their derivatives by the phase, per cycle."""
     waves = _waves(phase, speed, rate_Hz)
-    return _shaped(waves), _shaped(2j * np.pi * ORDERS * waves)
+    return _shaped(waves), _shaped(CYCLE * ORDERS * waves)
 
 
 def _waves(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> np.ndarray:
     """(m, 5) harmonics; 0 if the sampling rate does not show them."""
     waves = np.empty((len(phase), HARMONICS), complex)
-    waves[:, 0] = np.exp(2j * np.pi * phase)
+    waves[:, 0] = np.exp(CYCLE * phase)
     for order in range(1, HARMONICS):
         waves[:, order] = waves[:, order - 1] * waves[:, 0]
     waves *= np.outer(speed, ORDERS) < BAND * rate_Hz
@@ -164,11 +169,16 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     # Complex amplitudes a - i b, so that Re(waves @ shape) is the profile, and 2 pi i n times it its slope by the
     # phase.
     shape = stroke.shape[:HARMONICS] - 1j * np.append(0.0, stroke.shape[HARMONICS:])
-    slopes = (waves @ (2j * np.pi * ORDERS * shape)).real
+    slopes = (waves @ (CYCLE * ORDERS * shape)).real
     motion = np.empty((len(time), MOTION + KNOTS))
     # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
     # the reading. Offset and shape are linear: their columns are their values.
-    motion[:, 0], motion[:, 1], motion[:, 2], motion[:, 3] = 1.0, sine, cosine, rate * by_sine + chirp * by_cosine
+    motion[:, 0], motion[:, 1], motion[:, 2], motion[:, MOTION - 1] = (
+        1.0,
+        sine,
+        cosine,
+        rate * by_sine + chirp * by_cosine,
+    )
     motion[:, MOTION:] = 0.5 * before * before
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
     fitted = columns[:, MOTION + KNOTS :] @ stroke.values[MOTION + KNOTS :]
@@ -192,7 +202,7 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     turn = float(np.abs((motion @ step[: MOTION + KNOTS])[seen]).max(initial=0.0))
     bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION - 1]) ** 2 / 60
     # Shorten a step that would turn the phase by more than TURN, or change k so much that its second order counts.
-    step *= min(TURN / max(turn, 1e-12), (BENT / max(bend, 1e-12)) ** 0.5, 1.0)
+    step *= min(TURN / max(turn, TINY), (BENT / max(bend, TINY)) ** 0.5, 1.0)
     values += step
     # The columns of missing readings are 0.
     waves = jacobian[:, -SHAPE:] @ values[-SHAPE:]

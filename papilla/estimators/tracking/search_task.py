@@ -1,20 +1,49 @@
-"""Input of a search for lines: the latest rows of the path, and what is known of them."""
+"""What a search for lines is given, the latest rows of the path and what is known of them, and what it finds."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.spectrum import longest_strokes, middle, share_of
-from papilla.units import TINY
+from papilla.estimators.spectrum import highest_shown, longest_strokes, middle, spectrum_of, strokes_of
+from papilla.estimators.spread import Pieces
+from papilla.status import Status
 
+LEADING = 3
+"""Columns of a row of the path before the readings: time, place, number of samples."""
 MAINS_HZ = (50.0, 60.0)
+MOST_LINES = 8
+"""Of a search, strongest first."""
+LATEST_S = 0.1
+"""Largest delay of a path that may be stated."""
 GRID = 4
 """Grid points in the shortest wavelength: aliases from beyond are then weaker than a third, and none is a sum of
 lines."""
+SAME = 0.02
+"""Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
 FEWEST_WAVES = 4.0
 """Number of shortest wavelengths that the longest stroke must contain."""
+
+
+class TrackingStatus(Status):
+    """Status of an answer; those that begin with "ok" may be used."""
+
+    OK = "ok"
+    SEARCHING = "no wavelength stands out yet: a value, if there is one, is a guess"
+    STANDSTILL = "no movement: the wavelength is held"
+    MISSING = "the reading is missing, not finite or saturated: the wavelength is held"
+    NO_VELOCITY = "no finite velocity or position: the wavelength is held, the frequency is not known"
+    ALIASED = "too fast for this sampling rate and wavelength: the wavelength is held"
+    NO_TEXTURE = "the line is no longer there: the wavelength is the last one seen"
+    TIME_LOCKED = "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's"
+    CONSTANT_SPEED = "ok, constant speed: a vibration of that frequency is not excluded"
+    OUT_OF_RANGE = "the lines are harmonics of a wavelength outside the search range"
+    INCOHERENT = "the line is smeared: no single wavelength, or the path is wrong"
+    VAGUE = "the standard deviation of the wavelength is too large"
+    AMBIGUOUS = "ambiguous: a line stands out, but it may be a harmonic: the value is a guess"
+    LONE = "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
 
 
 class Options(NamedTuple):
@@ -39,13 +68,13 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz,
     rate = checks.positive("sample_rate_Hz", rate_Hz)
     hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
     hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
-    late = None if latency_s is None else checks.within("latency_s", latency_s, -0.1, 0.1)
+    late = None if latency_s is None else checks.within("latency_s", latency_s, -LATEST_S, LATEST_S)
     pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
     return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
 
 
 class Task(NamedTuple):
-    """rows (m, 3 + g) of time, place, samples, readings; breaks : rows at which strokes begin.
+    """rows (m, `LEADING` + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
     step, size : the grid; late_s : delay of the path behind the readings, and its variance (0: known); before : the
     known wavenumber, 0 for none; proved : the one on which many searches agreed, 0 for none. known_hums_Hz :
@@ -65,12 +94,45 @@ class Task(NamedTuple):
 
     def highest(self, place: np.ndarray) -> float:
         """The highest wavenumber of the range that the distance of these places can show."""
-        return min(1 / self.options.low, 0.45 / max(share_of(np.abs(np.diff(place)), 0.9), 1e-12))
+        return min(1 / self.options.low, highest_shown(place))
 
     def grid(self, place: np.ndarray) -> float:
         """Step of the grid in mm: that of the path if it is longer. Even steps make images of a line; with this grid
         they fall on the line itself, and not beside it, where they would look like another texture."""
         return max(self.step, middle(np.abs(np.diff(place))))
+
+
+@dataclass
+class Finding:
+    """Result of a search.
+
+    status : of this search alone. wavenumber (1/mm) and its sigma, 0 before the first; extent : mm of path that was
+    used.
+
+    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
+    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
+    the fundamental in the last stroke, from path 0 on, and variance of a sample about it. kept : share of the amplitude
+    that is left in the newest periods, and its sigma. hums_Hz : lines over time; mixed : True if a louder line that was
+    not removed may be one. other : other possible wavenumber of the surface, 0 for none.
+    """
+
+    status: TrackingStatus = TrackingStatus.SEARCHING
+    wavenumber: float = 0.0
+    sigma: float = 0.0
+    extent: float = 0.0
+    lines: tuple[tuple[float, float, float], ...] = ()
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    phase: tuple[float, ...] = ()
+    phase_sigma: tuple[float, ...] = ()
+    amplitude: tuple[complex, ...] = ()
+    noise: tuple[float, ...] = ()
+    kept: float = 1.0
+    kept_sigma: float = 0.0
+    score: float = 0.0
+    hums_Hz: tuple[float, ...] = ()
+    mixed: bool = False
+    other: float = 0.0
 
 
 class Window(NamedTuple):
@@ -107,12 +169,19 @@ def window_of(task: Task, late_s: float) -> Window | None:
     index, begin = found
     stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
     # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
-    return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, 3:])
+    return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING:])
 
 
-def bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
-    """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
-    total = float(weight.sum())
-    t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
-    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), TINY))
-    return (float(weight @ off**2) / total) ** 0.5
+def sharpness(task: Task, late_s: float) -> Pieces[float]:
+    """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none.
+
+    With a wrong delay T the place is off by v T. Where the speed v changes within a stroke, that smears a line; the
+    right delay makes it sharp again. At a constant speed a line is equally sharp at any delay, and nothing is learnt.
+    """
+    window = window_of(task, late_s)
+    if window is None:
+        return 0.0
+    strokes = yield from strokes_of(window.place, window.readings, window.begin)
+    spectrum = yield from spectrum_of(strokes, task.grid(window.place), task.size)
+    lines = yield from spectrum.lines(1 / task.options.high, task.highest(window.place), MOST_LINES)
+    return max((line.ratio for line in lines), default=0.0)

@@ -7,7 +7,7 @@ is not, a least-squares fit of both separates their energies, stroke by stroke.
 
 import numpy as np
 
-from papilla.estimators.spectrum import Line, Spectrum, Strokes
+from papilla.estimators.spectrum import CYCLE, Line, Spectrum, Strokes
 from papilla.estimators.spread import Pieces
 from papilla.units import TINY
 
@@ -18,6 +18,8 @@ LOUD = 0.1
 """Energy of a line over time, relative to the surface's, above which it is removed."""
 LEVELLED = 6.0
 """Number of half periods in a stroke from which long waves are removed from it."""
+RIDGE = 1e-6
+"""Of the diagonal of a fit, added to it: waves that the rows cannot tell apart share their energy."""
 ALIKE = 0.05
 """Share of a line's energy that a line over time must be able to explain to compete with it."""
 
@@ -40,7 +42,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
     count = HARMONICS if wavenumber else 0
     frequencies = np.array([line.wavenumber for line in lines])[:, None]
     turns = [wavenumber * np.arange(1, count + 1)[:, None] * forward(strokes), frequencies * time]
-    atoms = np.exp(2j * np.pi * np.concatenate(turns))
+    atoms = np.exp(CYCLE * np.concatenate(turns))
     readings = strokes.readings.copy()
     for rows in strokes.rows:
         yield
@@ -53,7 +55,7 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
         pull = weighted @ readings[rows]
         for _ in range(2):
             used = np.concatenate([np.arange(count), foreign])
-            some = gram[np.ix_(used, used)] + 1e-6 * size.max() * np.eye(len(used))
+            some = gram[np.ix_(used, used)] + RIDGE * size.max() * np.eye(len(used))
             amplitude = np.linalg.solve(some, pull[used])
             energy = (np.abs(amplitude) ** 2).sum(axis=1)
             # A line that is faint compared with the surface's own may be an error of it, and does no harm.
@@ -79,7 +81,8 @@ def levelled(strokes: Strokes, wavenumber: float) -> Pieces[Strokes]:
     for gauge, total in enumerate(sums.T):
         yield
         slow = (np.interp(at + half, along, total) - np.interp(at - half, along, total)) / (2 * half)
-        slow = slow[:-4] + beyond * np.where(beyond < 0, slow[-3] - slow[-4], slow[-1] - slow[-2])
+        slow, (first, second, last_but_one, last) = slow[: len(along)], slow[len(along) :].tolist()
+        slow += beyond * np.where(beyond < 0, second - first, last - last_but_one)
         rest = readings[:, gauge] - slow
         if slow @ slow > rest @ rest:
             readings[:, gauge] = rest
@@ -92,7 +95,7 @@ def credits_of(
     """Energy over the background that only this line explains, and the largest energy that only one line over time
     explains."""
     turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
-    atoms = np.exp(2j * np.pi * np.array(turns))
+    atoms = np.exp(CYCLE * np.array(turns))
     credit = np.zeros(len(atoms))
     for rows in strokes.rows:
         yield
@@ -102,7 +105,7 @@ def credits_of(
         size = float(gram[0, 0].real)
         if size <= 0:
             continue
-        gram += 1e-6 * size * np.eye(len(gram))
+        gram += RIDGE * size * np.eye(len(gram))
         inverse = np.linalg.inv(gram)
         amplitude = inverse @ (weighted @ strokes.readings[rows])
         energy = np.abs(amplitude) ** 2 * size / inverse.diagonal().real[:, None]

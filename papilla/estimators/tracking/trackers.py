@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from operator import eq
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.stream import Stream
-from papilla.estimators.tracking.answer import FusedEstimate, TrackingStatus, WavelengthEstimate
-from papilla.estimators.tracking.between_gauges import TURN, UNKNOWN, wavelength_between
 from papilla.estimators.tracking.follower import Follower, Memory
-from papilla.estimators.tracking.search_task import checked
+from papilla.estimators.tracking.search_task import TrackingStatus, checked
 from papilla.logs.quantities import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
@@ -24,7 +24,49 @@ SPIKE, FADING = 8.0, 100
 single one."""
 SHARP = 0.1
 """Standard deviation of a gauge's phase, in cycles, above which it is not compared with the others."""
-_NO_PATH = TrackingStatus.NO_VELOCITY
+SPEED_SD, SPEED_REACH = 0.03, 0.1
+"""Relative error of a velocity: its standard deviation, and the largest error that is searched."""
+CLEAR = 25.0
+"""Smallest difference of squared misfit to any other number of turns."""
+UNKNOWN = math.nan, math.nan
+TURN = 2 * math.pi
+
+
+class WavelengthEstimate(NamedTuple):
+    """wavelength_mm, wavelength_sigma_mm, frequency_Hz (NaN where there is no answer), status (a `TrackingStatus`
+    value).
+
+    frequency_Hz is |velocity| over the wavelength. Of a block, arrays (n,).
+    """
+
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    frequency_Hz: float | np.ndarray
+    status: int | np.ndarray
+
+    @property
+    def sentence(self) -> Any:
+        """The status in words: a string, or a list of them."""
+        return TrackingStatus.in_words(self.status)
+
+
+class FusedEstimate(NamedTuple):
+    """The fields of `WavelengthEstimate` for all gauges together; and wavelength_by_phase_mm with its sigma, from the
+    phases between gauges (NaN if their places are unknown or the number of whole turns is not clear); gauges : number
+    of gauges with readings now. Of a block, arrays (n,)."""
+
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    frequency_Hz: float | np.ndarray
+    status: int | np.ndarray
+    wavelength_by_phase_mm: float | np.ndarray
+    wavelength_by_phase_sigma_mm: float | np.ndarray
+    gauges: int | np.ndarray
+
+    @property
+    def sentence(self) -> Any:
+        """The status in words: a string, or a list of them."""
+        return TrackingStatus.in_words(self.status)
 
 
 @dataclass(eq=False)
@@ -75,7 +117,7 @@ class FusedTracker(Stream):
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
         ridge_pitch_mm: float | None = None,
-        saturation: float = 1e12,
+        saturation: float = checks.LARGEST,
     ):
         given, self._places = gauge_positions_mm, None
         if not isinstance(given, int):
@@ -134,7 +176,7 @@ class FusedTracker(Stream):
         status, by_phase = self._follower.advance(time_s, place_mm, readings), UNKNOWN
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
-        frequency = math.nan if status == _NO_PATH else abs(velocity_mm_s) / wavelength
+        frequency = math.nan if status is TrackingStatus.NO_VELOCITY else abs(velocity_mm_s) / wavelength
         if self.answer is WavelengthEstimate:
             return WavelengthEstimate(wavelength, sigma, frequency, int(status))
         if self._places is not None and status.good:
@@ -204,3 +246,46 @@ class LineTracker(FusedTracker):
         *readings, place = sample
         self._memory.samples += 1
         return self.follow(self._memory.samples * self._dt, place, math.nan, tuple(readings))
+
+
+def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
+    """(wavelength, sigma) in mm from the phases of two gauges or more; NaN if the number of whole turns is not clear.
+
+    At a distance d the phases differ by 2 pi d / lambda, at any speed, but they are known up to whole turns. A velocity
+    error of a few per cent may become whole turns over many wavelengths, so the tracker's wavelength alone does not
+    determine their number: it only limits the search. Gauges at uneven distances fit one number of turns far better
+    than its neighbours, like the scales of a vernier. If no number fits clearly better, there is no answer.
+
+    Parameters
+    ----------
+    places : (g,) along the sliding direction, mm. phases, sigmas : (g,) of the fundamental under each gauge, rad.
+    wavelength : in mm, from the velocity.
+    """
+    base, *others = sigmas = np.asarray(sigmas, float)
+    distance, phase = (np.subtract(own[1:], own[0]) for own in (places, phases))
+    # (n, g - 1) all numbers of whole turns that the velocity allows; a step is half a turn at the largest distance.
+    span = float(np.abs(distance).max()) / wavelength
+    steps = int(2 * SPEED_REACH * span)
+    cycles = (1 + np.arange(-steps, steps + 1) / (2 * span)) / wavelength
+    turns = np.unique(np.round(np.outer(cycles, distance) - phase / TURN), axis=0)
+    # Weighted regression of the phase differences on the distances, for all numbers of turns at once.
+    pull = distance / (np.square(others) + base**2)
+    stiffness = float(pull @ distance)
+    turned = phase + TURN * turns
+    wavenumber = turned @ pull / stiffness
+    # The first gauge's phase is 0, and all of them are free to shift together.
+    left = np.pad(turned - np.outer(wavenumber, distance), ((0, 0), (1, 0)))
+    misfit = left**2 @ sigmas**-2 - (left @ sigmas**-2) ** 2 / (sigmas**-2).sum()
+    speed = ((wavenumber * wavelength / TURN - 1) / SPEED_SD) ** 2
+    best = int((misfit + speed).argmin())
+    # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): if phases scatter more than their sigmas, they distinguish turns
+    # less.
+    ratio = max(1.0, float(misfit[best]) / (len(distance) - 1)) if len(distance) > 1 else 1.0
+    price = misfit / ratio + speed
+    if wavenumber[best] <= 0 or (np.delete(price, best) < price[best] + CLEAR).any():
+        return UNKNOWN
+    # The first gauge's phase error enters every lag: it shifts the slope by the sum of the weights, and does not
+    # average out.
+    error = math.hypot(*(pull * others), base * float(pull.sum())) * math.sqrt(ratio) / stiffness
+    found = TURN / float(wavenumber[best])
+    return found, found**2 / TURN * error

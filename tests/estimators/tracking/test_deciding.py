@@ -9,9 +9,9 @@ from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 from papilla.estimators.fundamental import fundamental_of, lone
 from papilla.estimators.spectrum import Line
 from papilla.estimators.tracking import TrackingStatus
-from papilla.estimators.tracking.between_gauges import wavelength_between
-from papilla.estimators.tracking.cells import Cells
-from papilla.estimators.tracking.finding import Finding
+from papilla.estimators.tracking.memory import Cells
+from papilla.estimators.tracking.search_task import Finding
+from papilla.estimators.tracking.trackers import wavelength_between
 
 
 def line(wavenumber, amplitude=1.0, ratio=1000.0):

@@ -6,10 +6,8 @@ import pytest
 from papilla.estimators.fundamental import hints
 from papilla.estimators.spectrum import Line
 from papilla.estimators.spread import completed
-from papilla.estimators.tracking.answer import TrackingStatus
-from papilla.estimators.tracking.delay_trial import sharpness
 from papilla.estimators.tracking.line_search import LineSearch
-from papilla.estimators.tracking.search_task import Options, Task, window_of
+from papilla.estimators.tracking.search_task import Options, Task, TrackingStatus, sharpness, window_of
 from papilla.estimators.tracking.time_lines import credits_of, forward
 from papilla.studies.estimator_bench.scene_parts import sheared
 

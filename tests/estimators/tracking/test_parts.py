@@ -3,13 +3,26 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.background import FEWEST, GUARD, LOCAL, LOWEST, MEDIAN_EFFICIENCY, WIDTH, background
 from papilla.estimators.fundamental import fundamental_of
-from papilla.estimators.spectrum import Line, middle, share_of, slope, spectrum_of, strokes_of
+from papilla.estimators.spectrum import (
+    FEWEST,
+    GUARD,
+    LOCAL,
+    LOWEST,
+    MEDIAN_EFFICIENCY,
+    WIDTH,
+    Line,
+    background,
+    middle,
+    share_of,
+    slope,
+    spectrum_of,
+    strokes_of,
+)
 from papilla.estimators.spread import completed
-from papilla.estimators.tracking.between_gauges import wavelength_between
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.time_lines import silenced
+from papilla.estimators.tracking.trackers import wavelength_between
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.peaks import vertex
 from papilla.estimators.published.roughness.answer import ALIASED, GAP, OK, SILENT, STANDSTILL, WARMING_UP, Finding
 from papilla.estimators.published.roughness.stream import RoughnessStream
 from papilla.estimators.published.window import Window
+from papilla.estimators.spectrum import vertex
 
 BY_MATRIX = 2**18
 """Largest size of a matrix that levels, tapers and transforms a window in one product; above it an FFT is faster."""

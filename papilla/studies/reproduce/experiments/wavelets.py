@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 from papilla.estimators.published.texture import leave_m_out
 from papilla.estimators.published.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
 from papilla.estimators.published.wavelet.cross import AFTER, BEFORE, CrossWavelet, Window
-from papilla.estimators.tracking.between_gauges import wavelength_between
+from papilla.estimators.tracking.trackers import wavelength_between
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times

@@ -1,10 +1,16 @@
-"""The latest path in cells: mean time, place and readings of neighbouring samples, and the ends of strokes."""
+"""What the follower remembers: the latest path in cells, and what searches in it found.
+
+A cell holds the means of time, place and readings of neighbouring samples; the ends of strokes are numbers of cells.
+"""
 
 import math
 from dataclasses import dataclass, field
 from operator import add, eq
 
 import numpy as np
+
+from papilla.estimators.spread import Spread
+from papilla.estimators.tracking.search_task import Finding, TrackingStatus
 
 
 @dataclass(eq=False)
@@ -38,10 +44,6 @@ class Cells:
     def between(self, begin: int, end: int) -> np.ndarray:
         """Rows of the cells from `begin` to `end`."""
         return self.rows[begin - self.first : end - self.first]
-
-    def place(self, number: int) -> float:
-        """Place of a cell along the path."""
-        return float(self.rows[number - self.first, 1])
 
     def fill(self, time: float, place: float, readings: tuple[float, ...]) -> None:
         """Add a sample to the open cell, or close that and begin another."""
@@ -84,3 +86,53 @@ class Cells:
         if beyond * self.direction < 0:
             self.breaks.append(self.extreme_cell + 1)
         self.extreme, self.extreme_cell, self.direction = place, number, math.copysign(1.0, beyond)
+
+
+@dataclass(eq=False)
+class Memory:
+    """cells : the latest path. place, moved_s : place of the last sample, time of its last movement; step : its step,
+    fading.
+
+    begin : first cell of the present texture; limit : mm of path that a search may use; smeared : mm in which the last
+    search saw a smeared line. searched : cell of the last search; hop : cells until the next; waited : samples since;
+    search : the one under way. finding : of the last search, whose path begins at origin. known : wavenumber and sigma
+    of the answer; guessed : whether no search was sure of them; agreed : searches that agree; missed : searches in a
+    row without a line; proved : wavenumber that many agreed on, 0 for none. glances : whether glances are possible;
+    glanced, seen : cell of the last, and of the last that saw the line; whole : cells until the next search as long as
+    glances see it; doubted : whether one missed it; changed : whether a new surface was found and not yet measured.
+    status : of the answer, None if it may have changed. hums_Hz : lines over time, hummed : searches since they were
+    found. late_s, late_variance : delay of
+    the path; trial, sharper : number of the delay that is tried, and how much sharper lines are for each.
+    """
+
+    cells: Cells
+    place: float = math.nan
+    moved_s: float = 0.0
+    step: float = 0.0
+    begin: int = 0
+    limit: float = math.inf
+    smeared: float = 0.0
+    searched: int = 0
+    hop: int = 0
+    waited: int = 0
+    search: Spread | None = None
+    finding: Finding = field(default_factory=Finding)
+    known: tuple[float, float] = (0.0, 0.0)
+    agreed: int = 0
+    missed: int = 0
+    origin: float = 0.0
+    proved: float = 0.0
+    glances: bool = False
+    glanced: int = 0
+    seen: int = 0
+    whole: int = 0
+    doubted: bool = False
+    changed: bool = False
+    guessed: bool = False
+    status: TrackingStatus | None = None
+    hums_Hz: tuple[float, ...] = ()
+    hummed: int = 0
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    trial: int = 0
+    sharper: list[float] = field(default_factory=list)
