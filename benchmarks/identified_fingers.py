@@ -94,8 +94,8 @@ def drawn(rng: np.random.Generator, relatives: FingerFamily, smooth: Response | 
 
 def ln_sd(found: Identification, force: np.ndarray, modulus: np.ndarray) -> tuple[np.ndarray, ...]:
     """ln S_d of the identified finger, its slope by ln force, and one sigma of what identification and mesh leave."""
-    g = found.problem.gauge_count
-    modelled = found.other_presses(force, modulus).modelled(found.vector)
+    g = len(found.problem.gauges)
+    modelled = found.problem.of(force, modulus).modelled(found.vector)
     zeros = np.array([found.values[f"zero_microstrain.{gauge.name}"] for gauge in found.problem.finger.gauges])
     readings = modelled.values[:, :g] - zeros
     about = readings - readings.mean(axis=1, keepdims=True)

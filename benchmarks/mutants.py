@@ -97,7 +97,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "1e-16", "1.1e-16"): "below the rounding at which a search stops",
     ("papilla/calibration/record.py", "1e-9", "1.1e-09"): "room for rounding at the ends of a range",
     ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
-    ("papilla/calibrate/relaxation.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
+    ("papilla/calibrate/one_touch.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
     ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
     ("papilla/estimators/published/wavelet/transform.py", "6", "7"): "zeros behind where a wavelet has died away",

@@ -10,7 +10,8 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, calibrate_finger
+from papilla.calibrate.job import calibrate_finger
+from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.finger import Finger
 from papilla.specimen import Block
 

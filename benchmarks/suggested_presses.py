@@ -13,7 +13,8 @@ import typer
 
 from papilla.calibrate.identification import identify
 from papilla.calibrate.identification.posing import SIZE_MM
-from papilla.calibrate.suggest import DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA, FORCES_N, suggest_presses
+from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
+from papilla.calibrate.suggest import FORCES_N, suggest_presses
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.finger import Bench, Finger
@@ -66,7 +67,7 @@ def main(fingers: int = 100, presses: int = 5, size: float = SIZE_MM) -> None:
     )
     even = np.linspace(FORCES_N[0], FORCES_N[-1], presses), np.resize(MODULI, presses)
     designs = {"suggested": (np.array(best.force_N), np.array(best.modulus_MPa)), "evenly spaced": even}
-    places = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, 6), np.geomspace(*DOMAIN_MODULUS_MPA, 6))
+    places = np.meshgrid(np.geomspace(*CHECKED_FORCE_N, 6), np.geomspace(*CHECKED_MODULUS_MPA, 6))
     domain = [axis.ravel() for axis in places]
     errors = {name: [] for name in designs}
     for _ in range(fingers):

@@ -1,17 +1,156 @@
-"""Checks a calibration for a finger: recovers the modulus of presses on known specimens and judges each press."""
+"""Checks a calibration: against presses at finite strain, stuck and without friction, on a mesh that it did not use,
+and against measured presses of known modulus."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from papilla import checks
+from papilla import cache, checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
+from papilla.fem.finite.strain_tables import finite_presses
+from papilla.finger import Finger
 from papilla.logs import PressLog
+from papilla.mesh import build
+from papilla.specimen import STICK, Friction, friction_coefficient, friction_words
+from papilla.workers import Say, counted
+
+FORCES_N = (0.25, 1.0)
+MODULI_MPA = (0.07, 0.6)
+UNSEEN_VARIANT = 4
+"""Number of the mesh of these presses."""
 
 TOLERANCE = 0.02
 """Share of the modulus by which the stated one may lie outside the 95 % interval."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """Moduli recovered by a calibration from n presses of known modulus.
+
+    force_N, modulus_MPa, recovered_MPa : (n,); recovered is NaN where the calibration gave no answer.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    recovered_MPa: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n,) relative error of the modulus."""
+        return self.recovered_MPa / self.modulus_MPa - 1
+
+    @property
+    def max_error(self) -> float:
+        """Largest |relative error| of the answers; NaN where there is none."""
+        return float(np.max(np.abs(self._answered), initial=0.0)) if self._answered.size else float("nan")
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square relative error of the answers; NaN where there is none."""
+        return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
+
+    @property
+    def answered(self) -> int:
+        """Number of presses for which the surface gave a modulus; the errors are those of these presses."""
+        return len(self._answered)
+
+    @property
+    def _answered(self) -> np.ndarray:
+        return self.error[np.isfinite(self.error)]
+
+
+@dataclass(frozen=True, eq=False)
+class Truth(Recovery):
+    """Presses at finite strain on another mesh, and what a calibration recovers from them.
+
+    friction, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
+    sd_error : (n,) relative, of the calibration's S_d.
+    inside : (n,) whether the stated 95 % interval contains the modulus.
+    """
+
+    friction: np.ndarray
+    sd_microstrain: np.ndarray
+    sd_error: np.ndarray
+    inside: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
+        """The check of a calibration by the `presses` of `press_truth`; presses outside of its domain are left out."""
+        force, modulus = presses[:, 1], presses[:, 2]
+        predicted = calibration.predict(force, modulus)
+        friction, force, modulus, sd, predicted = (part[np.isfinite(predicted)] for part in (*presses.T, predicted))
+        answer = calibration.invert(sd, force)
+        inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
+        return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, predicted / sd - 1, inside)
+
+    @property
+    def max_sd_error(self) -> float:
+        """Largest |relative error| of the calibration's S_d."""
+        return float(np.abs(self.sd_error).max())
+
+    @property
+    def frictions(self) -> list[Friction]:
+        """The frictions of the presses, the largest first."""
+        return [friction_words(friction) for friction in sorted(set(self.friction.tolist()), reverse=True)]
+
+    def by(self, friction: Friction) -> "Truth":
+        """The presses of one friction."""
+        kept = self.friction == friction_coefficient(friction)
+        return Truth(**{name: part[kept] for name, part in vars(self).items()})
+
+    def to_json(self) -> dict:
+        """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
+        parts = {f"{friction:g}" if friction != STICK else STICK: self.by(friction) for friction in self.frictions}
+        return {
+            "presses": len(self.force_N),
+            "inside_interval": float(self.inside.mean()),
+            "sd_max_error": {name: part.max_sd_error for name, part in parts.items()},
+            "max_error": {name: part.max_error for name, part in parts.items()},
+        }
+
+
+def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) -> tuple[np.ndarray, str]:
+    """Presses at finite strain on a mesh that no calibration uses, and a remark on the stability of the layers'
+    material laws at the strains that they reach.
+
+    say : called with lines of progress. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
+    (microstrain), fewer if some leave the range of the model; the second time they come from the cache.
+    """
+
+    def make() -> dict[str, np.ndarray]:
+        mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, say))
+        words = "stuck" if friction == STICK else f"friction {friction:g}"
+        steps = counted(say, f"against physics, {words}: press")
+        found = list(finite_presses(finger, mesh, FORCES_N, MODULI_MPA, friction, steps))
+        laws = [said for one in found for said in one.status.split("; ") if "law" in said]
+        rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
+        return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
+
+    found = cache.fetch("truth", _key(finger, size_mm, friction), make)
+    return found["presses"], str(found["laws"])
+
+
+def worst_law(laws: Sequence[str]) -> str:
+    """The remark on the layers' material laws that is shown if there are several: the last that says "unstable", or the
+    last of all; "" if there are none."""
+    return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
+
+
+def mesh_number(variant: int, say: Say) -> Say:
+    """Adds the number of the mesh to each line of progress."""
+    return lambda line: say(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {line}")
+
+
+def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:
+    """Whether the cache already contains the result of `press_truth`."""
+    return cache.find("truth", _key(finger, size_mm, friction)) is not None
+
+
+def _key(finger: Finger, size_mm: float, friction: Friction) -> str:
+    return cache.key(__name__, finger.sha256, size_mm, str(friction), vars(finger.bench.specimen(1.0)))
 
 
 @dataclass(frozen=True)
@@ -103,16 +242,6 @@ def check(
         sentence = found.status.sentence if passed or not known else f"{found.status.sentence}; outside the interval"
         if not known:
             sentence = f"{sentence}: it says nothing about the modulus"
-        rows.append(
-            CheckedPress(
-                float(force),
-                float(modulus),
-                float(found.modulus_MPa),
-                float(found.sigma_MPa),
-                low,
-                high,
-                passed,
-                sentence,
-            )
-        )
+        answer = (force, modulus, found.modulus_MPa, found.sigma_MPa, low, high)
+        rows.append(CheckedPress(*map(float, answer), passed=passed, sentence=sentence))
     return Check(tuple(rows), tolerance)

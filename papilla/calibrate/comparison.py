@@ -1,35 +1,42 @@
 """Compares fingers and calibrations: size of S_d, uncertainty of the modulus, receptive field of each gauge, and cost;
-with a verdict in words.
+with a verdict in words, and a page.
 
 All are compared over the forces and moduli that all of them cover, with the same noise of gauges and force.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from statistics import median
 from time import perf_counter
 
 import numpy as np
+from markupsafe import Markup
 
-from papilla import fem
+from papilla import fem, view
+from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import calibrate_finger
+from papilla.calibrate.press_table import SCENE
 from papilla.calibration import Calibration
 from papilla.errors import InputError
+from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.tables import write_table
 from papilla.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
+from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
 
-NOISE_MICROSTRAIN, FORCE_ERROR = 5.0, 0.01
+NOISE_MICROSTRAIN, FORCE_ERROR = Noise.readings_microstrain, Noise.force
 """Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a
 typical bench."""
 
 POINTS = 40
 """Forces and moduli of the map over which the uncertainty of E is compared."""
 
-SCENE = (0.588, 0.51)
-"""Force (N) and modulus (MPa) at which S_d is reported: 60 gf on the middle one of the published specimens."""
+STEP = 1.01
+"""Ratio of the moduli between which the slope of S_d is a difference quotient."""
 
 ALIKE = 0.03
 """Relative difference up to which two values are called alike: S_d differs by up to half of it between meshes."""
@@ -116,10 +123,7 @@ def compare(candidates: Sequence[Candidate], progress: Callable[[str], None] = l
     if len({*names}) < len(names):
         raise InputError(f"{next(name for name in names if names.count(name) > 1)} is given twice")
     force, modulus = (_shared(candidates, key) for key in ("force_N", "modulus_MPa"))
-    rows = []
-    for one in candidates:
-        progress(f"comparing {one.name}")
-        rows.append(_row(one, force, modulus, progress))
+    rows = [_row(one, force, modulus, progress) for one in candidates]
     return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows)))
 
 
@@ -134,21 +138,20 @@ def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
 
 
 def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Callable[[str], None]) -> Row:
+    progress(f"comparing {one.name}")
     calibration = one.calibration
     forces, moduli = np.meshgrid(force, modulus, indexing="ij")
     sd = calibration.predict(forces, moduli)
-    step = 1.01
-    slope = np.log(calibration.predict(forces, moduli / step) / sd) / -np.log(step)
+    slope = np.log(calibration.predict(forces, moduli / STEP) / sd) / -np.log(STEP)
     noise = {"sd_sigma": NOISE_MICROSTRAIN / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
     found = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
         relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
-    scene_sd = float(calibration.predict(*SCENE))
     answers = _timed(lambda: calibration.invert(float(sd[POINTS // 2, POINTS // 2]), float(force[POINTS // 2])))
     return Row(
         name=one.name,
         gauges=len(calibration.gauges),
-        sd_microstrain=scene_sd,
+        sd_microstrain=float(calibration.predict(*SCENE)),
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
         identified=float((relative <= 0.5).mean()),
@@ -201,8 +204,7 @@ def _verdicts(rows: Sequence[Row]) -> list[str]:
         _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
         _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
     ]
-    pairs = [(a, b) for k, a in enumerate(rows) for b in rows[k + 1 :]]
-    for a, b in pairs:
+    for a, b in combinations(rows, 2):
         better = float((a.relative_sigma < b.relative_sigma).mean())
         said.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
     wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
@@ -232,3 +234,35 @@ def _best(
     if len(near) > 1:
         return f"{what}: {' and '.join(near)} are alike ({listed})."
     return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."
+
+
+def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[Candidate]) -> None:
+    """Write the page of a comparison as one HTML file: no script, no link; raises `FileAccessError`."""
+    maps = [
+        view.plots.uncertainty_map(found.force_N, found.modulus_MPa, row.relative_sigma, row.relative_sigma <= 0.5)
+        for row in found.rows
+    ]
+    text = environment("papilla.calibrate.report").get_template("comparison.html").render(
+        rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
+        force_N=found.force_N, modulus_MPa=found.modulus_MPa,
+        maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],
+        fields=[one.finger and _fields(one.finger, one.name) for one in candidates],
+    )  # fmt: skip
+    write_text(path, text)
+
+
+def _fields(finger: Finger, name: str) -> Markup:
+    """Receptive fields of a finger's gauges."""
+    found = receptive_of(finger)
+    pictures = (view.png(view.receptive_fields_figure(found, finger, small=small), 120) for small in (False, True))
+    return either(pictures, f"Receptive fields of {name}", "png")
+
+
+def write_comparison_table(path: str | Path, found: Comparison) -> None:
+    """Write the figures of each candidate as CSV, a row each; raises `FileAccessError`."""
+    rows = [row.to_json() for row in found.rows]
+    columns = {key: [row[key] for row in rows] for key in rows[0] if key != "reach"}
+    columns["press_ms"] = [np.nan if value is None else value for value in columns["press_ms"]]
+    areas = [[reach.area_mm2 for reach in row.reach] for row in found.rows]
+    columns["median_field_mm2"] = [float(np.median(of)) if of else np.nan for of in areas]
+    write_table(path, columns)

@@ -1,119 +1,19 @@
-"""A C header that evaluates the compact inverse and its sigma: no library but math.h, no state, no allocation."""
+"""A C header that evaluates the compact inverse and its sigma: no library but math.h, no state, no allocation.
 
+The C code is `report/templates/softness.h`; the coefficients of a calibration are substituted in it.
+"""
+
+from importlib.resources import files
+from string import Template
 from typing import Literal
 
-from papilla.calibrate.compact_fit import fit_compact
+from papilla.calibrate.fitting import fit_compact
 from papilla.calibration import NORMAL_FACTOR, Calibration
 from papilla.calibration.compact import Compact
 
-HEADER = """\
-/* Young's modulus of what a soft tactile finger presses on, from the spread of its gauges and the force.
- *
- * Made by papilla {version} for: {finger}
- *
- *   ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E),  x = ln(force)
- *
- * S_d: population standard deviation of the gauge readings, microstrain (papilla_sd). Force in N, modulus in MPa.
- * Fitted over {force_low:.4g} to {force_high:.4g} N and {low:.4g} to {high:.4g} MPa, where the modulus that it gives is
- * off by {rms:.1%} rms and {max:.1%} at most from the calibration it was made from; outside, the answer is NaN.
- * sigma_MPa takes in that error, mesh, large strain and friction ({doubt:.2%} of S_d), and the noise that is stated.
- */
-#ifndef PAPILLA_SOFTNESS_H
-#define PAPILLA_SOFTNESS_H
-
-#include <float.h>
-#include <math.h>
-
-typedef {real} papilla_real;
-
-enum papilla_status {{
-    PAPILLA_OK = 0,
-    PAPILLA_FORCE_OUTSIDE = 1, /* of the fitted forces */
-    PAPILLA_NO_READING = 2,    /* S_d is not a positive number */
-    PAPILLA_SOFTER = 3,        /* than the fitted moduli */
-    PAPILLA_HARDER = 4         /* than the fitted moduli: from there S_d hardly depends on the modulus */
-}};
-
-/* Modulus in MPa, its standard deviation and 95 % interval: NaN where the status is not PAPILLA_OK. */
-typedef struct {{
-    enum papilla_status status;
-    papilla_real modulus_MPa, sigma_MPa, lower_MPa, upper_MPa;
-}} papilla_answer;
-
-static const papilla_real PAPILLA_COEFFICIENTS[5] = {{ {coefficients} }};
-static const papilla_real PAPILLA_FORCE_N[2] = {{ {force} }};
-static const papilla_real PAPILLA_MODULUS_MPA[2] = {{ {modulus} }};
-static const papilla_real PAPILLA_RMS = {rms_exact};
-static const papilla_real PAPILLA_DOUBT = {doubt_exact};
-
-/* Population standard deviation of n readings, in their unit. */
-static inline papilla_real papilla_sd(const papilla_real *readings, int n)
-{{
-    papilla_real mean = 0, square = 0;
-    int i;
-    for (i = 0; i < n; i++) mean += readings[i];
-    mean /= (papilla_real)n;
-    for (i = 0; i < n; i++) square += (readings[i] - mean) * (readings[i] - mean);
-    return sqrt{f}(square / (papilla_real)n);
-}}
-
-/* What is pressed. sd_sigma, force_sigma: standard deviations of the two inputs, 0 where they are exact. */
-static inline papilla_answer papilla_softness(papilla_real sd_microstrain, papilla_real force_N,
-                                              papilla_real sd_sigma, papilla_real force_sigma)
-{{
-    const papilla_real *k = PAPILLA_COEFFICIENTS;
-    papilla_real x, room, modulus, along_modulus, along_force, noise, relative;
-    papilla_answer answer;
-    answer.status = PAPILLA_OK;
-    answer.modulus_MPa = answer.sigma_MPa = answer.lower_MPa = answer.upper_MPa = NAN;
-    if (!(force_N >= PAPILLA_FORCE_N[0] && force_N <= PAPILLA_FORCE_N[1])) {{
-        answer.status = PAPILLA_FORCE_OUTSIDE;
-        return answer;
-    }}
-    if (!(sd_microstrain > 0 && sd_microstrain <= {largest})) {{
-        answer.status = PAPILLA_NO_READING;
-        return answer;
-    }}
-    x = log{f}(force_N);
-    room = exp{f}(k[0] + (k[1] + k[2] * x) * x) / sd_microstrain - 1;
-    if (!(room > 0)) {{
-        answer.status = PAPILLA_HARDER;
-        return answer;
-    }}
-    modulus = exp{f}(k[3] + k[4] * x) / room;
-    if (!(modulus >= PAPILLA_MODULUS_MPA[0] && modulus <= PAPILLA_MODULUS_MPA[1])) {{
-        answer.status = modulus < PAPILLA_MODULUS_MPA[0] ? PAPILLA_SOFTER : PAPILLA_HARDER;
-        return answer;
-    }}
-    along_modulus = room / (1 + room);
-    along_force = k[1] + 2 * k[2] * x - k[4] * along_modulus;
-    sd_sigma /= sd_microstrain;
-    force_sigma *= along_force / force_N;
-    noise = sqrt{f}(PAPILLA_DOUBT * PAPILLA_DOUBT + sd_sigma * sd_sigma + force_sigma * force_sigma) / along_modulus;
-    relative = sqrt{f}(PAPILLA_RMS * PAPILLA_RMS + noise * noise);
-    answer.modulus_MPa = modulus;
-    answer.sigma_MPa = modulus * relative;
-    answer.lower_MPa = modulus * exp{f}(-({normal} * relative));
-    answer.upper_MPa = modulus * exp{f}({normal} * relative);
-    return answer;
-}}
-
-/* The modulus alone, NaN where the status is not PAPILLA_OK; *sigma_MPa (may be NULL) gets its standard deviation. */
-static inline papilla_real papilla_modulus_MPa(papilla_real sd_microstrain, papilla_real force_N,
-                                               papilla_real sd_sigma, papilla_real force_sigma,
-                                               papilla_real *sigma_MPa)
-{{
-    papilla_answer answer = papilla_softness(sd_microstrain, force_N, sd_sigma, force_sigma);
-    if (sigma_MPa) *sigma_MPa = answer.sigma_MPa;
-    return answer.modulus_MPa;
-}}
-
-#endif
-"""
-
-
-REALS = {"double": ("", "", "DBL_MAX"), "float": ("f", "f", "FLT_MAX")}
-"""Type of the numbers in C: ending of the functions of math.h, of constants, and the largest number."""
+REALS = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}
+"""Type of the numbers in C: ending of constants and of the functions of math.h, digits that C reads back bit for bit,
+and the largest number."""
 
 
 def c_header(calibration: Calibration, real: Literal["double", "float"] = "double") -> str:
@@ -125,33 +25,21 @@ def c_header(calibration: Calibration, real: Literal["double", "float"] = "doubl
     from papilla import __version__
 
     form: Compact = calibration.compact or fit_compact(calibration)
-    name = str(calibration.finger.get("name") or "a measured finger")
+    ending, digits, largest = REALS[real]
+
+    def exact(*values: float) -> str:
+        texts = (format(float(value), digits) for value in values)
+        return ", ".join((text if "." in text or "e" in text else f"{text}.0") + ending for text in texts)
+
     # A name could contain the end of a comment or of a line
-    plain = "".join(sign if sign.isprintable() and sign not in "*/\\" else " " for sign in name)
-    f, ending, largest = REALS[real]
-
-    def exact(value: float) -> str:
-        """A number that C reads back bit for bit."""
-        text = f"{float(value):.17g}" if real == "double" else f"{float(value):.9g}"
-        return (text if "." in text or "e" in text else f"{text}.0") + ending
-
-    return HEADER.format(
-        real=real,
-        f=f,
-        largest=largest,
-        normal=exact(NORMAL_FACTOR),
-        version=__version__,
-        finger=plain,
-        force_low=form.force_N[0],
-        force_high=form.force_N[1],
-        low=form.modulus_MPa[0],
-        high=form.modulus_MPa[1],
-        rms=form.rms,
-        max=form.max,
-        doubt=form.doubt,
-        coefficients=", ".join(map(exact, form.coefficients)),
-        force=", ".join(map(exact, form.force_N)),
-        modulus=", ".join(map(exact, form.modulus_MPa)),
-        rms_exact=exact(form.rms),
-        doubt_exact=exact(form.doubt),
-    )
+    name = str(calibration.finger.get("name") or "a measured finger")
+    facts = {"version": __version__, "real": real, "f": ending, "largest": largest}
+    facts["finger"] = "".join(sign if sign.isprintable() and sign not in "*/\\" else " " for sign in name)
+    for key in ("coefficients", "force_N", "modulus_MPa"):
+        facts[key] = exact(*getattr(form, key))
+    for side, force, modulus in zip(("low", "high"), form.force_N, form.modulus_MPa, strict=True):
+        facts |= {f"force_{side}": f"{force:.4g}", f"modulus_{side}": f"{modulus:.4g}"}
+    facts |= {"rms": f"{form.rms:.1%}", "max": f"{form.max:.1%}", "doubt": f"{form.doubt:.2%}"}
+    facts |= {"exact_rms": exact(form.rms), "exact_doubt": exact(form.doubt), "normal": exact(NORMAL_FACTOR)}
+    template = files("papilla.calibrate.report").joinpath("templates/softness.h").read_text(encoding="utf-8")
+    return Template(template).substitute(facts)

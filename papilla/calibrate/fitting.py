@@ -1,4 +1,5 @@
-"""From a table of presses to a `Calibration`: the quadratic, the surfaces, their uncertainty and provenance."""
+"""From a table of presses to a `Calibration`: the quadratic, the surfaces, their uncertainty and provenance, and the
+form of five coefficients for a microcontroller, whose fit minimises errors of the modulus, not of S_d."""
 
 import math
 import platform
@@ -8,18 +9,32 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from papilla import __version__
-from papilla.calibrate.compact_fit import with_compact
-from papilla.calibrate.press_table import Sweep
+from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Sweep
 from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration.compact import Compact, ln_sd
 from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
+from papilla.units import gf_to_newton
 
-FRICTION_CELLS = (Resolution(8), Resolution(8))
+FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
+
+COMPACT_FORCE_N = (gf_to_newton(10.0), CHECKED_FORCE_N[1])
+"""Forces that the compact form is fitted to, if a calibration covers more."""
+COMPACT_GRID = 24
+"""Number of presses along each axis to which the compact form is fitted."""
+COMPACT_START = (0.5, -0.05, -3.0, 0.2)
+"""Start values of its coefficients but the first, which starts at the mean of ln S_d."""
+STEEP = 1e-3
+"""Smallest slope d ln S_d / d ln E in the weights: a press with a smaller slope says little about the modulus, and its
+weight does not grow further."""
+LEAST_SPAN = 1.5
+"""Smallest ratio of the ends of a range that a calibration must share with the compact form."""
 
 
 def fit(
@@ -66,13 +81,8 @@ def fit(
     fitted = solver.surface(np.log(sd))
     surface = fitted.surface
     missing = ~valid
-    usable, twofold = usable_part(
-        surface,
-        sweep.force_N[missing],
-        sweep.modulus_MPa[missing],
-        np.unique(sweep.force_N),
-        np.unique(sweep.modulus_MPa),
-    )
+    table = (np.unique(axis) for axis in (sweep.force_N, sweep.modulus_MPa))
+    usable, twofold = usable_part(surface, sweep.force_N[missing], sweep.modulus_MPa[missing], *table)
     doubts = Doubts(sweep, scatter, frictionless, friction_known, strain)
     made = Calibration(
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
@@ -109,20 +119,15 @@ class Doubts:
     friction_known: bool
     strain: float
 
-    @property
-    def share_continued(self) -> float:
-        """Share of the sweep's presses that are beyond the measured range of large strain."""
-        statuses = zip(self.sweep.status, self.sweep.valid, strict=True)
-        continued = [BEYOND in status for status, valid in statuses if valid]
-        return sum(continued) / len(continued)
-
     def of_surface(
         self, fitted: Fitted, value: Callable[[Sweep], np.ndarray], unit: float, *, one_site: bool = False
     ) -> Uncertainty:
         """Uncertainty of a surface that was fitted to a `value` (n,) of the sweep. The part by large strain is relative
         to `unit` and covers presses beyond the measured range."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
-        continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(self.share_continued)
+        # Share of the presses beyond the measured range of large strain
+        beyond = np.mean([BEYOND in status for status in np.array(self.sweep.status)[self.sweep.valid]])
+        continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(beyond)
         strain = math.hypot(self.strain, continued) * unit
         if self.frictionless is None:
             return replace(uncertainty(fitted, others, one_site=one_site), strain=strain)
@@ -131,11 +136,8 @@ class Doubts:
         solver = SurfaceFit(self.sweep.force_N[known], self.sweep.modulus_MPa[known], FRICTION_CELLS)
         friction = solver.surface(change[known]).surface
         others = [(force, modulus, found - friction(force, modulus)) for force, modulus, found in others]
-        return replace(
-            uncertainty(fitted, others, one_site=one_site),
-            strain=strain,
-            friction=None if self.friction_known else friction,
-        )
+        left_open = None if self.friction_known else friction
+        return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, friction=left_open)
 
 
 def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: Doubts) -> tuple[GaugeSurface, ...]:
@@ -186,3 +188,56 @@ def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, lacks: list[str]
     if "friction" in lacks:
         notes.append("friction was not stated: stick is assumed, and intervals do not include presses without friction")
     return notes
+
+
+def fit_compact(calibration: Calibration) -> Compact:
+    """Fit the compact form to a calibration's surface, over the part of 10-100 gf and 0.05-0.72 MPa that the
+    calibration covers.
+
+    Residuals are of ln S_d over the form's own slope in ln E, so that they are errors of the modulus. Raises
+    `InputError` if the calibration covers too little of that range, or its S_d does not follow the form.
+    """
+    force = _inside(calibration.domain["force_N"], COMPACT_FORCE_N, "forces")
+    modulus = _inside(calibration.domain["modulus_MPa"], CHECKED_MODULUS_MPA, "moduli")
+    x, y = (part.ravel() for part in np.meshgrid(np.log(force), np.log(modulus), indexing="ij"))
+    known = np.log(calibration.predict(np.exp(x), np.exp(y)))
+    x, y, known = (part[np.isfinite(known)] for part in (x, y, known))
+
+    first = least_squares(lambda values: ln_sd(values, x, y) - known, (float(known.mean()), *COMPACT_START))
+    weights = 1 / np.maximum(_slope(first.x, x, y), STEEP)
+    found = least_squares(lambda values: weights * (ln_sd(values, x, y) - known), first.x)
+    if not found.success or not np.isfinite(found.x).all():
+        raise InputError(f"the compact form was not fitted: {found.message}")
+    forces, moduli = (float(force[0]), float(force[-1])), (float(modulus[0]), float(modulus[-1]))
+    sd_rms = float(np.sqrt(np.mean((ln_sd(found.x, x, y) - known) ** 2)))
+    doubts = [value for name, value in calibration.sigmas.items() if name not in ("measurement", "fit")]
+    # Moduli beyond the fitted range count as errors of the form, so they are not refused here
+    wide = Compact(found.x, forces, (0.0, np.inf), 0.0, 0.0, sd_rms)
+    recovered = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(known, x, strict=True)])
+    error = recovered / np.exp(y) - 1
+    if not np.isfinite(error).all():
+        raise InputError("the calibration's S_d does not follow the compact form: it has no inverse there")
+    rms, largest = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
+    return Compact(found.x, forces, moduli, rms, largest, sd_rms, float(np.hypot.reduce(doubts)))
+
+
+def _slope(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """d ln S_d / d ln E of the form at ln f = x and ln E = y."""
+    *_, d, e = values
+    softer = np.exp(d + e * x - y)
+    return softer / (1 + softer)
+
+
+def with_compact(calibration: Calibration) -> Calibration:
+    """The calibration with its compact form, or without it if the form does not fit."""
+    try:
+        return replace(calibration, compact=fit_compact(calibration))
+    except InputError:
+        return calibration
+
+
+def _inside(own: tuple[float, float], wanted: tuple[float, float], what: str) -> np.ndarray:
+    low, high = max(own[0], wanted[0]), min(own[1], wanted[1])
+    if not high > LEAST_SPAN * low:
+        raise InputError(f"the calibration covers too little of the {what} that the compact form is for")
+    return np.clip(np.geomspace(low, high, COMPACT_GRID), low, high)

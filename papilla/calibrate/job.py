@@ -7,12 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from papilla import cache, fem, units
+from papilla import cache, fem
+from papilla.calibrate.checking import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
 from papilla.calibrate.fitting import fit
-from papilla.calibrate.physics import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
 from papilla.calibrate.position_terms import with_positions
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, NOT_INCLUDED, Sweep, sweep
-from papilla.calibrate.published_depths import Depth, published_depths
+from papilla.calibrate.press_table import (
+    CHECKED_FORCE_N,
+    CHECKED_MODULUS_MPA,
+    DEFAULT_FORCES,
+    DEFAULT_MODULI,
+    NOT_INCLUDED,
+    Sweep,
+    sweep,
+)
+from papilla.calibrate.published_form import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import begin_large_strain
@@ -21,6 +29,7 @@ from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.specimen import STICK, Friction, friction_coefficient
+from papilla.units import PER_CENT
 from papilla.workers import workers
 
 if TYPE_CHECKING:
@@ -37,10 +46,8 @@ QUICK_FORCES, QUICK_MODULI = 15, 12
 """Numbers of forces and moduli of a quick calibration: S_d between them is off by up to 1 %, which its intervals
 contain."""
 
-CHECKED_FORCE_N = (units.gf_to_newton(20.0), units.gf_to_newton(100.0))
-CHECKED_MODULUS_MPA = (0.05, 0.72)
-"""Forces and moduli at which the recovered modulus is checked."""
 CHECKED_PER_AXIS = 10
+"""Number of forces and of moduli, inside the range in which a modulus should be recovered, at which it is checked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +70,15 @@ class Calibrated:
 
 @dataclass(frozen=True, eq=False)
 class BenchPresses:
-    """Measured presses, the finger that was identified from them, and their moduli recovered by its calibration.
+    """The finger that was identified from measured presses, and their moduli recovered by its calibration.
 
-    sd_microstrain, sigma_microstrain : (n,) S_d of the readings without their zeros, and its noise. inside : (n,)
-    whether the stated 95 % interval of a press contains its modulus.
+    inside : (n,) whether the stated 95 % interval of a press contains its modulus.
     """
 
-    log: PressLog
     finger: Finger
     found: "Identification"
     diagnosis: "Diagnosis"
     recovery: Recovery
-    sd_microstrain: np.ndarray
-    sigma_microstrain: np.ndarray
     inside: np.ndarray
 
 
@@ -138,7 +141,7 @@ def calibrate_finger(
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
         if finger.identified is not None:
-            from papilla.calibrate.identified_finger import with_identification
+            from papilla.calibrate.identification.identified_finger import with_identification
 
             calibration = with_identification(calibration, finger, progress, size_mm)
         if not quick:
@@ -150,8 +153,7 @@ def calibrate_finger(
     law = worst_law(laws)
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
-    checked = np.concatenate(unseen) if unseen else np.empty((0, 4))
-    judged = Truth.of(calibration, checked) if len(checked) else None
+    judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 
@@ -180,7 +182,6 @@ def calibrate_bench(
     """
     from papilla.calibrate.identification import diagnose, identify, record
     from papilla.calibrate.identification.presses import places
-    from papilla.calibrate.identification.problem import sd_and_shares
 
     if (beside := places(log).any(axis=1)).any():
         raise InputError(
@@ -190,28 +191,24 @@ def calibrate_bench(
     found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
     progress("what to doubt")
     diagnosis = diagnose(found)
-    words = found.problem.shapes[0].responses[0].specimen
-    identified = found.with_record(record(found, diagnosis, words))
+    identified = found.with_record(record(found, diagnosis, found.problem.shapes[0].responses[0].specimen))
     done = calibrate_finger(
         identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
     )
-    g = found.problem.gauge_count
-    noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
-    by_force = (sd_and_shares(modelled.values[:, :g])[1] * modelled.by_ln_force[:, :g]).sum(axis=1)
+    noise = found.problem.noise
     sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
-    noise_sd = noise.readings_microstrain / np.sqrt(g)
+    noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
     answer = done.calibration.invert(sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N)
     inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
-    sigma = np.hypot(noise_sd, noise.force * by_force)
-    return replace(done, bench=BenchPresses(log, identified, found, diagnosis, recovery, sd, sigma, inside))
+    return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))
 
 
 def _friction_notes(known: bool, doubt: str) -> list[str]:
     """Notes on what a calibration's intervals contain of large strain and friction."""
     if doubt:
         own = "" if known else ", and friction is not known, which lowers S_d by as much as large strain raises it"
-        return [f"{doubt}: intervals hold {200 * NOT_INCLUDED:.2g} % for it{own}"]
+        return [f"{doubt}: intervals hold {2 * PER_CENT * NOT_INCLUDED:.2g} % for it{own}"]
     if known:
         return []
     return [
@@ -230,10 +227,9 @@ def recover(
     calibration's surface. Presses outside the range of the model are left out."""
     between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
     pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
-    force, modulus, sd = (
-        part[pressed.valid] for part in (pressed.force_N, pressed.modulus_MPa, pressed.sd_microstrain)
-    )
-    return Recovery(force, modulus, np.asarray(calibration.invert(sd, force).modulus_MPa))
+    force, modulus = pressed.force_N[pressed.valid], pressed.modulus_MPa[pressed.valid]
+    recovered = calibration.invert(pressed.sd_microstrain[pressed.valid], force).modulus_MPa
+    return Recovery(force, modulus, np.asarray(recovered))
 
 
 def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:

@@ -26,6 +26,9 @@ STRONG_CORRELATION = 0.95
 ILL_CONDITIONED = 1e6
 """Condition number of the scaled Jacobian above which the fit reports it."""
 
+CONVERGED = 1e-14
+"""Relative tolerances of the search: the data may be exact."""
+
 DEAD = 1e-10
 """Size of a column of the scaled Jacobian, relative to the largest, below which the data do not determine its
 parameter."""
@@ -109,9 +112,8 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     def residual(x):
         return (model_stress(cls(*(x * unit)), data) - data.stress) / scale
 
-    found = least_squares(
-        residual, start, jac="3-point", bounds=(low, high), x_scale="jac", xtol=1e-14, ftol=1e-14, gtol=1e-14
-    )
+    tight = dict.fromkeys(("xtol", "ftol", "gtol"), CONVERGED)
+    found = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
     if found.status <= 0:
         raise SolverError(f"the {kind} fit did not converge: {found.message}")
     return _with_doubts(cls, names, data, found, start, unit, scale)
@@ -155,10 +157,9 @@ def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> 
     notes = [f"the data do not determine {names[k]}" for k in np.flatnonzero(dead)]
     notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(found.active_mask)]
     notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(found.x == start)]
-    for i in range(len(names)):
-        for j in range(i):
-            if abs(correlation[i, j]) > STRONG_CORRELATION:
-                notes.append(f"{names[j]} and {names[i]} are correlated by {correlation[i, j]:.3f}")
+    for i, j in zip(*np.tril_indices(len(names), -1), strict=True):
+        if abs(correlation[i, j]) > STRONG_CORRELATION:
+            notes.append(f"{names[j]} and {names[i]} are correlated by {correlation[i, j]:.3f}")
     if condition > ILL_CONDITIONED:
         notes.append(f"the problem is ill-conditioned ({condition:.1e}): the parameters are not determined apart")
     return MaterialFit(

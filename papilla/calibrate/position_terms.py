@@ -60,19 +60,11 @@ def with_positions(
         return move_presses(model_of(finger, build(finger, reduced.mesh_size_mm)), reduced, domain, friction)
 
     try:
-        key = cache.key(
-            __name__, finger.sha256, reduced.to_arrays(), domain, friction, vars(finger.bench.specimen(1.0))
-        )
+        bench = vars(finger.bench.specimen(1.0))
+        key = cache.key(__name__, finger.sha256, reduced.to_arrays(), domain, friction, bench)
         return replace(calibration, position=fit_positions(cache.fetch("positions", key, make), error))
     except InputError as error:
         return replace(calibration, notes=(*calibration.notes, f"the apex alone is calibrated: {error}"))
-
-
-def position_places(model: FingerModel) -> np.ndarray:
-    """(p,) places x (mm) at which contacts are computed; the middle one is exactly 0."""
-    reach = REACH * float(np.ptp(model.mesh.points[:, 0])) / 2
-    half = CELLS * PLACES_PER_CELL // 2
-    return reach / half * np.arange(-half, half + 1)
 
 
 def move_presses(
@@ -80,14 +72,16 @@ def move_presses(
 ) -> dict[str, np.ndarray]:
     """Presses over a calibration's domain at the apex, and their readings at other places, as named arrays.
 
-    force_N, modulus_MPa : (m,); place_mm : (p,); reading : (p, m, g) in microstrain. A press outside the range of the
-    model is left out. Raises `InputError` if a contact beside the apex would leave the skin.
+    force_N, modulus_MPa : (m,); place_mm : (p,) along x, the middle one exactly 0; reading : (p, m, g) in microstrain.
+    A press outside the range of the model is left out. Raises `InputError` if a contact beside the apex would leave the
+    skin.
     """
     forces, moduli = np.geomspace(*domain["force_N"], FORCES), np.geomspace(*domain["modulus_MPa"], MODULI)
     presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
     found = [one for _, one in presses if not isinstance(one, Exception)]
     force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
-    places = position_places(model)
+    half = CELLS * PLACES_PER_CELL // 2
+    places = REACH * float(np.ptp(model.mesh.points[:, 0])) / 2 / half * np.arange(-half, half + 1)
     readings = transported_readings(model, reduced.patch, np.array([one.traction for one in found]), places.tolist())
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
@@ -104,13 +98,8 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> Positio
     across = free @ np.linalg.lstsq(basis @ free, change.reshape(len(places), -1), rcond=None)[0]
     across = across.reshape(-1, *change.shape[1:])
     coefficients = np.array([[surfaces.surface(row).surface.coefficients for row in part.T] for part in across])
-    terms = PositionTerms(
-        surfaces.force_N,
-        surfaces.modulus_MPa,
-        float(places[-1]),
-        np.moveaxis(coefficients, 0, -1),
-        np.zeros((change.shape[2], CELLS + 1)),
-    )
+    domain = surfaces.force_N, surfaces.modulus_MPa, float(places[-1])
+    terms = PositionTerms(*domain, np.moveaxis(coefficients, 0, -1), np.zeros((change.shape[2], CELLS + 1)))
     # What the splines miss and the known error of moved presses, per place; a cell's end is every second place.
     missed = change - terms.change(force, moved["modulus_MPa"], places[:, None])
     square = (missed**2 + (error * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]

@@ -20,12 +20,18 @@ from papilla.fem.reduction.reduced import needs_reduced
 from papilla.short_repr import html_table
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 from papilla.tables import write_table
+from papilla.units import gf_to_newton
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
 """Moduli in MPa, the published ones among them. There are 43, because a contact grows node by node and a coarser table
 would give visible errors of E."""
 DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 """Forces in N."""
+CHECKED_FORCE_N, CHECKED_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, SPECIMENS_MPA[-1])
+"""Forces and moduli over which a modulus should be recovered well: those of the papers."""
+SCENE = (0.588, SPECIMENS_MPA[1])
+"""Force (N) and modulus (MPa) of the press that is shown or compared: 60 gf on the middle one of the published
+specimens."""
 SCHEMA = "papilla.sweep/1"
 NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
@@ -191,17 +197,15 @@ def sweep(
             found = corrected(reduced, touched, found) if large_strain else found
         except ContactRangeError as error:
             blank = [float("nan")] * len(reduced.gauge_names)
-            rows.append((force, modulus, blank, *[float("nan")] * 4, False, str(error)))
+            rows.append((force, modulus, blank, *[float("nan")] * len(NUMBERS[2:]), False, str(error)))
         else:
             measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
             rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
         if progress is not None:
             progress(len(rows), len(moduli) * len(forces))
-    names = ("force_N", "modulus_MPa", "reading", *NUMBERS[2:], "resolved")
     *columns, status = zip(*rows, strict=True)
-    values: dict = {name: np.array(column) for name, column in zip(names, columns, strict=True)}
     return Sweep(
-        **values,
+        *map(np.array, columns),
         status=status,
         specimen=_in_words(first),
         friction=friction,
@@ -219,10 +223,10 @@ def cached_press(press: Callable[..., Press], reduced: ReducedFinger, specimen: 
     """
 
     def make() -> dict[str, np.ndarray]:
-        return {name: np.asarray(value) for name, value in vars(press(reduced, specimen, **scene)).items()
-                if name in names and value is not None}  # fmt: skip
+        made = press(reduced, specimen, **scene)
+        found = {item.name: getattr(made, item.name) for item in fields(Press)}
+        return {name: np.asarray(value) for name, value in found.items() if value is not None}
 
-    names = [item.name for item in fields(Press)]
     tables = [table.to_json() for table in known(reduced.strain_key)]
     key = cache.key(press.__module__, press.__name__, reduced.to_arrays(), repr(specimen), scene, tables)
     found = cache.fetch("press", key, make)
@@ -246,9 +250,9 @@ def _rising(name: str, values: Sequence[float]) -> list[float]:
     numbers = sorted(checks.positive(name, value) for value in values)
     if not numbers:
         raise InputError(f"a sweep needs at least one {name}")
-    for one, other in zip(numbers, numbers[1:], strict=False):
-        if one == other:
-            raise InputError(f"{name} {one:g} occurs twice in the sweep")
+    twice = [one for one, other in itertools.pairwise(numbers) if one == other]
+    if twice:
+        raise InputError(f"{name} {twice[0]:g} occurs twice in the sweep")
     return numbers
 
 

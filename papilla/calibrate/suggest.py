@@ -21,6 +21,7 @@ from papilla.calibrate.identification.parameters import start_of
 from papilla.calibrate.identification.posing import free_parameters, shapes_of
 from papilla.calibrate.identification.presses import refuse_far
 from papilla.calibrate.identification.problem import Problem, sd_and_shares, unread
+from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.fem.pressing.response import RATIO_LIMITS
@@ -37,10 +38,8 @@ Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
 FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
 """Forces among which presses are suggested, unless others are given."""
 
-DOMAIN_FORCE_N, DOMAIN_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, 0.72)
-"""Forces and moduli over which E should be determined well."""
 GRID = 6
-"""Number of points along each axis of the domain."""
+"""Number of points along each axis of the domain over which E should be determined well."""
 
 LEAST_SLOPE = 0.02
 """Smallest d ln S_d / d ln E in the criterion: where the slope is smaller, S_d does not determine E, and the weight
@@ -142,9 +141,8 @@ def suggest_presses(
         float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
         for rows in ([], chosen)
     ]
-    spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
-    best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
-    return Suggestion(*best, spread[0], spread[1], criterion)
+    best = (tuple(one[chosen].tolist()) for one in (force, modulus))
+    return Suggestion(*best, tuple((x, y) for x, y in place[chosen].tolist()), *spread, criterion)
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -157,12 +155,7 @@ def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Probl
 
 
 def _from_nothing(
-    design: Finger,
-    candidates: Presses,
-    specimen: Specimen | None,
-    noise: Noise,
-    seed: int,
-    size_mm: float | None,
+    design: Finger, candidates: Presses, specimen: Specimen | None, noise: Noise, seed: int, size_mm: float | None
 ) -> tuple[Problem, list[np.ndarray]]:
     """The problem of the candidates of a design, without measurements, and vectors (f,) of fingers of its prior."""
     empty = unread(design, *candidates)
@@ -192,9 +185,9 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     priors = len(problem.free) + 1
     each = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
-    grid = np.meshgrid(np.geomspace(*DOMAIN_FORCE_N, GRID), np.geomspace(*DOMAIN_MODULUS_MPA, GRID))
+    grid = np.meshgrid(np.geomspace(*CHECKED_FORCE_N, GRID), np.geomspace(*CHECKED_MODULUS_MPA, GRID))
     modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
-    g = problem.gauge_count
+    g = len(problem.gauges)
     sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
     # S_d (f, E; p) is given and E follows from it, so an error of a parameter p acts on the modulus by
     # d ln E / dp = -(d ln S_d / dp) / (d ln S_d / d ln E); d ln S_d / d reading = shares / S_d. The sign has no effect.
@@ -203,25 +196,19 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
     # Each candidate adds the outer products of its rows: information is additive over presses.
     information = np.einsum("ncf,nch->nfh", each, each)
-    return _Finger(
-        prior.T @ prior if known is None else known,
-        information,
-        of_sd / np.maximum(np.abs(slope), LEAST_SLOPE)[:, None],
-    )
+    by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_SLOPE)[:, None]
+    return _Finger(prior.T @ prior if known is None else known, information, by_modulus)
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
     """The problem of other presses on a finger, whose measurements and weights follow from its vector (f,)."""
-    empty = problem.of(*presses)
-    if problem.log.stated_sd is not None:
+    empty, alone = problem.of(*presses), problem.log.stated_sd is not None
+    if alone:
         nothing = np.zeros((len(presses[0]), 0))
         empty = replace(empty, log=replace(empty.log, readings=nothing, gauge_names=(), stated_sd=presses[0]))
     read = empty.modelled(vector).values
-    if problem.log.stated_sd is not None:
-        log = replace(empty.log, stated_sd=read[:, 0])
-    else:
-        log = replace(empty.log, readings=read[:, : problem.gauge_count])
-    return replace(empty, log=log, robust=np.ones(read.shape)).weighted(vector)
+    measured = {"stated_sd": read[:, 0]} if alone else {"readings": read[:, : len(problem.gauges)]}
+    return replace(empty, log=replace(empty.log, **measured), robust=np.ones(read.shape)).weighted(vector)
 
 
 def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:

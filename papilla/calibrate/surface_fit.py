@@ -51,8 +51,8 @@ class Resolution:
         if self.degree is None:
             return np.eye(self.cells + DEGREE)
         # Blossoms of the powers at the inner knots of each B-spline (Ramshaw 1989, doi:10.1016/0167-8396(89)90032-0).
-        u, v, w = (2 * (np.arange(self.cells + DEGREE) - shift) / self.cells - 1 for shift in (2, 1, 0))
-        blossoms = np.column_stack([np.ones_like(u), (u + v + w) / 3, (u * v + u * w + v * w) / 3, u * v * w])
+        u, v, w = (2 * (np.arange(self.cells + DEGREE) - shift) / self.cells - 1 for shift in reversed(range(DEGREE)))
+        blossoms = np.column_stack([np.ones_like(u), (u + v + w) / DEGREE, (u * v + u * w + v * w) / DEGREE, u * v * w])
         return blossoms[:, : self.degree + 1]
 
     @property
@@ -74,11 +74,9 @@ class Resolution:
 def table_resolution(values: np.ndarray) -> Resolution:
     """The finest axis that a computed, noise-free table supports: cells, or a polynomial if there are few values."""
     count = len(np.unique(values))
-    return (
-        Resolution(POLYNOMIAL_CELLS, min(count - 1, DEGREE))
-        if count < FEW_VALUES
-        else Resolution(round(CELLS_PER_VALUE * count))
-    )
+    if count < FEW_VALUES:
+        return Resolution(POLYNOMIAL_CELLS, min(count - 1, DEGREE))
+    return Resolution(round(CELLS_PER_VALUE * count))
 
 
 @dataclass(frozen=True)
@@ -107,12 +105,7 @@ class SurfaceFit:
     Raises `InputError` if forces or moduli do not vary, or if the presses are too few or badly placed.
     """
 
-    def __init__(
-        self,
-        force_N: np.ndarray,
-        modulus_MPa: np.ndarray,
-        along: tuple[Resolution, Resolution],
-    ):
+    def __init__(self, force_N: np.ndarray, modulus_MPa: np.ndarray, along: tuple[Resolution, Resolution]):
         for name, values in (("forces", force_N), ("moduli", modulus_MPa)):
             if len(np.unique(values)) < 2:
                 raise InputError(f"a surface needs presses at two {name} at least, got {len(np.unique(values))}")
@@ -190,19 +183,17 @@ def usable_part(
     data.
     twofold : (m, 2) range of values that also occur in falling cells; NaN if none falls.
     """
-    rising = _slope_bounds(surface).min(axis=(2, 3)) > 0
+    rising = _slope_bounds(surface).min(axis=(-2, -1)) > 0
     supported = np.ones_like(rising)
     for force, modulus in zip(np.asarray(missing_force), np.asarray(missing_modulus), strict=True):
-        rows = _touched(surface.force_axis, *_neighbours(np.asarray(forces), force))
-        columns = _touched(surface.modulus_axis, *_neighbours(np.asarray(moduli), modulus))
         # Between a missing press and its neighbours the surface is a guess.
-        supported[rows, columns] = False
+        supported[_around(surface.force_axis, forces, force), _around(surface.modulus_axis, moduli, modulus)] = False
     usable = np.array([_longest_run(row) for row in rising & supported])
     # A value that also occurs where S_d falls has two moduli: the ranges of these cells are kept, to refuse it.
     bounds = _value_bounds(surface)
     falling = ~rising & supported
-    low = np.where(falling, bounds.min(axis=(2, 3)), np.inf).min(axis=1)
-    high = np.where(falling, bounds.max(axis=(2, 3)), -np.inf).max(axis=1)
+    low = np.where(falling, bounds.min(axis=(-2, -1)), np.inf).min(axis=1)
+    high = np.where(falling, bounds.max(axis=(-2, -1)), -np.inf).max(axis=1)
     twofold = np.where(falling.any(axis=1)[:, None], np.column_stack([low, high]), np.nan)
     return usable, twofold
 
@@ -243,26 +234,23 @@ def _bernstein(degree: int) -> np.ndarray:
 
 def _value_bounds(surface: Surface) -> np.ndarray:
     """(m, n, 4, 4) Bernstein coefficients of each cell: its values lie between their least and their greatest."""
-    cubic = _bernstein(3)
+    cubic = _bernstein(DEGREE)
     return np.einsum("ak,ijab,bl->ijkl", cubic, surface.polynomials, cubic)
 
 
 def _slope_bounds(surface: Surface) -> np.ndarray:
     """(m, n, 4, 3) Bernstein coefficients of d/du in each cell: above 0 all, the surface rises with the modulus."""
-    cubic, square = _bernstein(3), _bernstein(2)
-    slope = surface.polynomials[..., 1:] * np.array([1.0, 2.0, 3.0])
-    return np.einsum("ak,ijab,bl->ijkl", cubic, slope, square)
+    slope = surface.polynomials[..., 1:] * np.arange(1.0, ORDER)
+    return np.einsum("ak,ijab,bl->ijkl", _bernstein(DEGREE), slope, _bernstein(DEGREE - 1))
 
 
-def _neighbours(values: np.ndarray, value: float) -> tuple[float, float]:
-    """The next smaller and the next larger of the rising values; the value itself at an end."""
-    place = int(np.searchsorted(values, value))
-    return float(values[max(place - 1, 0)]), float(values[min(place + 1, len(values) - 1)])
-
-
-def _touched(axis: Axis, low: float, high: float) -> slice:
-    """The cells that overlap an open interval of an axis."""
-    first, last = ((np.log(value) - axis.start) / axis.step for value in (low, high))
+def _around(axis: Axis, values: ArrayLike, value: float) -> slice:
+    """The cells that overlap the open interval between the neighbours of one of the rising values, or between the value
+    and its neighbour at an end."""
+    known = np.asarray(values)
+    place = int(np.searchsorted(known, value))
+    ends = known[[max(place - 1, 0), min(place + 1, len(known) - 1)]]
+    first, last = ((np.log(end) - axis.start) / axis.step for end in ends)
     begin, end = int(np.floor(first + checks.ROUNDING)), int(np.ceil(last - checks.ROUNDING))
     return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 

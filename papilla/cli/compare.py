@@ -50,7 +50,7 @@ def compare(
         keep_inputs([name for one in found if one.finger for name in surface_files(one.finger)], written)
         comparison = side_by_side(found, shown.line)
         if written:
-            from papilla.calibrate.report.comparison_page import write_comparison, write_comparison_table
+            from papilla.calibrate.comparison import write_comparison, write_comparison_table
 
             if html is not None:
                 write_comparison(html, comparison, found)

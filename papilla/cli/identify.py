@@ -205,7 +205,7 @@ def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
         "freedom": found.freedom,
         "condition": diagnosis.condition,
         "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
-        "friction": found.problem.friction,
+        "friction": found.problem.shapes[0].friction,
         "physics": " and ".join(shape.physics for shape in found.problem.shapes),
         "profiles": [vars(one) for one in diagnosis.profiles],
         "influence": diagnosis.influence.tolist(),
@@ -289,7 +289,7 @@ def _loops_of(log: "PressLog") -> dict:
 def _relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
     """Relaxation fitted to the longest touch of a log: its Prony terms as plain values for `--json`, and what the table
     `[identified]` of the design keeps of them. Both are empty without `--relaxation`."""
-    from papilla.calibrate.relaxation import fit_touch
+    from papilla.calibrate.one_touch import fit_touch
     from papilla.logs import read_presses
 
     if terms is None:

@@ -110,7 +110,10 @@ def layered_surface_compliance(wavenumber: ArrayLike, layers: Sequence[StackLaye
         raise InputError("layered surface: no layer on a rigid base, expected a layer or an elastic base")
     # Tractions are divided by 2 q and a reference modulus, so that C is of order 1
     reference = bodies[0].modulus
-    compliance = np.zeros((flat.size, 2, 2)) if base is None else _halfspace_compliance(base, reference, flat.size)
+    compliance = np.zeros((flat.size, 2, 2))
+    if base is not None:
+        modes = _decaying_modes(np.zeros(flat.size), base.modulus / reference / (2 * (1 + base.nu)), base.nu)
+        compliance = _right_divide(modes[:, :2], modes[:, 2:])
     for layer in reversed(layers):
         Q = flat * layer.thickness
         mu = layer.modulus / reference / (2 * (1 + layer.nu))
@@ -121,11 +124,6 @@ def layered_surface_compliance(wavenumber: ArrayLike, layers: Sequence[StackLaye
         compliance = above
     # The outward normal is -z, so the tractions on the body are minus its stresses
     return (compliance / (-2 * reference * flat)[:, None, None]).reshape(*q.shape, 2, 2)
-
-
-def _halfspace_compliance(base, reference, count):
-    modes = _decaying_modes(np.zeros(count), base.modulus / reference / (2 * (1 + base.nu)), base.nu)
-    return _right_divide(modes[:, :2], modes[:, 2:])
 
 
 def _through_thin(compliance, Q, mu, nu):

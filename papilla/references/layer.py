@@ -12,16 +12,20 @@ doi:10.1017/CBO9781139171731)
 
 A layer that slides on its base without friction is half of a layer of 2h pressed from both sides:
 down : (1-nu)/(G q) (cosh 2Q - 1)/(sinh 2Q + 2Q). It can move sideways freely.
+
+`bonded_layer_sphere` is the exact contact of a rigid sphere with a bonded layer without friction.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 from scipy.special import j0, j1
 
 from papilla import checks
@@ -33,6 +37,10 @@ DEFICIT_CUTOFF = 24.0
 FAR, KNOTS = 50.0, 1500
 """Distance over thickness beyond which the layer's displacement, which decays as exp(-0.739 r/h) or faster, is set to
 0; and number of knots of the tables up to there."""
+
+
+MAX_CHI = 10.0
+"""Largest chi = sqrt(R d)/h that `bonded_layer_sphere` resolves."""
 
 
 @dataclass(frozen=True)
@@ -179,3 +187,93 @@ def _deficits(Q, nu):
     normal, along = (2 * decay * (common + sign * 2 * Q) / numerator for sign in (1, -1))
     coupling = 2 * decay * ((1 - 2 * nu) * (2 * Q * Q + 8 * (1 - nu) ** 2) + 2 * Q * Q) / numerator
     return normal, along, 2 * decay / (1 + decay), coupling
+
+
+@dataclass(frozen=True)
+class BondedLayerContact:
+    """Axisymmetric contact of a rigid sphere with a bonded layer.
+
+    Parameters
+    ----------
+    force : normal force, N.
+    indentation : depth of the sphere's lowest point below the undeformed surface, mm.
+    contact_radius : mm.
+    hertz_factor : force over that on a half-space with the layer's E* at the same indentation (`hertz_sphere_at`).
+    profile : solution phi of the dual integral equations as a polynomial in (t/a)^2, MPa mm; it gives the pressure.
+    """
+
+    force: float
+    indentation: float
+    contact_radius: float
+    hertz_factor: float
+    profile: Chebyshev = field(repr=False, compare=False)
+
+    @property
+    def area(self) -> float:
+        """Contact area, mm2."""
+        return math.pi * self.contact_radius**2
+
+    @property
+    def peak_pressure(self) -> float:
+        """Pressure in the middle, MPa."""
+        return float(self.pressure(0.0))
+
+    def pressure(self, r: ArrayLike) -> np.ndarray:
+        """Pressure in MPa at distances r >= 0 in mm from the middle, any shape; 0 outside the contact.
+
+        p(r) = -int_r^a phi'(t)/sqrt(t^2 - r^2) dt; the substitution t^2 = r^2 + (a^2 - r^2) v^2 removes the
+        singularity.
+        """
+        inside = np.maximum(1 - (np.asarray(r, dtype=float) / self.contact_radius) ** 2, 0.0)
+        v, weights = panel_quadrature(0.0, 1.0, 4)
+        slope = self.profile.deriv()(1 + inside[..., None] * (v**2 - 1))
+        return -2 / self.contact_radius * np.sqrt(inside) * (slope @ weights)
+
+
+def bonded_layer_sphere(
+    indentation: float, radius: float, thickness: float, modulus: float, nu: float = 0.5
+) -> BondedLayerContact:
+    """Exact solution of a rigid frictionless sphere (a paraboloid r^2/2R) pressed into a bonded layer.
+
+    With the transform P(q) = int_0^a phi(t) cos(qt) dt of the pressure and W = `bonded_layer_deficit`, the dual
+    integral equations become one equation for phi,
+
+        phi(t) - (2/pi) int_0^a phi(s) int_0^inf W(qh) cos(qs) cos(qt) dq ds = (E*/pi)(d - t^2/R),   phi(a) = 0,
+
+    and F = 2 pi int_0^a phi dt. It is solved on Gauss-Legendre nodes to about 1e-10.
+
+    Lengths in mm, `modulus` in MPa. Raises `InputError` for values that are not positive, nu outside [0, 0.5], or
+    sqrt(radius * indentation)/thickness above `MAX_CHI`.
+    Source: Lebedev and Ufliand (1958), PMM 22, 442; Hayes et al. (1972), doi:10.1016/0021-9290(72)90010-3.
+    """
+    indentation, radius = checks.positive("indentation (mm)", indentation), checks.positive("radius (mm)", radius)
+    thickness = checks.positive("layer thickness (mm)", thickness)
+    e_star = checks.positive("layer modulus (MPa)", modulus) / (1 - checks.poisson("layer nu", nu) ** 2)
+    chi = math.sqrt(radius * indentation) / thickness
+    if chi > MAX_CHI:
+        raise InputError(f"sqrt(radius * indentation)/thickness must be at most {MAX_CHI:g}, got {chi:g}")
+    # a^2/(R d) lies between 1 (half-space) and 4 (thin and incompressible)
+    spread = brentq(lambda s: s - _solve(chi * math.sqrt(s), nu)[0], 0.999, 4.001, xtol=1e-14, rtol=1e-14)
+    spread, factor, tau, values = _solve(chi * math.sqrt(spread), nu)
+    hertz = 4 / 3 * e_star * math.sqrt(radius) * indentation**1.5
+    profile = Chebyshev.fit(tau**2, values, len(tau) // 2, domain=[0, 1])
+    contact_radius = math.sqrt(spread * radius * indentation)
+    return BondedLayerContact(
+        factor * hertz, indentation, contact_radius, factor, e_star / math.pi * indentation * profile
+    )
+
+
+def _solve(scaled_radius: float, nu: float) -> tuple[float, float, np.ndarray, np.ndarray]:
+    """Spread a^2/(R d), factor of Hertz's force, nodes tau = t/a of which the last is 1, and the scaled solution
+    phi/((E*/pi) d) = unit - spread * square at them; `scaled_radius` is the contact radius over the thickness."""
+    panels = 2 + math.ceil(scaled_radius / 4)
+    tau, weights = panel_quadrature(0.0, 1.0, panels)
+    Q, q_weights = panel_quadrature(0.0, DEFICIT_CUTOFF, 4 + math.ceil(DEFICIT_CUTOFF * scaled_radius / 9))
+    tau, weights = np.append(tau, 1.0), np.append(weights, 0.0)
+    waves = np.cos(scaled_radius * np.outer(tau, Q))
+    coupling = 2 / math.pi * scaled_radius * (waves * (q_weights * bonded_layer_deficit(Q, nu))) @ waves.T
+    right = np.stack([np.ones_like(tau), tau**2], axis=1)
+    unit, square = np.linalg.solve(np.eye(len(tau)) - coupling * weights, right).T
+    spread = float(unit[-1] / square[-1])
+    values = unit - spread * square
+    return spread, float(1.5 * math.sqrt(spread) * weights @ values), tau, values

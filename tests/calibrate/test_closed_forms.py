@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 from papilla import cache
-from papilla.calibrate import compact_fit, physics
-from papilla.calibrate.compact_fit import _inside, _slope, fit_compact
+from papilla.calibrate import checking, fitting
+from papilla.calibrate.fitting import _inside, _slope, fit_compact
 from papilla.calibrate.identification import Noise
 from papilla.calibrate.identification.diagnosis import _condition, influence_by_parameter
 from papilla.calibrate.identification.fit import _distinct
-from papilla.calibrate.indentation import fit_indentation, on_finger, on_half_space
 from papilla.calibrate.job import _between
+from papilla.calibrate.one_touch import crept, fit_indentation, fit_touch, on_finger, on_half_space
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI
-from papilla.calibrate.published_depths import PUBLISHED_POINTS
-from papilla.calibrate.relaxation import crept, fit_touch
+from papilla.calibrate.published_form import PUBLISHED_POINTS
 from papilla.calibrate.report.identification_page import weighted_residuals
 from papilla.calibration.compact import ln_sd
 from papilla.errors import InputError
@@ -41,7 +40,7 @@ def test_the_compact_form_is_fitted_from_10_to_100_gf_and_005_to_072_mpa():
 
 @pytest.mark.parametrize("success, values", [(False, TRUE), (True, np.full(5, np.nan))])
 def test_a_compact_form_that_was_not_found_is_refused(monkeypatch, success, values):
-    real, calls = compact_fit.least_squares, []
+    real, calls = fitting.least_squares, []
 
     def failing(residuals, start):
         calls.append(start)
@@ -49,7 +48,7 @@ def test_a_compact_form_that_was_not_found_is_refused(monkeypatch, success, valu
             return real(residuals, start)
         return SimpleNamespace(success=success, x=values, message="it wandered off")
 
-    monkeypatch.setattr(compact_fit, "least_squares", failing)
+    monkeypatch.setattr(fitting, "least_squares", failing)
     with pytest.raises(InputError, match="the compact form was not fitted: it wandered off"):
         fit_compact(calibration())
 
@@ -116,17 +115,17 @@ def test_presses_against_physics_are_known_under_the_key_under_which_they_are_ke
         cache, "fetch", lambda kind, key, make: keys.append((kind, key)) or {"presses": np.zeros((0, 4)), "laws": ""}
     )
     finger = Finger.default()
-    assert not physics.truth_is_known(finger, 2.0, "stick")
-    physics.press_truth(finger, 2.0, "stick", print)
+    assert not checking.truth_is_known(finger, 2.0, "stick")
+    checking.press_truth(finger, 2.0, "stick", print)
     assert keys[0] == keys[1]
-    physics.press_truth(finger, 2.5, "stick", print)
-    physics.press_truth(finger, 2.0, 0.3, print)
+    checking.press_truth(finger, 2.5, "stick", print)
+    checking.press_truth(finger, 2.0, 0.3, print)
     assert len({*keys}) == 3
 
 
 def test_the_remark_on_laws_is_the_last_instability():
-    assert physics.worst_law([]) == "" and physics.worst_law(["a law", "b law"]) == "b law"
-    assert physics.worst_law(["unstable law 1", "unstable law 2", "a law"]) == "unstable law 2"
+    assert checking.worst_law([]) == "" and checking.worst_law(["a law", "b law"]) == "b law"
+    assert checking.worst_law(["unstable law 1", "unstable law 2", "a law"]) == "unstable law 2"
 
 
 class TwoSprings:
@@ -169,7 +168,10 @@ def test_the_longest_touch_of_a_log_is_fitted_by_the_finger_that_was_identified(
 def test_weighted_residuals_are_over_noise_model_and_error_of_force():
     modelled = SimpleNamespace(unsure=np.array([[3.0, 0.0]]), by_ln_force=np.array([[400.0, 0.8]]))
     problem = SimpleNamespace(
-        noise=Noise(force=0.03, indentation_mm=0.01), reading_noise=4.0, reading_count=1, modelled=lambda v: modelled
+        noise=Noise(force=0.03, indentation_mm=0.01),
+        reading_noise=4.0,
+        reading_names=("S_d",),
+        modelled=lambda v: modelled,
     )
     found = SimpleNamespace(problem=problem, vector=None, residuals=np.array([[26.0, 0.026]]))
     assert weighted_residuals(found) == pytest.approx(np.array([[26 / 13, 0.026 / np.hypot(0.01, 0.024)]]))
@@ -182,7 +184,7 @@ def drawn_fit():
     off = np.concatenate([rng.normal(size=10), np.zeros(4)])
     residuals = off - jacobian @ np.linalg.lstsq(jacobian, off)[0]
     problem = SimpleNamespace(
-        measured=np.zeros((5, 2)), jacobian=lambda vector: jacobian, residuals=lambda vector: residuals
+        measured=np.zeros((5, 2)), jacobian=lambda vector: jacobian, linearised=lambda vector: (residuals, jacobian)
     )
     names = ("outer_modulus_MPa", "inner_modulus_MPa", "gain.g1")
     return jacobian, residuals, SimpleNamespace(problem=problem, names=names, vector=None)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from spring_calibration import FORCE, MODULUS, TRUE, calibration
 
-from papilla.calibrate.compact_fit import fit_compact, with_compact
 from papilla.calibrate.export_c import c_header
+from papilla.calibrate.fitting import fit_compact, with_compact
 from papilla.calibration import Calibration
 from papilla.calibration.compact import Compact
 from papilla.errors import InputError

@@ -10,8 +10,16 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import comparison, fit
-from papilla.calibrate.comparison import NOISE_MICROSTRAIN, Candidate, Reach, _verdicts, candidate, compare
-from papilla.calibrate.report.comparison_page import write_comparison, write_comparison_table
+from papilla.calibrate.comparison import (
+    NOISE_MICROSTRAIN,
+    Candidate,
+    Reach,
+    _verdicts,
+    candidate,
+    compare,
+    write_comparison,
+    write_comparison_table,
+)
 from papilla.errors import InputError
 from papilla.finger import Finger
 

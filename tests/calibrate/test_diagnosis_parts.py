@@ -9,8 +9,7 @@ import pytest
 from power_law_presses import FINGER, GAUGES, Powers, problem, with_sd
 
 from papilla.calibrate import suggest
-from papilla.calibrate.identification import Diagnosis, Noise, diagnosis, fit, identifying, record
-from papilla.calibrate.identification import profile as profiles
+from papilla.calibrate.identification import Diagnosis, Noise, diagnosis, fit, record
 from papilla.calibrate.identification.fit import Identification, solve
 from papilla.calibrate.identification.presses import Known, Shape
 from papilla.calibrate.report import identification_page
@@ -84,12 +83,12 @@ def test_fits_start_at_the_design_and_one_prior_sigma_to_both_sides():
 def test_a_parameter_is_at_its_bound_within_a_thousandth_of_the_range(found, share, named, end):
     made, vector = found.problem, found.problem.start.copy()
     low, high = made.bounds
-    assert profiles.at_bounds(made, vector) == []
+    assert diagnosis.at_bounds(made, vector) == []
     vector[0] = (low[0] + share * (high - low)[0]) if end == 0 else high[0] - share * (high - low)[0]
     vector[1] = vector[0] - 1.0
-    assert ("outer_modulus_MPa" in profiles.at_bounds(made, vector)) == named
+    assert ("outer_modulus_MPa" in diagnosis.at_bounds(made, vector)) == named
     vector[1] = vector[0] + 0.1
-    assert profiles.RATIO in profiles.at_bounds(made, vector)
+    assert diagnosis.RATIO in diagnosis.at_bounds(made, vector)
 
 
 @pytest.mark.parametrize(
@@ -108,7 +107,7 @@ def test_a_doubt_about_the_fit_begins_at_its_limit(monkeypatch, found, changes, 
         sigma = {name: pair[which] for name, pair in changes.get("sigma", {}).items()}
         rest = {name: pair[which] for name, pair in changes.items() if name != "sigma"}
         assert said(diagnosis._of_the_fit(varied(found, sigma, **rest), ()), part) == doubted
-    bounded = profiles.Profile("outer_modulus_MPa", 0.1, 0.2, "bounded")
+    bounded = diagnosis.Profile("outer_modulus_MPa", 0.1, 0.2, "bounded")
     wide = varied(found, {"outer_modulus_MPa": 0.6})
     assert said(diagnosis._of_the_fit(wide, (bounded,)), "its prior decides")
     assert not said(diagnosis._of_the_fit(wide, (replace(bounded, verdict="flat"),)), "its prior decides")
@@ -123,7 +122,7 @@ def test_a_specimen_far_from_its_stated_modulus_is_named(found, pull, doubted):
     other = Identification(made, vector, np.eye(len(vector)) * 1e-8, 1.0, 20.0)
     assert said(diagnosis._of_the_fit(other, ()), "the specimen of 0.3 MPa came out at") == doubted
     assert made.moduli(made.values(vector))[[0, 1, 4]] == pytest.approx([0.1, *[0.3 * np.exp(0.1 * pull)] * 2])
-    assert made.prior_sigma(name) == 0.1 and made.prior_middle(name) == np.log(0.3)
+    assert made.priors[name] == (np.log(0.3), 0.1)
 
 
 def test_doubts_about_gauges_begin_at_their_limits(found):
@@ -181,7 +180,7 @@ def test_gauges_look_swapped_if_chi_square_falls_by_twice_ln_1000(
 
 
 def test_a_diagnosis_has_profiles_of_what_is_poorly_determined_and_normal_intervals_of_the_rest(monkeypatch, found):
-    monkeypatch.setattr(diagnosis, "profile", lambda found, name: profiles.Profile(name, 0.1, 0.9, "bounded"))
+    monkeypatch.setattr(diagnosis, "profile", lambda found, name: diagnosis.Profile(name, 0.1, 0.9, "bounded"))
     moved = {"outer_modulus_MPa": np.array([0.1, 0.2, 0.3]), "touch_down_mm": np.array([0.0, 1.01, 0.1])}
     monkeypatch.setattr(diagnosis, "influence_by_parameter", lambda found: moved)
     one = varied(found, {"outer_modulus_MPa": 0.151, "inner_modulus_MPa": 0.149, "gain.g1": 9.0}, chi_square=5.0)
@@ -233,10 +232,10 @@ def drawn_profile(monkeypatch, found, cost, excess=1.0, at_bound=None):
             vector[0] = rest.bounds[1][0]
         return cost(value), vector
 
-    monkeypatch.setattr(profiles, "descend", descend)
+    monkeypatch.setattr(diagnosis, "descend", descend)
     vector = found.problem.start.copy()
     one = replace(varied(found, {name: 0.3}), vector=vector, chi_square=excess * 10, freedom=10.0)
-    told = profiles.profile(one, name)
+    told = diagnosis.profile(one, name)
     return told, np.log([told.lower, told.upper]) - middle
 
 
@@ -278,14 +277,14 @@ def moving(found):
 def test_places_and_tilts_that_the_presses_could_determine_are_candidates(found):
     made = moving(found).problem
     every = ["row_along_mm", "row_across_mm", *(f"place_mm.{name}" for name in GAUGES), "tilt_x_deg", "tilt_y_deg"]
-    assert identifying._candidates(made, ()) == every
-    assert identifying._candidates(made, ("row_along_mm", "tilt_x_deg")) == [*every[1:5], "tilt_y_deg"]
+    assert fit._candidates(made, ()) == every
+    assert fit._candidates(made, ("row_along_mm", "tilt_x_deg")) == [*every[1:5], "tilt_y_deg"]
     # 3 degrees on 30 mm take 1.57 of 5 mm, on 20 mm 1.05
     far = replace(made, log=replace(made.log, x_mm=np.full(8, 3.5), y_mm=np.full(8, 3.5)))
-    assert identifying._candidates(far, ()) == every[:6]
+    assert fit._candidates(far, ()) == every[:6]
     ball = replace(made, shapes=(Shape(made.shapes[0].rows, Sphere(1.0, 5.0), made.shapes[0].responses, (),
                                        made.shapes[0].off_apex),))  # fmt: skip
-    assert identifying._candidates(ball, ()) == every[:5]
+    assert fit._candidates(ball, ()) == every[:5]
 
 
 @pytest.mark.parametrize(
@@ -314,12 +313,12 @@ def test_a_parameter_is_freed_if_chi_square_falls_by_a_third_and_the_model_then_
         cost = costs[name] if len(one.names) == len(found.names) else 0.99 * one.chi_square
         return replace(one, problem=made, vector=np.append(one.vector, 0.5), covariance=np.eye(size), chi_square=cost)
 
-    monkeypatch.setattr(identifying, "_moving", lambda made, size_mm, progress: made)
-    monkeypatch.setattr(identifying, "_candidates", lambda made, held: [n for n in gains if n not in held])
-    monkeypatch.setattr(identifying, "_gain", lambda one, name: gains[name])
-    monkeypatch.setattr(identifying, "_with_free", with_free)
+    monkeypatch.setattr(fit, "_moving", lambda made, size_mm, progress: made)
+    monkeypatch.setattr(fit, "_candidates", lambda made, held: [n for n in gains if n not in held])
+    monkeypatch.setattr(fit, "_gain", lambda one, name: gains[name])
+    monkeypatch.setattr(fit, "_with_free", with_free)
     bad = replace(found, chi_square=100.0, freedom=20.0)
-    best = identifying.freed(bad, (), None, None)
+    best = fit.freed(bad, (), None, None)
     assert best.names[len(found.names) :] == freed and tried[:3] == ["row_along_mm", "tilt_x_deg", "place_mm.g1"]
     assert best.asked.endswith(words) if freed and "(+" not in words else words in best.asked
     assert (best is bad) == (not freed)
@@ -328,13 +327,13 @@ def test_a_parameter_is_freed_if_chi_square_falls_by_a_third_and_the_model_then_
 @pytest.mark.parametrize("chi_square, freedom, misfit", [(15.1, 10.0, True), (14.9, 10.0, False), (9.0, 0.0, False)])
 def test_only_a_misfit_frees_parameters(monkeypatch, found, chi_square, freedom, misfit):
     asked = []
-    monkeypatch.setattr(identifying, "_moving", lambda made, size_mm, progress: asked.append(1) or made)
-    monkeypatch.setattr(identifying, "_candidates", lambda made, held: [])
+    monkeypatch.setattr(fit, "_moving", lambda made, size_mm, progress: asked.append(1) or made)
+    monkeypatch.setattr(fit, "_candidates", lambda made, held: [])
     one = replace(found, chi_square=chi_square, freedom=freedom)
-    assert identifying.freed(one, (), None, None) is one and bool(asked) == misfit
+    assert fit.freed(one, (), None, None) is one and bool(asked) == misfit
     asked.clear()
     alone = replace(one, problem=with_sd(found.problem), chi_square=99.0, freedom=1.0)
-    assert identifying.freed(alone, (), None, None) is alone and not asked, "S_d alone frees nothing"
+    assert fit.freed(alone, (), None, None) is alone and not asked, "S_d alone frees nothing"
 
 
 @dataclass(frozen=True)
@@ -345,11 +344,9 @@ class Linear:
     off: np.ndarray
     free: tuple[str, ...]
 
-    def jacobian(self, vector):
-        return self.columns[:, : len(self.free)]
-
-    def residuals(self, vector):
-        return self.jacobian(vector) @ vector - self.off
+    def linearised(self, vector):
+        jacobian = self.columns[:, : len(self.free)]
+        return jacobian @ vector - self.off, jacobian
 
 
 def test_the_gain_of_a_parameter_is_the_fall_of_chi_square_of_a_linear_fit():
@@ -358,9 +355,9 @@ def test_the_gain_of_a_parameter_is_the_fall_of_chi_square_of_a_linear_fit():
     costs = [np.linalg.lstsq(made.columns[:, :k], made.off)[1][0] for k in (2, 3)]
     vector = np.linalg.lstsq(made.columns[:, :2], made.off)[0]
     one = Identification(made, vector, np.eye(2), costs[0], 7.0)
-    assert identifying._gain(one, "c") == pytest.approx(costs[0] - costs[1])
+    assert fit._gain(one, "c") == pytest.approx(costs[0] - costs[1])
     silent = replace(made, columns=made.columns * [1.0, 1.0, 0.0])
-    assert identifying._gain(replace(one, problem=silent), "c") == 0.0
+    assert fit._gain(replace(one, problem=silent), "c") == 0.0
 
 
 def test_the_page_of_an_identification_has_its_numbers(monkeypatch, found):

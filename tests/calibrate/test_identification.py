@@ -7,9 +7,9 @@ import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
 from papilla.calibrate.identification import PARAMETERS, Noise, compare, diagnose, identify, record
+from papilla.calibrate.identification.diagnosis import RATIO, Profile, profile
 from papilla.calibrate.identification.fit import descend
 from papilla.calibrate.identification.posing import family_of, problem_of
-from papilla.calibrate.identification.profile import RATIO, Profile, profile
 from papilla.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.finger import Finger
@@ -47,7 +47,7 @@ def test_the_jacobian_is_that_of_the_residuals(smooth, free, friction):
     problem = problem_of(log, Finger.default(), free, size_mm=SIZE_MM, friction=friction).weighted()
     rng = np.random.default_rng(1)
     vector = problem.solved(problem.start[~problem.linear] + 0.1 * rng.normal(size=(~problem.linear).sum()))
-    problem = problem.weighted(vector).downweighted(vector, 4.0)
+    problem = problem.weighted(vector).downweighted(vector)
     jacobian = problem.jacobian(vector)
     for place, name in enumerate(problem.free):
         step = 1e-5 * max(abs(vector[place]), 1e-3) * (np.arange(len(vector)) == place)

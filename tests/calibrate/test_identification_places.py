@@ -8,9 +8,9 @@ from spring_calibration import calibration
 
 from papilla.calibrate.identification import PARAMETERS, compare, diagnose, identify, posing, problem, record
 from papilla.calibrate.identification.fit import solve
+from papilla.calibrate.identification.identified_finger import unmoved, with_identification
 from papilla.calibrate.identification.parameters import MOVES, kind
-from papilla.calibrate.identification.posing import problem_of, unmoved
-from papilla.calibrate.identified_finger import with_identification
+from papilla.calibrate.identification.posing import problem_of
 from papilla.calibrate.suggest import suggest_presses
 from papilla.errors import InputError
 from papilla.finger import Finger

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.calibrate.identification import Noise
-from papilla.calibrate.identification.repeats import STATED_FREEDOM, estimated_noise
+from papilla.calibrate.identification.noise import STATED_FREEDOM, estimated_noise
 from papilla.logs import PressLog
 
 SLOPE = np.array([800.0, -300.0, 1500.0, -250.0, 700.0, 0.4])
@@ -19,7 +19,7 @@ class Straight:
 
     log: PressLog
     noise: Noise
-    reading_count: ClassVar[int] = 5
+    reading_names: ClassVar[tuple[str, ...]] = ("g1", "g2", "g3", "g4", "g5")
 
     @property
     def measured(self):

@@ -7,7 +7,7 @@ import pytest
 from spring_calibration import calibration
 
 from papilla.calibrate.identification import posing
-from papilla.calibrate.identified_finger import with_identification
+from papilla.calibrate.identification.identified_finger import with_identification
 from papilla.calibration import Calibration
 from papilla.cli.estimate import _zeros
 from papilla.errors import InputError
@@ -110,7 +110,9 @@ def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     done = job.calibrate_bench(log, Finger.default())
     assert done.bench.finger.identified.presses == 10 and done.bench.finger.outer.modulus > 0.1
     told = np.array(done.bench.finger.identified.zeros_microstrain)
-    assert done.bench.sd_microstrain == pytest.approx((readings - told).std(axis=1))
-    assert done.bench.inside.shape == done.bench.recovery.recovered_MPa.shape == (10,)
-    assert (done.bench.sigma_microstrain > 5 / np.sqrt(5)).all()
+    # Moduli follow from S_d without the zeros, and intervals from the noise of five gauges and of the force
+    noise = {"sd_sigma": 5 / np.sqrt(5), "force_sigma": 0.01 * force}
+    answer = done.calibration.invert((readings - told).std(axis=1), force, **noise)
+    assert done.bench.recovery.recovered_MPa == pytest.approx(answer.modulus_MPa, nan_ok=True)
+    assert (done.bench.inside == ((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa))).all()
     assert list(done.calibration.finger["zeros_microstrain"]) == told.tolist()

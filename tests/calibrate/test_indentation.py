@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibrate.indentation import fit_indentation, on_bonded_layer, on_finger, on_half_space
+from papilla.calibrate.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.errors import InputError
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
 

@@ -7,8 +7,7 @@ import pytest
 
 from papilla import fem
 from papilla.calibrate import fit
-from papilla.calibrate.published_depths import PUBLISHED_POINTS, published_depths
-from papilla.calibrate.published_form import compare, rounding_error
+from papilla.calibrate.published_form import PUBLISHED_POINTS, compare, published_depths, rounding_error
 from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd
 from papilla.errors import InputError
 from papilla.finger import Bench, Finger

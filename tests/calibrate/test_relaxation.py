@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibrate.relaxation import fit_relaxation
+from papilla.calibrate.one_touch import fit_relaxation
 from papilla.errors import InputError
 from papilla.fem import prepare
 from papilla.fem.pressing.effects import creeping_press

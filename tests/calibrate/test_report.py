@@ -9,11 +9,19 @@ import numpy as np
 import pytest
 
 from papilla.calibrate import fit
+from papilla.calibrate.checking import Truth
 from papilla.calibrate.job import Calibrated, Recovery
-from papilla.calibrate.physics import Truth
-from papilla.calibrate.report import facts, page
-from papilla.calibrate.report.facts import AnswerMap, contacts, force_cost, provenance, slopes, statuses
-from papilla.calibrate.report.page import symbols, write_report
+from papilla.calibrate.report import page
+from papilla.calibrate.report.page import (
+    AnswerMap,
+    contacts,
+    force_cost,
+    provenance,
+    slopes,
+    statuses,
+    symbols,
+    write_report,
+)
 from papilla.calibration import SoftnessStatus
 from papilla.errors import FileAccessError, InputError
 from papilla.fem import prepare
@@ -90,7 +98,7 @@ def test_the_largest_reading_of_a_sweep_is_a_strain(made_up):
     reading = np.array(made_up.reading)
     reading[3, 1], reading[5, 0] = -0.25e6, np.nan
     assert np.nanmax(np.abs(made_up.reading)) < 0.25e6
-    assert facts.largest_reading(replace(made_up, reading=reading)) == pytest.approx(0.25)
+    assert page.largest_reading(replace(made_up, reading=reading)) == pytest.approx(0.25)
 
 
 def test_the_page_is_well_formed_and_fetches_nothing(sweep_page):
@@ -163,8 +171,8 @@ def test_what_is_not_identifiable_is_the_first_card_with_what_would_help(read, s
 
 def test_friction_that_is_not_known_costs_a_part_of_the_domain(swept, doubted):
     known = swept.calibration
-    assert facts.share_with_known_friction(known) is None
-    assert facts.share_with_known_friction(doubted) == AnswerMap.of(known).share > AnswerMap.of(doubted).share
+    assert page.share_with_known_friction(known) is None
+    assert page.share_with_known_friction(doubted) == AnswerMap.of(known).share > AnswerMap.of(doubted).share
 
 
 def test_a_negative_branch_is_named(sweep_page, swept):

@@ -46,5 +46,5 @@ def test_exchange_finds_the_best_of_all_choices(fingers, criterion):
 
 def test_presses_are_suggested_between_5_and_100_gf_for_the_published_domain():
     assert (suggest.FORCES_N[0], suggest.FORCES_N[-1]) == pytest.approx((0.04903325, 0.980665))
-    assert pytest.approx((0.196133, 0.980665)) == suggest.DOMAIN_FORCE_N
-    assert suggest.DOMAIN_MODULUS_MPA == (0.05, 0.72)
+    assert pytest.approx((0.196133, 0.980665)) == suggest.CHECKED_FORCE_N
+    assert suggest.CHECKED_MODULUS_MPA == (0.05, 0.72)

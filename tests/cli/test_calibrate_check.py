@@ -8,7 +8,7 @@ from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
 from papilla.calibrate import job
-from papilla.calibrate.compact_fit import with_compact
+from papilla.calibrate.fitting import with_compact
 from papilla.logs import PressLog
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)

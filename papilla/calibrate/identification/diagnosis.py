@@ -3,6 +3,15 @@
 `diagnose` runs a few more fits where a parameter is poorly determined (profile likelihood) and where two gauges may be
 swapped; all other doubts follow from the Jacobian of the fit. `record` makes the part of the identification that a
 design file keeps.
+
+The profile gives the interval of a weakly determined parameter: the values x at which chi-square, with all other
+parameters fitted again, is within 3.84 of its minimum: chi2_p(x) = min over the others of chi2(x, others)
+<= chi2_p(best) + 1.96^2 (Venzon and Moolgavkar 1988, doi:10.2307/2347496). The covariance at the best fit is a parabola
+through that curve and misleads where the curve is flat on one side. The curve is walked outwards in steps of 0.75
+standard deviations, each fit starting at the end of the last one and at the start values of a whole fit (far out there
+may be another minimum), until it rises above the level. Brent's method finds the crossing. Priors are part of
+chi-square. The curve without the prior of the parameter itself shows whether the presses or the prior limit the
+interval (`Profile.verdict`). Cost: one fit per step.
 """
 
 import math
@@ -10,12 +19,25 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.optimize import brentq
 
-from papilla.calibrate.identification.fit import MISFIT, Identification, descend
+from papilla.calibrate.identification.fit import MISFIT, Identification, descend, starts_of
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS, kind, physical
-from papilla.calibrate.identification.profile import NORMAL, RATIO, Profile, at_bounds, profile
+from papilla.calibrate.identification.problem import Problem
 from papilla.finger_parts import Identified
 from papilla.units import PER_CENT
+
+NORMAL = 1.959964
+"""Half width of a 95 % interval, in standard deviations."""
+
+CLOSE_TO_BOUND = 1e-3
+"""Share of the range between its bounds within which a parameter counts as being at a bound."""
+
+RATIO = "the ratio of the moduli"
+
+STEP, STEPS, EXACT = 0.75, 12, 0.005
+"""Step, in standard deviations; largest number of steps on each side; and accuracy of an end, in standard
+deviations."""
 
 PRIOR_DECIDES = 0.7
 """Ratio of the standard deviation after the fit to that of the prior, above which the prior rather than the presses
@@ -31,12 +53,43 @@ likelihood."""
 INFLUENTIAL = 1.0
 """Change of a parameter, in standard deviations, when one press is left out, above which the press is named."""
 
+DEAD = 4.0
+"""Range of a gauge's readings, in standard deviations of their noise, below which it does not follow the presses."""
+
 SWAPPED = 2 * math.log(1000)
 """Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: the prior
 assumption is one swapped pair in a hundred logs of ten pairs each."""
 
 IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 """Quantities that are recorded as each gauge's gain and lever."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The 95 % interval of a parameter (in its unit), where chi-square with all others fitted rises by 3.84.
+
+    verdict : without the parameter's own prior, "bounded", "one-sided" or "flat": chi-square rises that far before the
+    bounds on both sides, on one, or on none; in the last two cases the prior limits the interval. cut_off_by :
+    parameters that are at a bound where the interval ends, which is then too short.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    verdict: str
+    cut_off_by: tuple[str, ...] = ()
+
+    @property
+    def doubts(self) -> list[str]:
+        """Doubts about the interval, a sentence each."""
+        known, said = f"{self.lower:.3g} to {self.upper:.3g}", []
+        if self.verdict != "bounded":
+            where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
+            said.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {known}")
+        if self.cut_off_by:
+            names = " and ".join(self.cut_off_by)
+            said.append(f"the interval of {self.name}, {known}, is cut off where {names} comes to its bound")
+        return said
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,27 +125,25 @@ def diagnose(found: Identification) -> Diagnosis:
         intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
     moved = influence_by_parameter(found)
     largest = np.array([max(each) for each in zip(*moved.values(), strict=True)])
-    asked = (found.asked,) if found.asked else ()
     doubts = (
-        *asked,
+        *([found.asked] if found.asked else []),
         *found.problem.log.notes,
         *found.problem.log.sizes,
         *_of_the_presses(found),
         *_of_the_fit(found, profiles),
         *_of_gauges(found),
+        *(sentence for one in profiles for sentence in one.doubts),
     )
-    doubts += tuple(sentence for one in profiles for sentence in one.doubts)
     if largest.size and largest.max() > INFLUENTIAL:
         row = int(largest.argmax())
         name = max(moved, key=lambda one: moved[one][row])
         doubts += (f"press {row + 1} alone moves {name} by about {largest[row]:.2g} of its standard deviations",)
-    n = len(found.problem.log)
     good = "ok" if not doubts else "doubtful"
     if turned := _backwards(found):
         good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
     doubts += (*turned, *_rubbing(found, intervals))
     quality = f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
-    status = f"{good}: identified from {n} presses, {quality}"
+    status = f"{good}: identified from {len(found.problem.log)} presses, {quality}"
     return Diagnosis(status, doubts, intervals, profiles, largest, _condition(found))
 
 
@@ -111,7 +162,7 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
         status=diagnosis.status,
         presses=len(problem.log),
         specimen=specimen,
-        friction=problem.friction,
+        friction=problem.shapes[0].friction,
         zeros_microstrain=tuple(problem.each("zero_microstrain", found.values).tolist()),
         touch_down_mm=found.values["touch_down_mm"],
         parameters=names,
@@ -158,7 +209,7 @@ def influence_by_parameter(found: Identification) -> dict[str, np.ndarray]:
     n, channels = problem.measured.shape
     if not which.any() or n < 2:
         return {}
-    jacobian, residuals = problem.jacobian(found.vector), problem.residuals(found.vector)
+    residuals, jacobian = problem.linearised(found.vector)
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / size
     information = scaled.T @ scaled
@@ -211,19 +262,15 @@ def _of_the_presses(found: Identification) -> list[str]:
 
 def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[str]:
     """Doubts about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
-    problem, said = found.problem, []
-    said += [
-        f"{name} ended at its bound, beyond what is known of silicones"
-        for name in at_bounds(problem, found.vector)
-        if name != RATIO
-    ]
+    problem, ended = found.problem, at_bounds(found.problem, found.vector)
+    said = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO]
     if beyond := problem.beyond(found.vector):
         said.append(
             f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
         )
     for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
         explained = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
-        if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.prior_sigma(name):
+        if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.priors[name][1]:
             said.append(f"the presses do not determine {name}: its prior decides")
     for name, known in problem.specimens.items():
         off = np.log(found.values[name] / problem.held[name]) / known.sigma
@@ -253,7 +300,7 @@ def _swapped(found: Identification) -> list[str]:
     problem, names, costs = found.problem, found.problem.gauges, {}
     if found.chi_square < SWAPPED:
         return []
-    for one, other in combinations(range(problem.reading_count), 2):
+    for one, other in combinations(range(len(problem.reading_names)), 2):
         order = np.arange(len(names))
         order[[one, other]] = other, one
         # Fit the log with two columns exchanged, from the moduli that were found.
@@ -274,26 +321,20 @@ def _of_gauges(found: Identification) -> list[str]:
     problem = found.problem
     if problem.log.stated_sd is not None:
         return said
-    moved = np.ptp(problem.log.readings, axis=0)
-    for number, gauge in enumerate(problem.finger.gauges):
-        lever = f"lever_mm.{gauge.name}"
-        if moved[number] < 4 * problem.noise.readings_microstrain:
-            said.append(
-                f"{gauge.name} hardly follows the presses ({moved[number]:.3g} µε in all): dead, loose, or far away"
-            )
-            continue
-        if lever in found.names:
-            prior = PARAMETERS["lever_mm"].sigma * float(problem.gains[number]) if problem.gains is not None else np.inf
-            if found[lever][1] > PRIOR_DECIDES * prior:
-                said.append(f"the presses do not separate lever and gain of {gauge.name}: the prior decides")
+    gains = [np.inf] * len(problem.gauges) if problem.gains is None else problem.gains.tolist()
+    for name, moved, gain in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), gains, strict=True):
+        lever = f"lever_mm.{name}"
+        if moved < DEAD * problem.noise.readings_microstrain:
+            said.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
+        elif lever in found.names and found[lever][1] > PRIOR_DECIDES * PARAMETERS["lever_mm"].sigma * gain:
+            said.append(f"the presses do not separate lever and gain of {name}: the prior decides")
     return said
 
 
 def _backwards(found: Identification) -> list[str]:
     """Gauges with negative gain. This is a note, not a doubt, because their leads may be swapped."""
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
-    turned = [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
-    return turned
+    return [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
 
 
 def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
@@ -306,3 +347,77 @@ def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -
         f"friction was not stated: the presses have {PER_CENT * found['stick_share'][0]:.0f} % of the effect of stick "
         f"({PER_CENT * low:.0f} to {PER_CENT * high:.0f}), which intervals contain; --friction states it"
     ]
+
+
+def profile(found: Identification, name: str) -> Profile:
+    """The profile of a nonlinear parameter; each step costs a fit."""
+    place = found.names.index(name)
+    best, sigma = float(found.vector[place]), float(found.sigma[place])
+    # If the model does not fit, the level grows with chi-square per degree of freedom, as the sigmas do.
+    excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
+    level = NORMAL**2 * (excess if excess > MISFIT else 1.0)
+    curve = _Curve(found, name)
+    least = curve(best)
+    ends = []
+    for side, sign in zip(found.problem.bounds, (-1.0, 1.0), strict=True):
+        limit = float(side[place])
+        curve.others = np.delete(found.vector, place)
+        end = best
+        for k in range(1, STEPS + 1):
+            value = sign * min(sign * (best + sign * STEP * k * sigma), sign * limit)
+            if curve(value, anywhere=True) - least > level:
+                end = brentq(lambda one: curve(one) - least - level, end, value, xtol=EXACT * sigma)
+                break
+            end = value
+            if value == limit:
+                break
+        ends.append(end)
+        # Where the interval ends and where the bounds are: both are needed for the verdict and for what cuts the
+        # interval off.
+        curve(end)
+        curve(limit)
+    # Would the presses alone, without the parameter's prior, have bounded it?
+    without = curve.without_prior
+    low = min(without.values())
+    rises = [max(cost for value, cost in without.items() if sign * (value - best) >= 0) - low for sign in (-1, 1)]
+    verdict = ("flat", "one-sided", "bounded")[sum(rise > level for rise in rises)]
+    cut = sorted({name for end in ends for name in curve.at_bounds[end]})
+    return Profile(name, physical(name, ends[0]), physical(name, ends[1]), verdict, tuple(cut))
+
+
+class _Curve:
+    """Least chi-square with one parameter held at a value in the scale of the fit; results are kept."""
+
+    def __init__(self, found: Identification, name: str):
+        self._problem, self._name = found.problem, name
+        self._place = found.names.index(name)
+        self.others = np.delete(found.vector, self._place)
+        self.without_prior: dict[float, float] = {}
+        self.at_bounds: dict[float, list[str]] = {}
+
+    def __call__(self, value: float, *, anywhere: bool = False) -> float:
+        """Chi-square including all priors. The fit starts where the last one ended and, with `anywhere`, also at the
+        start values of a whole fit, because far out there may be another minimum."""
+        if value not in self.without_prior:
+            free = tuple(one for one in self._problem.free if one != self._name)
+            held = {**self._problem.held, self._name: physical(self._name, value)}
+            rest = replace(self._problem, free=free, held=held)
+            starts = (self.others[~rest.linear], *(starts_of(rest) if anywhere else ()))
+            found = (descend(rest, start) for start in starts)
+            self.without_prior[value], self.others = min(found, key=lambda one: one[0])
+            self.at_bounds[value] = at_bounds(rest, self.others)
+        middle, sigma = self._problem.priors[self._name]
+        return self.without_prior[value] + ((value - middle) / sigma) ** 2
+
+
+def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
+    """Names of what is at a bound in a vector (f,): nonlinear parameters and the ratio of moduli. A share of stick may
+    be 0 or 1."""
+    low, high = problem.bounds
+    near = np.minimum(vector - low, high - vector) < CLOSE_TO_BOUND * (high - low)
+    named = [
+        name
+        for name, close, linear in zip(problem.free, near, problem.linear, strict=True)
+        if close and not linear and name != "stick_share"
+    ]
+    return [*named, *([RATIO] if problem.beyond(vector) else [])]

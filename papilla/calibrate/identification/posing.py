@@ -1,22 +1,13 @@
-"""States the problem of a fit, from a log of presses and a design: which parameters are free, and which responses it
-needs."""
+"""States the problem of a fit, from a log of presses and a design: does the log fit the finger, which parameters are
+free, and which responses are needed?"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from papilla.calibrate.identification.log_check import refuse, refuse_beyond
 from papilla.calibrate.identification.noise import Noise
-from papilla.calibrate.identification.parameters import (
-    OF_THE_LOG,
-    checked_values,
-    expanded,
-    kind,
-    linear_last,
-    names_of,
-    start_of,
-)
+from papilla.calibrate.identification.parameters import checked_values, expanded, kind, linear_last, names_of, start_of
 from papilla.calibrate.identification.presses import Known, Shape, needs_places, refuse_far
 from papilla.calibrate.identification.problem import MIDDLES, Problem
 from papilla.errors import InputError
@@ -39,6 +30,16 @@ MOST_UNKNOWN = 0.3
 
 THICKER = 1.2
 """Factor between the thicknesses for which responses are made, if the thickness is free."""
+
+SOFT_MPA, RUBBER_MPA = 5.0, 100.0
+"""If all specimens are harder than the first value, or one is harder than the second, the moduli are not in MPa."""
+
+LEAST_MICROSTRAIN = 0.5
+"""Readings that are all smaller than this are strains, not microstrain."""
+
+EITHER_WAY = 2.0
+"""Factor by which the inner modulus may differ from the design's when a press is checked against the range of the
+model."""
 
 
 def problem_of(
@@ -74,28 +75,6 @@ def problem_of(
     return problem
 
 
-def problem_of_record(
-    finger: Finger,
-    log: PressLog,
-    free: tuple[str, ...],
-    noise: Noise,
-    size_mm: float | None = None,
-    progress: Callable[[str], None] | None = None,
-) -> Problem:
-    """The problem of presses of an identified finger, with the recorded parameters `free` starting at their recorded
-    values. Raises `InputError` if the record has other gauges."""
-    record, bench = finger.identified, finger.bench
-    assert record is not None
-    unknown = [name for name in record.parameters if name not in (*names_of(finger), *OF_THE_LOG)]
-    if unknown:
-        raise InputError(f"the finger's [identified] has {unknown[0]}, which is no parameter of its gauges and layers")
-    values = {name: value for name, value in zip(record.parameters, record.values, strict=True) if name in free}
-    design = unmoved(finger, values)
-    shapes = shapes_of(log, bench.specimen(1.0), design, (), values, bench.friction, size_mm, progress)
-    held = start_of(design, bench.thickness) | {"touch_down_mm": record.touch_down_mm} | values
-    return Problem(log, design, shapes, held, free, noise)
-
-
 def specimens_of(log: PressLog) -> dict[str, Known]:
     """The specimens whose log states an uncertainty of their modulus, as parameters by name."""
     if log.modulus_sigma_MPa is None:
@@ -127,19 +106,6 @@ def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
     return values.get("row_along_mm", 0.0) + values.get(f"place_mm.{gauge}", 0.0), values.get("row_across_mm", 0.0)
 
 
-def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
-    """The design with the gauges at their places before the parameter values moved them: displacements count from
-    there."""
-    gauges = []
-    for gauge in finger.gauges:
-        # Rounded, so that a gauge that is moved and moved back has its designed place to the last digit.
-        back = [
-            float(np.round(at - by, 9)) for at, by in zip(gauge.moved_mm, moved_by(values, gauge.name), strict=True)
-        ]
-        gauges.append(replace(gauge, moved_mm=(back[0], back[1])))
-    return replace(finger, gauges=tuple(gauges))
-
-
 def family_of(
     finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Callable[[str], None] | None = None
 ) -> FingerFamily:
@@ -153,11 +119,7 @@ def family_of(
 
 
 def ensure_physics(
-    finger: Finger,
-    friction: Friction | None,
-    *,
-    processes: int = 1,
-    progress: Callable[[str], None] | None = None,
+    finger: Finger, friction: Friction | None, *, processes: int = 1, progress: Callable[[str], None] | None = None
 ) -> None:
     """Make the tables of large strain that presses of a finger need at any moduli; with and without friction, if the
     friction is not stated."""
@@ -169,17 +131,14 @@ def ensure_physics(
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
     """The parameters that a fit varies, in the order of the table. Raises `InputError` for parameters that the presses
     cannot determine."""
-    usual = ["outer_modulus_MPa", "inner_modulus_MPa"]
-    if log.stated_sd is None:
-        usual += ["gain", "lever_mm", "zero_microstrain"]
-    else:
-        usual += ["common_gain", "common_lever_mm"]
+    of_gauges, common = ("gain", "lever_mm", "zero_microstrain"), ("common_gain", "common_lever_mm")
+    usual = ["outer_modulus_MPa", "inner_modulus_MPa", *(of_gauges if log.stated_sd is None else common)]
     asked = expanded(free, finger)
-    for name in asked if log.stated_sd is not None else ():
-        if kind(name) in ("gain", "lever_mm", "zero_microstrain", "place_mm"):
+    fixed = {"gain", "lever_mm"} <= {kind(one) for one in held}
+    for name in asked:
+        if log.stated_sd is not None and kind(name) in (*of_gauges, "place_mm"):
             raise InputError(f"{name} needs readings, and the log has S_d alone, which determines common_gain")
-    for name in asked if log.stated_sd is None else ():
-        if kind(name) in ("common_gain", "common_lever_mm") and not {"gain", "lever_mm"} <= {kind(one) for one in held}:
+        if log.stated_sd is None and kind(name) in common and not fixed:
             raise InputError(f"{name} needs gain and lever_mm to be fixed: otherwise it is part of each of them")
     if log.indentation_mm is not None:
         usual.append("touch_down_mm")
@@ -244,13 +203,63 @@ def with_moves(
     shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Callable[[str], None] | None = None
 ) -> tuple[Shape, ...]:
     """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
-    return tuple(
-        replace(
-            shape,
-            off_apex=shape.off_apex
-            or off_apex_change(
-                relatives, shape.specimen, friction_words(shape.responses[0].friction), progress=progress
-            ),
+    found = []
+    for shape in shapes:
+        friction = friction_words(shape.responses[0].friction)
+        moved = shape.off_apex or off_apex_change(relatives, shape.specimen, friction, progress=progress)
+        found.append(replace(shape, off_apex=moved))
+    return tuple(found)
+
+
+def refuse(log: PressLog, finger: Finger) -> None:
+    """Raise `InputError` for a log of another finger, or in other units."""
+    names = tuple(gauge.name for gauge in finger.gauges)
+    if log.stated_sd is not None:
+        if len(names) < 2:
+            raise InputError(f"the finger {finger.name!r} has one gauge, and S_d is that of several")
+    elif len(log.gauge_names) != len(names):
+        raise InputError(
+            f"the log has {len(log.gauge_names)} gauges ({', '.join(log.gauge_names)}), "
+            f"the finger {finger.name!r} has {len(names)}"
         )
-        for shape in shapes
-    )
+    elif log.gauge_names != names:
+        raise InputError(
+            f"the log has the gauges {', '.join(log.gauge_names)}, the finger {finger.name!r} {', '.join(names)}"
+        )
+    if not len(log):
+        raise InputError("the log has no press: at least one is needed")
+    softest, hardest = log.modulus_MPa.min(), log.modulus_MPa.max()
+    if softest > SOFT_MPA or hardest > RUBBER_MPA:
+        raise InputError(
+            f"modulus_MPa goes from {softest:g} to {hardest:g} MPa, which is no softness: is it in kPa? "
+            f"Specimens are of {RUBBER_MPA:g} MPa at most, the softest below {SOFT_MPA:g}{_sizes(log)}"
+        )
+    largest = float(np.abs(log.readings if log.stated_sd is None else log.stated_sd).max())
+    if largest < LEAST_MICROSTRAIN:
+        what = "all gauges read 0" if largest == 0 else f"no gauge reads more than {largest:.3g}"
+        raise InputError(f"{what}: readings are expected in microstrain, are these strains?{_sizes(log)}")
+
+
+def refuse_beyond(problem: Problem) -> None:
+    """Raise `InputError` for a press that no finger like this one could withstand: its force is probably in another
+    unit."""
+    log, values = problem.log, problem.held
+    inside = np.zeros(len(log), bool)
+    for factor in (1 / EITHER_WAY, 1.0, EITHER_WAY):
+        moduli = factor * values["outer_modulus_MPa"], factor * values["inner_modulus_MPa"]
+        for shape in problem.shapes:
+            loads = log.force_N[shape.rows], log.modulus_MPa[shape.rows]
+            inside[shape.rows] |= shape.responses[0].inside(*loads, *moduli)
+    if not inside.all():
+        row = int(np.argmin(inside))
+        inner = values["inner_modulus_MPa"]
+        raise InputError(
+            f"press {row + 1}, {log.force_N[row]:g} N on {log.modulus_MPa[row]:g} MPa, is beyond the model of a finger "
+            f"of {inner:g} MPa inside: is force_N in N (1 gf is 0.0098 N), modulus_MPa in MPa? Leave it out otherwise"
+            f"{_sizes(log)}"
+        )
+
+
+def _sizes(log: PressLog) -> str:
+    """The remarks on units, with maps that correct them, as the end of a sentence."""
+    return "".join(f"; {remark}" for remark in log.sizes)

@@ -18,7 +18,8 @@ NOT_STATED = "not told"
 """Friction of presses, in records and JSON, if it is not stated: responses with and without it are mixed."""
 
 LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
-"""Quantities on whose logarithms every press depends; the last one alone is the ratio of moduli."""
+"""Quantities by which every press has derivatives: by their logarithms, but for the share of stick. The logarithm of
+the outer modulus is that of the ratio of the moduli."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,12 +107,11 @@ def felt_by(
         for value, slope, of_all, slopes_of_all in parts:
             value[rows] = np.tensordot(weight, of_all, 1)
             force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
-            slope["force"][rows], slope["modulus"][rows] = force, modulus
-            slope["outer_modulus_MPa"][rows] = by_ratio
             # Responses depend on F / E_inner, E / E_inner and E_outer / E_inner: E_inner stands below in all three.
-            slope["inner_modulus_MPa"][rows] = -force - modulus - by_ratio
-            slope["thickness_mm"][rows] = np.tensordot(steep, of_all, 1)
-            slope["stick_share"][rows] = np.tensordot(by_share, of_all, 1)
+            by_thickness, by_stick = (np.tensordot(one, of_all, 1) for one in (steep, by_share))
+            by = (force, modulus, by_ratio, -force - modulus - by_ratio, by_thickness, by_stick)
+            for name, one in zip(LOADS, by, strict=True):
+                slope[name][rows] = one
         if shape.off_apex is not None:
             _move(found, shape, loads, log, values, gauges)
     return found
@@ -147,30 +147,18 @@ def _move(
     off_apex, rows = shape.off_apex, shape.rows
     assert off_apex is not None
     offset, per_degree = rolled(off_apex.limits, values)
-    shift = np.array(
-        [
-            [values["row_along_mm"] + values[f"place_mm.{gauge}"] for gauge in gauges],
-            [values["row_across_mm"]] * len(gauges),
-        ]
-    )
+    along = [values["row_along_mm"] + values[f"place_mm.{gauge}"] for gauge in gauges]
+    shift = np.array([along, [values["row_across_mm"]] * len(gauges)])
     changed = off_apex.changed(*loads, places(log)[rows] + offset, shift)
     found.values[rows] += changed.values
     found.changed[rows] = changed.values
     by = changed.slopes
-    for name, slope in {
-        "force": by["force"],
-        "modulus": by["modulus"],
-        "outer_modulus_MPa": by["ratio"],
-        "inner_modulus_MPa": -by["force"] - by["modulus"] - by["ratio"],
-    }.items():
+    parts = by["force"], by["modulus"], by["ratio"], -by["force"] - by["modulus"] - by["ratio"]
+    for name, slope in zip(LOADS, parts, strict=False):
         found.slopes[name][rows] += slope
     steep = np.where(np.isfinite(per_degree), per_degree, 0.0)
-    moves = {
-        "row_along_mm": by["along"],
-        "row_across_mm": by["across"],
-        "tilt_y_deg": steep[0] * by["x"],
-        "tilt_x_deg": steep[1] * by["y"],
-    }
+    moves = {"row_along_mm": by["along"], "row_across_mm": by["across"]}
+    moves |= {"tilt_y_deg": steep[0] * by["x"], "tilt_x_deg": steep[1] * by["y"]}
     moves |= {f"place_mm.{gauge}": by["along"] * (np.arange(len(gauges)) == k) for k, gauge in enumerate(gauges)}
     for name, slope in moves.items():
         found.slopes.setdefault(name, np.zeros_like(found.values))[rows] = slope

@@ -19,7 +19,6 @@ from papilla.fem.pressing.off_apex import UNSURE
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Friction
 from papilla.units import MICROSTRAIN
 
 MISSING = 1e9
@@ -40,6 +39,8 @@ LEVERS_PER_GAIN_MM = np.linspace(-2.0, 1.0, 13)
 CANCELLING = 0.2
 """Share of the largest of these readings below which strain and curvature are not assumed to cancel."""
 
+OUTLYING = 4.0
+"""Weighted residual above which a reading counts less (Cauchy weights)."""
 
 MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
 """Means of priors that are not 0 or, for a logarithmic parameter, not the start value."""
@@ -134,14 +135,16 @@ class Problem:
         )
         return self.start + low, self.start + high
 
-    def prior_sigma(self, name: str) -> float:
-        """Standard deviation of a parameter's prior, in the scale of the fit; for a lever, relative to its gain."""
-        return self.specimens[name].sigma if name in self.specimens else PARAMETERS[kind(name)].sigma
-
-    def prior_middle(self, name: str) -> float:
-        """Mean of a parameter's prior, in the scale of the fit; for a logarithmic parameter the start value."""
-        started = PARAMETERS[kind(name)].logarithmic
-        return scaled(name, self.held[name]) if started else MIDDLES.get(kind(name), 0.0)
+    @cached_property
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Mean and standard deviation of each free parameter's prior, in the scale of the fit. The mean of a
+        logarithmic parameter is its start value; the prior of a lever is on its ratio to the gain."""
+        found = {}
+        for name in self.free:
+            one = PARAMETERS[kind(name)]
+            middle = scaled(name, self.held[name]) if one.logarithmic else MIDDLES.get(kind(name), 0.0)
+            found[name] = middle, self.specimens[name].sigma if name in self.specimens else one.sigma
+        return found
 
     def moduli(self, values: Mapping[str, float]) -> np.ndarray:
         """(n,) moduli of the specimens in MPa."""
@@ -164,11 +167,6 @@ class Problem:
         nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in self.specimens.items()}
         return replace(self, log=log, shapes=(shape,), specimens=nobody, candidates=True, weights=None, robust=None)
 
-    @property
-    def friction(self) -> Friction:
-        """Friction of the presses on the first shape."""
-        return self.shapes[0].friction
-
     # ---- what presses measure
 
     @cached_property
@@ -188,26 +186,18 @@ class Problem:
         return self.gauges if self.log.stated_sd is None else ("S_d",)
 
     @property
-    def reading_count(self) -> int:
-        """Number of channels that are readings."""
-        return len(self.reading_names)
-
-    @property
     def reading_noise(self) -> float:
         """Standard deviation of one reading, in microstrain."""
         one = self.noise.readings_microstrain
-        return one if self.log.stated_sd is None else one / self.gauge_count**0.5
-
-    @property
-    def gauge_count(self) -> int:
-        """Number of gauges."""
-        return len(self.finger.gauges)
+        return one if self.log.stated_sd is None else one / len(self.gauges) ** 0.5
 
     def modelled(self, vector: np.ndarray) -> Modelled:
         """Modelled measurements for a parameter vector (f,) in the scale of the fit."""
         values = self.values(vector)
-        felt, g = self.felt(values), self.gauge_count
-        mix = self._mix(values)
+        felt, g = self.felt(values), len(self.gauges)
+        # (q, g) weights of the gauges' values in readings in microstrain
+        gain, lever = self.each("gain", values), self.each("lever_mm", values)
+        mix = np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
 
         def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
             return np.column_stack([np.einsum("nqg,qg->ng", parts, mix), deep])
@@ -262,14 +252,9 @@ class Problem:
         """(g,) values of a parameter that each gauge has, such as "gain"."""
         return np.array([values[f"{name}.{one}"] for one in self.gauges])
 
-    def _mix(self, values: Mapping[str, float]) -> np.ndarray:
-        """(q, g) weights of the gauges' values in readings in microstrain."""
-        gain, lever = self.each("gain", values), self.each("lever_mm", values)
-        return np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
-
     def _measurable(self, every: Modelled) -> Modelled:
         """The channels that the log has: S_d in place of the gauges, or no indentation."""
-        g, log = self.gauge_count, self.log
+        g, log = len(self.gauges), self.log
         parts = [every.values, every.by_free, every.by_ln_force, every.by_ln_modulus, every.unsure]
         if log.stated_sd is not None:
             sd, share = sd_and_shares(every.values[:, :g])
@@ -277,7 +262,7 @@ class Problem:
             read = [sd[:, None], *slopes, np.sqrt(((share * every.unsure[:, :g]) ** 2).sum(axis=1, keepdims=True))]
             parts = [np.concatenate([one, whole[:, g:]], axis=1) for one, whole in zip(read, parts, strict=True)]
         if log.indentation_mm is None:
-            parts = [one[:, : self.reading_count] for one in parts]
+            parts = [one[:, : len(self.reading_names)] for one in parts]
         return Modelled(*parts)
 
     # ---- residuals
@@ -293,8 +278,10 @@ class Problem:
     def linearised(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and Jacobian together."""
         modelled = self.modelled(vector)
-        residuals = np.concatenate([self._weighted(self._off(modelled))[:, 0], self._prior(vector)])
-        return residuals, np.vstack([self._weighted(-modelled.by_free), self._prior_slope(vector)])
+        off = np.nan_to_num(self.measured - modelled.values)  # Zero where nothing was measured
+        pulls, slopes = self._prior(vector)
+        residuals = np.concatenate([self._weighted(off[:, :, None])[:, 0], pulls])
+        return residuals, np.vstack([self._weighted(-modelled.by_free), slopes])
 
     def solved(self, outside: np.ndarray) -> np.ndarray:
         """The vector (f,) with the best linear parameters, at given values of the others."""
@@ -315,10 +302,6 @@ class Problem:
         outer = jacobian[:, ~self.linear]
         return residuals, outer - inner @ (inner.T @ outer)
 
-    def _off(self, modelled: Modelled) -> np.ndarray:
-        """(n, c, 1) measured minus modelled values; zero where nothing was measured."""
-        return np.nan_to_num(self.measured - modelled.values)[:, :, None]
-
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
         """Rows (n, c, k), whitened, weighted and flattened: (n c, k)."""
         assert self.weights is not None and self.robust is not None, "a problem is weighted before it is solved"
@@ -328,12 +311,12 @@ class Problem:
     def _prior_rows(self) -> tuple[np.ndarray, np.ndarray]:
         """(p, f) and (p,): the priors as rows . vector - target, divided by their standard deviations."""
         rows, target = np.zeros((len(self.free), len(self.free))), np.zeros(len(self.free))
-        sizes = np.maximum(np.abs(np.ones(self.gauge_count) if self.gains is None else self.gains), LEAST_GAIN)
+        sizes = np.maximum(np.abs(np.ones(len(self.gauges)) if self.gains is None else self.gains), LEAST_GAIN)
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
-            sigma = self.prior_sigma(name)
+            middle, sigma = self.priors[name]
             if which != "lever_mm":
-                rows[place, place], target[place] = 1 / sigma, self.prior_middle(name) / sigma
+                rows[place, place], target[place] = 1 / sigma, middle / sigma
                 continue
             # The prior is on lever - ratio x gain, relative to the largest possible gain. Relative to the fitted gain,
             # the fit could satisfy it by shrinking gain and lever.
@@ -346,19 +329,16 @@ class Problem:
                 target[place] = LEVER_PER_GAIN_MM * self.held[other] / (sigma * gain)
         return rows, target
 
-    def _prior(self, vector: np.ndarray) -> np.ndarray:
+    def _prior(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(f + 1,) pulls of the priors, over their standard deviations, and their derivatives (f + 1, f). The last one
+        is a penalty on ratios of moduli outside of the family."""
         rows, target = self._prior_rows
-        return np.append(rows @ vector - target, self.beyond(vector) / BEYOND)
-
-    def _prior_slope(self, vector: np.ndarray) -> np.ndarray:
-        """(p + 1, f) derivatives of the priors; the last row is that of the penalty on ratios of moduli outside of the
-        family."""
-        last = np.zeros(len(self.free))
-        if self.beyond(vector):
+        last, beyond = np.zeros(len(self.free)), self.beyond(vector)
+        if beyond:
             for name, sign in (("outer_modulus_MPa", 1.0), ("inner_modulus_MPa", -1.0)):
                 if name in self.free:
                     last[self.free.index(name)] = sign / BEYOND
-        return np.vstack([self._prior_rows[0], last])
+        return np.append(rows @ vector - target, beyond / BEYOND), np.vstack([rows, last])
 
     def beyond(self, vector: np.ndarray) -> float:
         """Distance of ln(outer / inner modulus) from the range of the family."""
@@ -384,7 +364,7 @@ class Problem:
     def _most_gain(self, felt: np.ndarray) -> np.ndarray:
         """(g,) largest gains that could give readings of this size, over the levers of the prior."""
         if self.log.stated_sd is not None:
-            return np.ones(self.gauge_count)
+            return np.ones(len(self.gauges))
         # Zeros do not count, so compare changes from press to press. The smallest modelled size over all levers asks
         # for the largest gain.
         moved = self.log.readings - self.log.readings.mean(axis=0)
@@ -399,7 +379,7 @@ class Problem:
         force."""
         noise = self.noise
         spread = np.full(self.measured.shape, self.reading_noise**2)
-        spread[:, self.reading_count :] = noise.indentation_mm**2
+        spread[:, len(self.reading_names) :] = noise.indentation_mm**2
         spread += unsure**2
         # A missing value gets a standard deviation so large that it has no weight.
         spread[np.isnan(self.measured)] *= MISSING**2
@@ -418,16 +398,17 @@ class Problem:
 
     def _model_errors(self, inner: float) -> np.ndarray:
         """(n, 1 + q g) relative errors of the model for each press: indentation, then the gauges' values."""
-        found = np.zeros((len(self.log), 1 + 2 * self.gauge_count))
+        found = np.zeros((len(self.log), 1 + 2 * len(self.gauges)))
         alike = 1.0 if self.candidates else max(1.0, len(self.log) / PATTERNS) ** 0.5
-        felt = np.repeat(self.noise.model * np.array([1.0, CURVED]), self.gauge_count)
+        felt = np.repeat(self.noise.model * np.array([1.0, CURVED]), len(self.gauges))
         model = alike * np.append(self.noise.depth, felt)
         for shape in self.shapes:
             found[shape.rows] = np.hypot(model, shape.responses[0].error)
         return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
 
-    def downweighted(self, vector: np.ndarray, outlying: float) -> "Problem":
-        """The problem in which a weighted reading counts less if it exceeds `outlying` (Cauchy's weights)."""
+    def downweighted(self, vector: np.ndarray) -> "Problem":
+        """The problem in which a weighted reading counts less if it exceeds `OUTLYING` (Cauchy's weights)."""
         assert self.weights is not None
-        whitened = (self.weights @ self._off(self.modelled(vector)))[:, :, 0]
-        return replace(self, robust=1 / np.sqrt(1 + (whitened / outlying) ** 2))
+        off = np.nan_to_num(self.measured - self.modelled(vector).values)
+        whitened = (self.weights @ off[:, :, None])[:, :, 0]
+        return replace(self, robust=1 / np.sqrt(1 + (whitened / OUTLYING) ** 2))

@@ -14,6 +14,8 @@ from papilla.files import write_text
 from papilla.view.page import environment, image, number, plain
 
 CURVE_POINTS = 60
+DIGITS = 4
+"""Digits of a parameter."""
 TOLD_CORRELATION = 0.9
 MOST_NAMED = 8
 """Largest number of presses and correlations on the page; the largest are listed first."""
@@ -45,22 +47,19 @@ def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:
 def weighted_residuals(found: Identification) -> np.ndarray:
     """(n, c) residuals divided by the standard deviations that the noise gives each reading, without the error of the
     force."""
-    noise = found.problem.noise
-    unsure = found.problem.modelled(found.vector).unsure
-    own = np.full(unsure.shape, found.problem.reading_noise)
-    own[:, found.problem.reading_count :] = noise.indentation_mm
-    slope = noise.force * found.problem.modelled(found.vector).by_ln_force
-    return found.residuals / np.sqrt(own**2 + unsure**2 + slope**2)
+    noise, modelled = found.problem.noise, found.problem.modelled(found.vector)
+    own = np.full(modelled.unsure.shape, found.problem.reading_noise)
+    own[:, len(found.problem.reading_names) :] = noise.indentation_mm
+    slope = noise.force * modelled.by_ln_force
+    return found.residuals / np.sqrt(own**2 + modelled.unsure**2 + slope**2)
 
 
 def _parameters(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
-    rows = []
+    rows, held = [], _held(found, diagnosis)
     for name, value in found.values.items():
-        if name in _held(found, diagnosis):
-            continue
-        low, high = diagnosis.intervals.get(name, (None, None))
-        interval = "held" if low is None else f"{number(low, 4)} to {number(high, 4)}"
-        rows.append((name, number(value, 4), interval, PARAMETERS[kind(name)].unit))
+        if name not in held:
+            value, *ends = (number(one, DIGITS) for one in (value, *diagnosis.intervals.get(name, ())))
+            rows.append((name, value, " to ".join(ends) or "held", PARAMETERS[kind(name)].unit))
     return rows
 
 
@@ -85,16 +84,9 @@ def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
 
 def _influential(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
     log = found.problem.log
-    first = np.argsort(-diagnosis.influence)[:MOST_NAMED].tolist()
-    return [
-        (
-            str(row + 1),
-            plain(float(log.force_N[row])),
-            plain(float(log.modulus_MPa[row])),
-            number(diagnosis.influence[row], 2),
-        )
-        for row in first
-    ]
+    rows = np.argsort(-diagnosis.influence)[:MOST_NAMED]
+    loads = ((plain(float(log.force_N[row])), plain(float(log.modulus_MPa[row]))) for row in rows)
+    return [(str(row + 1), *load, number(diagnosis.influence[row], 2)) for row, load in zip(rows, loads, strict=True)]
 
 
 def _correlations(found: Identification) -> list[str]:
@@ -106,12 +98,12 @@ def _correlations(found: Identification) -> list[str]:
 
 def _curves(found: Identification):
     problem = found.problem
-    log, g = problem.log, problem.gauge_count
+    log, g = problem.log, len(problem.gauges)
     forces = np.geomspace(log.force_N.min(), log.force_N.max(), CURVE_POINTS)
     moduli = np.unique(log.modulus_MPa)
     shown = moduli if len(moduli) <= MOST_NAMED else moduli[np.linspace(0, len(moduli) - 1, MOST_NAMED).astype(int)]
     curves = np.array([found.at(forces, np.full(len(forces), modulus))[:, :g].std(axis=1) for modulus in shown]).T
-    zeros = np.array([found.values[f"zero_microstrain.{gauge}"] for gauge in problem.gauges])
+    zeros = problem.each("zero_microstrain", found.values)
     sd = log.sd_microstrain if log.stated_sd is not None else (log.readings - zeros).std(axis=1)
     bars = problem.noise.readings_microstrain / np.sqrt(g) + problem.noise.force * sd
     # The curves are of the first shape of specimen, at the apex

@@ -1,29 +1,51 @@
 """report.html: one self-contained page on a calibration, its accuracy and its doubts.
 
-Text and tables are in `templates/`; `facts` computes the figures, this module draws the pictures.
+Text and tables are in `templates/`; this module computes their figures from the calibration's own data, and draws the
+pictures.
 """
 
+import math
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from os import PathLike
 
 import numpy as np
 from markupsafe import Markup, escape
 
 from papilla import mesh, view
-from papilla.calibrate.job import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Calibrated
-from papilla.calibrate.press_table import cached_press
+from papilla.calibrate.fitting import COMPACT_GRID
+from papilla.calibrate.identification.noise import Noise
+from papilla.calibrate.job import Calibrated
+from papilla.calibrate.press_table import (
+    CHECKED_FORCE_N,
+    CHECKED_MODULUS_MPA,
+    DEFAULT_MODULI,
+    SCENE,
+    Sweep,
+    cached_press,
+)
 from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
-from papilla.calibrate.report import facts
-from papilla.calibrate.report.facts import AnswerMap
+from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import PUBLISHED_FORWARD, PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
-from papilla.units import gf_to_newton
+from papilla.units import KPA_PER_MPA, MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import either, environment, image
 
-SHOWN_FORCE_N, SHOWN_MODULUS_MPA = 0.588, 0.51
-"""The press in the picture of the strain field: 60 gf on the middle one of the published specimens."""
+FORCE_ERROR = Noise.force
+"""Relative error of the force whose effect on E is stated: that of a usual bench."""
+FORCE_N = 0.5
+"""Force (N) at which this effect is stated, if it is inside the domain."""
+SLOPE_FORCE_N = gf_to_newton(50.0)
+SHOWN_MODULI = tuple(sorted((0.05, 0.2, *SPECIMENS_MPA)))
+"""Moduli (MPa) of the curves of S_d, the published ones among them; its slope is stated for two harder ones, too."""
+SLOPE_MODULI = (*SHOWN_MODULI, 2.0, DEFAULT_MODULI[-1])
+CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
+MAP_POINTS = 48
+SHOWN_FORCE_N, SHOWN_MODULUS_MPA = SCENE
+"""The press in the picture of the strain field."""
 CURVE_POINTS = 80
 ALT = {
     "sd_against_force": "S_d against force, a curve per modulus",
@@ -33,6 +55,49 @@ ALT = {
     "recovery_map": "error of recovered moduli",
 }
 """What the diagrams are, in words."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnswerMap:
+    """Answers of the calibration to its own S_d over the domain; f forces, m moduli.
+
+    force_N (f,), modulus_MPa (m,), relative_sigma (f, m), status (f, m) as `SoftnessStatus` numbers.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    relative_sigma: np.ndarray
+    status: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> "AnswerMap":
+        """Over a logarithmic grid of the whole domain."""
+        force = np.geomspace(*calibration.domain["force_N"], MAP_POINTS)
+        modulus = np.geomspace(*calibration.domain["modulus_MPa"], MAP_POINTS)
+        sd = calibration.predict(force[:, None], modulus[None, :])
+        answer = calibration.invert(sd, force[:, None], interval=False)
+        relative = np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa)
+        return cls(force, modulus, relative, np.asarray(answer.status))
+
+    @property
+    def identified(self) -> np.ndarray:
+        """(f, m) whether the modulus can be determined."""
+        return self.status == SoftnessStatus.OK
+
+    @property
+    def share(self) -> float:
+        """Share of the (logarithmic) domain in which the modulus can be determined."""
+        return float(self.identified.mean())
+
+    def hardest(self) -> tuple[float, float | None, float]:
+        """A force (N) in the middle of the domain, the hardest modulus (MPa) that can be determined there, and its
+        relative sigma."""
+        row = len(self.force_N) // 2
+        answered = np.flatnonzero(self.identified[row])
+        if not len(answered):
+            return float(self.force_N[row]), None, np.nan
+        hardest = answered[-1]
+        return float(self.force_N[row]), float(self.modulus_MPa[hardest]), float(self.relative_sigma[row, hardest])
 
 
 def write_report(
@@ -60,22 +125,19 @@ def write_report(
     templates = environment("papilla.calibrate.report")
     templates.filters["symbols"] = symbols
     text = templates.get_template("report.html").render(
+        **{name: getattr(done, name) for name in ("calibration", "recovery", "reduced", "depths")},
         done=done,
-        calibration=done.calibration,
-        recovery=done.recovery,
-        reduced=done.reduced,
         finger=finger,
         seconds=seconds,
         answers=answers,
-        friction_known=facts.share_with_known_friction(done.calibration),
+        friction_known=share_with_known_friction(done.calibration),
         comparison=comparison,
-        depths=done.depths,
         published=PUBLISHED_FORWARD,
         specimens=SPECIMENS_MPA,
         inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
         rounding=rounding_error(PUBLISHED_INVERSE),
-        quadratic=facts.quadratic_error(done.calibration),
-        facts=facts,
+        quadratic=quadratic_error(done.calibration),
+        facts=FACTS,
         **_of_the_model(done, finger, progress),
         **_plots(done, answers, comparison),
         bench=_bench(done),
@@ -85,11 +147,8 @@ def write_report(
 
 def symbols(text: str) -> Markup:
     """A sentence of the calibration with symbols formatted as on the page."""
-    set_as = {"S_d": "S<sub>d</sub>", "f2": "f²", "E2": "E²"}
     said = str(escape(text))
-    for written, shown in set_as.items():
-        said = said.replace(written, shown)
-    return Markup(said)
+    return Markup(said.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
 
 
 def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[str], None] | None) -> dict:
@@ -126,17 +185,16 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CURVE_POINTS)
     force = np.geomspace(*calibration.domain["force_N"], CURVE_POINTS)
-    moduli = [low, *(value for value in sorted((0.05, 0.2, *SPECIMENS_MPA)) if low < value < high), high]
+    moduli = [low, *(value for value in SHOWN_MODULI if low < value < high), high]
     forces = np.linspace(*calibration.domain["force_N"], 6)
+    published = None
+    if comparison is not None:
+        scaled = comparison.published / comparison.scale
+        published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
     shown = SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5
     figures = {
         "sd_against_force": plots.sd_against_force(
-            force,
-            moduli,
-            calibration.predict(force[:, None], np.array(moduli)),
-            published=None
-            if comparison is None
-            else (gf_to_newton(comparison.force_gf), SPECIMENS_MPA, comparison.published / comparison.scale),
+            force, moduli, calibration.predict(force[:, None], np.array(moduli)), published=published
         ),
         "sd_against_modulus": plots.sd_against_modulus(
             modulus, forces.tolist(), calibration.predict(forces[:, None], modulus)
@@ -157,3 +215,111 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
         "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
     return {name: image(plot, ALT[name]) for name, plot in figures.items()}
+
+
+def share_with_known_friction(calibration: Calibration) -> float | None:
+    """`AnswerMap.share` if the friction were known; None if it is known."""
+    surface = calibration.surface
+    if surface.uncertainty.friction is None:
+        return None
+    known = replace(surface, uncertainty=replace(surface.uncertainty, friction=None))
+    return AnswerMap.of(replace(calibration, surface=known)).share
+
+
+def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
+    """A force (N); the published moduli; and the sigma_E / E that an error of `FORCE_ERROR` in the force causes."""
+    force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
+    rows = []
+    for modulus in SPECIMENS_MPA:
+        sd = float(calibration.predict(force, modulus))
+        if np.isfinite(sd):
+            sigma = calibration.invert(sd, force, force_sigma=FORCE_ERROR * force).sigma_MPa
+            rows.append((modulus, float(sigma) / modulus))
+    return force, rows
+
+
+def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, float, float | None]]]:
+    """A force (N), 50 gf or the middle of the domain; and per modulus: d ln S_d / d ln E, mesh scatter, scatter of
+    E."""
+    low, high = calibration.domain["force_N"]
+    force = SLOPE_FORCE_N if low <= SLOPE_FORCE_N <= high else (low * high) ** 0.5
+    scatter = calibration.surface.uncertainty.scatter_at(force)
+    found = [(modulus, float(calibration.surface.surface.slopes(force, modulus)[1])) for modulus in SLOPE_MODULI]
+    return force, [
+        (modulus, slope, scatter, scatter / slope if slope > 0 else None)
+        for modulus, slope in found
+        if np.isfinite(slope)
+    ]
+
+
+def contacts(sweep: Sweep) -> list[tuple[float, ...]]:
+    """By published modulus and a few forces: E, force, in gf, indentation, area, peak pressure (kPa), S_d."""
+    rows = []
+    for modulus in SPECIMENS_MPA:
+        nearest = sweep.modulus_MPa[np.abs(sweep.modulus_MPa - modulus).argmin()]
+        near = np.flatnonzero(sweep.modulus_MPa == nearest)
+        for force in CONTACT_FORCES:
+            row = near[np.abs(np.log(sweep.force_N[near] / force)).argmin()]
+            columns = (sweep.indentation_mm, sweep.contact_area_mm2, KPA_PER_MPA * sweep.peak_pressure_MPa)
+            measured = (float(column[row]) for column in (*columns, sweep.sd_microstrain))
+            rows.append((nearest, float(sweep.force_N[row]), newton_to_gf(float(sweep.force_N[row])), *measured))
+    return rows
+
+
+def large_strain(sweep: Sweep) -> bool:
+    """Whether the presses of a sweep include large strain."""
+    return any("large strain included" in status for status in sweep.status)
+
+
+def largest_reading(sweep: Sweep) -> float:
+    """Largest |reading| of a sweep, as a strain."""
+    return MICROSTRAIN * float(np.nanmax(np.abs(sweep.reading)))
+
+
+def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:
+    """Number of presses of the sweep with each status, and shares of the domain with each status of the answer."""
+    kinds = Counter(map(_kind, done.presses.status))
+    answered = Counter(SoftnessStatus(int(code)).sentence for code in answers.status.ravel())
+    return kinds.most_common(), [(kind, count / answers.status.size) for kind, count in answered.most_common()]
+
+
+def _kind(sentence: str) -> str:
+    """A status without its figures: the text before the first colon or comma; "converged" for a converged press."""
+    head, _, said = sentence.partition(": ")
+    return "converged" if said.startswith("converged") else head.split(",")[0]
+
+
+def provenance(calibration: Calibration) -> list[tuple[str, object]]:
+    """Finger, mesh, versions and date, a row each."""
+    facts = {f"finger: {key}": value for key, value in calibration.finger.items() if value}
+    facts |= {f"mesh: {key}": value for key, value in calibration.mesh.items()} | calibration.provenance
+    rows = []
+    for key, value in facts.items():
+        if isinstance(value, dict):
+            value = ", ".join(f"{name} {item}" for name, item in value.items())
+        elif isinstance(value, list | tuple):
+            value = ", ".join(map(str, value))
+        rows.append((key.replace("_", " "), value))
+    return rows
+
+
+def quadratic_error(calibration: Calibration) -> dict[str, float]:
+    """Errors of the refitted quadratic's modulus relative to the surface's: "rms" (relative) where it has an answer,
+    and the share "answered" of the domain with an answer. The domain is that of the compact form, so that both forms of
+    five coefficients are compared on the same presses."""
+    form = calibration.compact
+    if form is None:
+        return {"rms": math.nan, "answered": 0.0}
+    force = np.geomspace(*form.force_N, COMPACT_GRID)[:, None]
+    modulus = np.geomspace(*form.modulus_MPa, COMPACT_GRID)[None, :]
+    errors = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
+    known = errors[np.isfinite(errors)]
+    return {
+        "rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan,
+        "answered": known.size / errors.size,
+    }
+
+
+_IN_TABLES = (slopes, contacts, force_cost, large_strain, largest_reading, statuses, provenance)
+FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": FORCE_ERROR}
+"""What the page's tables and sentences compute, by the names in the template."""

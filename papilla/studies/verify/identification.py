@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla.calibrate.identification import Identification, identify
+from papilla.calibrate.identification.diagnosis import NORMAL, profile
 from papilla.calibrate.identification.posing import family_of
 from papilla.calibrate.identification.problem import Problem
-from papilla.calibrate.identification.profile import NORMAL, profile
 from papilla.errors import MissingExtraError
 from papilla.fem.pressing.response import Response, response
 from papilla.finger import Finger

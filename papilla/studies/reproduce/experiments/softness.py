@@ -8,9 +8,9 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibrate import fit
-from papilla.calibrate.compact_fit import with_compact
-from papilla.calibrate.indentation import fit_indentation, on_bonded_layer, on_finger, on_half_space
+from papilla.calibrate.fitting import with_compact
 from papilla.calibrate.job import cached_sweep
+from papilla.calibrate.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.calibrate.press_table import DEFAULT_MODULI, Sweep
 from papilla.calibrate.published_form import rounding_error
 from papilla.calibration import Calibration, SoftnessStatus

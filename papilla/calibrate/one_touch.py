@@ -1,4 +1,5 @@
-"""Fits the Prony series of relaxing silicone to a touch that is held.
+"""What one touch determines: the modulus of a specimen, from force and indentation (the slow method that the estimate
+from gauges replaces), and the Prony series of a relaxing finger, from a touch that is held.
 
 While the contact grows, a relaxing finger responds like an elastic one to its equivalent force, F_e = integral of E(0)
 J(t - s) dF(s) (`papilla.references.viscoelastic`): exactly on a rigid specimen, nearly on one that is much harder than
@@ -6,36 +7,147 @@ the finger. The elastic response is y = a f(k F_e) + c, where f is that of a fin
 stiffness; without a model f is a power of the force. A touch whose force or depth is held determines all unknowns.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import least_squares
+from scipy.special import stdtrit
 
+from papilla import checks
+from papilla.calibrate.press_table import Sweep
+from papilla.calibration import LEVEL
 from papilla.errors import InputError
 from papilla.logs import PressLog
 from papilla.logs.presses import loading, touches
-from papilla.references import Prony
+from papilla.references import Prony, bonded_layer_sphere
 
 if TYPE_CHECKING:
     from papilla.calibrate.identification import Identification
 
-POWERS, STIFFER = (0.3, 1.2), (0.3, 3.0)
-"""Bounds of the exponent of the force in an elastic response (2/3 for the depth of a ball, up to 1 for readings), and
-of the factor k of a model."""
+Depth = Callable[[float, np.ndarray], np.ndarray]
+"""Indentation (n,) in mm that a specimen of a modulus (MPa) takes at forces (n,) in N."""
+FEWEST = 4
+"""Smallest number of points of a series: two unknowns, and some degrees of freedom for their errors."""
+STEP = 1e-4
+
+POWERS, STIFFER = (0.3, 2 / 3, 1.2), (0.3, 1.0, 3.0)
+"""Lower bound, start and upper bound of the exponent of the force in an elastic response (2/3 for the depth of a ball,
+up to 1 for readings), and of the factor k of a model."""
 
 SHRINKING = 0.02
 """Share of its range by which a response may fall below its earlier maximum before the contact counts as shrinking."""
 
-RESOLVED = (2.0, 2.0)
-"""A relaxation time can be determined if it is at least so many steps of the log, and at most the log's duration
-divided by the second number."""
+RESOLVED = 2.0
+"""A relaxation time can be determined if it is at least this many steps of the log, and at most its duration over
+this."""
 
 STARTS = (0.02, 0.1, 0.5)
 """Start values of the relaxation time of a one-term fit, relative to the log's duration; two terms start from all
 pairs."""
+
+_APART = np.array([1.0, 1.0 + 1e-9])
+"""Smallest ratio of two times of a series, so that they stay two terms."""
+
+
+@dataclass(frozen=True)
+class IndentationModulus:
+    """modulus_MPa, its standard deviation and 95 % interval; offset_mm : indentation at which contact begins.
+
+    rms_N : root mean square residual of the force; freedom : number of points minus two.
+    """
+
+    modulus_MPa: float
+    sigma_MPa: float
+    interval: tuple[float, float]
+    offset_mm: float
+    offset_sigma_mm: float
+    rms_N: float
+    freedom: int
+
+
+def on_half_space(radius_mm: float, nu: float = 0.5) -> Depth:
+    """A rigid ball on a thick and wide specimen: Hertz, d = (3 F / (4 E* sqrt(R)))^(2/3)."""
+    radius = checks.positive("radius_mm", radius_mm)
+    factor = 0.75 * (1 - checks.poisson("nu", nu) ** 2) / math.sqrt(radius)
+    return lambda modulus, force: (factor * force / modulus) ** (2 / 3)
+
+
+def on_bonded_layer(radius_mm: float, thickness_mm: float, deepest_mm: float, nu: float = 0.5) -> Depth:
+    """A rigid ball on a layer bonded to a rigid table (exact solution), up to an indentation of `deepest_mm`."""
+    depth = np.geomspace(1e-3 * checks.positive("deepest_mm", deepest_mm), deepest_mm, 60)
+    force = [bonded_layer_sphere(float(one), radius_mm, thickness_mm, 1.0, nu).force for one in depth]
+    return lambda modulus, given: np.exp(np.interp(np.log(given / modulus), np.log(force), np.log(depth)))
+
+
+def on_finger(sweep: Sweep) -> Depth:
+    """A finger with its specimen; the indentations come from a sweep over force and modulus, NaN outside of it."""
+    forces, moduli = np.unique(sweep.force_N), np.unique(sweep.modulus_MPa)
+    order = np.lexsort((sweep.modulus_MPa, sweep.force_N))
+    depth = sweep.indentation_mm[order].reshape(len(forces), len(moduli))
+    whole = np.isfinite(depth).all(axis=0)
+    spline = RectBivariateSpline(np.log(forces), np.log(moduli[whole]), np.log(depth[:, whole]))
+    low, high = moduli[whole][0], moduli[whole][-1]
+
+    def depth_at(modulus: float, force: np.ndarray) -> np.ndarray:
+        inside = (force >= forces[0]) & (force <= forces[-1]) & (low <= modulus <= high)
+        return np.where(inside, np.exp(spline.ev(np.log(force), np.full(len(force), np.log(modulus)))), np.nan)
+
+    return depth_at
+
+
+def fit_indentation(
+    force_N: ArrayLike, indentation_mm: ArrayLike, depth: Depth, start_MPa: float = 0.3
+) -> IndentationModulus:
+    """Fit modulus and point of contact to a series; residuals are those of the force.
+
+    Parameters
+    ----------
+    force_N, indentation_mm : (n,), n >= 4, of a loading. Points without a positive force are before contact and are
+        left out. The indentation has an offset, which is fitted.
+    depth : one of `on_half_space`, `on_bonded_layer`, `on_finger`, or your own.
+    start_MPa : where the search begins.
+
+    The interval uses Student's t and the linearised fit. Raises `InputError` for a series that is too short or that the
+    model does not explain.
+    """
+    force, found = np.asarray(force_N, float), np.asarray(indentation_mm, float)
+    whole = force.ndim == 1 and force.shape == found.shape and np.isfinite([force, found]).all()
+    if not whole:
+        raise InputError(f"force and indentation must be two equal finite columns, got {force.shape} and {found.shape}")
+    touching = force > 0
+    force, found = force[touching], found[touching]
+    if len(force) < FEWEST:
+        raise InputError(f"a series needs {FEWEST} points in contact at least, got {len(force)}")
+    start = math.log(checks.positive("start_MPa", start_MPa))
+
+    def lacking(values: np.ndarray) -> np.ndarray:
+        return found - values[1] - depth(math.exp(values[0]), force)
+
+    def stiffness(values: np.ndarray) -> np.ndarray:
+        less, middle, more = (depth(math.exp(values[0]), force * (1 + step)) for step in (-STEP, 0.0, STEP))
+        forward, backward = (more - middle) / (force * STEP), (middle - less) / (force * STEP)
+        return 1 / np.where(np.isfinite(forward), forward, backward)
+
+    try:
+        first = least_squares(lacking, (start, float(np.min(found - depth(math.exp(start), force)))))
+        weights = stiffness(first.x)
+        best = least_squares(lambda values: weights * lacking(values), first.x)
+    except ValueError as error:
+        raise InputError("the series leaves the range of the indentation model") from error
+    freedom = len(force) - 2
+    variance = float(best.fun @ best.fun) / freedom
+    covariance = variance * np.linalg.inv(best.jac.T @ best.jac)
+    modulus, relative = math.exp(best.x[0]), math.sqrt(covariance[0, 0])
+    reach = float(stdtrit(freedom, 0.5 + LEVEL / 2)) * relative
+    interval = modulus * math.exp(-reach), modulus * math.exp(reach)
+    offset = float(best.x[1]), math.sqrt(covariance[1, 1])
+    return IndentationModulus(modulus, relative * modulus, interval, *offset, math.sqrt(variance), freedom)
 
 
 @dataclass(frozen=True)
@@ -89,9 +201,9 @@ def fit_relaxation(
         raise InputError(
             f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {unknowns + 3}"
         )
-    span, shape = float(time[-1] - time[0]), POWERS if elastic is None else STIFFER
-    low = np.array([1e-4] * terms + [np.log(1e-3 * span)] * terms + [shape[0]])
-    high = np.array([0.95 / terms] * terms + [np.log(10 * span)] * terms + [shape[1]])
+    span, (softest, start, stiffest) = float(time[-1] - time[0]), POWERS if elastic is None else STIFFER
+    low = np.array([1e-4] * terms + [np.log(1e-3 * span)] * terms + [softest])
+    high = np.array([0.95 / terms] * terms + [np.log(10 * span)] * terms + [stiffest])
     wide = float(np.ptp(seen)) or 1.0
 
     def residuals(vector: np.ndarray) -> np.ndarray:
@@ -103,12 +215,9 @@ def fit_relaxation(
         return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
 
     fits = []
-    for first in STARTS:
-        others = [one for one in STARTS if one > first] if terms == 2 else [None]
-        for second in others:
-            taus = np.log(span * np.array([one for one in (first, second) if one is not None]))
-            begin = np.concatenate([[0.3 / terms] * terms, taus, [2 / 3 if elastic is None else 1.0]])
-            fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
+    for starts in combinations(STARTS, terms):
+        begin = np.concatenate([[0.3 / terms] * terms, np.log(span * np.array(starts)), [start]])
+        fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
     best = min(fits, key=lambda one: one.cost)
     # With `wide` the residuals are dimensionless; their scatter is the noise: s^2 = 2 cost / (n - unknowns).
     freedom = len(time) - unknowns
@@ -198,10 +307,6 @@ def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
     return float(found.min()), float(found.max())
 
 
-_APART = np.array([1.0, 1.0 + 1e-9])
-"""Smallest ratio of two times of a series, so that they stay two terms."""
-
-
 def _growing(seen: np.ndarray) -> int:
     """Number of rows before the observed response falls."""
     fallen = seen < np.maximum.accumulate(seen) - SHRINKING * np.ptp(seen)
@@ -217,7 +322,7 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
     said = []
-    shortest, longest = RESOLVED[0] * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED[1]
+    shortest, longest = RESOLVED * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED
     for share, tau, one in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
             said.append(f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s")
