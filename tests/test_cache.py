@@ -25,8 +25,7 @@ from papilla.fem.pressing import prices
 from papilla.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS
-from papilla.mesh.surfaces import Ellipsoid
-from papilla.mesh.triangle_surface import TriangleSurface
+from papilla.mesh.surfaces import Ellipsoid, TriangleSurface
 from papilla.mesh.worker import read_surface
 from papilla.specimen import Block, Sphere
 from papilla.view import pictures

@@ -30,7 +30,7 @@ def new(
     with replacing_set(written) as (design, *parts):
         design.write_text(commented.replace("FILE.toml", file.name), encoding="utf-8")
         for part, axes in zip(parts, own, strict=True):
-            from papilla.mesh.example_surfaces import write_half_ellipsoid
+            from papilla.mesh.surface_files import write_half_ellipsoid
 
             write_half_ellipsoid(part, axes)
     facts = {"finger": str(file), "shape": shape, "name": Finger.load(file).name, "files": list(map(str, written))}

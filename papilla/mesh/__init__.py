@@ -5,7 +5,7 @@
 """
 
 from papilla.mesh.builder import DEFAULT_SIZE_MM, build
-from papilla.mesh.cell_quality import quality
+from papilla.mesh.cells import quality
 from papilla.mesh.layered import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh
 from papilla.mesh.vtu import load, save
 

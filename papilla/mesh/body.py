@@ -1,21 +1,18 @@
-"""The meshed part of a finger: surfaces, flat faces, mirrors, and the closed triangulations for the mesher."""
+"""The meshed part of a finger: its surfaces and flat faces, its mirrors, and the sites of its gauges. Lengths in mm."""
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Slab
-from papilla.mesh.finger_surfaces import surfaces_of
-from papilla.mesh.soup import Triangulation, quarter_cylinder, quarter_ellipsoid, scattered
-from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface
+from papilla.finger import Dome, Finger, Gauge, Slab
+from papilla.mesh.surface_files import read_nested
+from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, TriangleSurface
 
-FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
-"""Edges on curved faces have the length of the largest radius over the first number, or the element size times the
-second, if that is longer."""
+NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
+WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4
 
 
 @dataclass(frozen=True)
@@ -33,28 +30,14 @@ class Plane:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The meshed part of a finger: all of it, or the quarter that `mirrors` repeat.
-
-    Parameters
-    ----------
-    low, high : (3,) smallest and largest coordinates in mm.
-    facet_mm, variant : edge length of the triangulations of exact surfaces, and number of the variant: each has its own
-        triangulation.
-    """
+    """The meshed part of a finger: all of it, or the quarter that `mirrors` repeat; `low` and `high` (3,) are its
+    smallest and largest coordinates in mm."""
 
     surfaces: dict[str, Surface]
     planes: tuple[Plane, ...]
     mirrors: tuple[str, ...]
     low: np.ndarray
     high: np.ndarray
-    facet_mm: float = math.inf
-    variant: int = 0
-
-    @cached_property
-    def triangulations(self) -> tuple[Triangulation, ...]:
-        """A closed triangulation of each nested body, for the mesher; surfaces from files keep their own."""
-        random = np.random.default_rng(self.variant) if self.variant else None
-        return tuple(_triangulated(surface, self.facet_mm, random) for surface in self.surfaces.values())
 
     @property
     def apex(self) -> np.ndarray:
@@ -65,47 +48,99 @@ class Body:
         return np.array([0.0, 0.0, z])
 
 
-def body_of(finger: Finger, size_mm: float, variant: int = 0) -> Body:
-    """The body to mesh of a finger with elements of `size_mm`; raises what `surfaces_of` raises."""
+def body_of(finger: Finger) -> Body:
+    """The body to mesh of a finger; raises what `surfaces_of` raises."""
     shape = finger.shape
     if isinstance(shape, Dome | Slab):
         longest = max(2 * max(shape.outer), getattr(shape, "depth", 0.0))
         checks.within("longest side of the finger (mm)", longest, SMALLEST_MM, LARGEST_MM)
     surfaces = surfaces_of(finger)
-    if isinstance(shape, Dome | Slab):
-        planes = [Plane(0, 0.0, -1, "mirror"), Plane(1, 0.0, -1, "mirror"), Plane(2, 0.0, -1, "base")]
-        high = shape.outer if isinstance(shape, Dome) else (shape.outer[0], shape.depth / 2, shape.outer[1])
-        if isinstance(shape, Slab):
-            planes.append(Plane(1, shape.depth / 2, 1, "end"))
-        facet = max(max(shape.outer) / FACETS_PER_RADIUS, FACET_SIZES * size_mm)
-        return Body(surfaces, tuple(planes), ("x", "y"), np.zeros(3), np.array(high), facet, variant)
-    from papilla.mesh.triangle_surface import TriangleSurface
-
     skin = surfaces["skin"]
-    assert isinstance(skin, TriangleSurface)
-    base = Plane(2, skin.base_z, -1, "base")
-    return Body(surfaces, (base,), (), skin.vertices.min(axis=0), skin.vertices.max(axis=0))
+    if isinstance(skin, TriangleSurface):
+        base = Plane(2, skin.base_z, -1, "base")
+        return Body(surfaces, (base,), (), skin.vertices.min(axis=0), skin.vertices.max(axis=0))
+    planes = [Plane(0, 0.0, -1, "mirror"), Plane(1, 0.0, -1, "mirror"), Plane(2, 0.0, -1, "base")]
+    high = shape.outer
+    if isinstance(shape, Slab):
+        high = (shape.outer[0], shape.depth / 2, shape.outer[1])
+        planes.append(Plane(1, shape.depth / 2, 1, "end"))
+    return Body(surfaces, tuple(planes), ("x", "y"), np.zeros(3), np.array(high))
 
 
 def narrowest_mm(finger: Finger) -> float:
     """Smallest of a finger's height and half breadths, without a slab's depth; raises what `surfaces_of` raises."""
-    body = body_of(finger, LARGEST_MM)
+    body = body_of(finger)
     half = (body.high - body.low) / [1 if name in body.mirrors else 2 for name in "xyz"]
     half[2] *= 2
     return float(half[[0, 2]].min() if isinstance(finger.shape, Slab) else half.min())
 
 
-def _triangulated(surface: Surface, facet: float, random: np.random.Generator | None) -> Triangulation:
-    """A closed triangulation of a surface with edges of about `facet` mm; with `random` its points are shifted along
-    the surface."""
-    if not isinstance(surface, Ellipsoid):
-        from papilla.mesh.triangle_surface import TriangleSurface
+def surfaces_of(finger: Finger) -> dict[str, Surface]:
+    """The surfaces "skin", "interface" and "bone" of a finger.
 
-        assert isinstance(surface, TriangleSurface)
-        return surface.vertices, surface.triangles
-    divisions = max(6, round(np.pi / 2 * max(surface.axes) / facet))
-    if isinstance(surface, EllipticCylinder):
-        vertices, triangles = quarter_cylinder(surface, divisions)
-    else:
-        vertices, triangles = quarter_ellipsoid(surface, divisions)
-    return (vertices if random is None else scattered(vertices, triangles, surface, random)), triangles
+    Raises `FileAccessError` or `FileFormatError` for surface files that cannot be used, `InputError` for a gauge of
+    such a finger that does not lie on the interface.
+    """
+    shape = finger.shape
+    if isinstance(shape, Dome):
+        return dict(zip(NAMES, map(Ellipsoid, (shape.outer, shape.interface, shape.bone)), strict=True))
+    if isinstance(shape, Slab):
+        sections = zip(NAMES, (shape.outer, shape.interface, shape.bone), strict=True)
+        return {name: EllipticCylinder(axes, shape.depth) for name, axes in sections}
+    surfaces = read_nested((shape.outer, shape.interface, shape.bone))
+    for gauge in finger.gauges:
+        if np.isnan(surfaces[1].height(np.array([[gauge.x_mm, gauge.y_mm]]))[0]):
+            raise InputError(
+                f"gauge {gauge.name} lies outside the interface: {shape.interface} has nothing above "
+                f"x {gauge.x_mm:g}, y {gauge.y_mm:g} mm"
+            )
+    return dict(zip(NAMES, surfaces, strict=True))
+
+
+def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
+    """Point (3,) of the interface at the gauge's site, in mm; raises `InputError` if there is none."""
+    x, shape = gauge.x_mm, finger.shape
+    if x is None:
+        # An ellipse parameter in the interface's section at the gauge's y
+        assert isinstance(shape, Dome | Slab) and gauge.angle_deg is not None
+        half_width = shape.interface[0]
+        if isinstance(shape, Dome):
+            half_width *= math.sqrt(1 - (gauge.y_mm / shape.interface[1]) ** 2)
+        x = half_width * math.sin(math.radians(gauge.angle_deg))
+    z = float(interface.height(np.array([[x, gauge.y_mm]]))[0])
+    if not math.isfinite(z):
+        raise InputError(f"gauge {gauge.name} lies outside the interface: nothing at x {x:g}, y {gauge.y_mm:g} mm")
+    site = np.array([x, gauge.y_mm, z])
+    for axis, distance in zip((0, 1), gauge.moved_mm, strict=True):
+        site = _walked(interface, site, axis, distance)
+    if not np.isfinite(site).all():
+        raise InputError(f"gauge {gauge.name} was moved off the interface: moved_mm {list(gauge.moved_mm)}")
+    return site
+
+
+def _walked(surface: Surface, start: np.ndarray, axis: int, distance: float) -> np.ndarray:
+    """The point (3,) of a surface at a distance (mm, positive or negative) from another point, in the section along x
+    (0) or y (1); NaN if the surface ends before. Midpoint rule in steps of `WALK_MM`."""
+    at, steps = start, max(1, math.ceil(abs(distance) / WALK_MM)) if distance else 0
+    for _ in range(steps):
+        half = at
+        for share in (0.5, 1.0):
+            normal = surface.normal(half[None])[0]
+            onward = (
+                at[:2] + share * distance / steps * normal[2] / math.hypot(normal[axis], normal[2]) * np.eye(2)[axis]
+            )
+            half = np.append(onward, surface.height(onward[None]))
+            if not math.isfinite(half[2]):
+                return half
+        at = half
+    return at
+
+
+def facet_deviation(surface: Surface, around: np.ndarray, reach: float) -> float:
+    """Distance (mm), within `reach` of a point (3,), of the facets of a surface from the smooth body that they
+    approximate.
+
+    It is 0 for exact surfaces. If the indentation is not much larger, the facets affect the contact.
+    """
+    own = getattr(surface, "facet_deviation", None)
+    return 0.0 if own is None else float(own(around, reach))

@@ -20,17 +20,15 @@ from papilla.errors import InputError
 from papilla.files import replacing
 from papilla.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
 from papilla.mesh.body import Body, body_of
-from papilla.mesh.cell_quality import EDGES_OF_TET, mean_ratio
+from papilla.mesh.cells import edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION, Progress
 from papilla.mesh.drawing import drawn
-from papilla.mesh.finishing import finished
+from papilla.mesh.finishing import Constraints, finished, relax
 from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
 from papilla.mesh.morphing import morphed
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import Sizing, asked
-from papilla.mesh.snapping import Constraints, relax
 from papilla.mesh.tagging import TaggedCells, between
-from papilla.mesh.topology import paired_faces, volumes
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 
@@ -171,13 +169,12 @@ def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tup
 def relative_sizes(points: np.ndarray, tets: np.ndarray, sizing: Sizing) -> np.ndarray:
     """(m,) size of each cell relative to the wanted one: the edge of a regular cell of the same volume or, for a
     stretched cell, a share of its longest edge."""
-    corners = points[tets]
     regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / 3)
-    ends = corners[:, EDGES_OF_TET]
-    longest = np.linalg.norm(ends[:, :, 1] - ends[:, :, 0], axis=2).max(axis=1)
-    ratio = np.maximum(regular, STRETCHED * longest) / sizing(corners.mean(axis=1))
+    longest = edge_lengths(points, tets).max(axis=1)
+    ratio = np.maximum(regular, STRETCHED * longest) / sizing(points[tets].mean(axis=1))
     vertices, around = tets.ravel(), len(points)
-    mean = np.bincount(vertices, np.repeat(ratio, 4), around) / np.bincount(vertices, minlength=around).clip(min=1)
+    ratios = np.repeat(ratio, tets.shape[1])
+    mean = np.bincount(vertices, ratios, around) / np.bincount(vertices, minlength=around).clip(min=1)
     return mean[tets].mean(axis=1)
 
 
@@ -221,7 +218,7 @@ def _own_sizing(kind: str, size_mm: float) -> Sizing:
 
 @lru_cache(maxsize=2)
 def _origin(kind: str) -> Body:
-    return body_of(_reference_finger(kind), min(SIZES_MM[kind]))
+    return body_of(_reference_finger(kind))
 
 
 def ship() -> None:

@@ -1,22 +1,26 @@
 """A new mesh from the mesher, for shapes that no shipped mesh can be mapped to: surfaces from files, unusual domes and
 slabs, and the shipped meshes themselves.
 
-TetWild cannot be seeded, so each call gives another mesh. A mesh with flat or inverted cells, or in several parts, is
-discarded and made again.
+TetWild gets closed triangulations of the nested bodies. Of a dome or a slab it meshes a quarter, the part at x >= 0 and
+y >= 0, closed by the mirror planes and the base plane: so the whole mesh can be its exact mirror image. TetWild cannot
+be seeded, so each call gives another mesh. A mesh with flat or inverted cells, or in several parts, is discarded and
+made again.
 """
 
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 
 from papilla.errors import MeshError
 from papilla.finger import Finger
 from papilla.mesh.body import Body
+from papilla.mesh.cells import edges_of, positively_oriented
 from papilla.mesh.child import Progress, tetrahedralise
-from papilla.mesh.finishing import finished
+from papilla.mesh.finishing import finished, snap
 from papilla.mesh.layered import LayeredMesh
-from papilla.mesh.sizing import Sizing, asked, grid_over, positively_oriented
-from papilla.mesh.snapping import snap
+from papilla.mesh.sizing import Sizing, asked
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder, Surface, TriangleSurface, Triangulation
 from papilla.mesh.tagging import TaggedCells, tag
 
 DRAWS = 5  # Largest number of meshes that are made for a finger
@@ -25,10 +29,18 @@ ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05
 
 REACH = 3.0  # Flat faces are searched within this many envelopes of their plane
 
+FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
+"""Edges on curved faces have the length of the largest radius over the first number, or the element size times the
+second, if that is longer."""
+
+DECIMALS = 9  # Vertices of parts of a triangulation are joined if they are equal to so many decimals (mm)
+FEWEST_FACETS = 6  # Edges on a quarter of a curved face
+SCATTER = 0.3  # Largest displacement of an edge's ends by `_scattered`, as a share of the edge, along each axis
+
 
 def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
     """A new mesh of a finger; arguments as of `papilla.mesh.build`, and raises as it does."""
-    body, sizing = asked(finger, size_mm, variant)
+    body, sizing = asked(finger, size_mm)
     keep_bone = finger.bone is not None
     for draw in range(1, DRAWS + 1):
         try:
@@ -52,12 +64,11 @@ def _draw(body: Body, sizing: Sizing, keep_bone: bool, variant: int, progress: P
 
 def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
     """The mesher's input; each variant has its own triangles and a shifted sizing grid."""
-    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in body.triangulations])
-    triangles = np.vstack([faces + k for (_, faces), k in zip(body.triangulations, offsets, strict=False)])
+    vertices, triangles = _stacked(triangulations(body, sizing.near_mm, variant))
     shift = np.random.default_rng(variant).uniform(-0.5, 0.5, 3) if variant else np.zeros(3)
     grid_points, grid_tets = grid_over(body.low, body.high, sizing.grid_mm, shift)
     return {
-        "vertices": np.vstack([vertices for vertices, _ in body.triangulations]),
+        "vertices": vertices,
         "triangles": triangles,
         "far_mm": np.array(sizing.far_mm),
         "envelope": np.array(envelope),
@@ -65,3 +76,128 @@ def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str
         "grid_tets": grid_tets,
         "grid_sizes": sizing(grid_points),
     }
+
+
+def triangulations(body: Body, size_mm: float, variant: int = 0) -> list[Triangulation]:
+    """A closed triangulation of each nested body, with edges that fit elements of `size_mm`; surfaces from files keep
+    their own.
+
+    The points of a `variant` above 0 are shifted along the surfaces: each variant has other triangles.
+    """
+    random = np.random.default_rng(variant) if variant else None
+    return [_triangulated(surface, body, size_mm, random) for surface in body.surfaces.values()]
+
+
+def _triangulated(surface: Surface, body: Body, size_mm: float, random: np.random.Generator | None) -> Triangulation:
+    if isinstance(surface, TriangleSurface):
+        return surface.vertices, surface.triangles
+    skin = body.surfaces["skin"]
+    assert isinstance(surface, Ellipsoid) and isinstance(skin, Ellipsoid)
+    edge = max(max(skin.axes) / FACETS_PER_RADIUS, FACET_SIZES * size_mm)
+    divisions = max(FEWEST_FACETS, round(np.pi / 2 * max(surface.axes) / edge))
+    if isinstance(surface, EllipticCylinder):
+        vertices, triangles = quarter_cylinder(surface, divisions)
+    else:
+        vertices, triangles = quarter_ellipsoid(surface, divisions)
+    return (vertices if random is None else _scattered(vertices, triangles, surface, random)), triangles
+
+
+def quarter_ellipsoid(surface: Ellipsoid, divisions: int) -> Triangulation:
+    """The octant x, y, z >= 0 of an ellipsoid, its curved face cut into `divisions` squared triangles."""
+    x, y, z, origin = np.vstack([np.eye(3), np.zeros(3)])
+    patches = [_patch(x, y, z, divisions, _onto_sphere)]
+    patches += [_patch(a, b, origin, divisions, _onto_disc) for a, b in ((y, x), (z, y), (x, z))]
+    vertices, triangles = merge(patches)
+    return vertices * surface.axes, triangles
+
+
+def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation:
+    """The part x, y, z >= 0 of an elliptic cylinder, with `divisions` edges along the arc and equally long ones along
+    y."""
+    a, c = surface.axes
+    end = surface.depth / 2
+    layers = max(1, round(divisions * end / (np.pi / 2 * max(a, c))))
+    x, _, z, origin = np.vstack([np.eye(3), np.zeros(3)])
+    section, faces = _patch(x, z, origin, divisions, _onto_disc)
+    section = section * [a, 1, c]
+    edges = edges_of(faces).reshape(-1, 2)
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    wall = _wall(section[edges[first[count == 1]]], end, layers)
+    return merge([(section, faces), (section + [0, end, 0], faces[:, ::-1]), wall])
+
+
+def _scattered(
+    vertices: np.ndarray, triangles: np.ndarray, surface: Ellipsoid, random: np.random.Generator
+) -> np.ndarray:
+    """The vertices (n, 3) moved by up to `SCATTER` of their shortest edge, within their flat or curved faces: another
+    triangulation of the same body."""
+    edges = edges_of(triangles).reshape(-1, 2)
+    shortest = np.full(len(vertices), np.inf)
+    np.minimum.at(shortest, edges, np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[:, None])
+    moved = vertices + SCATTER * shortest[:, None] * random.uniform(-1, 1, vertices.shape)
+    on_plane = (vertices == 0) | ((vertices == vertices.max(axis=0)) & ~np.isfinite(surface.semi_axes))
+    moved = np.where(on_plane, vertices, moved)
+    curved = np.abs(surface.level(vertices)) < 10.0**-DECIMALS
+    moved[curved] = surface.project(moved[curved])
+    return moved
+
+
+def merge(parts: list[Triangulation]) -> Triangulation:
+    """One triangulation of several, vertices closer than 1e-9 mm joined."""
+    vertices, triangles = _stacked(parts)
+    _, first, number = np.unique(np.round(vertices, DECIMALS), axis=0, return_index=True, return_inverse=True)
+    return vertices[first], number.ravel()[triangles]
+
+
+def _stacked(parts: list[Triangulation]) -> Triangulation:
+    """The vertices and triangles of several triangulations one after another."""
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    triangles = [faces + offset for (_, faces), offset in zip(parts, offsets, strict=False)]
+    return np.vstack([vertices for vertices, _ in parts]), np.vstack(triangles)
+
+
+def _patch(a, b, c, divisions, mapping) -> Triangulation:
+    """The triangle a, b, c cut into `divisions` squared triangles, its points (i steps to b, j to c) then mapped."""
+    pairs = [(i, j) for i in range(divisions + 1) for j in range(divisions + 1 - i)]
+    number = {pair: place for place, pair in enumerate(pairs)}
+    points = np.array([(a * (divisions - i - j) + b * i + c * j) / divisions for i, j in number])
+    triangles = []
+    for i, j in number:
+        if i + j < divisions:
+            triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
+        if i + j < divisions - 1:
+            triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
+    return mapping(points), np.array(triangles)
+
+
+def _onto_sphere(points: np.ndarray) -> np.ndarray:
+    return points / np.linalg.norm(points, axis=1)[:, None]
+
+
+def _onto_disc(points: np.ndarray) -> np.ndarray:
+    """Octahedral radius |x| + |y| + |z| replaced by the Euclidean one: straight rims become arcs."""
+    radius = np.linalg.norm(points, axis=1)
+    return points * np.divide(np.abs(points).sum(axis=1), radius, out=np.zeros(len(points)), where=radius > 0)[:, None]
+
+
+def _wall(rim: np.ndarray, end: float, layers: int) -> Triangulation:
+    """The band swept by directed edges (k, 2, 3) along y from 0 to `end`."""
+    swept = rim + np.array([0, 1, 0]) * np.linspace(0, end, layers + 1)[:, None, None, None]
+    corners = np.concatenate([swept[:-1], swept[1:]], axis=2).reshape(-1, 3)
+    number = np.arange(len(corners)).reshape(-1, 4)
+    return corners, number[:, [[0, 2, 1], [1, 2, 3]]].reshape(-1, 3)
+
+
+def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and tetrahedra (six a cube) of a regular grid that covers the box, displaced by `shift` (3,) spacings.
+
+    `shift` lies in [-0.5, 0.5], because the grid extends one spacing beyond the box.
+    """
+    counts = np.ceil((high - low) / spacing).astype(int) + 3
+    places = np.argwhere(np.ones(counts, dtype=bool))
+    points = low + spacing * (places - 1 + shift)
+    # Kuhn's six tetrahedra of a cube, along each axis in each order, so that neighbouring cubes match.
+    first = np.flatnonzero(np.all(places < counts - 1, axis=1))
+    steps = permutations((counts[1] * counts[2], counts[2], 1))
+    tets = np.vstack([first[:, None] + np.cumsum([0, *order]) for order in steps])
+    return points, positively_oriented(points, tets)

@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 
 OUTER, INNER, BONE = 0, 1, 2  # Layer numbers of cells; `BONE` occurs only if the bone is meshed
+LAYERS = {"outer": OUTER, "inner": INNER, "bone": BONE}
 BOUNDARIES = ("skin", "interface", "base")
 """skin: free outer surface; interface: between outer and inner layer; base: clamped (base plane and rigid bone)."""
 
@@ -29,7 +30,7 @@ class LayeredMesh:
     size_mm : requested element size at the contact.
     mirrors : axes ("x", "y") in whose zero plane the mesh is its own exact mirror image.
     edges, middles : (k, 2) int and (k, 3) mm, the bent edges and the positions of their middles: quadratic elements
-        have nodes there, and so follow the exact surface (`papilla.mesh.curving`). Other edges are straight.
+        have nodes there, and so follow the exact surface (`papilla.mesh.finishing`). Other edges are straight.
     """
 
     points: np.ndarray

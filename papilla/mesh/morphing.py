@@ -19,8 +19,7 @@ the caller checks the quality.
 
 import numpy as np
 
-from papilla.mesh.body import Body
-from papilla.mesh.finger_surfaces import NAMES
+from papilla.mesh.body import NAMES, Body
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
 HALVINGS = 60  # Number of bisections of t in [0, 1]: beyond double precision

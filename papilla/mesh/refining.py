@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from papilla.mesh.cells import EDGES_OF_TET, places
 from papilla.mesh.tagging import TaggedCells
 
 DIGITS = 9
@@ -28,27 +29,26 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
     """
     points, tets = cells.points, cells.tets
     count = len(points)
-    keys = np.unique(_keys(tets, count))
-    ends = np.column_stack(np.divmod(keys, count))
+    ends, of_tet = np.unique(np.sort(tets[:, EDGES_OF_TET]).reshape(-1, 2), axis=0, return_inverse=True)
+    of_tet = of_tet.reshape(len(tets), -1)
     length = np.round(np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1), DIGITS)
-    rank = np.empty(len(keys), dtype=int)
-    rank[np.lexsort((keys, -length))] = np.arange(len(keys))
-    of_tet = np.searchsorted(keys, _keys(tets, count))
+    rank = np.empty(len(ends), dtype=int)
+    rank[np.argsort(-length, kind="stable")] = np.arange(len(ends))
     longest = np.take_along_axis(of_tet, rank[of_tet].argmin(axis=1)[:, None], axis=1)[:, 0]
-    halved = np.zeros(len(keys), dtype=bool)
+    halved = np.zeros(len(ends), dtype=bool)
     halved[longest[chosen]] = True
     while not halved[asked := longest[halved[of_tet].any(axis=1)]].all():
         halved[asked] = True
-    keys, ends, rank = keys[halved], ends[halved], rank[halved]
+    ends, rank = ends[halved], rank[halved]
 
     def split(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The parts (k, d) of simplices (m, d), and the number (k,) of the simplex from which each comes."""
         parent, pairs = np.arange(len(simplices)), np.array(list(combinations(range(simplices.shape[1]), 2)))
         while len(simplices):
             # An edge with a new vertex is not among the old edges, so it is not halved again.
-            own = _keys(simplices, count)
-            place = np.searchsorted(keys, own).clip(max=len(keys) - 1)
-            order = np.where((keys[place] == own) & (simplices[:, pairs].max(axis=2) < count), rank[place], NEVER)
+            own = simplices[:, pairs]
+            place = places(own, ends, count)
+            order = np.where((place >= 0) & (own.max(axis=2) < count), rank[place], NEVER)
             first = order.argmin(axis=1)
             rows = np.flatnonzero(np.take_along_axis(order, first[:, None], axis=1)[:, 0] < NEVER)
             if not len(rows):
@@ -61,7 +61,7 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
             simplices, parent = np.vstack([simplices, second]), np.concatenate([parent, parent[rows]])
         return simplices, parent
 
-    if not len(keys):
+    if not len(ends):
         return cells
     cut, parent = split(tets)
     return TaggedCells(
@@ -71,10 +71,3 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
         {name: split(faces)[0] for name, faces in cells.on_surface.items()},
         tuple(split(faces)[0] for faces in cells.on_plane),
     )
-
-
-def _keys(simplices: np.ndarray, count: int) -> np.ndarray:
-    """A number for each edge (m, pairs) of simplices (m, d), which depends only on its two ends, for ends < count."""
-    pairs = np.array(list(combinations(range(simplices.shape[1]), 2)))
-    ends = np.sort(simplices[:, pairs], axis=2)
-    return ends[:, :, 0] * count + ends[:, :, 1]

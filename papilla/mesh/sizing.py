@@ -12,16 +12,13 @@ interface and at the bone.
 """
 
 from dataclasses import dataclass, field, replace
-from itertools import permutations
 
 import numpy as np
 
 from papilla import checks
 from papilla.finger import Finger
 from papilla.memory import least_bytes, refuse_size
-from papilla.mesh.body import Body, body_of
-from papilla.mesh.finger_surfaces import gauge_site
-from papilla.mesh.topology import volumes
+from papilla.mesh.body import Body, body_of, gauge_site
 
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
@@ -78,13 +75,13 @@ class Sizing:
         return FEWEST_CELLS + CELLS_PER_VOLUME * float((volume / self(points) ** 3).sum())
 
 
-def asked(finger: Finger, size_mm: float, variant: int = 0) -> tuple[Body, Sizing]:
+def asked(finger: Finger, size_mm: float) -> tuple[Body, Sizing]:
     """The body to mesh of a finger, and the element sizes that follow from `size_mm` at the contact.
 
     Raises what `body_of` raises, `InputError` for a size out of range or a gauge off the interface, and
     `MemoryEstimateError` if presses on a mesh of that size would need more memory than is free.
     """
-    body = body_of(finger, size_mm, variant)
+    body = body_of(finger)
     tall = float(body.high[2] - body.low[2])
     checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
     sites = np.array([gauge_site(finger, gauge, body.surfaces["interface"]) for gauge in finger.gauges]).reshape(-1, 3)
@@ -112,23 +109,3 @@ def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
 
     job = f"factorising a mesh of about {cells(1):,.0f} tetrahedra (size_mm {sizing.near_mm:g})"
     refuse_size(job, sizing.near_mm, lambda ratio: least_bytes(cells(ratio)))
-
-
-def grid_over(low: np.ndarray, high: np.ndarray, spacing: float, shift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points and tetrahedra (six a cube) of a regular grid that covers the box, displaced by `shift` (3,) spacings.
-
-    `shift` lies in [-0.5, 0.5], because the grid extends one spacing beyond the box.
-    """
-    counts = np.ceil((high - low) / spacing).astype(int) + 3
-    places = np.argwhere(np.ones(counts, dtype=bool))
-    points = low + spacing * (places - 1 + shift)
-    # Kuhn's six tetrahedra of a cube, along each axis in each order, so that neighbouring cubes match.
-    first = np.flatnonzero(np.all(places < counts - 1, axis=1))
-    steps = permutations((counts[1] * counts[2], counts[2], 1))
-    tets = np.vstack([first[:, None] + np.cumsum([0, *order]) for order in steps])
-    return points, positively_oriented(points, tets)
-
-
-def positively_oriented(points: np.ndarray, tets: np.ndarray) -> np.ndarray:
-    """The tetrahedra with two vertices swapped if the volume is negative."""
-    return np.where(volumes(points, tets)[:, None] < 0, tets[:, [0, 2, 1, 3]], tets)

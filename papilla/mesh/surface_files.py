@@ -1,4 +1,4 @@
-"""The user's surface files: read, and refused with one clear line if they cannot be meshed."""
+"""The user's surface files: read, and refused with one clear line if they cannot be meshed; and files to start from."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,11 +8,9 @@ import numpy as np
 from papilla import cache
 from papilla.errors import FileAccessError, FileFormatError, MeshError
 from papilla.files import reason
+from papilla.mesh.cells import compact, components, edges_of
 from papilla.mesh.child import run
-from papilla.mesh.soup import Triangulation
-from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM
-from papilla.mesh.topology import compact, components
-from papilla.mesh.triangle_surface import TriangleSurface
+from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Triangulation
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -20,6 +18,16 @@ if TYPE_CHECKING:
 SUFFIXES = (".stl", ".ply", ".vtp")
 ZERO_LENGTH = 1e-5  # Length that counts as zero, in diagonals of the outer surface: STL keeps seven digits
 THINNEST = 1e-3  # Smallest accepted layer thickness, as a fraction of the same
+
+SUBDIVISIONS = 4
+"""Subdivisions of an icosahedron's faces. A file has 130 kB, and its facets lie within 0.01 mm of the ellipsoid at the
+apex."""
+
+APEX_SHARE = 0.3
+"""Angle between points at the apex relative to the mean: facets are smallest where the finger is touched."""
+
+RIM_POINTS = 72
+"""Number of points around the edge of the base."""
 
 
 def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
@@ -91,14 +99,9 @@ def _joined(vertices: np.ndarray, triangles: np.ndarray) -> Triangulation:
     return compact(vertices, triangles[(a != b) & (b != c) & (c != a)])
 
 
-def _edges(triangles: np.ndarray) -> np.ndarray:
-    """(m, 3, 2) directed edges of triangles (m, 3)."""
-    return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
-
-
 def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The triangles oriented with normals outwards; the surface must be closed and in one piece."""
-    edges = np.sort(_edges(triangles).reshape(-1, 2), axis=1)
+    edges = np.sort(edges_of(triangles).reshape(-1, 2), axis=1)
     _, edge, counts = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     if np.any(counts == 1):
         raise FileFormatError(f"{path}: the surface is open: {np.sum(counts == 1)} edges belong to one triangle only")
@@ -114,7 +117,7 @@ def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarr
         cell_normals=True, point_normals=False, split_vertices=False, consistent_normals=True
     )
     triangles = np.asarray(turned.regular_faces)
-    directed = _edges(triangles).reshape(-1, 2)
+    directed = edges_of(triangles).reshape(-1, 2)
     if len(np.unique(directed, axis=0)) < len(directed):
         raise FileFormatError(f"{path}: the surface has only one side")
     corners = vertices[triangles] - vertices.mean(axis=0)
@@ -130,7 +133,7 @@ def _first_crossing(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray |
     tree = vtkOBBTree()
     tree.SetDataSet(_poly(vertices, triangles))
     tree.BuildLocator()
-    edges = np.unique(np.sort(_edges(triangles).reshape(-1, 2), axis=1), axis=0)
+    edges = np.unique(np.sort(edges_of(triangles).reshape(-1, 2), axis=1), axis=0)
     hits, cells = vtkPoints(), vtkIdList()
     hits.SetDataTypeToDouble()
     for start, stop in edges.tolist():
@@ -163,3 +166,27 @@ def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, aro
 
 def _by(extent: np.ndarray) -> str:
     return " x ".join(f"{value:.3g}" for value in extent)
+
+
+def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -> None:
+    """Write the half at z >= 0 of an ellipsoid around the origin as a closed binary STL file, in mm."""
+    import meshio
+    import pyvista as pv
+    from scipy.spatial import ConvexHull
+
+    sphere = np.asarray(pv.Icosphere(nsub=SUBDIVISIONS).points, dtype=float)
+    angle = np.arccos(np.clip(sphere[:, 2], -1, 1)) / (np.pi / 2)  # 0 at the apex, 1 at the base
+    upper = angle < 1 - np.pi / RIM_POINTS  # Points closer to the base would make slivers with its edge
+    angle, turn = angle[upper], np.arctan2(sphere[upper, 1], sphere[upper, 0])
+    angle = np.pi / 2 * angle * (APEX_SHARE + (1 - APEX_SHARE) * angle)
+    dome = np.column_stack([np.sin(angle) * np.cos(turn), np.sin(angle) * np.sin(turn), np.cos(angle)])
+    around = np.linspace(0, 2 * np.pi, RIM_POINTS, endpoint=False)
+    points = np.vstack([dome, np.column_stack([np.cos(around), np.sin(around), np.zeros(RIM_POINTS)])]) * semi_axes_mm
+    hull = ConvexHull(points)
+    triangles = hull.simplices
+    normals = np.cross(
+        points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
+    )
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
+    triangles[inward] = triangles[inward, ::-1]
+    meshio.stl.write(path, meshio.Mesh(points, [("triangle", triangles)]), binary=True)

@@ -7,8 +7,8 @@ import numpy as np
 from papilla.checks import SIZE_OPTION
 from papilla.errors import MeshError
 from papilla.mesh.body import Body
+from papilla.mesh.cells import compact, paired_faces
 from papilla.mesh.layered import BONE, INNER, OUTER
-from papilla.mesh.topology import compact, paired_faces
 
 FLAT_COSINE = 0.8
 """A boundary face near a plane lies on it if its normal is at most 37 degrees from the plane's."""

@@ -9,7 +9,7 @@ from papilla.errors import InputError
 from papilla.fem.fields import ReceptiveFields
 from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.units import to_microstrain
 from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.style import (

@@ -14,7 +14,7 @@ from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import Specimen, Sphere
 from papilla.units import KPA_PER_MPA, PER_CENT

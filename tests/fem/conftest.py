@@ -17,8 +17,8 @@ from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
 from papilla.finger import Dome, Finger
 from papilla.mesh import build
+from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored
-from papilla.mesh.topology import paired_faces, volumes
 
 
 @pytest.fixture

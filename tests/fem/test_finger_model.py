@@ -11,8 +11,8 @@ from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
+from papilla.mesh.cells import volumes
 from papilla.mesh.layered import BOUNDARIES
-from papilla.mesh.topology import volumes
 from papilla.specimen import Block, HalfSpace
 
 BLOCK = Block(0.51, 10)

@@ -8,7 +8,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, gauge_site, strain_functional
 from papilla.finger import Finger, Gauge, Slab
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 
 FINGER = Finger.default()
 INTERFACE = surfaces_of(FINGER)["interface"]

@@ -55,7 +55,7 @@ def slab(slab_shape):
 @pytest.fixture(scope="session")
 def half_ellipsoid():
     """Vertices and triangles of a closed half ellipsoid with the given semi-axes."""
-    from papilla.mesh.soup import merge, quarter_ellipsoid
+    from papilla.mesh.drawing import merge, quarter_ellipsoid
     from papilla.mesh.surfaces import Ellipsoid
 
     def make(axes, divisions):

@@ -8,10 +8,10 @@ from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
 from papilla.mesh import builder as builder_module
 from papilla.mesh.builder import VARIANTS
+from papilla.mesh.cells import components, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import pack
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
-from papilla.mesh.topology import components, paired_faces, volumes
 from papilla.mesh.vtu import load, save
 
 ELLIPSOID_VOLUMES = 2 / 3 * np.pi * np.array([24 * 30 * 20, 21 * 27 * 17, 10 * 16 * 6])

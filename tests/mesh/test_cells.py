@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, quality
-from papilla.mesh.cell_quality import dihedral_angles, mean_ratio
+from papilla.mesh.cells import FACES_OF_TET, compact, components, dihedral_angles, mean_ratio, paired_faces, volumes
 from papilla.mesh.layered import mirrored, pack, unpack
-from papilla.mesh.topology import FACES_OF_TET, compact, components, paired_faces, volumes
 
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
 PAIR = np.vstack([CORNER, [[1, 1, 1.0]]])

@@ -6,8 +6,8 @@ import pytest
 from papilla.fem.discrete.elements import TaylorHood, interpolation
 from papilla.finger import Finger
 from papilla.mesh import build
-from papilla.mesh.curving import bent_edges
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
+from papilla.mesh.finishing import bent_edges
 from papilla.mesh.layered import mirrored, pack, unpack
 from papilla.mesh.surfaces import Ellipsoid
 

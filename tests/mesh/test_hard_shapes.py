@@ -9,10 +9,9 @@ from papilla.errors import InputError, MeshError
 from papilla.finger import Dome, Finger, Slab
 from papilla.mesh import build, drawing
 from papilla.mesh.builder import WORST, relative_sizes
-from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.cells import mean_ratio, volumes
 from papilla.mesh.layered import INNER, OUTER
 from papilla.mesh.sizing import asked
-from papilla.mesh.topology import volumes
 
 DEFAULT = Finger.default()
 BONE = (10.0, 16.0, 6.0)

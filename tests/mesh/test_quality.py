@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.mesh.cell_quality import dihedral_angles, mean_ratio, quality
+from papilla.mesh.cells import dihedral_angles, mean_ratio, quality, volumes
 from papilla.mesh.layered import BOUNDARIES, INNER, OUTER, LayeredMesh
-from papilla.mesh.topology import volumes
 
 CORNERS = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 12], [0, 0, -6]], float) + [100.0, 50.0, -20.0]
 TETS = np.array([[0, 1, 2, 3], [0, 2, 1, 4]])

@@ -12,12 +12,11 @@ from papilla.finger import Dome, Finger, Layer, Slab
 from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, builder, drawing, quality
 from papilla.mesh.body import body_of
 from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, path_of, relative_sizes
-from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.cells import components, mean_ratio, paired_faces, volumes
 from papilla.mesh.morphing import morphed
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
 from papilla.mesh.tagging import TaggedCells
-from papilla.mesh.topology import components, paired_faces, volumes
 from papilla.specimen import Block
 
 PINNED = {
@@ -188,7 +187,7 @@ def test_the_same_design_gives_the_stored_sd():
 
 def test_the_map_takes_each_surface_to_its_own_and_is_smooth_between():
     """Along a ray the image moves outwards without a jump, in the direction of the ray's own, and planes stay."""
-    origin, target = (body_of(shaped(shape), 2.0) for shape in (Finger.default().shape, SHAPES["high bone"]))
+    origin, target = (body_of(shaped(shape)) for shape in (Finger.default().shape, SHAPES["high bone"]))
     rng = np.random.default_rng(3)
     rays = np.abs(rng.normal(size=(200, 3)))
     rays[:50, 0] = rays[50:80, 1] = 0
@@ -208,7 +207,7 @@ def test_the_map_takes_each_surface_to_its_own_and_is_smooth_between():
 
 def test_halving_leaves_no_hanging_vertex_and_keeps_volume_layer_and_faces():
     mesh = build(Finger.default(), 2.8).cell()
-    cells = builder.tagged(mesh, body_of(Finger.default(), 2.8))
+    cells = builder.tagged(mesh, body_of(Finger.default()))
     rng = np.random.default_rng(5)
     for share in (0.003, 0.2, 1.0):
         finer = bisected(cells, rng.random(len(cells.tets)) < share)

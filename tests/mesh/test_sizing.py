@@ -10,8 +10,9 @@ from papilla.finger import Finger, Layer
 from papilla.mesh import build, drawing
 from papilla.mesh import sizing as sizing_module
 from papilla.mesh.body import body_of
-from papilla.mesh.sizing import Sizing, grid_over, positively_oriented
-from papilla.mesh.topology import paired_faces, volumes
+from papilla.mesh.cells import paired_faces, positively_oriented, volumes
+from papilla.mesh.drawing import grid_over, triangulations
+from papilla.mesh.sizing import Sizing
 
 APEX = np.array([0.0, 0.0, 20.0])
 
@@ -92,11 +93,11 @@ def given(monkeypatch):
 
 def test_the_soup_of_the_default_finger(given):
     soup = given(Finger.default(), 2.0)
-    body = body_of(Finger.default(), 2.0)
-    assert len(soup["vertices"]) == sum(len(vertices) for vertices, _ in body.triangulations)
-    starts = np.cumsum([0] + [len(vertices) for vertices, _ in body.triangulations])
-    for k, (vertices, triangles) in enumerate(body.triangulations):
-        part = soup["triangles"][sum(len(t) for _, t in body.triangulations[:k]) :][: len(triangles)]
+    parts = triangulations(body_of(Finger.default()), 2.0)
+    assert len(soup["vertices"]) == sum(len(vertices) for vertices, _ in parts)
+    starts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
+    for k, (vertices, triangles) in enumerate(parts):
+        part = soup["triangles"][sum(len(t) for _, t in parts[:k]) :][: len(triangles)]
         assert np.array_equal(soup["vertices"][part], vertices[triangles])
         assert part.min() == starts[k] and part.max() == starts[k + 1] - 1
     assert soup["far_mm"] == 5.0
@@ -123,9 +124,9 @@ def test_a_variant_has_triangles_of_its_own_and_shifts_the_grid(given, finger_of
 @pytest.mark.parametrize("variant", [1, 2])
 def test_a_variant_triangulates_the_same_body(variant, finger_of, slab_shape):
     for finger in (Finger.default(), finger_of(slab_shape)):
-        bodies = [body_of(finger, 2.0, number) for number in (0, variant)]
+        body = body_of(finger)
         for surface, (vertices, triangles), (moved, same) in zip(
-            bodies[0].surfaces.values(), *(body.triangulations for body in bodies), strict=True
+            body.surfaces.values(), *(triangulations(body, 2.0, number) for number in (0, variant)), strict=True
         ):
             assert np.array_equal(triangles, same)
             curved = np.abs(surface.level(vertices)) < 1e-9
@@ -148,10 +149,10 @@ def test_sizes_from_a_200th_to_a_quarter_of_the_height(size, accepted, given, mo
 
 @pytest.mark.parametrize("size, divisions", [(0.7, 28), (2.0, 21), (5.0, 9)])
 def test_facets_follow_the_largest_radius_or_the_element_size(size, divisions):
-    body = body_of(Finger.default(), size)
+    body = body_of(Finger.default())
     curved = [
         np.sum(np.abs(surface.level(vertices[triangles].reshape(-1, 3))).reshape(-1, 3).max(axis=1) < 1e-9)
-        for surface, (vertices, triangles) in zip(body.surfaces.values(), body.triangulations, strict=True)
+        for surface, (vertices, triangles) in zip(body.surfaces.values(), triangulations(body, size), strict=True)
     ]
     assert curved[0] == divisions**2
     facet = max(30 / 18, 1.1 * size)
@@ -161,7 +162,7 @@ def test_facets_follow_the_largest_radius_or_the_element_size(size, divisions):
 def test_planes_of_the_quarters(finger_of, slab_shape):
     base = [(0, 0.0, -1, "mirror"), (1, 0.0, -1, "mirror"), (2, 0.0, -1, "base")]
     for finger, extra in ((Finger.default(), []), (finger_of(slab_shape), [(1, 5.0, 1, "end")])):
-        body = body_of(finger, 2.0)
+        body = body_of(finger)
         assert [(plane.axis, plane.value, plane.outward, plane.role) for plane in body.planes] == base + extra
         assert body.mirrors == ("x", "y") and body.apex.tolist() == [0, 0, 20]
         assert body.low.tolist() == [0, 0, 0] and body.high[[0, 2]].tolist() == [24, 20]
@@ -172,7 +173,7 @@ def test_a_bone_with_a_modulus_is_counted_as_volume(monkeypatch):
     told = []
     monkeypatch.setattr(sizing_module, "refuse_size", lambda job, size, needed: told.append(job))
     for finger in (Finger.default(), replace(Finger.default(), bone=Layer(3000.0, 0.35))):
-        body = body_of(finger, 0.5)
+        body = body_of(finger)
         sizing_module.refuse_too_fine(body, Sizing(np.array([0, 0, 0.0]), 0.5, 1e3), finger.bone is not None)
     cells = [int("".join(filter(str.isdigit, job.split("tetrahedra")[0]))) - 2400 for job in told]
     quarter = np.pi / 6 * np.array([24 * 30 * 20 - 10 * 16 * 6, 24 * 30 * 20])

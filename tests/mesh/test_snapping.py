@@ -6,8 +6,8 @@ import pytest
 from papilla.errors import MeshError
 from papilla.finger import Dome
 from papilla.mesh.body import Body, Plane
-from papilla.mesh.cell_quality import dihedral_angles, mean_ratio
-from papilla.mesh.snapping import POOR, Constraints, _move, relax
+from papilla.mesh.cells import dihedral_angles, mean_ratio
+from papilla.mesh.finishing import POOR, Constraints, _move, relax
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.mesh.tagging import TaggedCells
 

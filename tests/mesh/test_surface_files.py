@@ -10,12 +10,11 @@ import pytest
 from papilla.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
 from papilla.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 from papilla.mesh import INNER, OUTER, build, surface_files
+from papilla.mesh.body import facet_deviation, surfaces_of
+from papilla.mesh.cells import volumes
 from papilla.mesh.drawing import drawn
-from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
 from papilla.mesh.surface_files import read_closed, read_nested
-from papilla.mesh.surfaces import Ellipsoid
-from papilla.mesh.topology import volumes
-from papilla.mesh.triangle_surface import TriangleSurface
+from papilla.mesh.surfaces import Ellipsoid, TriangleSurface
 
 AXES = {"outer": (24.0, 30.0, 20.0), "interface": (21.0, 27.0, 17.0), "bone": (10.0, 16.0, 6.0)}
 DIVISIONS = 14

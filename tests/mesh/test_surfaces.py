@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.mesh.finger_surfaces import NAMES, surfaces_of
-from papilla.mesh.soup import quarter_cylinder, quarter_ellipsoid
+from papilla.mesh.body import NAMES, surfaces_of
+from papilla.mesh.drawing import quarter_cylinder, quarter_ellipsoid
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
 DOME = Ellipsoid((24.0, 30.0, 20.0))

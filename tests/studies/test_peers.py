@@ -11,8 +11,8 @@ from papilla.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.finger import Finger
+from papilla.mesh.cells import paired_faces
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
-from papilla.mesh.topology import paired_faces
 from papilla.specimen import HalfSpace
 from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers
 from papilla.studies.bench.peers.library import PEERS, Elastic, Peer, PeerLibrary

@@ -12,7 +12,7 @@ from papilla.cli.verify import verify as command
 from papilla.errors import InputError, MissingExtraError, SolverError
 from papilla.fem.discrete.assembly import lame
 from papilla.finger import Layer
-from papilla.mesh.topology import volumes
+from papilla.mesh.cells import volumes
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
 from papilla.specimen import HalfSpace
 from papilla.studies.verify import FAMILIES, Case, verify

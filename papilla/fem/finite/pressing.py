@@ -23,7 +23,7 @@ from papilla.fem.reduction.patch import Frame
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, checked_material
 from papilla.memory import refuse_finite
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.specimen import Friction, Specimen, friction_coefficient
 from papilla.units import PER_CENT

@@ -36,7 +36,7 @@ from papilla.fem.reduction.patch import Frame, Patch, gap_of
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.memory import refuse_reduction
-from papilla.mesh.finger_surfaces import facet_deviation, surfaces_of
+from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import Surface
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.finger import Finger, Gauge
-from papilla.mesh.finger_surfaces import gauge_site
+from papilla.mesh.body import gauge_site
 from papilla.mesh.surfaces import Surface
 
 BACKING_GRID = (9, 5)

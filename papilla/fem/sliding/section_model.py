@@ -18,7 +18,7 @@ from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.reduction.gauges import gauge_functionals
 from papilla.finger import Finger, Layer
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, section_finger
 from papilla.units import T_MM3_PER_G_CM3

@@ -10,10 +10,9 @@ from papilla.fem import FingerModel, Press, ReducedFinger, press
 from papilla.fem.pressing.contact import OFF_APEX
 from papilla.finger import Dome, Finger, Layer
 from papilla.mesh import build
-from papilla.mesh.cell_quality import mean_ratio
+from papilla.mesh.cells import mean_ratio, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import LayeredMesh, mirrored
-from papilla.mesh.topology import paired_faces, volumes
 from papilla.references import StackLayer
 from papilla.specimen import HalfSpace, Specimen
 from papilla.studies import parameters

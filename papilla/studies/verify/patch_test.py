@@ -10,7 +10,7 @@ from papilla.fem.discrete.elements import ELEMENTS, TaylorHood, interpolation
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.finger import Finger, Layer
 from papilla.mesh import build
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import INNER, OUTER
 from papilla.studies import parameters
 from papilla.studies.case import Case

@@ -6,8 +6,8 @@ Nothing here comes from the mesher, so every figure of the study is reproducible
 import numpy as np
 
 from papilla import checks
+from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
-from papilla.mesh.topology import paired_faces, volumes
 
 
 def cylinder(radii: np.ndarray, depths: np.ndarray, interface: int, divisions: int) -> LayeredMesh:
