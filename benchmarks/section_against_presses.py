@@ -16,7 +16,7 @@ from scipy.interpolate import LinearNDInterpolator
 from papilla import fem
 from papilla.fem.sliding.coulomb import Laws, Rubbed, rub
 from papilla.fem.sliding.felt_profile import FeltProfile
-from papilla.fem.sliding.reduced_section import ReducedSection
+from papilla.fem.sliding.section import ReducedSection
 from papilla.fem.sliding.tying import FLAT, tie
 from papilla.finger import Dome, Finger
 from papilla.mesh import DEFAULT_SIZE_MM

@@ -11,7 +11,7 @@ from .pressing.press import Press as Press
 from .reduction.finger_model import FingerModel as FingerModel
 from .reduction.reduced import ReducedFinger as ReducedFinger
 from .sliding.motion import Motion as Motion
-from .sliding.reduced_section import ReducedSection as ReducedSection
-from .sliding.reduced_section import prepare_section as prepare_section
+from .sliding.section import ReducedSection as ReducedSection
+from .sliding.section import prepare_section as prepare_section
 from .sliding.slide import Slide as Slide
 from .sliding.slide import slide as slide

@@ -9,7 +9,7 @@ the shape is another one, the mesher makes a mesh, which the cache keeps.
 `python -m papilla.mesh.builder` makes the shipped files again: default results change with them.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -53,25 +53,6 @@ TOO_LARGE_EVERYWHERE = 1.2
 0.95 to 1.2 of the wanted one, like that of new meshes."""
 STRETCHED = 0.55  # Share of the longest edge that counts as a cell's size; usual: up to 1.8 edges of a regular cell
 NEAREST = 100  # Number of cells closest to the apex, whose size is that at the contact
-
-
-@dataclass(frozen=True)
-class Moved:
-    """A shipped mesh of size `shipped_mm`, mapped into a finger; `halved` : number of halved cells, `worst` : smallest
-    mean ratio."""
-
-    cells: TaggedCells
-    shipped_mm: float
-    moved: bool
-    halved: int
-    worst: float
-
-    @property
-    def words(self) -> str:
-        """Words on how the mesh was made, in a line."""
-        moved = "moved" if self.moved else "not moved"
-        more = f", {self.halved} cells halved for their size" if self.halved else ""
-        return f"shipped mesh of {self.shipped_mm:g} mm, {moved}{more}; worst mean ratio {self.worst:.2f}"
 
 
 def build(
@@ -122,18 +103,17 @@ def from_reference(
     if size_mm in SIZES_MM[kind] and finger.geometry_sha256 == _reference_finger(kind).geometry_sha256:
         return _shipped(kind, size_mm, variant)
     body, sizing = asked(finger, size_mm)
-    found = _fitted(kind, body, sizing, variant)
-    if found.worst < WORST:
-        if progress is not None:
-            progress(f"{found.words}, below {WORST:g}: the mesher makes a new one")
-        return None
+    cells, how = _fitted(kind, body, sizing, variant)
+    worst = float(mean_ratio(cells.points, cells.tets).min())
     if progress is not None:
-        progress(found.words)
-    return finished(body, found.cells, size_mm, finger.bone is not None, progress)
+        refused = f", below {WORST:g}: the mesher makes a new one" if worst < WORST else ""
+        progress(f"{how}; worst mean ratio {worst:.2f}{refused}")
+    return None if worst < WORST else finished(body, cells, size_mm, finger.bone is not None, progress)
 
 
-def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
-    """The coarsest shipped mesh whose cells at the contact are small enough after the map; refined."""
+def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> tuple[TaggedCells, str]:
+    """The coarsest shipped mesh whose cells at the contact are small enough after the map, refined; and words on how it
+    was made."""
     for shipped_mm in SIZES_MM[kind]:
         shipped = _shipped(kind, shipped_mm, variant, whole=False)
         points = morphed(shipped.points, _origin(kind), body)
@@ -144,8 +124,9 @@ def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> Moved:
             break
     cells = replace(tagged(shipped, _origin(kind)), points=points)
     cells, halved = _refined(cells, body, sizing, TOO_LARGE if fits else TOO_LARGE_EVERYWHERE)
-    worst = float(mean_ratio(cells.points, cells.tets).min())
-    return Moved(cells, shipped_mm, body.surfaces != _origin(kind).surfaces, halved, worst)
+    moved = "not moved" if body.surfaces == _origin(kind).surfaces else "moved"
+    more = f", {halved} cells halved for their size" if halved else ""
+    return cells, f"shipped mesh of {shipped_mm:g} mm, {moved}{more}"
 
 
 def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tuple[TaggedCells, int]:

@@ -11,7 +11,7 @@ from skfem import Basis, ElementTriP2, ElementVector
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.fem.sliding.section_model import SectionModel
+from papilla.fem.sliding.section import SectionModel
 from papilla.fem.sliding.slide import Slide
 from papilla.files import replacing
 from papilla.finger import Finger

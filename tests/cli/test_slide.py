@@ -122,7 +122,7 @@ def test_a_motion_and_a_profile_come_from_files(papilla, slab, tmp_path):
 )
 def test_bad_scenes_are_one_line(refused, options, message, monkeypatch):
     # What is wrong with a scene is said before anything is condensed
-    monkeypatch.setattr("papilla.fem.sliding.section_model.SectionModel.condense", None)
+    monkeypatch.setattr("papilla.fem.sliding.section.SectionModel.condense", None)
     assert message in refused(*SCENE, *options)
 
 

@@ -81,12 +81,12 @@ def test_force_and_indentation_control_agree_and_repeat(coarse):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("specimen, bound", [(HalfSpace(1e6), 1e-6), (Sphere(1e6, 30), 1e-6)], ids=repr)
-def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, specimen, bound):
+def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, energy_of, specimen, bound):
     scene = Scene.of(*coarse, specimen, {}, (0.0, 0.0))
     energies, forces = [], []
     for depth in (0.799, 0.8, 0.801):
         state = press_path(scene, None, depth)[0]
-        energies.append(scene.body.energy(state.displacement, state.pressure))
+        energies.append(energy_of(scene.body, state.displacement, state.pressure))
         forces.append(scene.touching.patch.mass @ state.contact)
     assert (energies[2] - energies[0]) / 0.002 == pytest.approx(forces[1], rel=bound)
 

@@ -4,7 +4,7 @@ import pytest
 
 from papilla import Finger
 from papilla.fem import prepare_section
-from papilla.fem.sliding.section_model import SectionModel
+from papilla.fem.sliding.section import SectionModel
 from papilla.mesh.section import build_section
 
 COARSE_MM = 0.3

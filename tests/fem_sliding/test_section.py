@@ -11,7 +11,7 @@ from papilla import Dome, Layer, Slab
 from papilla.errors import InputError
 from papilla.fem import prepare_section
 from papilla.fem.sliding.dynamics import Modal
-from papilla.fem.sliding.section_model import SectionModel
+from papilla.fem.sliding.section import SectionModel
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, build_section
 from papilla.references import StackLayer, layered_surface_compliance

@@ -12,6 +12,8 @@ import scipy.sparse as sp
 
 from papilla.finger import Layer
 
+AXES = 3  # Components of a displacement
+
 LARGEST_COMPRESSIBILITY = 1e10
 """Largest mu/lambda that is used: for nu = 0 it is infinite and the pressure zero; this value leaves 1e-10 of it."""
 
@@ -32,21 +34,18 @@ def shear_blocks(gradients: np.ndarray, weights: np.ndarray, pairs: np.ndarray) 
     gradients : (m, a, 3, q) of the scalar basis functions at quadrature points of `weights` (m, q).
     pairs : (2, k) local numbers of test and trial function.
     """
-    result = np.empty((len(weights), pairs.shape[1], 3, 3))
+    result = np.empty((len(weights), pairs.shape[1], AXES, AXES))
     for part, products in _products(gradients, weights, pairs):
         result[part] = products.swapaxes(-1, -2)
-        laplace = np.einsum("ekii->ek", products)
-        for component in range(3):
-            result[part, :, component, component] += laplace
-    return result.reshape(*result.shape[:2], 9)
+        diagonal = np.einsum("ekii->eki", result[part])
+        diagonal += np.einsum("ekii->ek", products)[:, :, None]
+    return result.reshape(*result.shape[:2], -1)
 
 
 def volumetric_blocks(gradients: np.ndarray, weights: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     """Element blocks (m, k, 9) of the form div u div v; arguments as for `shear_blocks`."""
-    result = np.empty((len(weights), pairs.shape[1], 3, 3))
-    for part, products in _products(gradients, weights, pairs):
-        result[part] = products
-    return result.reshape(*result.shape[:2], 9)
+    result = np.concatenate([products for _, products in _products(gradients, weights, pairs)])
+    return result.reshape(*result.shape[:2], -1)
 
 
 def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
@@ -55,11 +54,11 @@ def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
     cells, nodes, _, points = gradients.shape
     for first in range(0, cells, CHUNK):
         part = slice(first, min(first + CHUNK, cells))
-        flat = gradients[part].reshape(-1, 3 * nodes, points)
+        flat = gradients[part].reshape(-1, AXES * nodes, points)
         all_pairs = np.matmul(flat * weights[part, None, :], flat.transpose(0, 2, 1))
         # Pairs come first: NumPy moves an index array on both sides of a slice to the front
-        chosen = all_pairs.reshape(-1, nodes, 3, nodes, 3)[:, pairs[0], :, pairs[1], :]
-        yield part, chosen.transpose(1, 0, 2, 3)
+        chosen = all_pairs.reshape(-1, nodes, AXES, nodes, AXES)[:, pairs[0], :, pairs[1], :]
+        yield part, chosen.swapaxes(0, 1)
 
 
 @dataclass(frozen=True, eq=False)

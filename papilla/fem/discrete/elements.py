@@ -3,7 +3,7 @@
 Displacement unknowns are numbered 3 * node + component; pressures, if an element has any, follow.
 """
 
-from abc import ABC, abstractmethod
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
@@ -15,8 +15,9 @@ from scipy.spatial import cKDTree
 from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 
 from papilla.errors import InputError
-from papilla.fem.discrete.assembly import Couplings, Layout, lame, shear_blocks, volumetric_blocks
+from papilla.fem.discrete.assembly import AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
 from papilla.finger import Layer
+from papilla.mesh.cells import places
 from papilla.mesh.layered import LayeredMesh
 
 QUADRATURE_ORDER = 2
@@ -61,7 +62,7 @@ def parity_signs(parity: tuple[int, int], images: np.ndarray | tuple[int, int]) 
 
 
 @dataclass(frozen=True, eq=False)
-class Space(ABC):
+class Space:
     """Displacements whose components all use one scalar element, on the cell of a mesh. Matrices are lower
     triangles."""
 
@@ -72,21 +73,43 @@ class Space(ABC):
 
     scalar_element: ClassVar[Element]
 
-    @property
-    @abstractmethod
-    def pressures(self) -> int:
-        """Number of pressure unknowns."""
+    pressures = 0
+    """Number of pressure unknowns."""
 
-    @abstractmethod
     def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
         """Lower triangle of the matrix for the given layers, in N/mm (displacement block).
 
         It is a combination of parts that are assembled once, so other moduli cost only one pass over the entries.
         """
+        raise NotImplementedError
 
-    @abstractmethod
     def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
         """One part of the matrix, at its place: "shear" of a layer, and further parts of the element."""
+        found = getattr(self, name) if layer is None else getattr(self, name)[layer]
+        matrix = self._filled(**{name if name in self._blocks else "shear": found})
+        matrix.eliminate_zeros()
+        return matrix
+
+    @cached_property
+    def _blocks(self) -> dict[str, tuple[Couplings, tuple[int, int]]]:
+        """Kind of the matrix' blocks -> the pairs of numbers that have one, with rows and columns of a block."""
+        return {"shear": (self._coupled_nodes, (AXES, AXES))}
+
+    @cached_property
+    def _layout(self) -> Layout:
+        """Structure of the matrix; the numbers of pressures follow those of displacements."""
+        entries: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+        for coupled, shape in self._blocks.values():
+            for found, numbers, size in zip(entries, coupled.entries(*shape), shape, strict=True):
+                found.append(numbers.ravel() + (AXES * self.nodes if size == 1 else 0))
+        rows, columns = map(np.concatenate, entries)
+        return Layout.of(rows, columns, self.unknowns)
+
+    def _filled(self, **blocks: np.ndarray) -> sp.csc_matrix:
+        """The matrix with some kinds of its blocks, and zeros elsewhere."""
+        sizes = {name: len(coupled.rows) * math.prod(shape) for name, (coupled, shape) in self._blocks.items()}
+        values = [np.ravel(blocks[name]) if name in blocks else np.zeros(size) for name, size in sizes.items()]
+        return self._layout.matrix(np.concatenate(values))
 
     @cached_property
     def skmesh(self) -> MeshTet:
@@ -96,11 +119,8 @@ class Space(ABC):
         if not len(mesh.edges):
             return straight
         curved = MeshTet2.from_mesh(straight)
-        weights = [len(mesh.points), 1]
-        known = weights @ np.sort(straight.edges, axis=0)
-        order = np.argsort(known)
-        place = order[np.searchsorted(known[order], np.sort(mesh.edges, axis=1) @ weights)]
-        curved.doflocs[:, len(mesh.points) + place] = mesh.middles.T
+        middle = len(mesh.points) + places(mesh.edges, straight.edges.T, len(mesh.points))
+        curved.doflocs[:, middle] = mesh.middles.T
         return curved
 
     @cached_property
@@ -116,7 +136,7 @@ class Space(ABC):
     @property
     def unknowns(self) -> int:
         """Number of all unknowns, before boundary conditions are applied."""
-        return 3 * self.nodes + self.pressures
+        return AXES * self.nodes + self.pressures
 
     @cached_property
     def layer_numbers(self) -> list[int]:
@@ -128,13 +148,12 @@ class Space(ABC):
         parity."""
         free = np.ones(self.unknowns, dtype=bool)
         base = self.nodes_on(self.mesh.boundaries["base"])
-        for component in range(3):
-            free[3 * base + component] = False
+        free[: AXES * self.nodes].reshape(-1, AXES)[base] = False
         for axis in ("xyz".index(name) for name in mirrors):
             on_plane = np.flatnonzero(self.displacement.doflocs[axis] == 0)
-            for component in range(3):
-                if (component == axis) == (parity[axis] > 0):
-                    free[3 * on_plane + component] = False
+            # Across the plane a symmetric field is zero there, along the plane an antisymmetric one
+            held = (np.arange(AXES) == axis) == (parity[axis] > 0)
+            free[: AXES * self.nodes].reshape(-1, AXES)[np.ix_(on_plane, held)] = False
         return free
 
     def nodes_on(self, triangles: np.ndarray) -> np.ndarray:
@@ -143,11 +162,7 @@ class Space(ABC):
 
     def facets(self, triangles: np.ndarray) -> np.ndarray:
         """Facet numbers (k,) of vertex triangles (k, 3)."""
-        n = len(self.mesh.points)
-        weights = np.array([n * n, n, 1])
-        known = weights @ np.sort(self.skmesh.facets, axis=0)
-        order = np.argsort(known)
-        return order[np.searchsorted(known[order], np.sort(triangles, axis=1) @ weights)]
+        return places(triangles, self.skmesh.facets.T, len(self.mesh.points))
 
     @cached_property
     def shear(self) -> dict[int, np.ndarray]:
@@ -183,12 +198,6 @@ class Space(ABC):
             found[number] = coupled.total(values, cells)
         return found
 
-    def _layout_with(self, *others: tuple[np.ndarray, np.ndarray]) -> Layout:
-        """Structure of the displacement block together with other entries, each given by rows and columns."""
-        entries = [self._coupled_nodes.entries(3, 3), *others]
-        rows, columns = (np.concatenate([part[axis].ravel() for part in entries]) for axis in (0, 1))
-        return Layout.of(rows, columns, self.unknowns)
-
 
 class TaylorHood(Space):
     """P2 displacement and layer-wise P1 pressure on the cell of a mesh: the element of all default results.
@@ -208,7 +217,7 @@ class TaylorHood(Space):
         return np.unique(key, return_inverse=True)[1].reshape(key.shape)
 
     @cached_property
-    def pressures(self) -> int:
+    def pressures(self) -> int:  # type: ignore[override]
         """Number of pressure unknowns."""
         return int(self.pressure_dofs.max()) + 1
 
@@ -219,12 +228,6 @@ class TaylorHood(Space):
         mass = reduce(np.add, (-ratio * self.mass[number] for number, (_, ratio) in constants.items()))
         return self._filled(shear=shear, divergence=self.divergence, mass=mass)
 
-    def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
-        """One part of the matrix, at its place: "shear" or "mass" of a layer, or "divergence" of all."""
-        part = self._filled(**{name: getattr(self, name) if layer is None else getattr(self, name)[layer]})
-        part.eliminate_zeros()
-        return part
-
     def free(self, parity: tuple[int, int], mirrors: tuple[str, ...]) -> np.ndarray:
         """Mask (unknowns,) of the unknowns that the clamped base and the mirror planes leave free, for fields of one
         parity."""
@@ -233,7 +236,7 @@ class TaylorHood(Space):
             if parity[axis] < 0:
                 # A pressure that is antisymmetric about a plane, and continuous there, is zero there
                 on_plane = self.mesh.points[self.mesh.tets, axis] == 0
-                free[3 * self.nodes + self.pressure_dofs[on_plane]] = False
+                free[AXES * self.nodes + self.pressure_dofs[on_plane]] = False
         return free
 
     @cached_property
@@ -243,7 +246,7 @@ class TaylorHood(Space):
         gradients = self._gradients(cells)
         weighted = self._hats * self.displacement.dx[:, None, :]
         blocks = -np.matmul(weighted, gradients.reshape(len(cells), -1, gradients.shape[-1]).transpose(0, 2, 1))
-        return self._mixed.total(blocks.reshape(len(cells), -1, 3), cells)
+        return self._blocks["divergence"][0].total(blocks.reshape(len(cells), -1, AXES), cells)
 
     @cached_property
     def mass(self) -> dict[int, np.ndarray]:
@@ -267,36 +270,25 @@ class TaylorHood(Space):
         return np.take_along_axis(self.pressure_dofs, self._pressure_order, axis=1)
 
     @cached_property
-    def _hats(self) -> np.ndarray:
-        """Values (m, 4, q) of the pressure's basis functions, in the order of `_cell_pressures`."""
-        basis = Basis(self.skmesh, ElementTetP1(), intorder=QUADRATURE_ORDER)
-        # They are those of the reference cell, the same for all cells
-        return np.stack([np.asarray(f[0])[0] for f in basis.basis])[self._pressure_order]
+    def hats(self) -> np.ndarray:
+        """Values (4, q) of the pressure's basis functions at the quadrature points, the same in all cells."""
+        points, element = self.displacement.X, ElementTetP1()
+        return np.stack([element.lbasis(points, vertex)[0] for vertex in range(self.mesh.tets.shape[1])])
 
     @cached_property
-    def _mixed(self) -> Couplings:
-        return Couplings.between(self._cell_pressures, self._cell_nodes)
+    def _hats(self) -> np.ndarray:
+        """These values (m, 4, q) in the order of `_cell_pressures`."""
+        return self.hats[self._pressure_order]
 
     @cached_property
     def _coupled_pressures(self) -> Couplings:
         return Couplings.lower(self._cell_pressures)
 
     @cached_property
-    def _layout(self) -> Layout:
-        size = 3 * self.nodes
-        (mixed_rows, mixed_columns), (rows, columns) = self._mixed.entries(1, 3), self._coupled_pressures.entries(1, 1)
-        return self._layout_with((size + mixed_rows, mixed_columns), (size + rows, size + columns))
-
-    def _filled(self, **blocks: np.ndarray) -> sp.csc_matrix:
-        """The matrix with some of the blocks "shear", "divergence" and "mass", and zeros elsewhere."""
-        couplings = {
-            "shear": (self._coupled_nodes, 9),
-            "divergence": (self._mixed, 3),
-            "mass": (self._coupled_pressures, 1),
-        }
-        sizes = {name: len(coupled.rows) * entries for name, (coupled, entries) in couplings.items()}
-        values = [np.ravel(blocks[name]) if name in blocks else np.zeros(size) for name, size in sizes.items()]
-        return self._layout.matrix(np.concatenate(values))
+    def _blocks(self) -> dict[str, tuple[Couplings, tuple[int, int]]]:
+        """Kind of the matrix' blocks -> the pairs of numbers that have one, with rows and columns of a block."""
+        mixed = Couplings.between(self._cell_pressures, self._cell_nodes)
+        return {**super()._blocks, "divergence": (mixed, (1, AXES)), "mass": (self._coupled_pressures, (1, 1))}
 
 
 class PureDisplacement(Space):
@@ -305,11 +297,6 @@ class PureDisplacement(Space):
     If cells must keep their volume, the nodes have too few ways to deform, and the finger becomes too stiff (P2 loses 5
     % of its compliance between nu 0.49 and 0.49999, P1 most of it). The element serves for comparisons only.
     """
-
-    @property
-    def pressures(self) -> int:
-        """Number of pressure unknowns: 0."""
-        return 0
 
     def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
         """Lower triangle of the stiffness matrix for the given layers, in N/mm.
@@ -326,20 +313,12 @@ class PureDisplacement(Space):
             mu * self.shear[number] + self.volumetric[number] / compressibility
             for number, (mu, compressibility) in constants.items()
         )
-        return self._layout.matrix(np.ravel(reduce(np.add, blocks)))
-
-    def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
-        """One part of the matrix: "shear" or "volumetric" of a layer."""
-        return self._layout.matrix(np.ravel(getattr(self, name)[layer]))
+        return self._filled(shear=reduce(np.add, blocks))
 
     @cached_property
     def volumetric(self) -> dict[int, np.ndarray]:
         """Layer -> blocks (pairs of nodes, 9) of the form div u div v over its cells; multiplied by lambda."""
         return self._by_layer(volumetric_blocks)
-
-    @cached_property
-    def _layout(self) -> Layout:
-        return self._layout_with()
 
 
 class P2(PureDisplacement):
@@ -432,5 +411,5 @@ def evaluated(
     parts = []
     for parity, field in fields.items():
         there = (values @ field.reshape(len(field), -1)).reshape(len(points), *field.shape[1:])
-        parts.append(there * parity_signs(parity, images).reshape(len(points), 3, *[1] * (field.ndim - 2)))
+        parts.append(there * parity_signs(parity, images).reshape(len(points), AXES, *[1] * (field.ndim - 2)))
     return np.sum(parts, axis=0)

@@ -6,14 +6,14 @@ p div u - p^2/(2 lambda), term by term that of linear elasticity, and nu = 0.5 (
 """
 
 from dataclasses import dataclass, fields
-from functools import singledispatch
 
 import numpy as np
 
-from papilla.errors import InputError
 from papilla.materials import FirstInvariantMaterial, Ogden
 
-_ROWS, _COLUMNS = np.divmod(np.arange(9), 3)
+Rubber = FirstInvariantMaterial | Ogden
+
+THIRD = 1 / 3  # One over the number of dimensions
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,14 @@ class Kinematics:
     @classmethod
     def of(cls, gradient: np.ndarray) -> "Kinematics":
         """Kinematics of displacement gradients (..., 3, 3)."""
-        deformation = gradient + np.eye(3)
-        cofactor = _cofactor(deformation)
+        deformation = gradient + np.eye(gradient.shape[-1])
+        # The rows of the cofactor are the cross products of the two other rows
+        following, last = (np.roll(deformation, -shift, axis=-2) for shift in (1, 2))
         trace = np.trace(gradient, axis1=-2, axis2=-1)
         square = (gradient * gradient.swapaxes(-1, -2)).sum(axis=(-2, -1))
-        determinant = (gradient[..., 0, :] * np.cross(gradient[..., 1, :], gradient[..., 2, :])).sum(axis=-1)
-        return cls(gradient, deformation, cofactor, trace + (trace**2 - square) / 2 + determinant)
+        first, second, third = np.moveaxis(gradient, -2, 0)
+        determinant = (first * np.cross(second, third)).sum(axis=-1)
+        return cls(gradient, deformation, np.cross(following, last), trace + (trace**2 - square) / 2 + determinant)
 
     def __getitem__(self, index) -> "Kinematics":
         """The kinematics of some of the points."""
@@ -49,81 +51,56 @@ class Kinematics:
         return 1 + self.volume_change
 
 
-def stress(material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+def stress(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """First Piola-Kirchhoff stress (..., 3, 3) in MPa. Every J must be positive."""
     return isochoric_stress(material, kinematics) + _slope(material, kinematics, pressure) * kinematics.cofactor
 
 
-def response(
-    material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def response(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
 
     Index pairs are flattened as 3 * i + K for component i and reference direction K. Every J must be positive.
     """
     tangent, cofactor = isochoric_tangent(material, kinematics), kinematics.cofactor
     inverse = cofactor / kinematics.jacobian[..., None, None]
-    flat, inverse_flat = _flat(cofactor), _flat(inverse)
+    flat = _flat(cofactor)
     # d cof F / dF = cof F (x) F^-T - swapped(cof F, F^-T)
-    turned = _dyad(flat, inverse_flat) - _swapped(cofactor, inverse)
+    turned = _dyad(flat, _flat(inverse)) - _swapped(cofactor, inverse)
     tangent = tangent + _slope(material, kinematics, pressure) * turned
-    return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus / 3 * _dyad(flat, flat)
+    return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus * THIRD * _dyad(flat, flat)
 
 
-def _slope(material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+def _slope(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """Derivative (..., 1, 1) of the volumetric energy by J, MPa."""
-    return (2 * material.shear_modulus / 3 * kinematics.volume_change - pressure)[..., None, None]
+    return (2 * material.shear_modulus * THIRD * kinematics.volume_change - pressure)[..., None, None]
 
 
-def energy(
-    material: FirstInvariantMaterial | Ogden, kinematics: Kinematics, pressure: np.ndarray, compressibility: float
-) -> np.ndarray:
-    """W (...) in MPa, `compressibility` being 1/lambda in 1/MPa."""
-    change = kinematics.volume_change
-    volumetric = material.shear_modulus / 3 * change**2 - pressure * change - compressibility / 2 * pressure**2
-    return isochoric_energy(material, kinematics) + volumetric
-
-
-@singledispatch
-def isochoric_stress(material: object, kinematics: Kinematics) -> np.ndarray:
+def isochoric_stress(material: Rubber, kinematics: Kinematics) -> np.ndarray:
     """dW_iso/dF (..., 3, 3) of a material, MPa."""
-    raise InputError(f"no stress is known for {type(material).__name__}")
-
-
-@singledispatch
-def isochoric_tangent(material: object, kinematics: Kinematics) -> np.ndarray:
-    """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
-    raise InputError(f"no tangent is known for {type(material).__name__}")
-
-
-@singledispatch
-def isochoric_energy(material: object, kinematics: Kinematics) -> np.ndarray:
-    """W_iso (...) of a material, MPa."""
-    raise InputError(f"no energy is known for {type(material).__name__}")
-
-
-@isochoric_energy.register
-def _(material: FirstInvariantMaterial, kinematics):
-    return material.energy((kinematics.deformation**2).sum(axis=(-2, -1)) * kinematics.jacobian ** (-2 / 3))
-
-
-@isochoric_stress.register
-def _(material: FirstInvariantMaterial, kinematics):
+    if isinstance(material, Ogden):
+        stretches, spatial, reference = principal(kinematics)
+        slope = _ogden_derivatives(material, stretches, kinematics.jacobian)[0]
+        return (spatial * slope[..., None, :]) @ reference.swapaxes(-1, -2)
     scale, square, direction, _ = _invariant(kinematics)
     return material.slopes(scale * square)[0][..., None, None] * direction
 
 
-@isochoric_tangent.register
-def _(material: FirstInvariantMaterial, kinematics):
+def isochoric_tangent(material: Rubber, kinematics: Kinematics) -> np.ndarray:
+    """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
+    return (_ogden_tangent if isinstance(material, Ogden) else _invariant_tangent)(material, kinematics)
+
+
+def _invariant_tangent(material: FirstInvariantMaterial, kinematics: Kinematics) -> np.ndarray:
     """The derivative of dI/dF by the product rule."""
     scale, square, direction, inverse = _invariant(kinematics)
     first, second = (slope[..., None, None] for slope in material.slopes(scale * square))
-    square, scale = square[..., None, None], scale[..., None, None]
+    share, scale = 2 * THIRD * square[..., None, None], scale[..., None, None]
     f, g, d = _flat(kinematics.deformation), _flat(inverse), _flat(direction)
     mixed = _dyad(f, g)
-    tangent = 4 / 9 * square * _dyad(g, g) - 4 / 3 * (mixed + mixed.swapaxes(-1, -2))
-    tangent += 2 / 3 * square * _swapped(inverse, inverse)
-    tangent[..., np.arange(9), np.arange(9)] += 2
+    tangent = 2 * THIRD * (share * _dyad(g, g) - 2 * (mixed + mixed.swapaxes(-1, -2)))
+    tangent += share * _swapped(inverse, inverse)
+    diagonal = np.einsum("...kk->...k", tangent)
+    diagonal += 2
     return first * scale * tangent + second * _dyad(d, d)
 
 
@@ -131,25 +108,11 @@ def _invariant(kinematics: Kinematics):
     """J^(-2/3), F : F, dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T) for I = J^(-2/3) F : F, and F^-T."""
     F = kinematics.deformation
     inverse = kinematics.cofactor / kinematics.jacobian[..., None, None]
-    scale, square = kinematics.jacobian ** (-2 / 3), (F**2).sum(axis=(-2, -1))
-    return scale, square, scale[..., None, None] * (2 * F - (2 / 3 * square)[..., None, None] * inverse), inverse
+    scale, square = kinematics.jacobian ** (-2 * THIRD), (F**2).sum(axis=(-2, -1))
+    return scale, square, scale[..., None, None] * (2 * F - (2 * THIRD * square)[..., None, None] * inverse), inverse
 
 
-@isochoric_energy.register
-def _(material: Ogden, kinematics):
-    stretches, _, _ = principal(kinematics)
-    return material.energy(stretches * kinematics.jacobian[..., None] ** (-1 / 3))
-
-
-@isochoric_stress.register
-def _(material: Ogden, kinematics):
-    stretches, spatial, reference = principal(kinematics)
-    slope = _ogden_derivatives(material, stretches, kinematics.jacobian)[0]
-    return (spatial * slope[..., None, :]) @ reference.swapaxes(-1, -2)
-
-
-@isochoric_tangent.register
-def _(material: Ogden, kinematics):
+def _ogden_tangent(material: Ogden, kinematics: Kinematics) -> np.ndarray:
     """In principal axes n (x) N the stress is diag(W_i) and the tangent couples ab with ab and ba alone.
 
     A_abab + A_abba = (W_a - W_b)/(l_a - l_b), A_abab - A_abba = (W_a + W_b)/(l_a + l_b) (Ogden 1997, section 6.1.4).
@@ -157,16 +120,16 @@ def _(material: Ogden, kinematics):
     stretches, spatial, reference = principal(kinematics)
     slope, hessian, quotient = _ogden_derivatives(material, stretches, kinematics.jacobian)
     total = (slope[..., :, None] + slope[..., None, :]) / (stretches[..., :, None] + stretches[..., None, :])
-    local = np.zeros((*stretches.shape[:-1], 3, 3, 3, 3))
-    for a in range(3):
-        for b in range(3):
-            local[..., a, a, b, b] += hessian[..., a, b]
-            if a != b:
-                local[..., a, b, a, b] += (quotient[..., a, b] + total[..., a, b]) / 2
-                local[..., a, b, b, a] += (quotient[..., a, b] - total[..., a, b]) / 2
-    local = local.reshape(*stretches.shape[:-1], 9, 9)
+    *points, axes = stretches.shape
+    local = np.zeros((*points, axes, axes, axes, axes))
+    for a, b in np.ndindex(axes, axes):
+        local[..., a, a, b, b] += hessian[..., a, b]
+        if a != b:
+            local[..., a, b, a, b] += (quotient[..., a, b] + total[..., a, b]) / 2
+            local[..., a, b, b, a] += (quotient[..., a, b] - total[..., a, b]) / 2
+    local = local.reshape(*points, axes**2, axes**2)
     # Column 3 a + b of the rotation is n_a (x) N_b
-    rotation = (spatial[..., :, None, :, None] * reference[..., None, :, None, :]).reshape(*stretches.shape[:-1], 9, 9)
+    rotation = (spatial[..., :, None, :, None] * reference[..., None, :, None, :]).reshape(local.shape)
     return rotation @ local @ rotation.swapaxes(-1, -2)
 
 
@@ -186,18 +149,15 @@ def _ogden_derivatives(material: Ogden, stretches, jacobian):
     W_i = c alpha J^(-alpha/3) (l_i^(alpha-1) - S/(3 l_i)).
     """
     alpha = material.alpha
-    scale = (2 * material.mu / alpha * jacobian ** (-alpha / 3))[..., None]
+    scale = (2 * material.mu / alpha * jacobian ** (-alpha * THIRD))[..., None]
     powers = stretches**alpha
-    total = powers.sum(axis=-1, keepdims=True)
-    slope = scale * (powers - total / 3) / stretches
+    mean = powers.sum(axis=-1, keepdims=True) * THIRD
+    slope = scale * (powers - mean) / stretches
     column, row = stretches[..., :, None], stretches[..., None, :]
-    mixed = -(powers[..., :, None] + powers[..., None, :]) * alpha / 3 + alpha / 9 * total[..., None]
-    hessian = mixed / (column * row)
-    diagonal = ((alpha - 1) * powers + total / 3) / stretches**2
-    hessian[..., np.arange(3), np.arange(3)] += diagonal
-    quotient = row ** (alpha - 2) * _power_quotient((column - row) / row, alpha - 1) + total[..., None] / (
-        3 * column * row
-    )
+    hessian = alpha * THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / (column * row)
+    diagonal = np.einsum("...kk->...k", hessian)
+    diagonal += ((alpha - 1) * powers + mean) / stretches**2
+    quotient = row ** (alpha - 2) * _power_quotient((column - row) / row, alpha - 1) + mean[..., None] / (column * row)
     return slope, scale[..., None] * hessian, scale[..., None] * quotient
 
 
@@ -207,13 +167,8 @@ def _power_quotient(x, exponent):
     return np.where(x == 0, exponent, np.expm1(exponent * np.log1p(safe)) / safe)
 
 
-def _cofactor(F):
-    rows = [np.cross(F[..., (i + 1) % 3, :], F[..., (i + 2) % 3, :]) for i in range(3)]
-    return np.stack(rows, axis=-2)
-
-
 def _flat(tensor):
-    return tensor.reshape(*tensor.shape[:-2], 9)
+    return tensor.reshape(*tensor.shape[:-2], -1)
 
 
 def _dyad(a, b):
@@ -222,4 +177,5 @@ def _dyad(a, b):
 
 def _swapped(a, b):
     """T with T_(iK)(jL) = a_jK b_iL, (..., 9, 9)."""
-    return a[..., _ROWS[None, :], _COLUMNS[:, None]] * b[..., _ROWS[:, None], _COLUMNS[None, :]]
+    rows, columns = np.indices(a.shape[-2:]).reshape(2, -1)
+    return a[..., rows, columns[:, None]] * b[..., rows[:, None], columns]

@@ -6,25 +6,26 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
+import scipy.sparse as sp
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
+from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, fold, interpolation, parity_signs
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
-from papilla.fem.finite.readout import Readout
 from papilla.fem.finite.touching import STICK, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
 from papilla.fem.reduction.finger_model import build_patch
-from papilla.fem.reduction.gauges import gauge_weights
+from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame
 from papilla.finger import Finger
 from papilla.materials import Material, NeoHookean, checked_material
 from papilla.memory import refuse_finite
 from papilla.mesh.body import surfaces_of
-from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import BONE, LAYERS, LayeredMesh
+from papilla.mesh.surfaces import Surface
 from papilla.specimen import Friction, Specimen, friction_coefficient
 from papilla.units import PER_CENT
 
@@ -36,8 +37,6 @@ ON_THE_WAY = 1e-5
 
 SMALLEST_STEP = 1 / 64
 """Smallest step of the load, as a share of the whole; smaller ones are not tried."""
-
-LAYER_NUMBERS = {"outer": OUTER, "inner": INNER, "bone": BONE}
 
 
 def press_finite(
@@ -80,6 +79,37 @@ def press_finite(
     share = None if force is None else force / len(scene.touching.patch.images)
     state, steps, balance, _ = press_path(scene, share, indentation, progress)
     return result(scene, state, force, _sentence(steps, balance), began)
+
+
+@dataclass(frozen=True, eq=False)
+class Readout:
+    """Strain and curvature of the g gauges of a finitely deformed finger: true elongation of the chord, curvature as at
+    small strain.
+
+    functionals : q * g of them, quantity by quantity, with p points in all. rows : (p, nodes) weights that evaluate the
+    displacement in the cell at these points; signs (p, 3) map it to its mirror images.
+    """
+
+    functionals: list[PointFunctional]
+    rows: sp.csr_matrix
+    signs: np.ndarray
+
+    @classmethod
+    def of(cls, finger: Finger, interface: Surface, space: TaylorHood, mirrors: tuple[str, ...]) -> "Readout":
+        """The readout of a finger; raises `InputError` for a gauge outside the mesh."""
+        functionals = gauge_functionals(finger, interface)
+        folded, images = fold(np.concatenate([functional.points for functional in functionals]), mirrors)
+        return cls(functionals, interpolation(space, folded), parity_signs(SYMMETRIC, images))
+
+    def __call__(self, displacement: np.ndarray) -> np.ndarray:
+        """Strain and curvature change of the gauges (q, g) at a displacement (nodes of the cell, 3), in the order of
+        `gauges.QUANTITIES`."""
+        ends = np.cumsum([len(functional.points) for functional in self.functionals])
+        moved = np.split(self.signs * (self.rows @ displacement), ends[:-1])
+        gauges = len(self.functionals) // len(QUANTITIES)
+        feel = [quantity.finite for quantity in QUANTITIES.values() for _ in range(gauges)]
+        values = [value(*pair) for value, *pair in zip(feel, self.functionals, moved, strict=True)]
+        return np.reshape(values, (len(QUANTITIES), -1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +171,7 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
         if name not in layers:
             raise InputError(f"materials are for {', '.join(layers)}, got {name!r}")
         cards[name] = Card(checked_material(f"material of {name}", material), layers[name].nu)
-    return {LAYER_NUMBERS[name]: card for name, card in cards.items()}
+    return {LAYERS[name]: card for name, card in cards.items()}
 
 
 def press_path(

@@ -6,12 +6,11 @@ the same contact problem as at rest, with another compliance and with a displace
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import expm
 
-from papilla.fem.sliding.section_model import Modes
+from papilla.fem.sliding.section import Modes
 from papilla.finger_parts import Identified
 from papilla.references import Prony
 
@@ -21,21 +20,6 @@ LOSS_FACTOR = 0.1
 SLOWEST = 10.0
 """Ratio of a relaxation time to 1 / omega of a mode above which at most a tenth of its share contributes to the
 loss."""
-
-
-class Inertia(Protocol):
-    """Interface of the time loop: compliance of a body at the end of a step, and displacement by the earlier motion."""
-
-    compliance: np.ndarray
-
-    def free(self) -> np.ndarray:
-        """Displacements (2n,) at the end of the step without forces there."""
-
-    def accept(self, force: np.ndarray) -> None:
-        """End the step with forces (2n,)."""
-
-    def readings(self, force: np.ndarray) -> np.ndarray:
-        """Readings (g,) now."""
 
 
 @dataclass(eq=False)
@@ -137,3 +121,7 @@ class Modal:
         """Elastic and kinetic energy in N mm per mm."""
         q, speed = self.state.T
         return float(force @ self._rest @ force + (speed**2).sum() + ((self._modes.omega * q) ** 2).sum()) / 2
+
+
+Inertia = AtRest | Modal
+"""A body in the time loop: its compliance at the end of a step, and the displacement by the earlier motion."""

@@ -20,7 +20,7 @@ from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
 from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
-from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
+from papilla.fem.sliding.section import ReducedSection, prepare_section
 from papilla.fem.sliding.tying import Tie, refuse_end, tie
 from papilla.finger import Finger
 from papilla.specimen import STICK as STUCK

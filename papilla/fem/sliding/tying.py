@@ -19,7 +19,7 @@ from papilla.fem.preparing import prepare
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
 from papilla.fem.sliding.coulomb import Laws, rub
-from papilla.fem.sliding.reduced_section import ReducedSection
+from papilla.fem.sliding.section import ReducedSection
 from papilla.finger import Finger
 from papilla.specimen import Friction, HalfSpace
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from papilla.fem import Motion, prepare_section, slide
 from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
-from papilla.fem.sliding.reduced_section import ReducedSection
+from papilla.fem.sliding.section import ReducedSection
 from papilla.finger import Finger
 from papilla.specimen import Grating
 from papilla.studies import parameters

@@ -15,7 +15,7 @@ from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.fem.sliding import slide as sliding
 from papilla.fem.sliding.dynamics import LOSS_FACTOR
 from papilla.fem.sliding.motion import Motion
-from papilla.fem.sliding.reduced_section import ReducedSection, prepare_section
+from papilla.fem.sliding.section import ReducedSection, prepare_section
 from papilla.finger import Finger, Gauge, Ridges
 from papilla.mesh.section import SIZE_MM
 from papilla.specimen import Grating

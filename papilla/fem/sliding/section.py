@@ -1,32 +1,47 @@
-"""The section's finite elements: Taylor-Hood P2/P1 on triangles, condensed to its contact patch and its gauges.
+"""The section's finite elements, Taylor-Hood P2/P1 on triangles, condensed to its contact patch and its gauges.
+
+`prepare_section` makes the condensed section once for a finger and keeps it in the cache: it is all that sliding needs.
 
 All quantities are per mm along y. The default is plane strain; plane stress, for a thin slab, is the same mixed form
 with 1/lambda + 1/(2 mu) in place of 1/lambda. Pressure jumps across layers, as in three dimensions.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, eigsh
 from skfem import Basis, BilinearForm, ElementTriP1, ElementTriP2, ElementVector, MeshTri
-from skfem.helpers import ddot, div, dot, sym_grad
+from skfem.helpers import ddot, dot, sym_grad
+from skfem.models.general import divu
+from skfem.models.poisson import mass as product
 
+from papilla import cache, checks
 from papilla.errors import InputError, SolverError
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.solver import Factor, factorise
-from papilla.fem.reduction.gauges import gauge_functionals
-from papilla.finger import Finger, Layer
+from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
+from papilla.finger import Finger, Layer, Slab
 from papilla.mesh.body import surfaces_of
-from papilla.mesh.layered import BONE, INNER, OUTER
-from papilla.mesh.section import Section, section_finger
-from papilla.units import T_MM3_PER_G_CM3
+from papilla.mesh.cells import places
+from papilla.mesh.layered import LAYERS
+from papilla.mesh.section import SIZE_MM, Section, build_section, section_finger
+from papilla.units import MICROSTRAIN_PER_STRAIN, T_MM3_PER_G_CM3
 
 STRESS_STATES = ("plane strain", "plane stress")
 
+QUADRATURE_ORDER = 4  # Exact for products of two P2 functions
+
 STABILISER = 1e-9
 """Stabilisation of the pressure block, which is empty for nu = 0.5: only the factor contains it, solves are refined."""
+
+MODES = 40
+"""Number of modes that are kept; the last one of the default finger's section is at 540 Hz."""
+
+DENSITY_G_CM3 = 1.07
+"""Density of silicone, g/cm3."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +61,14 @@ class SectionModel:
     """
 
     def __init__(
-        self, finger: Finger, section: Section, *, stress: str = STRESS_STATES[0], density_g_cm3: float = 1.07
+        self, finger: Finger, section: Section, *, stress: str = STRESS_STATES[0], density_g_cm3: float = DENSITY_G_CM3
     ):
         self.finger, self.section = section_finger(finger), section
         self.plane_stress = stress == STRESS_STATES[1]
         self.density = density_g_cm3 * T_MM3_PER_G_CM3
         self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
-        self.scalar = Basis(self.mesh, ElementTriP2(), intorder=4)
-        self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4)
+        self.scalar = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
+        self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER)
 
     @cached_property
     def nodes(self) -> int:
@@ -69,9 +84,8 @@ class SectionModel:
         return found
 
     def _layers(self) -> list[tuple[np.ndarray, Layer]]:
-        layers = {OUTER: self.finger.outer, INNER: self.finger.inner, BONE: self.finger.bone}
-        pairs = ((np.flatnonzero(self.section.layer == number), layer) for number, layer in layers.items())
-        return [(cells, layer) for cells, layer in pairs if layer is not None and len(cells)]
+        pairs = ((self.section.layer == number, getattr(self.finger, name)) for name, number in LAYERS.items())
+        return [(np.flatnonzero(cells), layer) for cells, layer in pairs if layer is not None and cells.any()]
 
     @cached_property
     def system(self) -> tuple[sp.csc_matrix, sp.csc_matrix]:
@@ -82,14 +96,6 @@ class SectionModel:
             return 2 * ddot(sym_grad(u), sym_grad(v))
 
         @BilinearForm
-        def divergence(u, q, w):
-            return -q * div(u)
-
-        @BilinearForm
-        def product(p, q, w):
-            return p * q
-
-        @BilinearForm
         def inertia(u, v, w):
             return dot(u, v)
 
@@ -97,12 +103,12 @@ class SectionModel:
         for cells, layer in self._layers():
             mu, compressibility = lame(layer)
             compressibility += 1 / (2 * mu) if self.plane_stress else 0.0
-            u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=4, elements=cells)
-            p = Basis(self.mesh, ElementTriP1(), intorder=4, elements=cells)
+            u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER, elements=cells)
+            p = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER, elements=cells)
             own = np.unique(self.section.triangles[cells])
             stiffness = stiffness + mu * shear.assemble(u)
             # Pressures in units of the layer's modulus, so that all unknowns have similar size
-            mixed.append(mu * divergence.assemble(u, p).tocsr()[own])
+            mixed.append(-mu * divu.assemble(u, p).tocsr()[own])
             pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[own][:, own])
         B = sp.vstack(mixed)
         system = sp.bmat([[stiffness, B.T], [B, sp.block_diag(pressures)]]).tocsc()
@@ -156,7 +162,7 @@ class SectionModel:
         place = np.full(len(self.section.points), -1)
         place[vertices] = np.arange(len(vertices))
         length = np.linalg.norm(np.diff(self.section.points[spans], axis=1)[:, 0], axis=1)
-        middle = self.scalar.facet_dofs[0, self._facets(spans)]
+        middle = self.scalar.facet_dofs[0, places(spans, self.mesh.facets.T, len(place))]
         hats = np.zeros(len(vertices))
         np.add.at(hats, place[spans], length[:, None] / 2)
         # Integrals of hats times P2 functions over an edge: length/6 at the hat's own vertex, length/3 in the middle, 0
@@ -167,12 +173,6 @@ class SectionModel:
         size = (len(vertices), 2 * self.nodes)
         along, up = (sp.csr_matrix((values, (rows, self.component[c][columns])), shape=size) for c in (0, 1))
         return sp.vstack([along, -up]).tocsr(), hats
-
-    def _facets(self, spans: np.ndarray) -> np.ndarray:
-        weights = np.array([len(self.section.points), 1])
-        known = weights @ np.sort(self.mesh.facets, axis=0)
-        order = np.argsort(known)
-        return order[np.searchsorted(known[order], np.sort(spans, axis=1) @ weights)]
 
     @cached_property
     def gauge_rows(self) -> sp.csr_matrix:
@@ -221,3 +221,102 @@ class SectionModel:
         means, _ = self.patch_weights
         gauges = (self.gauge_rows @ fields).reshape(-1, len(self.finger.gauges), count)
         return Modes(np.sqrt(squares), means @ fields, gauges)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ReducedSection:
+    """A section per mm along y; n nodes of the surface that may touch, g gauges, q quantities, k modes.
+
+    x, z : (n,) the nodes, and z averaged over their hat functions, mm. hats : (n, 2) width of each node's hat function
+    to the left and to the right, 0 at a ridge's edge. compliance : (2n, 2n) displacement along x, then inward, under
+    forces in the same order, mm per N/mm. rows : (q, g, 2n) quantities of the gauges per N/mm. weights : (q, g) of the
+    quantities in a reading.
+    modes : of free vibration. ridge_pitch : mm, 0 for a smooth skin. half_width : largest distance of the contact from
+    the apex. bone_top : z of the bone's top.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+    hats: np.ndarray
+    compliance: np.ndarray
+    rows: np.ndarray
+    weights: np.ndarray
+    modes: Modes
+    ridge_pitch: float
+    half_width: float
+    bone_top: float
+
+    def __repr__(self) -> str:
+        return f"ReducedSection({len(self.x)} nodes, {self.rows.shape[1]} gauges, ridge pitch {self.ridge_pitch:g} mm)"
+
+    @property
+    def reading_rows(self) -> np.ndarray:
+        """(g, 2n) readings in microstrain per N/mm."""
+        return MICROSTRAIN_PER_STRAIN * np.einsum("qg,qgn->gn", self.weights, self.rows)
+
+    @property
+    def reading_modes(self) -> np.ndarray:
+        """(g, k) readings in microstrain per unit of each mode."""
+        return MICROSTRAIN_PER_STRAIN * np.einsum("qg,qgk->gk", self.weights, self.modes.gauges)
+
+
+def prepare_section(
+    finger: Finger,
+    *,
+    size_mm: float = SIZE_MM,
+    ridges: bool = True,
+    stress: str = STRESS_STATES[0],
+    progress: Callable[[str], None] = lambda line: None,
+) -> ReducedSection:
+    """Mesh, factorise and condense a finger's section, or take it from the cache.
+
+    ridges : whether the finger's ridges stand on its skin. stress : "plane strain", or "plane stress" for a thin slab.
+    Raises `InputError` for a finger without an exact section and for bad options, and `SolverError`.
+    """
+    if stress not in STRESS_STATES:
+        raise InputError(f"stress must be one of {', '.join(STRESS_STATES)}, got {stress!r}")
+    checks.positive("size_mm", size_mm)
+    own = section_finger(finger)
+
+    def make() -> dict[str, np.ndarray]:
+        progress("condensing the section, some seconds the first time")
+        return _arrays(SectionModel(own, build_section(own, size_mm=size_mm, ridges=ridges), stress=stress))
+
+    with_ridges = None if finger.ridges is None or not ridges else finger.ridges
+    key = cache.key(__name__, own.sha256, float(size_mm), with_ridges, stress, MODES, DENSITY_G_CM3)
+    found = cache.fetch("section", key, make)
+    modes = Modes(*(found.pop(f"mode_{field.name}") for field in fields(Modes)))
+    half_width, bone = float(found.pop("half_width")), own.shape
+    assert isinstance(bone, Slab)
+    return ReducedSection(
+        **found,
+        weights=gauge_weights(own),
+        modes=modes,
+        ridge_pitch=with_ridges.pitch if with_ridges else 0.0,
+        half_width=half_width,
+        bone_top=bone.bone[1],
+    )
+
+
+def _arrays(model: SectionModel) -> dict[str, np.ndarray]:
+    """The arrays of a `ReducedSection`, as they are cached."""
+    compliance, rows = model.condense()
+    modes = model.modes(MODES)
+    section, vertices = model.section, model.patch_vertices
+    hats = np.zeros((len(vertices), 2))
+    order = np.searchsorted(section.points[vertices, 0], section.points[section.spans, 0])
+    width = np.diff(section.points[section.spans, 0], axis=1)[:, 0]
+    hats[order[:, 0], 1] = hats[order[:, 1], 0] = width
+    z = section.points[vertices, 1]
+    neighbours = [np.roll(z, 1), np.roll(z, -1)]
+    # The mean of a straight edge under a hat with its peak at one end lies a third of the way to the other end
+    z_mean = z + sum(hats[:, c] * (other - z) / 3 for c, other in enumerate(neighbours)) / hats.sum(axis=1)
+    return {
+        "x": section.points[vertices, 0],
+        "z": z_mean,
+        "hats": hats,
+        "compliance": compliance,
+        "rows": rows,
+        "half_width": np.array(section.half_width),
+        **{f"mode_{field.name}": getattr(modes, field.name) for field in fields(Modes)},
+    }

@@ -1,0 +1,98 @@
+"""Contact of a skin that moves: loads as derivatives of the gap, lateral positions, and the specimen's compliance."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from papilla.fem.finite.pressing import Scene
+from papilla.fem.finite.touching import LAG, STEADY, Touching
+from papilla.specimen import Block, HalfSpace, Sphere
+
+
+@pytest.fixture(scope="module")
+def scene(coarse):
+    """The finger without mirrors, so that its skin may move to any side."""
+    finger, mesh = coarse
+    return Scene.of(finger, dataclasses.replace(mesh, mirrors=()), HalfSpace(0.5), {}, (0.0, 0.0))
+
+
+@pytest.fixture(scope="module")
+def bulge(scene):
+    """A smooth displacement (nodes, 3) of about 0.1 mm, different in each direction."""
+    x, y, z = scene.body.space.displacement.doflocs / 10
+    return 0.1 * np.column_stack([np.sin(x) + y * y, np.cos(y) * z + x, np.sin(x - y) + 0.5 * z])
+
+
+@pytest.mark.parametrize("specimen", [HalfSpace(0.5), Sphere(0.5, 12.0)], ids=repr)
+def test_loads_are_the_derivative_of_the_gap(scene, bulge, specimen):
+    touching = Touching(scene.touching.loaded, specimen, 0.3)
+    along = np.roll(bulge, 1, axis=1)[::-1]
+    after, before = (touching.at(bulge + sign * 1e-4 * along).gap for sign in (1, -1))
+    loads, n = touching.at(bulge).loads, len(after)
+    slope = loads[:, :n].T @ along.ravel()
+    assert slope == pytest.approx((after - before) / 2e-4, abs=1e-6 * np.abs(slope).max())
+    assert loads.shape == (bulge.size, 3 * n)
+    for axis in (1, 2):
+        pulled = loads[:, axis * n : (axis + 1) * n].toarray().reshape(-1, 3, n).sum(axis=0)
+        expected = np.outer(touching.loaded.frame.axes[axis - 1], touching.patch.mass)
+        assert pulled == pytest.approx(expected, abs=1e-12), "traction of 1 MPa over each node's area"
+    assert touching.at(bulge).gap == pytest.approx(Touching(scene.touching.loaded, specimen).at(bulge).gap)
+
+
+def test_a_skin_that_is_pushed_in_leaves_its_gap_by_as_much_everywhere(scene):
+    touching, nodes = scene.touching, scene.body.space.nodes
+    whole = np.tile(-0.2 * touching.loaded.frame.axes[2], (nodes, 1))
+    rest = touching.at(np.zeros((nodes, 3)))
+    assert touching.at(whole).gap - rest.gap == pytest.approx(0.2 * touching.patch.mass)
+    assert (rest.loads.sum(axis=1) @ np.ones((1, 1))).sum() == pytest.approx(-touching.patch.mass.sum())
+
+
+def test_nodes_of_the_patch_go_with_the_skin(scene):
+    touching, nodes = scene.touching, scene.body.space.nodes
+    shift = np.array([0.3, -0.2])
+    moved = touching.current_patch(np.tile(shift @ touching.loaded.frame.axes[:2], (nodes, 1)))
+    assert moved.xy - touching.patch.xy == pytest.approx(np.tile(shift, (len(moved.xy), 1)))
+    assert moved.mass == pytest.approx(touching.current_patch(np.zeros((nodes, 3))).mass)
+
+
+def test_nodes_on_a_mirror_stay_on_it(coarse):
+    touching = (scene := Scene.of(*coarse, HalfSpace(0.5), {}, (0.0, 0.0))).touching
+    moved = touching.current_patch(np.full((scene.body.space.nodes, 3), 0.1))
+    on_plane = touching.patch.xy == 0
+    assert on_plane.any(axis=0).all() and (moved.xy[on_plane] == 0).all()
+    assert moved.xy[~on_plane] == pytest.approx(touching.patch.xy[~on_plane] + 0.1)
+    assert touching.fixed is None
+    fixed = Touching(touching.loaded, HalfSpace(0.5), 0.3).fixed
+    assert np.array_equal(fixed, on_plane.T)
+
+
+def test_a_half_space_gives_way_by_less_as_the_skin_spreads(scene):
+    """Nodal pressures per reference area over places that are 1 + e times as far apart: compliance over 1 + e."""
+    touching = Touching(scene.touching.loaded, HalfSpace(0.5))
+    still = np.zeros((scene.body.space.nodes, 3))
+    before, spread = touching.at(still).compliance, 0.01
+    lateral = touching.loaded.frame.axes[:2]
+    places = scene.body.space.displacement.doflocs.T - touching.loaded.frame.origin
+    stretched = spread * places @ lateral.T @ lateral
+    assert not touching.follow(still), "nothing has moved"
+    assert touching.follow(stretched)
+    assert not touching.follow(stretched)
+    ratio = (touching.at(stretched).compliance / before)[touching.patch.mass > 0]
+    assert np.median(ratio) == pytest.approx(1 / (1 + spread), rel=2e-3), "nodes move by the mean around them"
+
+
+def test_a_compliance_follows_only_movements_that_count(scene):
+    nodes, axes = scene.body.space.nodes, scene.touching.loaded.frame.axes
+    smooth, rough = (Touching(scene.touching.loaded, Block(0.5, 10.0), friction) for friction in (0.0, 0.3))
+    step = STEADY * float(rough.patch.edge_length.mean())
+
+    def aside(far):
+        return np.tile(far * axes[0], (nodes, 1))
+
+    assert not rough.follow(aside(0.9 * step)) and rough.follow(aside(1.1 * step))
+    assert not rough.follow(aside(1.9 * step)), "measured from the last place"
+    assert smooth.follow(aside(0.9 * step)), "without friction any movement counts"
+    assert not smooth.follow(aside(1.8 * step), residual=1.1 / (2 * LAG)), "as long as the residual is larger"
+    assert smooth.follow(aside(1.8 * step), residual=0.9 / (2 * LAG))
+    assert rough.at(aside(0.0)).compliance.shape == (3 * len(rough.patch.xy),) * 2
