@@ -87,7 +87,9 @@ def isochoric_stress(material: Rubber, kinematics: Kinematics) -> np.ndarray:
 
 def isochoric_tangent(material: Rubber, kinematics: Kinematics) -> np.ndarray:
     """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
-    return (_ogden_tangent if isinstance(material, Ogden) else _invariant_tangent)(material, kinematics)
+    if isinstance(material, Ogden):
+        return _ogden_tangent(material, kinematics)
+    return _invariant_tangent(material, kinematics)
 
 
 def _invariant_tangent(material: FirstInvariantMaterial, kinematics: Kinematics) -> np.ndarray:

@@ -108,7 +108,7 @@ class Readout:
         moved = np.split(self.signs * (self.rows @ displacement), ends[:-1])
         gauges = len(self.functionals) // len(QUANTITIES)
         feel = [quantity.finite for quantity in QUANTITIES.values() for _ in range(gauges)]
-        values = [value(*pair) for value, *pair in zip(feel, self.functionals, moved, strict=True)]
+        values = [value(one, there) for value, one, there in zip(feel, self.functionals, moved, strict=True)]
         return np.reshape(values, (len(QUANTITIES), -1))
 
 
