@@ -118,7 +118,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
      "np.cross(ends[:, 2] - ends[:, 0], ends[:, 1] - ends[:, 0])"): "its length and |z| alone are used",
     ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
     ("papilla/fem/pressing/effects.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
-    ("papilla/fem/sliding/section_model.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):
+    ("papilla/fem/sliding/section.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):
      "symmetric",
     ("papilla/fem/fields.py", "np.outer(signs, mirror)", "np.outer(mirror, signs)"): "one is a multiple of the other",
     ("papilla/fem/pressing/contact.py", "math.log(specimen.modulus) / ORDER_STEP",
