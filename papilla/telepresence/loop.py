@@ -63,24 +63,15 @@ class Set:
         checks.within("parameters_Hz", self.parameters_Hz, 1, RATE_HZ)
 
 
-class Headers:
-    """Headers of one end of a simulated link, as long as real ones; they prove nothing, because the link is trusted."""
-
-    def __init__(self, number: int):
-        self._session, self._sequence = 2**SESSION_BITS + number, itertools.count(1)
-
-    def next(self, time_s: float) -> Header:
-        """The header of a message that is sent at this time."""
-        now = CLOCK_NS + round(NS_PER_S * time_s)
-        return Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, PERIOD_NS)
-
-
 class SimulatedWire:
-    """The wire of one end, on the clock `time_s` that the loop sets; `number` tells the ends apart."""
+    """The wire of one end, on the clock `time_s` that the loop sets; `number` tells the ends apart.
+
+    Its headers are as long as real ones; they prove nothing, because the link is trusted.
+    """
 
     def __init__(self, out: Link, into: Link, number: int):
         self.time_s, self._out, self._into = 0.0, out, into
-        self._headers, self._newest_s = Headers(number), -math.inf
+        self._session, self._sequence, self._newest_s = 2**SESSION_BITS + number, itertools.count(1), -math.inf
 
     def now_ns(self) -> int:
         """The time of the loop."""
@@ -88,7 +79,9 @@ class SimulatedWire:
 
     def send(self, make: Callable[[Header], Message]) -> None:
         """Send the message that `make` makes under the next header."""
-        message = make(self._headers.next(self.time_s))
+        now = CLOCK_NS + self.now_ns()
+        header = Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, PERIOD_NS)
+        message = make(header)
         self._out.send(self.time_s, message, len(encode(message)))
 
     def receive(self) -> list[Received]:
@@ -105,22 +98,25 @@ class DirectEnd:
     """Direct feedback, with the sensor's raw samples on their way to it."""
 
     def __init__(self, scene: Set, link: Link, feedback: DirectFeedback):
-        self._texture, self._link, self._feedback, self._headers = scene.texture, link, feedback, Headers(2)
+        self._texture, self._feedback, self.wire = scene.texture, feedback, SimulatedWire(link, link, 2)
         # The force changes a pressed gauge's reading far more than a texture; the amplifier's coupling removes it
         self._coupled = HighPass(RATE_HZ) if scene.soft else float
-        self._newest_s, self._shown = -math.inf, (math.nan, math.nan)
+        # Of each sample that was sent, by its number: the place, and the time on the hand's clock
+        self._sensed: dict[int, tuple[float, float]] = {}
+        self._shown = math.nan, math.nan
 
     def step(self, now: float, sensor: SensorEnd, source: TouchSource) -> tuple[float, ...]:
         """displacement_um and status now; for the displayed sample, the wavelength (mm) under the sensor and the time
         (ms) since the hand was there."""
         if sensor.sample is not None:
-            reading = self._coupled(sensor.sample[1])
-            size = len(encode(Samples(self._headers.next(now), PERIOD_NS, (reading,))))
-            self._link.send(now, (reading, source.place_mm, source.playing_s), size)
-        for sent, _, (reading, place, played) in self._link.receive(now):
-            if sent > self._newest_s:
-                self._newest_s, self._shown = sent, (self._texture.wavelength(place), played)
-                self._feedback.take_reading(now, reading)
+            readings = (self._coupled(sensor.sample[1]),)
+            self.wire.send(lambda header: Samples(header, PERIOD_NS, readings))
+            self._sensed[len(self._sensed) + 1] = source.place_mm, source.playing_s
+        for received in self.wire.receive():
+            assert isinstance(received.message, Samples)
+            place, played = self._sensed[received.message.header.sequence]
+            self._shown = self._texture.wavelength(place), played
+            self._feedback.take_reading(now, *received.message.readings)
         displayed, (wavelength, played) = self._feedback.update(now), self._shown
         return displayed.displacement_um, displayed.status, wavelength, MS_PER_S * (now - played)
 
@@ -154,7 +150,7 @@ def run(
         if row % PROGRESS_ROWS == 0:
             progress(round(now), round(scene.seconds))
         # One clock for both ends, and a fixed order of steps: the run is the same for the same seed.
-        here.time_s = there.time_s = now
+        here.time_s = there.time_s = feedback.wire.time_s = now
         places.append(hand.step(now))
         sensor.step(now)
         if sensor.sample is not None and not math.isfinite(sensor.sample[1]):

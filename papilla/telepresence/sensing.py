@@ -165,13 +165,12 @@ class Sensing:
             return {}
         force = self._sample[self._force]
         found: dict[str, Any] = {"force": quantity(messages.Force, force)}
-        if "modulus" in self.pipeline.off:
-            return found
-        modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
-        trust = Trust.OK if self.pipeline.sentences.get("modulus", "").startswith("ok") else Trust.DOUBTED
-        found["modulus"] = quantity(messages.Modulus, modulus, sigma, trust)
-        if self._area is not None:
-            found["area"] = quantity(messages.Area, *self._area(force, modulus, sigma), trust)
+        if "modulus" not in self.pipeline.off:
+            modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
+            trust = _trust(self.pipeline.sentences.get("modulus", "").startswith("ok"))
+            found["modulus"] = quantity(messages.Modulus, modulus, sigma, trust)
+            if self._area is not None:
+                found["area"] = quantity(messages.Area, *self._area(force, modulus, sigma), trust)
         return found
 
     def _friction(self) -> dict[str, Any]:
@@ -179,11 +178,13 @@ class Sensing:
         found = self.pipeline.friction
         if found is None:
             return {}
-        trust = Trust.OK if FrictionStatus(int(found.status)).good else Trust.DOUBTED
-        return {
-            "mu_kinetic": quantity(messages.Ratio, float(found.mu_kinetic), float(found.mu_kinetic_sigma), trust),
-            "mu_static": quantity(messages.Ratio, float(found.mu_static), float(found.mu_static_sigma), trust),
-        }
+        trust, names = _trust(FrictionStatus(int(found.status)).good), ("mu_kinetic", "mu_static")
+        both = ((name, float(getattr(found, name)), float(getattr(found, f"{name}_sigma"))) for name in names)
+        return {name: quantity(messages.Ratio, value, sigma, trust) for name, value, sigma in both}
+
+
+def _trust(good: bool) -> Trust:
+    return Trust.OK if good else Trust.DOUBTED
 
 
 AREA_SIGMA = 0.01

@@ -4,8 +4,7 @@
 >>> papilla.studies.figures.write(Path("figures"), made)
 """
 
-from papilla.studies.figures.papers import PAPERS
 from papilla.studies.figures.picture import Curve, Figure, Panel, Paper, Picture, Shade, Table
-from papilla.studies.figures.runner import Made, figures, write
+from papilla.studies.figures.runner import PAPERS, Made, figures, write
 
 __all__ = ["PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "Shade", "Table", "figures", "write"]

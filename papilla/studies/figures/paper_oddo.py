@@ -8,31 +8,14 @@ import numpy as np
 from papilla.estimators.published.wavelet import cross_wavelet, morlet, octaves
 from papilla.estimators.published.wavelet.cross import CrossWavelet
 from papilla.estimators.published.wavelet.significance import RedNoise
-from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, Shade, Table
-from papilla.studies.reproduce.experiments.wavelets import (
-    ASSUMED,
-    PASSIVE,
-    PASSIVE_S,
-    PERIODS_MM,
-    RUNS,
-    SCENE,
-    SPEEDS_MM_S,
-    ActiveRun,
-    RATE_Hz,
-    accuracy,
-    active_records,
-    campaign,
-    channels,
-    indices,
-    passive_speed,
-    phase_deg,
-    table_3,
-)
+from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, dashed, printed
+from papilla.studies.reproduce.experiments import wavelets
+from papilla.studies.reproduce.experiments.wavelets import ASSUMED, PERIODS_MM, RUNS, SCENE, RATE_Hz, phase_deg
 from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times
 from papilla.units import PER_CENT, UM_PER_MM
 
 CHANNELS = ("P1S4", "P1S1", "P1S2")
-STEP_S = PASSIVE.rest_s + PASSIVE.first_s
+STEP_S = wavelets.PASSIVE.rest_s + wavelets.PASSIVE.first_s
 """When a passive run changes its speed: 2.0 s, as in print."""
 BEGIN_S: float = SCENE.active.begin_s
 """Of the touch in an active record of `active_records`."""
@@ -46,16 +29,16 @@ Records = tuple[np.ndarray, np.ndarray, np.ndarray]
 def _passive(period: float = SHOWN.period_mm, seed: int = SHOWN.passive_seed) -> Records:
     """S4, S1 and S2 (n,) of a passive run."""
     rng = np.random.default_rng(seed)
-    speed = passive_speed(times(PASSIVE_S, RATE_Hz))
+    speed = wavelets.passive_speed(times(wavelets.PASSIVE_S, RATE_Hz))
     place = np.cumsum(speed) / RATE_Hz
-    first, second, fourth = channels(place, period, rng, (0.0, 0.0, SCENE.pitch_mm), speed > 0)
+    first, second, fourth = wavelets.channels(place, period, rng, (0.0, 0.0, SCENE.pitch_mm), speed > 0)
     return fourth, first, second
 
 
 @cache
 def _active(period: float = SHOWN.period_mm, seed: int = SHOWN.active_seed) -> Records:
     """S4, S1 and S2 (n,) of an active run."""
-    first, second, fourth = active_records(period, np.random.default_rng(seed))[1]
+    first, second, fourth = wavelets.active_records(period, np.random.default_rng(seed))[1]
     return fourth, first, second
 
 
@@ -91,7 +74,7 @@ def _maps(records: Records, window: tuple[float, float], mark: bool) -> tuple[tu
             time[columns], frequency[rows], value, "power over its greatest", over[rows][:, columns],
             None if phase is None else phase[rows][:, columns],
         )  # fmt: skip
-        curves = () if at is None else (Curve("t_MP", np.full(2, at), frequency[[0, -1]], "dashed", color=1),)
+        curves = () if at is None else (dashed(at, frequency[[0, -1]], "t_MP", origin="papilla", color=1),)
         return Panel(title, "time, s", "frequency, Hz", curves, shade, log="y")
 
     panels, pairs = [], []
@@ -116,8 +99,7 @@ def passive_maps() -> Picture:
     printed frequencies are points.
     """
     panels, pairs = _maps(_passive(), WINDOWS.step_map_s, False)
-    printed = Curve("printed", np.array(STEP.marks_s), np.array(STEP.printed_Hz), "points", origin="printed")
-    marked = tuple(Panel(one.title, one.x_label, one.y_label, (printed,), one.shade, log="y") for one in panels)
+    marked = tuple(replace(one, curves=(printed("printed", STEP.marks_s, STEP.printed_Hz),)) for one in panels)
     ridge = pairs[1].ridge.frequency_Hz
     ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in STEP.parts_s]
     found = f"f_MP of P1S1 - P1S2 is {ends[0]:.2f} Hz before and {ends[1]:.2f} Hz after the step (printed 13.9, 20.8)."
@@ -168,8 +150,8 @@ def three_gratings() -> Picture:
 
 
 @cache
-def _runs() -> list[ActiveRun]:
-    return campaign(SHOWN.campaigns.first)
+def _runs() -> list[wavelets.ActiveRun]:
+    return wavelets.campaign(SHOWN.campaigns.first)
 
 
 def _means() -> np.ndarray:
@@ -237,7 +219,7 @@ def textiles() -> Picture:
     panels, tops = [], []
     for number, (name, periods) in enumerate(cloth.weaves_mm.items()):
         rng = np.random.default_rng(cloth.first_seed + number)
-        speed = active_records(SHOWN.period_mm, np.random.default_rng(SHOWN.active_seed))[0]
+        speed = wavelets.active_records(SHOWN.period_mm, np.random.default_rng(SHOWN.active_seed))[0]
         time = np.arange(len(speed)) / RATE_Hz
         place = np.cumsum(speed) / RATE_Hz
         x = np.arange(place[0] - 1, place[-1] + 1, cloth.point_mm)
@@ -270,18 +252,21 @@ def expected() -> Picture:
     Both speeds of the plate over the periods of the three gratings; frequencies that stand in the paper's text are
     beside them.
     """
-    rows: list[tuple[str | float, ...]] = []
-    printed = {(period, speed): f"{value:g}" for period, speed, value in SHOWN.expected.printed}
+    known = {(period, speed): f"{value:g}" for period, speed, value in SHOWN.expected.printed}
+    rows = []
     for period in PERIODS_MM:
-        cells: list[str | float] = [f"{UM_PER_MM * period:.0f}"]
-        for number, speed in enumerate(SPEEDS_MM_S):
-            cells += [speed / period, printed.get((round(UM_PER_MM * period), number), "")]
-        rows.append(tuple(cells))
+        micrometres = round(UM_PER_MM * period)
+        cells = [(speed / period, known.get((micrometres, n), "")) for n, speed in enumerate(wavelets.SPEEDS_MM_S)]
+        rows.append((f"{micrometres}", *cells[0], *cells[1]))
     heads = ("period, µm", "at 6.7 mm/s, Hz", "printed", "at 10.0 mm/s, Hz", "printed")
     return Picture(table=Table(heads, tuple(rows)))
 
 
 INDICES = ("mean, Hz", "deviation, Hz", "mean greatest, Hz", "mean least, Hz")
+
+
+def _in_Hz(indices) -> list[float]:
+    return [round(float(one), HZ_DIGITS) for one in indices]
 
 
 def passive_table() -> Picture:
@@ -290,32 +275,21 @@ def passive_table() -> Picture:
     Eight runs a grating as in figure 2; 200 samples (667 ms) at each speed, of the pairs (S4, S1) and (S1, S2). The
     paper's deviations are at most 1.6 % of the mean (0.4 Hz of 25.0); its other numbers are lost in the text at hand.
     """
-    rows: list[tuple[str | float, ...]] = []
-    worst = 0.0
-    own_scene, frequencies = SHOWN.passive_table, octaves(*SHOWN.octaves_Hz)
-    begins = [
-        round((reached + after) * RATE_Hz)
-        for reached, after in zip((PASSIVE.rest_s, STEP_S), own_scene.after_s, strict=True)
-    ]
+    rows, worst = [], 0.0
+    own, frequencies = SHOWN.passive_table, octaves(*SHOWN.octaves_Hz)
+    reached = zip((wavelets.PASSIVE.rest_s, STEP_S), own.after_s, strict=True)
+    begins = [round((at + after) * RATE_Hz) for at, after in reached]
     for period in PERIODS_MM:
         ridges = []
         for run in range(RUNS):
-            records = _passive(period, own_scene.first_seed + run)
-            pairs = ((records[0], records[1]), (records[1], records[2]))
+            fourth, first, second = _passive(period, own.first_seed + run)
+            pairs = ((fourth, first), (first, second))
             ridges.append([cross_wavelet(*pair, RATE_Hz, frequencies).ridge.frequency_Hz for pair in pairs])
         values = np.array(ridges)
-        for speed, begin in zip(SPEEDS_MM_S, begins, strict=True):
+        for speed, begin in zip(wavelets.SPEEDS_MM_S, begins, strict=True):
             for pair, name in enumerate(PAIRS):
-                own = values[:, pair, begin : begin + own_scene.samples]
-                cells = indices(own)
-                rows.append(
-                    (
-                        f"{UM_PER_MM * period:.0f} µm",
-                        f"{speed:.2g} mm/s",
-                        name,
-                        *(round(float(cell), HZ_DIGITS) for cell in cells),
-                    )
-                )
+                cells = wavelets.indices(values[:, pair, begin : begin + own.samples])
+                rows.append((f"{UM_PER_MM * period:.0f} µm", f"{speed:.2g} mm/s", name, *_in_Hz(cells)))
                 worst = max(worst, PER_CENT * cells[1] / cells[0])
     heads = ("grating", "speed", "pair", *INDICES)
     return Picture(table=Table(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %).")
@@ -327,9 +301,9 @@ def active_table() -> Picture:
     The runs of figure 7, the 20 samples around t_MP of each. The largest deviation of the print is 8.3 % (5.5 Hz of
     65.9); its other numbers are lost in the text at hand.
     """
-    table = table_3(_runs())
-    rows: list[tuple[str | float, ...]] = [
-        (f"{UM_PER_MM * period:.0f} µm", name, *(round(float(cell), HZ_DIGITS) for cell in table[k, pair]))
+    table = wavelets.table_3(_runs())
+    rows = [
+        (f"{UM_PER_MM * period:.0f} µm", name, *_in_Hz(table[k, pair]))
         for k, period in enumerate(PERIODS_MM)
         for pair, name in enumerate(PAIRS)
     ]
@@ -346,13 +320,16 @@ def neighbours() -> Picture:
     """
     own = ASSUMED.speed_spread
     seed = SHOWN.campaigns.other_spreads
-    sets = {one: _runs() if one == own else campaign(seed, replace(ASSUMED, speed_spread=one)) for one in SCENE.spreads}
+    sets = {
+        one: _runs() if one == own else wavelets.campaign(seed, replace(ASSUMED, speed_spread=one))
+        for one in SCENE.spreads
+    }
     printed = dict(SHOWN.neighbours.printed)
-    rows: list[tuple[str | float, ...]] = [
+    rows = [
         (
             f"{left}",
             f"{RUNS - left // len(PERIODS_MM)}",
-            *(accuracy(runs, left) for runs in sets.values()),
+            *(wavelets.accuracy(runs, left) for runs in sets.values()),
             f"{printed[left]:g}" if left in printed else "",
         )
         for left in SHOWN.neighbours.left_out

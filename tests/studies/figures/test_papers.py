@@ -11,7 +11,7 @@ from papilla.studies.figures import (
     paper_okamoto,
     paper_textiles,
 )
-from papilla.studies.figures.papers import PAPERS
+from papilla.studies.figures.runner import PAPERS
 
 
 def curves(picture: Picture, panel: int) -> dict:

@@ -4,19 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.estimators.published.texture import (
-    band_amplitudes,
-    best_band,
-    concordance,
-    grubbs_critical,
-    grubbs_outliers,
-    leave_m_out,
-    log_band_features,
-    matching_band,
-    normalised_scores,
-    printed_bands,
-    random_bands,
-)
+from papilla.estimators.published import texture
 from papilla.studies.reproduce.claim import Found, Series, gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SEEDS, SHARED, listed, share_of_noise, times
@@ -49,7 +37,7 @@ def run(tell, cause: bool = True) -> Found:
     chance gives is the concordance of four random scores with four unrelated spectra in the band of their greatest
     amplitude. Five made-up textiles have six runs each, with an approach that all share.
     """
-    all_bands, drawn = printed_bands(), random_bands(SCENE.drawn.count, SCENE.drawn.seed)
+    all_bands, drawn = texture.printed_bands(), texture.random_bands(SCENE.drawn.count, SCENE.drawn.seed)
     tell("bands of four fabrics")
     values = gathered(
         lambda: _bands(drawn, all_bands),
@@ -63,7 +51,7 @@ def run(tell, cause: bool = True) -> Found:
     shown = SCENE.shown
     falling = fabric(shown.fabric, np.random.default_rng(shown.seed))
     edges = np.arange(shown.greatest_Hz + 1.0)
-    total = np.concatenate([[0.0], np.cumsum(band_amplitudes(falling, RATE_Hz, edges))])
+    total = np.concatenate([[0.0], np.cumsum(texture.band_amplitudes(falling, RATE_Hz, edges))])
     low = np.arange(shown.starts_Hz)
     series = tuple(Series(f"{width} Hz wide", low, total[low + width] - total[low]) for width in shown.widths_Hz)
     return Found(values, **SCENE.picture, series=series)
@@ -81,16 +69,16 @@ def fabric(name: str, rng, speed_mm_s: float = SCENE.stroke_mm_s, fibres: Fibres
 
 def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
     """Frequencies with the amplitude of the four fabrics, and the band of the grid with most of it."""
-    shares, corners, rng, all_bands = [], [], np.random.default_rng(SCENE.fabrics.seed), printed_bands()
+    shares, corners, rng, all_bands = [], [], np.random.default_rng(SCENE.fabrics.seed), texture.printed_bands()
     speed = SCENE.stroke_mm_s * (1 if cause else SCENE.fabrics.times_as_fast)
     for seed in SEEDS:
         own = np.random.default_rng(seed)
         records = [fabric(name, own, speed, assumed) for name in YARNS_PER_INCH]
         if not cause:
             records[0] = rng.standard_normal(len(records[0]))
-        both = np.array([band_amplitudes(record, RATE_Hz, SCENE.fabrics.edges_Hz) for record in records])
+        both = np.array([texture.band_amplitudes(record, RATE_Hz, SCENE.fabrics.edges_Hz) for record in records])
         shares.append(both[:, 0] / both.sum(axis=1))
-        best = best_band(np.column_stack(records), RATE_Hz, all_bands)
+        best = texture.best_band(np.column_stack(records), RATE_Hz, all_bands)
         corners.append((best.low_Hz, best.high_Hz) == SCENE.best_band_Hz)
     return {
         "main": float(np.mean(shares, axis=0).min()),
@@ -104,14 +92,14 @@ def _searches(all_bands, cause: bool) -> dict:
     """The band whose amplitude follows the scores, among all bands; and the concordance by chance in the band of
     largest amplitude."""
     own, chance = SCENE.searches, SCENE.chance
-    found, lin = [], concordance(chance.scores, _shifted(SCENE.concordance))
+    found, lin = [], texture.concordance(chance.scores, _shifted(SCENE.concordance))
     for seed in range(own.count):
         rng = np.random.default_rng(seed)
         scores = np.sort(_any_scores(rng))
         low = own.low_Hz.step * rng.integers(0, own.low_Hz.most)
         high = low + own.width_Hz.step * rng.integers(own.width_Hz.least, own.width_Hz.most)
         records = _unrelated(rng, planted=(low, high), gains=scores)
-        match = matching_band(records, RATE_Hz, scores if cause else scores[[*own.shuffled]], all_bands)
+        match = texture.matching_band(records, RATE_Hz, scores if cause else scores[[*own.shuffled]], all_bands)
         found.append(low - own.tolerance_Hz <= match.low_Hz and match.high_Hz <= high + own.tolerance_Hz)
     draws = range(chance.draws if cause else chance.draws_without_cause)
     null = np.array([_chance(np.random.default_rng(seed), all_bands, cause) for seed in draws])
@@ -154,10 +142,10 @@ def _chance(rng, bands, by_amplitude: bool) -> float:
     or in the one that agrees best."""
     records, scores = _unrelated(rng), _any_scores(rng)
     if not by_amplitude:
-        return matching_band(records, RATE_Hz, scores, bands).agreement.coefficient
-    best = best_band(records, RATE_Hz, bands)
-    amplitude = band_amplitudes(records, RATE_Hz, (best.low_Hz, best.high_Hz))[0]
-    return concordance(amplitude / amplitude.max(), scores / scores.max()).coefficient
+        return texture.matching_band(records, RATE_Hz, scores, bands).agreement.coefficient
+    best = texture.best_band(records, RATE_Hz, bands)
+    amplitude = texture.band_amplitudes(records, RATE_Hz, (best.low_Hz, best.high_Hz))[0]
+    return texture.concordance(amplitude / amplitude.max(), scores / scores.max()).coefficient
 
 
 def _any_scores(rng) -> np.ndarray:
@@ -175,11 +163,11 @@ def _shifted(coefficient: float) -> np.ndarray:
 def _bands(drawn, all_bands) -> dict:
     time, own = times(SCENE.seconds, RATE_Hz), SCENE.lines
     sine = own.amplitude * np.sin(2 * np.pi * own.frequency_Hz * time)
-    amplitude = band_amplitudes(sine, RATE_Hz, own.band_Hz)[0]
+    amplitude = texture.band_amplitudes(sine, RATE_Hz, own.band_Hz)[0]
     lines = {line: np.sin(2 * np.pi * line * time) for line in own.of_receptors_Hz}
     split = []
     for line, wave in lines.items():
-        felt = {name: band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in SCENE.receptors_Hz.items()}
+        felt = {name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in SCENE.receptors_Hz.items()}
         inside = [name for name, one in felt.items() if one > own.felt / SCENE.seconds]
         split.append(f"{' and '.join(inside)} ({line} Hz)")
     known = set(all_bands)
@@ -195,15 +183,15 @@ def _bands(drawn, all_bands) -> dict:
 def _scores(rng) -> dict:
     """Simulated assessors, each with a different scale; concordance and outliers compared with their formulas."""
     own = SCENE.assessors
-    left = normalised_scores(np.array(own.truth) * np.exp(rng.standard_normal((own.count, 1))))
+    left = texture.normalised_scores(np.array(own.truth) * np.exp(rng.standard_normal((own.count, 1))))
     values = np.append(rng.standard_normal(own.count - 1), own.outlier)
     one, other = rng.standard_normal((2, own.pairs))
     by_hand = 2 * np.cov(one, other, ddof=0)[0, 1] / (one.var() + other.var() + (one.mean() - other.mean()) ** 2)
     return {
         "scales": float((left.std(axis=0) / left.mean(axis=0)).max()),
-        "grubbs": float(grubbs_critical(own.count)),
-        "rejected": "yes" if grubbs_outliers(values)[-1] else "no",
-        "lin": abs(concordance(one, other).coefficient - by_hand),
+        "grubbs": float(texture.grubbs_critical(own.count)),
+        "rejected": "yes" if texture.grubbs_outliers(values)[-1] else "no",
+        "lin": abs(texture.concordance(one, other).coefficient - by_hand),
     }
 
 
@@ -236,9 +224,9 @@ def _textiles(rng, cause: bool) -> dict:
             common = approach / (approach.std() or 1.0)
             records.append(np.sqrt(own.between) * common + np.sqrt(1 - own.between) * surface)
             labels.append(f"textile {number}")
-    features = [log_band_features(record[slice(*own.samples)], RATE_Hz, own.bands) for record in records]
+    features = [texture.log_band_features(record[slice(*own.samples)], RATE_Hz, own.bands) for record in records]
     named = labels if cause else np.random.default_rng(own.shuffle_seed).permutation(labels).tolist()
-    accuracy = leave_m_out(features, named, own.left_out, seed=own.split_seed, splits=own.splits).accuracy
+    accuracy = texture.leave_m_out(features, named, own.left_out, seed=own.split_seed, splits=own.splits).accuracy
     related, group = np.corrcoef(records), np.arange(len(records)) // own.each
     same = (group[:, None] == group) & ~np.eye(len(records), dtype=bool)
     return {
