@@ -7,6 +7,7 @@ worker if one is killed; without Dask they are plain processes. Both are used th
 """
 
 import hashlib
+import logging
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -36,13 +37,17 @@ AHEAD = 2
 """Number of batches in progress for each worker."""
 MEMORY = "3GiB"
 """Memory limit of a worker on this machine; a geometry needs up to 1.5 GB to reduce, and 1 to 12 MB afterwards."""
+ANSWER_S = 20
+"""Seconds within which a scheduler answers."""
 RETRIES = 3
-"""Number of times that plain processes are started again after one of them was killed."""
+"""Number of times that Dask runs a batch again after its worker was killed."""
 
 TRIED = 5
 """Number of designs whose cost is measured for an estimate."""
 
 Stage = Callable[[str, int, int], None]
+Row = tuple[int, Values, str]
+"""A design: number, values of its free parameters, key of its record."""
 
 
 @dataclass
@@ -63,7 +68,7 @@ class Tally:
 
 @dataclass(frozen=True)
 class Pool:
-    """An executor with `workers` workers; `again` makes a new one if it broke."""
+    """An executor with `workers` workers, and what to call them."""
 
     executor: Executor
     workers: int
@@ -72,8 +77,11 @@ class Pool:
 
 @contextmanager
 def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
-    """Workers of a Dask scheduler, or `workers` processes here. Raises `MissingExtraError` for a scheduler without
-    Dask, `InputError` for one that does not answer or whose workers have another version."""
+    """Workers of a Dask scheduler, `workers` processes here, or this process (0). Raises `MissingExtraError` for a
+    scheduler without Dask, `InputError` for one that does not answer or whose workers have another version."""
+    if not workers and scheduler is None:
+        yield Pool(_Here(), 1, "this process")
+        return
     try:
         from dask import config
         from distributed import Client, LocalCluster
@@ -94,9 +102,9 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
                 processes=True,
                 memory_limit=MEMORY,
                 dashboard_address=":0",
-                silence_logs=50,
+                silence_logs=logging.CRITICAL,
             )
-            client = Client(cluster, timeout=20)
+            client = Client(cluster, timeout=ANSWER_S)
         except (OSError, TimeoutError, ValueError) as error:
             raise InputError(f"no Dask scheduler answers at {scheduler}: {error}") from error
         try:
@@ -149,7 +157,7 @@ def run(
     began, tally = perf_counter(), Tally()
     if note := measure_base(with_sites(study.finger, study.places), 1, say):
         tally.notes.append(note)
-    with pool(workers, scheduler) if workers or scheduler else _here() as found:
+    with pool(workers, scheduler) as found:
         tally.workers, tally.how = found.workers, found.how
         runner = _Runner(study, store, tally, stage, found)
         if study.sampler.kind == "optimise":
@@ -172,11 +180,6 @@ class _Here(Executor):
         return made
 
 
-@contextmanager
-def _here() -> Iterator[Pool]:
-    yield Pool(_Here(), 1, "this process")
-
-
 @dataclass
 class _Runner:
     study: Study
@@ -187,21 +190,21 @@ class _Runner:
     number: int = 0
 
     def __post_init__(self) -> None:
-        self.records: dict[int, Record] | None = {} if self.study.sampler.kind == "optimise" else None
-        self.total = sampling.count(self.study)[0]
-        self.began = perf_counter()
         study, self.place = self.study, self.study.places
+        self.records: dict[int, Record] | None = {} if study.sampler.kind == "optimise" else None
+        self.total = sampling.count(study)[0]
+        self.began = perf_counter()
         # Of all its designs: the client would spend a millisecond on each
         self.shared = cache.key("papilla.design.batch", study.finger.sha256, study.scene, study.asked, self.place)
 
     def run(self, groups: Iterable[list[Values]]) -> None:
         """Store the records of designs; at most `AHEAD` batches a worker are in flight.
 
-        The records of designs that an optimiser asks for are stored, too.
+        The records of designs that an optimiser asks for are kept, too.
         """
-        flight: dict[Future, tuple[list[tuple[int, Values, str]], Batch, int]] = {}
+        flight: dict[Future, list[Row]] = {}
         for rows, batch in self._interleaved(groups):
-            flight[self.pool.executor.submit(evaluate, batch)] = rows, batch, 0
+            flight[self.pool.executor.submit(evaluate, batch)] = rows
             while len(flight) >= AHEAD * self.pool.workers:
                 self._take(flight)
         while flight:
@@ -224,24 +227,22 @@ class _Runner:
             scores.append(goal.sign * record.found[goal.name] if not beyond else sampling.FAILED / 1000 * (1 + beyond))
         return scores
 
-    def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[tuple[int, Values, str]], Batch]]:
+    def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[Row], Batch]]:
         """The batches to run; batches of as many geometries as there are workers alternate, so that each worker starts
         with another geometry."""
         left = iter(groups)
         while turn := list(islice(left, self.pool.workers)):
-            rounds = zip_longest(*(self._batches(group) for group in turn))
-            yield from (batch for batches in rounds for batch in batches if batch is not None)
+            for batches in zip_longest(*map(self._batches, turn)):
+                yield from filter(None, batches)
 
-    def _batches(self, group: list[Values]) -> Iterator[tuple[list[tuple[int, Values, str]], Batch]]:
+    def _batches(self, group: list[Values]) -> Iterator[tuple[list[Row], Batch]]:
         first, self.number = self.number, self.number + len(group)
         size = min(BATCH, max(1, math.ceil(len(group) / self.pool.workers)))
         for start in range(0, len(group), size):
-            batch = self._prepared(first + start, group[start : start + size])
-            if batch is not None:
-                yield batch
+            yield from self._prepared(first + start, group[start : start + size])
 
-    def _prepared(self, first: int, designs: Sequence[Values]) -> tuple[list[tuple[int, Values, str]], Batch] | None:
-        """The designs that are not in the store; impossible designs are stored as failed at once."""
+    def _prepared(self, first: int, designs: Sequence[Values]) -> Iterator[tuple[list[Row], Batch]]:
+        """A batch of the designs that are not in the store, if any; impossible ones are stored as failed at once."""
         study = self.study
         tried, failed = [], []
         for number, free in enumerate(designs, start=first):
@@ -256,17 +257,15 @@ class _Runner:
         reused = [(*row, known[row[2]]) for row, _ in tried if row[2] in known]
         self.tally.reused += len(reused)
         self._store(reused + failed)
-        left = [(row, finger) for row, finger in tried if row[2] not in known]
-        if not left:
-            return None
-        rows, fingers = zip(*left, strict=True)
-        return list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
+        if left := [(row, finger) for row, finger in tried if row[2] not in known]:
+            rows, fingers = zip(*left, strict=True)
+            yield list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
 
-    def _take(self, flight: dict) -> None:
-        """Store the finished batches; batches of a killed process are run again."""
+    def _take(self, flight: dict[Future, list[Row]]) -> None:
+        """Store the finished batches."""
         done, _ = wait(flight, return_when=FIRST_COMPLETED)
         for future in done:
-            rows, batch, tried = flight.pop(future)
+            rows = flight.pop(future)
             try:
                 made: Done = future.result()
             except BrokenExecutor as error:

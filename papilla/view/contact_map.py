@@ -97,10 +97,7 @@ def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
 
 
 def contact_figure(
-    reduced: ReducedFinger,
-    press: Press,
-    specimen: Specimen | None = None,
-    beside: tuple[Press, Specimen] | None = None,
+    reduced: ReducedFinger, press: Press, specimen: Specimen | None = None, beside: tuple[Press, Specimen] | None = None
 ) -> Figure:
     """Map of the contact pressure in kPa over the contact plane, x across the finger, y along it, around the touch-down
     point; two presses are drawn beside each other on one scale.

@@ -12,20 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from papilla import checks
 from papilla.units import PER_CENT
-from papilla.view.style import (
-    ACCENTS,
-    FAINT,
-    INK,
-    MUTED,
-    THICK,
-    THIN,
-    THOUSAND,
-    color_bar,
-    literal,
-    nice_limit,
-    plain_log,
-    styled,
-)
+from papilla.view import style
 
 CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
 SPREAD, SHARES = "viridis", (0.05, 0.78)  # Colours of curves in an order, and the part of them that is dark enough
@@ -50,17 +37,17 @@ def sd_against_force(
         dashed in the colours of the nearest moduli.
     """
     colors = _spread(len(moduli))
-    with styled() as figure:
+    with style.styled() as figure:
         axes = figure.subplots()
         if published is not None:
             dashed: dict = {"linestyle": "--", "zorder": 3}
             for modulus, values in zip(published[1], published[2].T, strict=True):
-                axes.plot(published[0], values / THOUSAND, color=colors[_nearest(moduli, modulus)], **dashed)
-            axes.plot([], [], color=MUTED, label="published (9), one scale factor", **dashed)
-            axes.plot([], [], color=MUTED, linewidth=THICK, label="calibration")
+                axes.plot(published[0], values / style.THOUSAND, color=colors[_nearest(moduli, modulus)], **dashed)
+            axes.plot([], [], color=style.MUTED, label="published (9), one scale factor", **dashed)
+            axes.plot([], [], color=style.MUTED, linewidth=style.THICK, label="calibration")
             axes.legend(loc="lower right")
         frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (10³ µε)", "xlim": (0, float(force_N.max()))}
-        _curves(axes, force_N, sd / THOUSAND, _megapascals(moduli), colors, ylim=(0, None), **frame)
+        _curves(axes, force_N, sd / style.THOUSAND, _megapascals(moduli), colors, ylim=(0, None), **frame)
     return figure
 
 
@@ -75,7 +62,7 @@ def sd_of_presses(
     measured : force (N), modulus (MPa), S_d and its standard deviation (microstrain) of n presses.
     """
     colors = _spread(len(moduli))
-    with styled() as figure:
+    with style.styled() as figure:
         axes = figure.subplots()
         for force, modulus, value, bar in zip(*measured, strict=True):
             dot = {"color": colors[_nearest(moduli, modulus)], "markeredgecolor": "white"}
@@ -87,9 +74,9 @@ def sd_of_presses(
 
 def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual: np.ndarray) -> Figure:
     """Residuals (n, g) in standard deviations against force (n,) in N, one colour per gauge."""
-    with styled(height=LOW_FIGURE) as figure:
+    with style.styled(height=LOW_FIGURE) as figure:
         axes = figure.subplots()
-        axes.axhspan(-2, 2, color=FAINT, linewidth=0)
+        axes.axhspan(-2, 2, color=style.FAINT, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
             axes.plot(force_N, values, "o", color=color, label=name)
         axes.set(xlabel="force (N)", ylabel="residual (sigma)", xlim=(0, None))
@@ -99,13 +86,15 @@ def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual
 
 def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.ndarray) -> Figure:
     """S_d in microstrain (force, modulus) against modulus in MPa on a logarithmic axis, a curve per force (N)."""
-    with styled() as figure:
+    with style.styled() as figure:
         axes = figure.subplots()
         names = [f"{force:.3g} N" for force in forces]
         frame = {"xlabel": "modulus of the specimen (MPa)", "ylabel": r"$S_d$ (10³ µε)", "xscale": "log"}
         ends = float(modulus_MPa.min()), float(modulus_MPa.max())
-        _curves(axes, modulus_MPa, sd.T / THOUSAND, names, _spread(len(forces)), xlim=ends, ylim=(0, None), **frame)
-        plain_log(axes.xaxis)
+        _curves(
+            axes, modulus_MPa, sd.T / style.THOUSAND, names, _spread(len(forces)), xlim=ends, ylim=(0, None), **frame
+        )
+        style.plain_log(axes.xaxis)
     return figure
 
 
@@ -122,25 +111,30 @@ def uncertainty_map(
     checked : (force low, high, modulus low, high) of a rectangle to draw, where recovered moduli were checked.
     """
     share, levels = np.where(identified, PER_CENT * relative_sigma, np.nan), np.array(SIGMA_LEVELS)
-    with styled() as figure:
+    with style.styled() as figure:
         axes = figure.subplots()
         shown = np.log10(np.clip(share, levels[0], CEILING)).T
         shades = axes.contourf(force_N, modulus_MPa, shown, levels=np.log10(levels), cmap="YlOrBr")
-        lines = axes.contour(force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=INK, linewidths=THIN)
+        lines = axes.contour(
+            force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=style.INK, linewidths=style.THIN
+        )
         axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize="small")
         blank = (~identified).astype(float).T
         axes.contourf(
             force_N, modulus_MPa, blank, levels=[0.5, 1.5], colors=BLANK["facecolor"], hatches=[BLANK["hatch"]]
         )
-        handles = [Patch(**BLANK, edgecolor=MUTED, label="not identifiable")]
+        handles = [Patch(**BLANK, edgecolor=style.MUTED, label="not identifiable")]
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked
-            size, edge = (high_force - low_force, high_modulus - low_modulus), {"fill": False, "edgecolor": ACCENTS[0]}
-            axes.add_patch(Rectangle((low_force, low_modulus), *size, linewidth=THICK, **edge))
+            size, edge = (
+                (high_force - low_force, high_modulus - low_modulus),
+                {"fill": False, "edgecolor": style.ACCENTS[0]},
+            )
+            axes.add_patch(Rectangle((low_force, low_modulus), *size, linewidth=style.THICK, **edge))
             handles.append(Patch(**edge, label="where recovery was checked"))
         axes.legend(handles=handles, loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa)
-        bar = color_bar(shades, axes, r"$\sigma_E / E$")
+        bar = style.color_bar(shades, axes, r"$\sigma_E / E$")
         bar.set_ticks(list(np.log10(levels)), labels=[f"{level:g} %" for level in levels])
     return figure
 
@@ -148,30 +142,32 @@ def uncertainty_map(
 def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray) -> Figure:
     """Relative error (n,) of recovered moduli at forces (n,) in N and moduli (n,) in MPa; NaN where none was given."""
     known = np.isfinite(error)
-    limit = nice_limit(PER_CENT * float(np.abs(error[known]).max(initial=checks.ROUNDING)))
-    with styled() as figure:
+    limit = style.nice_limit(PER_CENT * float(np.abs(error[known]).max(initial=checks.ROUNDING)))
+    with style.styled() as figure:
         axes = figure.subplots()
         dots = axes.scatter(
             force_N[known], modulus_MPa[known], c=PER_CENT * error[known], s=DOT, cmap="PuOr_r",
-            vmin=-limit, vmax=limit, edgecolors=MUTED, linewidths=THIN,
+            vmin=-limit, vmax=limit, edgecolors=style.MUTED, linewidths=style.THIN,
         )  # fmt: skip
         if not known.all():
-            axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=INK, label="no answer")
+            axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=style.INK, label="no answer")
             axes.legend(loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa, margin=MARGIN)
-        color_bar(dots, axes, "error of the recovered E (%)")
+        style.color_bar(dots, axes, "error of the recovered E (%)")
     return figure
 
 
 def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarray, title: str) -> Figure:
     """Readings in microstrain (force, gauge) against force in N, one curve per gauge; equal curves coincide."""
-    with styled() as figure:
+    with style.styled() as figure:
         axes = figure.subplots()
-        colors = [ACCENTS[number % len(ACCENTS)] for number in range(len(names))]
+        colors = [style.ACCENTS[number % len(style.ACCENTS)] for number in range(len(names))]
         dashes = ["solid" if number <= len(names) // 2 else "--" for number in range(len(names))]
-        axes.axhline(0, color=MUTED, linewidth=THIN)
+        axes.axhline(0, color=style.MUTED, linewidth=style.THIN)
         frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
-        _curves(axes, force_N, readings / THOUSAND, [literal(name) for name in names], colors, dashes, **frame)
+        _curves(
+            axes, force_N, readings / style.THOUSAND, [style.literal(name) for name in names], colors, dashes, **frame
+        )
     return figure
 
 
@@ -179,7 +175,7 @@ def _curves(axes: Axes, x: np.ndarray, table: np.ndarray, names: Sequence[str], 
     """Curves, columns of a table (n, k) over x (n,), with their names at the right ends; frame : of `Axes.set`."""
     ends = []
     for values, name, color, dash in zip(table.T, names, colors, dashes or ["solid"] * len(names), strict=True):
-        axes.plot(x, values, color=color, linestyle=dash, linewidth=THICK)
+        axes.plot(x, values, color=color, linestyle=dash, linewidth=style.THICK)
         ends.append((float(values[np.isfinite(values)][-1]), name, color))
     axes.set(**frame)
     _label_ends(axes, float(x.max()), ends)
@@ -193,8 +189,8 @@ def _force_modulus_axes(axes: Axes, force_N: np.ndarray, modulus_MPa: np.ndarray
     axes.set(xscale="log", yscale="log", xlabel="force (N)", ylabel="modulus of the specimen (MPa)")
     axes.set_xlim(float(force_N.min()) / margin, float(force_N.max()) * margin)
     axes.set_ylim(float(modulus_MPa.min()) / margin, float(modulus_MPa.max()) * margin)
-    plain_log(axes.xaxis)
-    plain_log(axes.yaxis)
+    style.plain_log(axes.xaxis)
+    style.plain_log(axes.yaxis)
     axes.grid(False)
 
 
@@ -225,5 +221,5 @@ def _label_ends(axes: Axes, x: float, ends: list[tuple]) -> None:
     for (value, name, color), place in zip(merged, places.tolist(), strict=True):
         axes.annotate(
             name, (x, value), xytext=(NAMES_AT, place), textcoords="axes fraction", va="center", fontsize="small",
-            color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": FAINT}, parse_math=False,
+            color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": style.FAINT}, parse_math=False,
         )  # fmt: skip

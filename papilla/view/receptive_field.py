@@ -11,20 +11,8 @@ from papilla.fem.reduction.gauges import gauge_frame
 from papilla.finger import Finger
 from papilla.mesh.body import surfaces_of
 from papilla.units import to_microstrain
+from papilla.view import style
 from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
-from papilla.view.style import (
-    DIVERGING,
-    GAUGE_COLOR,
-    INK,
-    MUTED,
-    diverging_bar,
-    literal,
-    mark_gauge,
-    narrow,
-    nice_limit,
-    styled,
-    titled,
-)
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
@@ -45,24 +33,24 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
         raise InputError(f"{finger.name} has no gauge {gauge_name!r}; its gauges are {', '.join(names)}")
     skin = _skin(fields, names.index(gauge_name))
     values = skin["sensitivity"]
-    limit = nice_limit(float(np.abs(values).max()))
+    limit = style.nice_limit(float(np.abs(values).max()))
     rendered = use_offscreen_window()
     view = fitted(View(ELEVATION if rendered else 90.0, 0.0), skin.points)
     with framed(view, FIGURE_IN) as (figure, (axes,)):
         if rendered:
-            lines = Part(_contours(skin, limit), INK, opacity=0.35, lit=False)
+            lines = Part(_contours(skin, limit), style.INK, opacity=0.35, lit=False)
             draw(axes, [Part(skin, scalars="sensitivity", limit=limit), lines], view)
         else:
             x, y = view.project(skin.points).T
             triangles = skin.regular_faces
-            axes.tripcolor(x, y, triangles, values, shading="gouraud", cmap=DIVERGING, vmin=-limit, vmax=limit)
+            axes.tripcolor(x, y, triangles, values, shading="gouraud", cmap=style.DIVERGING, vmin=-limit, vmax=limit)
         _mark_gauges(axes, view, finger, gauge_name)
-        diverging_bar(axes, limit, BAR)
+        style.diverging_bar(axes, limit, BAR)
         strongest = np.abs(values).argmax()
         x, y, _ = skin.points[strongest]
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
         facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
-        titled(figure, f"Receptive field of gauge {literal(gauge_name)}", facts, TITLE_PT)
+        style.titled(figure, f"Receptive field of gauge {style.literal(gauge_name)}", facts, TITLE_PT)
     return figure
 
 
@@ -72,33 +60,37 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
     small : for a telephone, with two maps beside each other instead of five.
     """
     skins = [_skin(fields, number) for number in range(len(finger.gauges))]
-    limit = nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
+    limit = style.nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
     sites = _grids(finger)
     width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
     most, inches = SMALL_MAPS if small else MAPS
     columns = min(len(skins), most)
     rows = -(-len(skins) // columns)
-    with styled(inches * columns, inches * height / width * rows + AROUND_IN) as figure:
+    with style.styled(inches * columns, inches * height / width * rows + AROUND_IN) as figure:
         grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         for axes in grid.flat[len(skins) :]:
             axes.set_visible(False)
         for number, (axes, skin, gauge) in enumerate(zip(grid.flat, skins, finger.gauges, strict=False)):
             x, y = skin.points[:, :2].T
-            colours: dict = {"cmap": DIVERGING, "vmin": -limit, "vmax": limit, "rasterized": True}
+            colours: dict = {"cmap": style.DIVERGING, "vmin": -limit, "vmax": limit, "rasterized": True}
             axes.tripcolor(x, y, skin.regular_faces, skin["sensitivity"], shading="gouraud", **colours)
             for other, ends in enumerate(sites):
                 chosen = other == number
-                mark_gauge(axes, ends[:, :2], GAUGE_COLOR if chosen else "white", INK if chosen else MUTED)
+                style.mark_gauge(
+                    axes, ends[:, :2], style.GAUGE_COLOR if chosen else "white", style.INK if chosen else style.MUTED
+                )
             strongest = np.abs(skin["sensitivity"]).argmax()
-            axes.set_title(f"{literal(gauge.name)}: {skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−"))
+            axes.set_title(
+                f"{style.literal(gauge.name)}: {skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−")
+            )
             axes.set(aspect="equal", xlabel="x (mm)")
         for axes in grid[:, 0]:
             axes.set_ylabel("y (mm)")
-        diverging_bar(grid, limit, BAR)
+        style.diverging_bar(grid, limit, BAR)
         facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
-        titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, SMALL_PT if small else TITLE_PT)
+        style.titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, SMALL_PT if small else TITLE_PT)
         if small:
-            narrow(figure)
+            style.narrow(figure)
     return figure
 
 
@@ -132,7 +124,7 @@ def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> Non
     for gauge, grid in zip(finger.gauges, _grids(finger), strict=True):
         ends = view.project(grid)
         chosen = gauge.name == gauge_name
-        color, weight = (INK, "bold") if chosen else (MUTED, "normal")
-        mark_gauge(axes, ends, GAUGE_COLOR if chosen else "white", color)
+        color, weight = (style.INK, "bold") if chosen else (style.MUTED, "normal")
+        style.mark_gauge(axes, ends, style.GAUGE_COLOR if chosen else "white", color)
         x, y = ends.mean(axis=0)
-        axes.text(x, y - 1.0, literal(gauge.name), ha="center", va="top", weight=weight, color=color)
+        axes.text(x, y - 1.0, style.literal(gauge.name), ha="center", va="top", weight=weight, color=color)

@@ -17,34 +17,9 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.specimen import Specimen
 from papilla.units import PER_CENT
+from papilla.view import style
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
-from papilla.view.section import (
-    Section,
-    contact_frame,
-    contact_outline,
-    cut,
-    half_skin,
-    specimen_solid,
-)
-from papilla.view.style import (
-    BONE_COLOR,
-    COMPONENTS,
-    DIVERGING,
-    INK,
-    MUTED,
-    NARROW_IN,
-    STRAIN,
-    THICK,
-    THIN,
-    THOUSAND,
-    diverging_bar,
-    friction_text,
-    literal,
-    mark_gauge,
-    narrow,
-    nice_limit,
-    titled,
-)
+from papilla.view.section import Section, contact_frame, contact_outline, cut, half_skin, specimen_solid
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR = "#e9d8c7", "#cdd5e0"
@@ -73,15 +48,17 @@ class Drawn:
     touched: np.ndarray | None
 
 
-def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = STRAIN, scale: float = 1.0) -> Drawn:
+def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = style.STRAIN, scale: float = 1.0) -> Drawn:
     """The geometry of a scene of `reduced`, with displacements `scale` times as large, cut on the side of the touch.
 
     Raises `InputError` if `reduced` was made from another finger, and for an unknown quantity `shown`.
     """
     if finger.sha256 != reduced.finger_sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
-    if shown not in (STRAIN, *COMPONENTS):
-        raise InputError(f"what is shown must be {STRAIN} or, of the stress, {', '.join(COMPONENTS)}; got {shown!r}")
+    if shown not in (style.STRAIN, *style.COMPONENTS):
+        raise InputError(
+            f"what is shown must be {style.STRAIN} or, of the stress, {', '.join(style.COMPONENTS)}; got {shown!r}"
+        )
     field, press, side = scene.field, scene.press, side_of(reduced)
     frame = contact_frame(finger, reduced.at)
     solid = specimen_solid(scene.specimen, field, frame, press, 0.9 * finger.patch_radius, scale)
@@ -104,7 +81,7 @@ def side_of(reduced: ReducedFinger) -> int:
 
 def shown_words(shown: str) -> str:
     """Meaning of the colours, with the unit."""
-    if shown == STRAIN:
+    if shown == style.STRAIN:
         return "strain along the layers (%): red is tension, blue compression"
     if shown == "mises":
         return "von Mises stress (kPa)"
@@ -120,7 +97,7 @@ def strain_figure(
     finger: Finger,
     *,
     scale: float = 1.0,
-    shown: str = STRAIN,
+    shown: str = style.STRAIN,
     beside: Scene | None = None,
     width: float | None = None,
 ) -> Figure:
@@ -132,7 +109,7 @@ def strain_figure(
     """
     scenes = [Scene(field, press, specimen), *([] if beside is None else [beside])]
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
-    limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
+    limit = style.nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
     rendered, side = use_offscreen_window(), side_of(reduced)
     view = View(20.0 if rendered else 0.0, 0.0 if side > 0 else 180.0)
     view = fitted(view, np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)]))
@@ -147,16 +124,18 @@ def strain_figure(
                 _paint(axes, one.section, one.solid.points, view, limit)
             x, y = view.project(np.array(one.solid.center))
             words = f"{scene.specimen.modulus:.3g} MPa\n{scene.specimen.words}"
-            axes.text(x, y, words, ha="center", va="bottom", color=MUTED)
-            _annotate(axes, one, view, finger, scene.press, strains=shown == STRAIN, short=width == NARROW_IN)
+            axes.text(x, y, words, ha="center", va="bottom", color=style.MUTED)
+            _annotate(
+                axes, one, view, finger, scene.press, strains=shown == style.STRAIN, short=width == style.NARROW_IN
+            )
             if beside is not None:
-                axes.text(0.5, 0.98, _facts(scene.press), transform=axes.transAxes, ha="center", color=MUTED)
-        bar = diverging_bar(frames, limit, shown_words(shown))
+                axes.text(0.5, 0.98, _facts(scene.press), transform=axes.transAxes, ha="center", color=style.MUTED)
+        bar = style.diverging_bar(frames, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
-        short = width == NARROW_IN
+        short = width == style.NARROW_IN
         _title(figure, scenes, reduced, scale, ["numbers at the gauges: readings in 10³ µε"] if short else [])
         if short:
-            narrow(figure)
+            style.narrow(figure)
     return figure
 
 
@@ -173,29 +152,31 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
     """Draw the cut face with matplotlib alone, seen from the front, if VTK cannot render."""
     for face in section.faces:
         x, y = view.project(face.points).T
-        axes.tripcolor(x, y, face.triangles, face.values, shading="gouraud", cmap=DIVERGING, vmin=-limit, vmax=limit)
+        axes.tripcolor(
+            x, y, face.triangles, face.values, shading="gouraud", cmap=style.DIVERGING, vmin=-limit, vmax=limit
+        )
     inside = view.project(solid)
     axes.fill(*inside[ConvexHull(inside).vertices].T, color=SPECIMEN_COLOR, linewidth=0)
 
 
 def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:
     for polygon in one.section.bone:
-        axes.fill(*view.project(polygon).T, facecolor=BONE_COLOR, edgecolor=INK, linewidth=THIN)
+        axes.fill(*view.project(polygon).T, facecolor=style.BONE_COLOR, edgecolor=style.INK, linewidth=style.THIN)
         x, y = view.project(polygon.mean(axis=0))
-        axes.text(x, y, "bone", ha="center", va="center", color=MUTED)
-    for name, width in (("skin", THIN), ("interface", THICK)):
+        axes.text(x, y, "bone", ha="center", va="center", color=style.MUTED)
+    for name, width in (("skin", style.THIN), ("interface", style.THICK)):
         for line in one.section.outlines[name]:
-            axes.plot(*view.project(line).T, color=INK, linewidth=width)
+            axes.plot(*view.project(line).T, color=style.INK, linewidth=width)
     for line in one.outline:
-        axes.plot(*view.project(line).T, color=INK, linewidth=THICK, linestyle="--")
+        axes.plot(*view.project(line).T, color=style.INK, linewidth=style.THICK, linestyle="--")
     if one.touched is not None:
-        axes.plot(*view.project(one.touched), "+", color=INK, markersize=11, markeredgewidth=THICK)
+        axes.plot(*view.project(one.touched), "+", color=style.INK, markersize=11, markeredgewidth=style.THICK)
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
         flat = view.project(bar)
-        mark_gauge(axes, flat)
-        label = f"{literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
+        style.mark_gauge(axes, flat)
+        label = f"{style.literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
         if short:
-            label = f"{literal(gauge.name)}\n{reading / THOUSAND:+.3g}"
+            label = f"{style.literal(gauge.name)}\n{reading / style.THOUSAND:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
             x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold", linespacing=1.25,
@@ -223,13 +204,13 @@ def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: f
         touched = f"a {specimen.modulus:.3g} MPa {specimen.words}"
     spread = " and ".join(f"{scene.press.sd:,.0f}" for scene in scenes)
     facts = [_facts(press)] if len(scenes) == 1 else []
-    facts.append(friction_text(press.friction))
+    facts.append(style.friction_text(press.friction))
     facts += ["true scale" if scale == 1 else f"displacements drawn {scale:g} times as large"]
     if any(reduced.at):
         facts.append(
             f"touched (+) at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm" + ", seen from +y" * (reduced.at[1] < 0)
         )
-    titled(
+    style.titled(
         figure,
         rf"{press.force:.3g} N on {touched}: $S_d$ of the readings {spread} µε",
         "; ".join(facts + more),

@@ -75,12 +75,7 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
         "y": 0,
         "yanchor": "top",
     }
-    scale: dict = {
-        "colorscale": shades,
-        "cmin": -limit,
-        "cmax": limit,
-        "colorbar": bar,
-    }
+    scale: dict = {"colorscale": shades, "cmin": -limit, "cmax": limit, "colorbar": bar}
     seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
     # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
     low, high = seen.min(axis=0) - 1.5 * NAMES_MM, seen.max(axis=0) + 1.5 * NAMES_MM
