@@ -47,11 +47,6 @@ class Confirmed:
         """The single number for the scene, predicted and calibrated."""
         return rms_or_worst(self.scene, self.predicted[channel]), rms_or_worst(self.scene, self.calibrated[channel])
 
-    def off(self, channel: str) -> float:
-        """Relative error of the prediction."""
-        predicted, calibrated = self.both(channel)
-        return predicted / calibrated - 1
-
     @property
     def sentence(self) -> str:
         """The result of the confirmation, as a sentence."""
@@ -60,9 +55,8 @@ class Confirmed:
         said = []
         for channel in self.predicted:
             predicted, calibrated = self.both(channel)
-            verdict = (
-                "within 10 %" if abs(self.off(channel)) <= WITHIN else f"off by {PER_CENT * self.off(channel):+.0f} %"
-            )
+            off = predicted / calibrated - 1
+            verdict = "within 10 %" if abs(off) <= WITHIN else f"off by {PER_CENT * off:+.0f} %"
             said.append(f"{channel}: predicted {predicted:.3g}, calibrated {calibrated:.3g} ({verdict})")
         return f"{self.name}: " + "; ".join(said)
 

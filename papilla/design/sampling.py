@@ -9,6 +9,8 @@ import numpy as np
 from papilla.design.study import Free, Study
 
 Values = dict[str, float]
+LAST = 1 - 1e-12
+"""Largest share of a range that an optimiser tries: at 1 a choice among values would leave them."""
 FAILED = 1e9
 """Score of a failed design for an optimiser; a design that violates a limit has at least a thousandth of it."""
 
@@ -54,9 +56,9 @@ def optimised(study: Study, score: Callable[[list[Values]], Sequence[float]]) ->
 
     differential_evolution(
         of,
-        [(0.0, 1.0 - 1e-12)] * len(free),
+        [(0.0, LAST)] * len(free),
         init=np.array([[one.share(value) for one, value in zip(free, row.values(), strict=True)]
-                       for row in _sobol(list(free), size, study.sampler.seed)]).clip(0, 1 - 1e-12),
+                       for row in _sobol(list(free), size, study.sampler.seed)]).clip(0, LAST),
         maxiter=max(1, left // size - 1),
         rng=study.sampler.seed,
         polish=False,

@@ -108,13 +108,9 @@ class Study:
         """Names of all objectives that are computed, including those of constraints; sorted."""
         return tuple(sorted({one.name for one in self.objectives} | set(self.limits)))
 
-    def values(self, free: Mapping[str, float]) -> dict[str, float]:
-        """All values that a design sets, including fixed and coupled ones; raises `InputError`."""
-        return coupled({**self.fixed, **free}, self.couplings)
-
     def finger_of(self, free: Mapping[str, float]) -> Finger:
-        """The finger with these values of the free parameters; raises `InputError`."""
-        return made(self.finger, self.values(free))
+        """The finger with these values of the free parameters, with fixed and coupled ones; raises `InputError`."""
+        return made(self.finger, coupled({**self.fixed, **free}, self.couplings))
 
     @property
     def places(self) -> Places:

@@ -22,7 +22,7 @@ from papilla.view.style import INK, MUTED, SEQUENTIAL, THIN, color_bar, friction
 
 BAR_IN, PANEL_IN, HEIGHT_IN = 1.4, 4.4, 5.6  # Inches of a picture: width of the bar and of a map; height
 ROOM = 1.3  # Half width of a map over the reach of the contact
-PIXELS, AROUND = 301, 181  # Points across a map, and around a contact
+PIXELS = 301  # Points across a map, and around a contact
 DOT = 12  # Area of the dot of a nodal pressure, square points
 LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
 CONTACT_EDGE = 0.02  # Share of the peak pressure at the edge of a contact that is not an ellipse
@@ -56,7 +56,7 @@ class Profile:
 
     def edge(self) -> np.ndarray:
         """Points (n, 2) of the closed line around the contact, mm."""
-        angle = np.linspace(0, 2 * np.pi, AROUND)
+        angle = np.linspace(0, 2 * np.pi, PIXELS)
         return self.centre + np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self.axes.T
 
     def __call__(self, points: np.ndarray) -> np.ndarray:

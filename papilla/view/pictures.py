@@ -77,31 +77,25 @@ def strain_picture(
 ) -> bytes:
     """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same errors except for the
     file."""
-    how: Any = {"kind": kind, "variant": variant, "shown": shown, "beside": beside}
-    return _pictures(finger, reduced, press, specimen, progress, **how)[0]
+    how: Any = {"kind": kind, "variant": variant, "shown": shown, "beside": beside, "widths": (None,)}
+    return strain_pictures(finger, reduced, press, specimen, progress, **how)[0]
 
 
 def strain_pictures(
-    finger: Finger, reduced: ReducedFinger, press: Press, specimen: Specimen, progress: Progress | None = None
-) -> list[bytes]:
-    """The picture that `strain` writes and a narrow one for a telephone, as PNG; raises as `strain_picture`."""
-    return _pictures(finger, reduced, press, specimen, progress, widths=(None, NARROW_IN))
-
-
-def _pictures(
     finger: Finger,
     reduced: ReducedFinger,
     press: Press,
     specimen: Specimen,
-    progress: Progress | None,
+    progress: Progress | None = None,
     *,
     kind: str = "png",
     variant: int = 0,
     shown: str = STRAIN,
     beside: tuple[Press, Specimen] | None = None,
-    widths: tuple[float | None, ...] = (None,),
+    widths: tuple[float | None, ...] = (None, NARROW_IN),
 ) -> list[bytes]:
-    """The picture of each width in inches (None: as wide as it needs)."""
+    """The picture that `strain` writes, in each width in inches (None: as wide as it needs): by default also a narrow
+    one for a telephone. Raises as `strain_picture`."""
     if reduced.finger_sha256 != finger.sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
     scenes = [(press, specimen), *([] if beside is None else [beside])]

@@ -120,9 +120,7 @@ def uncertainty_map(
         )
         axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize="small")
         blank = (~identified).astype(float).T
-        axes.contourf(
-            force_N, modulus_MPa, blank, levels=[0.5, 1.5], colors=BLANK["facecolor"], hatches=[BLANK["hatch"]]
-        )
+        axes.contourf(force_N, modulus_MPa, blank, levels=[0.5, 2], colors=BLANK["facecolor"], hatches=[BLANK["hatch"]])
         handles = [Patch(**BLANK, edgecolor=style.MUTED, label="not identifiable")]
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked

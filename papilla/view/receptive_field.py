@@ -16,7 +16,7 @@ from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, 
 
 NEWTON_PER_MN = 1e-3
 ELEVATION = 62.0
-FIGURE_IN, TITLE_PT, SMALL_PT = 8.0, 14, 11  # Width of a picture of one gauge; sizes of a title
+FIGURE_IN = 8.0  # Width of a picture of one gauge
 MAPS, SMALL_MAPS = (5, 2.9), (2, 2.3)  # Maps beside each other, and the width of one, inches
 STEP = 0.2  # Distance of the lines of equal sensitivity, as a share of the colour bar's end
 BAR = "gauge strain per force of a small load (µε per mN)"
@@ -50,7 +50,7 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
         x, y, _ = skin.points[strongest]
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
         facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
-        style.titled(figure, f"Receptive field of gauge {style.literal(gauge_name)}", facts, TITLE_PT)
+        style.titled(figure, f"Receptive field of gauge {style.literal(gauge_name)}", facts, style.LARGE_PT)
     return figure
 
 
@@ -88,7 +88,8 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
             axes.set_ylabel("y (mm)")
         style.diverging_bar(grid, limit, BAR)
         facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
-        style.titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, SMALL_PT if small else TITLE_PT)
+        size = style.TITLE_PT if small else style.LARGE_PT
+        style.titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, size)
         if small:
             style.narrow(figure)
     return figure

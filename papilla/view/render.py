@@ -23,8 +23,14 @@ from papilla.view.style import DIVERGING, styled
 
 SUPERSAMPLE = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
 MARGIN_MM = 1.5  # Margin around the content of a picture
+AWAY_MM = 500  # Distance of the camera and the lights
 PIXELS_PER_MM = 18.0
 AROUND_IN = 1.75  # Height of a figure for its title and the colour bar, inches
+
+
+SKIN_LIGHT = {"ambient": 0.35, "diffuse": 0.75, "specular": 0.05}
+SHADE_LIGHT = {"ambient": 0.65, "diffuse": 0.4, "specular": 0.05}
+"""Light of plain surfaces, and the softer one of surfaces whose shades must match the colour bar."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,9 +120,7 @@ def render(parts: list[Part], view: View) -> np.ndarray:
 def _add(plotter: pv.Plotter, part: Part) -> None:
     shading: dict[str, Any] = {"lighting": part.lit, "smooth_shading": part.lit, "opacity": part.opacity}
     if part.lit:
-        # Coloured surfaces get soft light, because their shades must match the colour bar.
-        ambient, diffuse = (0.35, 0.75) if part.scalars is None else (0.65, 0.4)
-        shading |= {"ambient": ambient, "diffuse": diffuse, "specular": 0.05}
+        shading |= SKIN_LIGHT if part.scalars is None else SHADE_LIGHT
     if part.scalars is None:
         plotter.add_mesh(part.surface, color=part.color, **shading)
         return
@@ -125,7 +129,6 @@ def _add(plotter: pv.Plotter, part: Part) -> None:
         scalars=part.scalars,
         clim=(-part.limit, part.limit),
         cmap=colormaps[DIVERGING],
-        n_colors=256,
         interpolate_before_map=True,
         show_scalar_bar=False,
         **shading,
@@ -135,14 +138,14 @@ def _add(plotter: pv.Plotter, part: Part) -> None:
 def _light(plotter: pv.Plotter, view: View) -> None:
     right, up, toward = view.axes()
     for direction, intensity in ((toward + up - 0.6 * right, 0.8), (toward + right, 0.25)):
-        plotter.add_light(pv.Light(position=tuple(direction * 500), intensity=intensity, light_type="scene light"))
+        plotter.add_light(pv.Light(position=tuple(direction * AWAY_MM), intensity=intensity, light_type="scene light"))
 
 
 def _aim(plotter: pv.Plotter, view: View) -> None:
     _, up, toward = view.axes()
     centre = np.array(view.centre)
     plotter.camera.focal_point = tuple(centre)
-    plotter.camera.position = tuple(centre + 500 * toward)
+    plotter.camera.position = tuple(centre + AWAY_MM * toward)
     plotter.camera.up = tuple(up)
     plotter.camera.enable_parallel_projection()
     plotter.camera.parallel_scale = view.height_mm / 2

@@ -118,12 +118,14 @@ def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> 
     away = corners.mean(axis=1)[:, None] - corners
     rows = np.concatenate([np.ones((*tets.shape, 1)), away], axis=2)
     volume = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))
-    normal, load = np.zeros((len(mesh.points), 4, 4)), np.zeros((len(mesh.points), 4))
+    terms = rows.shape[-1]
+    normal, load = np.zeros((len(mesh.points), terms, terms)), np.zeros((len(mesh.points), terms))
     np.add.at(normal, tets, volume[:, None, None, None] * rows[..., :, None] * rows[..., None, :])
     np.add.at(load, tets, (volume * here)[:, None, None] * rows)
     # A small penalty keeps the slope finite if few cells meet at a vertex
     spread = np.trace(normal[:, 1:, 1:], axis1=1, axis2=2) / 3
-    normal[:, [1, 2, 3], [1, 2, 3]] += DAMPING * spread[:, None]
+    slopes = np.arange(1, terms)
+    normal[:, slopes, slopes] += DAMPING * spread[:, None]
     used = np.unique(tets)
     nodal = np.zeros(len(mesh.points))
     nodal[used] = np.linalg.solve(normal[used], load[used][..., None])[:, 0, 0]
@@ -141,7 +143,7 @@ def _outline(mesh: LayeredMesh, name: str, moved: np.ndarray, side: int) -> list
 def _bone_polygons(finger: Finger, mesh: LayeredMesh) -> list[np.ndarray]:
     """Outlines (k, 3) of a rigid bone in the plane y = 0, above the base plane."""
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    x, z = np.meshgrid(np.linspace(low[0], high[0], 401), np.linspace(low[2], high[2], 201))
+    x, z = np.meshgrid(np.linspace(low[0], high[0], POINTS), np.linspace(low[2], high[2], POINTS))
     points = np.stack([x.ravel(), np.zeros(x.size), z.ravel()], axis=1)
     level = surfaces_of(finger)["bone"].level(points).reshape(x.shape)
     filled: tuple = contour_generator(x, z, level, fill_type="OuterCode").filled(float(level.min()) - 1, 0.0)
@@ -158,12 +160,8 @@ def _gauge_bars(field: Field, finger: Finger, scale: float) -> np.ndarray:
     return np.array(bars)
 
 
+POINTS = 120  # Across a specimen, around a ball, and along each axis of the level of a bone
 DRAWN_THICKNESS = 10.0  # Height (mm) of a half-space, or of a thicker block, that is drawn
-
-
-def contact_frame(finger: Finger, at: tuple[float, float]) -> Frame:
-    """The contact plane at touch-down point `at` (x, y)."""
-    return Frame.at(surfaces_of(finger)["skin"], *at)
 
 
 def specimen_solid(
@@ -175,12 +173,11 @@ def specimen_solid(
     """
     approach = scale * press.indentation
     if isinstance(specimen, Sphere):
-        solid = pv.Sphere(
-            radius=specimen.radius, center=(0, 0, specimen.radius - approach), theta_resolution=120, phi_resolution=120
-        ).clean()
+        centre, fine = (0, 0, specimen.radius - approach), {"theta_resolution": POINTS, "phi_resolution": POINTS}
+        solid = pv.Sphere(radius=specimen.radius, center=centre, **fine).clean()
     else:
         thickness = min(getattr(specimen, "thickness", DRAWN_THICKNESS), DRAWN_THICKNESS)
-        x, y, level = np.meshgrid(*[np.linspace(-half_width, half_width, 81)] * 2, [0.0, 1.0], indexing="ij")
+        x, y, level = np.meshgrid(*[np.linspace(-half_width, half_width, POINTS)] * 2, [0.0, 1.0], indexing="ij")
         skin = _skin_height(field, frame, scale)(x[:, :, 0], y[:, :, 0])
         height = specimen.gap(np.column_stack([x[:, :, 0].ravel(), y[:, :, 0].ravel()])).reshape(skin.shape)
         face = np.fmin(np.fmax(height - approach, skin), thickness - approach)

@@ -92,11 +92,11 @@ def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float,
     x = np.linspace(-width, width, POINTS)
     place = np.clip(x + found.motion.position_mm[sample] + found.carried_mm[sample], *texture.span)
     under = top - found.depth_mm[sample] + texture.recess(place)
-    axes.fill_between(x, under, top + OVER_MM, color=BONE_COLOR, linewidth=0, zorder=3)
+    axes.fill_between(x, under, top + OVER_MM, color=BONE_COLOR, linewidth=0)
     pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
     low, high = BARS_MM
-    axes.vlines(found.x_mm, top + low, top + low + (high - low) * pressure, color=INK, zorder=4)
-    axes.text(width, top + high, "pressure ", ha="right", va="top", fontsize="small", color=MUTED, zorder=4)
+    axes.vlines(found.x_mm, top + low, top + low + (high - low) * pressure, color=INK)
+    axes.text(width, top + high, "pressure ", ha="right", va="top", fontsize="small", color=MUTED)
 
 
 def _draw_signals(axes, found: Slide, sample: int) -> None:

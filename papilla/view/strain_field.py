@@ -13,17 +13,20 @@ from scipy.spatial import ConvexHull, cKDTree
 from papilla.errors import InputError
 from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
+from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.specimen import Specimen
 from papilla.units import PER_CENT
 from papilla.view import style
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
-from papilla.view.section import Section, contact_frame, contact_outline, cut, half_skin, specimen_solid
+from papilla.view.section import Section, contact_outline, cut, half_skin, specimen_solid
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR = "#e9d8c7", "#cdd5e0"
 EDGE_COLOR = "#9fb0c4"  # Edge of the specimen
+ELEVATION, CORNER = 20.0, 60  # Degrees of the view above the horizon, and between two faces of a specimen with an edge
 WIDTHS = (10.0, 17.0)  # Inches of a picture of one press and of two
 
 
@@ -60,7 +63,7 @@ def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = sty
             f"what is shown must be {style.STRAIN} or, of the stress, {', '.join(style.COMPONENTS)}; got {shown!r}"
         )
     field, press, side = scene.field, scene.press, side_of(reduced)
-    frame = contact_frame(finger, reduced.at)
+    frame = Frame.at(surfaces_of(finger)["skin"], *reduced.at)
     solid = specimen_solid(scene.specimen, field, frame, press, 0.9 * finger.patch_radius, scale)
     # Without the parts in the half that was cut away
     outline = [
@@ -111,12 +114,12 @@ def strain_figure(
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
     limit = style.nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
     rendered, side = use_offscreen_window(), side_of(reduced)
-    view = View(20.0 if rendered else 0.0, 0.0 if side > 0 else 180.0)
+    view = View(ELEVATION if rendered else 0.0, 0.0 if side > 0 else 180.0)
     view = fitted(view, np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)]))
     with framed(view, width or WIDTHS[len(scenes) - 1], len(scenes)) as (figure, frames):
         for axes, scene, one in zip(frames, scenes, parts, strict=True):
             if rendered:
-                edges = one.solid.extract_feature_edges(feature_angle=60)
+                edges = one.solid.extract_feature_edges(feature_angle=CORNER)
                 lines = [Part(one.skin, SKIN_COLOR), Part(edges, EDGE_COLOR, lit=False)]
                 # Opaque: through a translucent specimen the finger behind the cut would seem to be inside it
                 draw(axes, [*_faces(one.section, limit), *lines, Part(one.solid, SPECIMEN_COLOR, lit=False)], view)
@@ -129,7 +132,7 @@ def strain_figure(
                 axes, one, view, finger, scene.press, strains=shown == style.STRAIN, short=width == style.NARROW_IN
             )
             if beside is not None:
-                axes.text(0.5, 0.98, _facts(scene.press), transform=axes.transAxes, ha="center", color=style.MUTED)
+                axes.set_title(_facts(scene.press), loc="center", fontsize="medium", weight="normal", color=style.MUTED)
         bar = style.diverging_bar(frames, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
         short = width == style.NARROW_IN
@@ -179,7 +182,7 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
             label = f"{style.literal(gauge.name)}\n{reading / style.THOUSAND:+.3g}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
-            x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold", linespacing=1.25,
+            x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold",
             path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white", alpha=0.85)],
         )  # fmt: skip
 
@@ -214,5 +217,5 @@ def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: f
         figure,
         rf"{press.force:.3g} N on {touched}: $S_d$ of the readings {spread} µε",
         "; ".join(facts + more),
-        11 if more else 14,
+        *[style.LARGE_PT] * (not more),
     )

@@ -154,12 +154,12 @@ def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tupl
     seconds, errors = _points(ordered)
     face = color if marker == MARKERS["contact"] else "white"
     style: dict = {"marker": marker, "markersize": MARK, "markerfacecolor": face, "markeredgewidth": THICK}
-    axes.plot(seconds, errors, color=color, zorder=3, **style)
+    axes.plot(seconds, errors, color=color, **style)
     right, up, align = place
     for row, x, y in zip(ordered, seconds, errors, strict=True):
         axes.annotate(
             f"{row['size_mm']:g}", (x, y), xytext=(right, up), textcoords="offset points", ha=align, fontsize="small",
-            color=color, zorder=5,
+            color=color,
         )  # fmt: skip
 
 

@@ -49,6 +49,8 @@ STRAIN, COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
 
 WIDTH_IN, HEIGHT_IN = 7.2, 4.4
 """Inches of a plot on a page."""
+TITLE_PT, LARGE_PT, DPI = 12, 14, 150
+"""Sizes of the message above a plot and above a rendered picture; dots of an inch."""
 NARROW_IN = 4.6
 """Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
 MARGIN_IN, INCH_PER_POINT = 0.12, 1 / 72
@@ -89,7 +91,7 @@ def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
     axis.set(minor_locator=NullLocator(), minor_formatter=NullFormatter())
 
 
-def titled(figure: Figure, message: str, detail: str, size: float = 12.0) -> None:
+def titled(figure: Figure, message: str, detail: str, size: float = TITLE_PT) -> None:
     """A bold message of `size` points at the top left of the figure, and below it the detail in smaller grey text; the
     axes get the rest."""
     figure.text(0, 1, message, fontsize=size, weight="bold", va="top")
@@ -151,7 +153,7 @@ def kind_of(path: str | Path) -> str:
     return kind
 
 
-def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
+def content(figure: Figure, kind: str, dpi: int = DPI) -> bytes:
     """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
     stream = io.BytesIO()
     with matplotlib.rc_context(_STYLE):
@@ -161,7 +163,7 @@ def content(figure: Figure, kind: str, dpi: int = 150) -> bytes:
     return stream.getvalue()
 
 
-def png(figure: Figure, dpi: int = 150) -> bytes:
+def png(figure: Figure, dpi: int = DPI) -> bytes:
     """The figure as PNG bytes."""
     return content(figure, "png", dpi)
 
@@ -171,9 +173,9 @@ def svg(figure: Figure) -> bytes:
     return content(figure, "svg")
 
 
-def write_png(figure: Figure, path: str | Path, dpi: int = 150) -> None:
+def write_png(figure: Figure, path: str | Path) -> None:
     """Write the figure as PNG atomically; raises `FileAccessError`."""
-    write_bytes(path, png(figure, dpi))
+    write_bytes(path, png(figure))
 
 
 def write_bytes(path: str | Path, picture: bytes) -> None:

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import to_hex
 
 from papilla.errors import MissingExtraError
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -20,6 +18,9 @@ if TYPE_CHECKING:
 
 EYE, ZOOM = (0.0, -1.6, 0.58), 1.65
 """First direction of view and size of the finger, which fills the width of a phone. The cut side faces the viewer."""
+
+LINE_PX = 3
+"""Width of a line; that of a gauge is four times as large."""
 
 LIFTED_MM, NAMES_MM = 0.3, 2.0
 """Distance of gauges, lines and names from the cut face, which would otherwise hide them."""
@@ -49,7 +50,8 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
 
     parts = [drawn(scene, reduced, finger, shown) for scene in scenes]
     limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
-    lift = np.array([0, -side_of(reduced), 0])
+    side = side_of(reduced)
+    lift = np.array([0, -side, 0])
     groups = [
         [*_solids(one, limit, LIFTED_MM * lift), *_gauges(one, scene, finger, lift)]
         for one, scene in zip(parts, scenes, strict=True)
@@ -59,45 +61,26 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
     steps: list[dict[str, Any]] = []
     for number, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
         visible = [other == number for other, group in enumerate(groups) for _ in group]
-        steps.append({
-            "method": "update",
-            "label": f"{scene.press.force:.3g} N",
-            "args": [{"visible": visible}, {"title.text": title}],
-        })  # fmt: skip
+        args = [{"visible": visible}, {"title.text": title}]
+        steps.append({"method": "update", "label": f"{scene.press.force:.3g} N", "args": args})
     for trace, now in zip(figure.data, steps[-1]["args"][0]["visible"], strict=True):
         trace.visible = now
-    shades = [(share, to_hex(colormaps[DIVERGING](share))) for share in np.linspace(0, 1, 17).tolist()]
-    bar = {
-        "title": shown_words(shown).split(":")[0],
-        "thickness": 12,
-        "len": 0.8,
-        "orientation": "h",
-        "y": 0,
-        "yanchor": "top",
-    }
-    scale: dict = {"colorscale": shades, "cmin": -limit, "cmax": limit, "colorbar": bar}
+    bar = {"title": shown_words(shown).split(":")[0], "thickness": 12, "orientation": "h", "y": 0, "yanchor": "top"}
+    scale: dict = {"colorscale": DIVERGING, "cmin": -limit, "cmax": limit, "colorbar": bar}
     seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
     # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
-    low, high = seen.min(axis=0) - 1.5 * NAMES_MM, seen.max(axis=0) + 1.5 * NAMES_MM
+    low, high = seen.min(axis=0) - 2 * NAMES_MM, seen.max(axis=0) + 2 * NAMES_MM
     axes = {
         f"{axis}axis": {"visible": False, "range": [float(a), float(b)]}
         for axis, a, b in zip("xyz", low, high, strict=True)
     }
     sizes = dict(zip("xyz", (ZOOM * (high - low) / (high - low).max()).tolist(), strict=True))
-    turned = side_of(reduced)
+    camera = {"eye": dict(zip("xyz", np.array(EYE) * (1, side, 1), strict=True)), "projection.type": "orthographic"}
     figure.update_layout(
         title={"text": titles[-1], "font": {"size": 14}},
         coloraxis=scale,
         sliders=[{"active": len(scenes) - 1, "steps": steps, "currentvalue": {"prefix": "force "}, "pad": {"t": 70}}],
-        scene={
-            **axes,
-            "aspectmode": "manual",
-            "aspectratio": sizes,
-            "camera": {
-                "eye": dict(zip("xyz", np.array(EYE) * (1, turned, 1), strict=True)),
-                "projection.type": "orthographic",
-            },
-        },  # fmt: skip
+        scene={**axes, "aspectmode": "manual", "aspectratio": sizes, "camera": camera},
         font={"family": "DejaVu Sans, Verdana, sans-serif", "color": INK},
         margin={"l": 30, "r": 30, "t": 90, "b": 10},
         showlegend=False,
@@ -132,18 +115,14 @@ def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
     for solid, color, flat in ((one.skin, SKIN_COLOR, False), (one.solid, SPECIMEN_COLOR, True)):
         traces.append(go.Mesh3d(**_mesh(*_triangles(solid)), color=color, flatshading=flat, lighting=SOFT, **quiet))
     for ring in one.section.bone:
-        fan = np.column_stack(
-            [np.zeros(len(ring), int), 1 + np.arange(len(ring)), 1 + np.roll(np.arange(len(ring)), -1)]
-        )
-        traces.append(
-            go.Mesh3d(**_mesh(np.vstack([ring.mean(axis=0), ring]), fan), color=BONE_COLOR, lighting=FLAT, **quiet)
-        )
+        around = 1 + np.arange(len(ring))
+        fan = _mesh(np.vstack([ring.mean(axis=0), ring]), np.column_stack([0 * around, around, np.roll(around, -1)]))
+        traces.append(go.Mesh3d(**fan, color=BONE_COLOR, lighting=FLAT, **quiet))
     outlines = [line for lines in one.section.outlines.values() for line in lines]
     for lines, dash in ((outlines, "solid"), (one.outline, "dash")):
         ends = np.vstack([np.vstack([line, np.full((1, 3), np.nan)]) for line in lines]) if lines else np.empty((0, 3))
-        traces.append(
-            go.Scatter3d(**_places(ends + lift), mode="lines", line={"color": INK, "width": 3, "dash": dash}, **quiet)
-        )
+        line = {"color": INK, "width": LINE_PX, "dash": dash}
+        traces.append(go.Scatter3d(**_places(ends + lift), mode="lines", line=line, **quiet))
     return traces
 
 
@@ -158,7 +137,7 @@ def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[
         told += [words, words, words, ""]
     grids = go.Scatter3d(
         **_places(np.array(ends) + LIFTED_MM * lift), mode="lines+markers", hovertext=told, hoverinfo="text",
-        line={"color": GAUGE_COLOR, "width": 12}, marker={"color": GAUGE_COLOR, "size": 3},
+        line={"color": GAUGE_COLOR, "width": 4 * LINE_PX}, marker={"color": GAUGE_COLOR, "size": LINE_PX},
     )  # fmt: skip
     middles = one.section.gauges.mean(axis=1) + NAMES_MM * lift
     names = [gauge.name for gauge in finger.gauges]

@@ -392,7 +392,7 @@ def test_the_turning_page_has_all_presses_and_shows_the_last(made_up_parts, monk
     eye = figure.layout.scene.camera.eye
     assert eye.y < 0 and eye.z > 0
     low, high = figure.layout.scene.zaxis.range
-    assert low == pytest.approx(-3 - 1.5 * turning.NAMES_MM, abs=0.01) and high == pytest.approx(14 + 3.0, abs=0.01)
+    assert low == pytest.approx(-3 - 2 * turning.NAMES_MM, abs=0.01) and high == pytest.approx(14 + 4.0, abs=0.01)
 
 
 # ---- Receptive fields

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papilla.fem.reduction.patch import Frame
+from papilla.mesh.finger_surfaces import surfaces_of
 from papilla.view.section import (
     cell_values,
-    contact_frame,
     contact_outline,
     cut,
     half_skin,
@@ -90,7 +91,7 @@ def test_half_of_the_skin_has_normals_that_point_out(scene, side):
 
 
 def test_the_drawn_contact_has_the_stated_area_and_lies_on_the_specimen(scene):
-    frame = contact_frame(scene.finger, scene.reduced.at)
+    frame = Frame.at(surfaces_of(scene.finger)["skin"], *scene.reduced.at)
     (line,) = contact_outline(scene.field, scene.reduced, scene.press, frame, 1.0)
     x, y, z = line.T
     area = 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
@@ -99,7 +100,7 @@ def test_the_drawn_contact_has_the_stated_area_and_lies_on_the_specimen(scene):
 
 
 def test_the_specimen_is_closed_and_its_face_follows_the_finger(scene):
-    frame = contact_frame(scene.finger, scene.reduced.at)
+    frame = Frame.at(surfaces_of(scene.finger)["skin"], *scene.reduced.at)
     solid = specimen_solid(scene.specimen, scene.field, frame, scene.press, 13.5, 1.0)
     assert solid.is_manifold
     assert solid.points[:, 2].min() == pytest.approx(20 - scene.press.indentation, abs=1e-6)
