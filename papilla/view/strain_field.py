@@ -16,7 +16,7 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.specimen import Specimen
 from papilla.units import PER_CENT
 from papilla.view import style

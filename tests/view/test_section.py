@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.fem.reduction.patch import Frame
-from papilla.mesh.finger_surfaces import surfaces_of
+from papilla.mesh.body import surfaces_of
 from papilla.view.section import (
     cell_values,
     contact_outline,
