@@ -43,7 +43,7 @@ OWN = {
 
 SCENES = """
 from papilla import Finger, fem
-from papilla.studies.bench.scenes import drawn, thousand
+from papilla.studies.bench.measure import drawn, thousand
 from time import process_time
 reduced = fem.prepare(Finger.default())
 {job}

@@ -3,14 +3,18 @@
 Run with `python benchmarks/friction_honesty.py [--first SEED] [--runs N]`. Seeds below 1000 are those of the tuning.
 """
 
+import sys
 import time
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import typer
 
 from papilla.estimators import Friction
-from papilla.studies.estimator_bench.friction_logs import NAMED, Judged, Rubbed, drawn, judge
+
+sys.path.append(str(Path(__file__).parents[1]))
+from tests.support.friction_logs import NAMED, Judged, Rubbed, drawn, judge  # noqa: E402
 
 FIRST = 30_000
 EVERY = "every drawn log"

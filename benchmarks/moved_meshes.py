@@ -19,7 +19,7 @@ from papilla import Finger
 from papilla.finger import Dome, Shape, Slab
 from papilla.mesh import DEFAULT_SIZE_MM, build, quality
 from papilla.mesh.drawing import drawn
-from papilla.studies.verify import moved
+from papilla.studies.verify import meshes as verified
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF, MODULI_MPA = (10.0, 30.0, 60.0, 100.0), (0.05, 0.15, 0.5)
@@ -55,7 +55,7 @@ def compared(finger: Finger, drawings: int, variants: int) -> str:
         for variant in range(count):
             meshes.append(make(finger, SIZE_MM, variant=variant))
         seconds.append((time.process_time() + _children() - before) / count)
-        kinds.append(np.array([moved.pressed(finger, mesh, MODULI_MPA, FORCES_GF) for mesh in meshes]))
+        kinds.append(np.array([verified.pressed(finger, mesh, MODULI_MPA, FORCES_GF) for mesh in meshes]))
         if make is build:
             worst = min(quality(mesh)["mean_ratio_min"] for mesh in meshes)
     middle = kinds[1].mean(axis=0)
@@ -83,10 +83,10 @@ def main() -> None:
     parser.add_argument("--shapes", nargs="*", default=list(fingers()), choices=list(fingers()))
     parser.add_argument("--drawn", type=int, default=2, help="fresh meshes a finger")
     parser.add_argument("--variants", type=int, default=2, help="shipped meshes a finger")
-    parser.add_argument("--stored", action="store_true", help="print presses on fresh meshes, as moved.py stores them")
+    parser.add_argument("--stored", action="store_true", help="print presses on fresh meshes, as `verify` stores them")
     given = parser.parse_args()
-    for name, finger in moved.fingers().items() if given.stored else ():
-        fresh = [moved.pressed(finger, drawn(finger, SIZE_MM, variant=number)) for number in range(given.drawn)]
+    for name, finger in verified.fingers().items() if given.stored else ():
+        fresh = [verified.pressed(finger, drawn(finger, SIZE_MM, variant=number)) for number in range(given.drawn)]
         print(name, np.array2string(np.mean(fresh, axis=0), precision=6, separator=", "), flush=True)
     if given.stored:
         return

@@ -18,9 +18,8 @@ from papilla.errors import ContactRangeError
 from papilla.finger import Layer
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.specimen import STICK, Block, Friction, friction_coefficient
-from papilla.studies.verify.axisymmetric.bodies import Bodies, Shape
-from papilla.studies.verify.axisymmetric.law import Rubber
-from papilla.studies.verify.axisymmetric.path import press_path
+from papilla.studies.verify.axisymmetric.bodies import Bodies, Rubber, Shape
+from papilla.studies.verify.axisymmetric.presses import press_path
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)

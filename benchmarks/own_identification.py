@@ -30,9 +30,8 @@ from papilla.errors import SolverError
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.specimen import STICK, Friction, friction_coefficient
-from papilla.studies.verify.axisymmetric import path as presses_of
-from papilla.studies.verify.axisymmetric.bodies import Bodies
-from papilla.studies.verify.axisymmetric.law import Rubber
+from papilla.studies.verify.axisymmetric import presses as presses_of
+from papilla.studies.verify.axisymmetric.bodies import Bodies, Rubber
 from papilla.units import gf_to_newton
 
 SIZE_MM: float | None = None

@@ -14,7 +14,7 @@ from papilla.units import MS_PER_S, PER_CENT
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
     from papilla.studies.bench import Bench
-    from papilla.studies.estimator_bench.honesty import Row
+    from papilla.studies.estimator_bench.comparison import Row
     from papilla.studies.estimator_bench.touches import TouchRow
     from papilla.studies.physics import Effect
 
@@ -117,8 +117,8 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
     the folder `out`. Raises `FileAccessError` before any work if that is not possible.
     """
     from papilla.files import check_writable
+    from papilla.studies.estimator_bench.comparison import LONG, SHORT, compare
     from papilla.studies.estimator_bench.cost import costs
-    from papilla.studies.estimator_bench.runner import LONG, SHORT, compare
     from papilla.view.study_plots import honesty_figure
     from papilla.view.style import write_png
 

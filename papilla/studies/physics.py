@@ -6,6 +6,7 @@ mesh cancels. The modulus follows from the S_d of presses without the effect ove
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -22,16 +23,11 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block
+from papilla.studies.parameters import parameters
 from papilla.units import gf_to_newton
 
-FORCES_GF, MODULI_MPA = (5.0, 38.0, 100.0), (0.1, 0.51)
-"""The scenes: a light, a middle and a firm press on a soft and on a hard block."""
-
-MODELLED = 0.01
-"""Change of S_d above which an effect should be modelled, not only named."""
-
-CURVE_MPA = np.geomspace(0.02, 20.0, 25)
-"""Moduli at which S_d without the effect is computed."""
+GIVEN = parameters(__name__)
+FORCES_GF, MODULI_MPA, MODELLED = GIVEN.forces_gf, GIVEN.moduli_MPa, GIVEN.modelled
 
 
 @dataclass(frozen=True)
@@ -63,7 +59,7 @@ class Effect:
 class TiltedBlock(Block):
     """A block that is turned by `tilt_deg` about y."""
 
-    tilt_deg: float = 1.0
+    tilt_deg: float = 0.0
 
     def gap(self, points: np.ndarray) -> np.ndarray:
         """Height (k,) in mm over points (k, 2) of the contact plane; negative on the side that comes nearer."""
@@ -90,7 +86,7 @@ class Bench:
     @cached_property
     def whole(self) -> ReducedFinger:
         """The same without symmetry, for specimens without symmetry."""
-        return self.model.reduce((1e-6, 1e-6))
+        return self.model.reduce((GIVEN.beside_mm, GIVEN.beside_mm))
 
     def plain(self, force_N: float, modulus: float) -> Press:
         """The linear, frictionless press on a bonded block, without the ellipse's correction, like all presses of the
@@ -114,18 +110,15 @@ class Bench:
     def _read(self, force: float, sd: float) -> float:
         """The modulus (MPa) whose press without the effect has this S_d; NaN beyond the curve."""
         if force not in self._curves:
-            known = [(modulus, self._plain_or_nan(force, modulus)) for modulus in CURVE_MPA]
-            moduli, curve = np.array([pair for pair in known if pair[1] == pair[1]]).T
+            known = []
+            softest, hardest = GIVEN.curve_MPa
+            for modulus in np.geomspace(softest, hardest, GIVEN.curve_points):
+                with suppress(PapillaError):
+                    known.append((modulus, self.plain(force, modulus).sd))
+            moduli, curve = np.array(known).T
             rising = np.append(True, curve[1:] > np.maximum.accumulate(curve)[:-1])
-            moduli, curve = moduli[rising], curve[rising]
-            self._curves[force] = PchipInterpolator(curve, np.log(moduli), extrapolate=False)
+            self._curves[force] = PchipInterpolator(curve[rising], np.log(moduli[rising]), extrapolate=False)
         return float(np.exp(self._curves[force](sd)))
-
-    def _plain_or_nan(self, force: float, modulus: float) -> float:
-        try:
-            return self.plain(force, modulus).sd
-        except PapillaError:
-            return math.nan
 
     @cached_property
     def _curves(self) -> dict[float, PchipInterpolator]:
@@ -142,19 +135,19 @@ def physics(finger: Finger, size_mm: float, progress: Callable[[str], None]) -> 
     return sorted(found, key=lambda effect: -effect.worst)
 
 
-def _effects(bench: Bench):
+def _effects(bench: Bench) -> list[tuple[str, str, str, Callable[[float, float], float]]]:
     """Name, size in words, model, and S_d as a function of force (N) and modulus (MPa), for each effect."""
-    finger, thick = bench.finger, THICKNESS_MM
+    finger, size_mm, thick = bench.finger, bench.size_mm, THICKNESS_MM
 
-    def on(reduced: Callable[[], ReducedFinger], friction: float = 0.0):
-        return lambda force, E: contact_press(reduced(), Block(E, thick), (force, None), friction).sd
+    def block(modulus: float) -> Block:
+        return Block(modulus, thick)
 
-    def specimen(make, reduced=lambda: bench.reduced):
-        return lambda force, E: contact_press(reduced(), make(E), (force, None), 0.0).sd
+    def on(make: Callable[[float], Block] = block, reduced=lambda: bench.reduced, friction: float = 0.0):
+        return lambda force, E: contact_press(reduced(), make(E), (force, None), friction).sd
 
     def strained(force: float, E: float) -> float:
         small, large = (
-            press(bench.reduced, Block(E, thick), force_N=force, fidelity=fidelity, friction=0.0)
+            press(bench.reduced, block(E), force_N=force, fidelity=fidelity, friction=0.0)
             for fidelity in ("contact", None)
         )
         return bench.plain(force, E).sd * large.sd / small.sd
@@ -162,43 +155,32 @@ def _effects(bench: Bench):
     def offset(readings: Callable[[], np.ndarray]):
         return lambda force, E: float((bench.plain(force, E).reading + readings()).std())
 
-    yield (
-        "large strain",
-        "neo-Hookean layers",
-        "press",
-        strained,
-    )
-    yield "friction", "stick", "press --friction", on(lambda: bench.reduced, math.inf)
-    yield "thickness of the block", f"8 mm, {thick:g} assumed", "--thickness", specimen(lambda E: Block(E, 8.0))
-    yield (
-        "block not bonded",
-        "slides on its table",
-        "Block(bonded=False)",
-        specimen(lambda E: Block(E, thick, bonded=False)),
-    )
-    for tilt in (1.0, 5.0):
-        yield (
-            "tilt of the block",
-            f"{tilt:g} degrees",
-            "its own gap",
-            specimen(lambda E, tilt=tilt: TiltedBlock(E, thick, tilt_deg=tilt), lambda: bench.whole),
-        )
-    yield (
-        "adhesion",
-        "0.05 J/m2",
-        "adhesive_press",
-        lambda force, E: adhesive_press(bench.reduced, Block(E, thick), 0.05, force_N=force).sd,
-    )
+    def tilted(degrees: float) -> tuple:
+        made = on(lambda E: TiltedBlock(E, thick, tilt_deg=degrees), lambda: bench.whole)
+        return "tilt of the block", f"{degrees:g} degrees", "its own gap", made
+
+    def adhesive(force: float, E: float) -> float:
+        return adhesive_press(bench.reduced, block(E), GIVEN.adhesion_J_m2, force_N=force).sd
+
     weight = cache(lambda: weight_readings(bench.model))
-    yield "finger turned over", "since the gauges were zeroed", "weight_readings", offset(lambda: 2 * weight())
-    preload = cache(lambda: bench.plain(0.01, 0.51).reading)
-    yield "zero under load", "0.01 N on 0.51 MPa", "touch-down", offset(lambda: -preload())
-    boned = cache(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=bench.size_mm)).reduce())
-    yield "elastic bone", "3 GPa, bonded", "bone modulus", on(boned)
-    foiled = cache(lambda: FoiledModel(finger, bench.model.mesh, 300.0, 0.25).reduce())
-    yield "foils in the gauges", "polyimide, 0.1 mm, read as strain", "FoiledModel", on(foiled)
+    preload = cache(lambda: bench.plain(GIVEN.preload_N, MODULI_MPA[-1]).reading)
+    boned = cache(lambda: FingerModel(with_bone(finger), build(with_bone(finger), size_mm=size_mm)).reduce())
+    foiled = cache(lambda: FoiledModel(finger, bench.model.mesh, GIVEN.foil_N_per_mm, GIVEN.foil_bending_N_mm).reduce())
+    thin, loose = on(lambda E: Block(E, GIVEN.thin_mm)), on(lambda E: Block(E, thick, bonded=False))
+    return [
+        ("large strain", "neo-Hookean layers", "press", strained),
+        ("friction", "stick", "press --friction", on(friction=math.inf)),
+        ("thickness of the block", f"{GIVEN.thin_mm:g} mm, {thick:g} assumed", "--thickness", thin),
+        ("block not bonded", "slides on its table", "Block(bonded=False)", loose),
+        *map(tilted, GIVEN.tilts_deg),
+        ("adhesion", f"{GIVEN.adhesion_J_m2:g} J/m2", "adhesive_press", adhesive),
+        ("finger turned over", "since the gauges were zeroed", "weight_readings", offset(lambda: 2 * weight())),
+        ("zero under load", "0.01 N on 0.51 MPa", "touch-down", offset(lambda: -preload())),
+        ("elastic bone", "3 GPa, bonded", "bone modulus", on(reduced=boned)),
+        ("foils in the gauges", "polyimide, 0.1 mm, read as strain", "FoiledModel", on(reduced=foiled)),
+    ]
 
 
 def with_bone(finger: Finger) -> Finger:
     """The finger on a bone of acrylic."""
-    return replace(finger, bone=Layer(3000.0, 0.37))
+    return replace(finger, bone=Layer(*GIVEN.bone_MPa_and_nu))

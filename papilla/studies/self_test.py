@@ -11,7 +11,7 @@ from papilla.files import scratch
 from papilla.finger import Finger
 from papilla.specimen import Block
 from papilla.studies.case import Case
-from papilla.studies.verify.patch_test import exact_fields
+from papilla.studies.verify.elements import exact_fields
 
 SIZE_MM, PRESS = 2.0, (Block(0.51, 10.0), 0.588)
 """Mesh, specimen and force (N) of the press: a coarse mesh, and the press that pictures show."""

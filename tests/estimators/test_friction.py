@@ -9,7 +9,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.studies.estimator_bench import friction_logs
+from tests.support import friction_logs
 
 OFFSET_N = 0.3
 

@@ -16,12 +16,9 @@ from papilla.mesh.surfaces import Ellipsoid
 from papilla.references import bonded_layer_sphere
 from papilla.references.tangential_contact import dundurs_beta, frictional_punch
 from papilla.specimen import Block
-from papilla.studies.verify.axisymmetric.bodies import APART, FINE, Bodies, Shape
+from papilla.studies.verify.axisymmetric.bodies import APART, FINE, Bodies, Rubber, Shape
 from papilla.studies.verify.axisymmetric.contact import Contact
-from papilla.studies.verify.axisymmetric.law import Rubber
-from papilla.studies.verify.axisymmetric.path import press_path
-from papilla.studies.verify.axisymmetric.readout import Readout
-from papilla.studies.verify.axisymmetric.rings import Rings
+from papilla.studies.verify.axisymmetric.presses import Readout, Rings, press_path
 from papilla.studies.verify.revolution import LINEAR
 from papilla.units import gf_to_newton
 

@@ -10,9 +10,8 @@ from papilla.fem import FingerModel, press
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.studies.bench import FULL, SHORT, Bench, BenchRow
-from papilla.studies.bench.measure import Job, measure, peak_memory_MiB, set_up
-from papilla.studies.bench.row import pareto_front
-from papilla.studies.bench.scenes import SPECIMEN, answers, thousand
+from papilla.studies.bench.measure import SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
+from papilla.studies.bench.runner import pareto_front
 from papilla.units import gf_to_newton
 from papilla.view.study_plots import price_figure
 from papilla.view.style import png
@@ -117,7 +116,7 @@ def test_set_up_goes_through_its_stages():
 @pytest.mark.slow
 def test_a_fidelity_that_refuses_says_so_and_has_no_figures():
     """No patch holds a contact of 50 N: nothing is left out, and nothing is made up."""
-    hertz, contact = measure(Job(Finger.default(), 0.7, "P1", forces_gf=(10, 5000)))
+    hertz, contact = measure(Finger.default(), 0.7, "P1", forces_gf=(10, 5000))
     assert hertz.status.startswith("refused: ") and contact.status.startswith("refused: ")
     assert np.isnan(contact.answers).all() and np.isnan(contact.seconds_thousand) and contact.dofs > 1000
     row = contact.against(measured(0.35))

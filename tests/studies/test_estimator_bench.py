@@ -10,13 +10,15 @@ import pytest
 from papilla.cli import bench as command
 from papilla.cli.output import json_text
 from papilla.errors import InputError
-from papilla.studies.estimator_bench import cost, honesty, other_methods, runner
+from papilla.studies.estimator_bench import comparison, cost, methods
 from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.studies.estimator_bench.scenes import CLAIMS, scene
 from papilla.view.study_plots import honesty_figure
 from papilla.view.style import png
 
-SMALL = runner.Plan(scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4)
+SMALL = comparison.Plan(
+    scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4
+)
 
 
 # ---- The judge
@@ -26,7 +28,7 @@ def judged(made, factor=1.0, sigma=0.01, ok=True, path_mm=None):
     """A run of a method that answers `factor` (a number, or (n,)) times the truth."""
     wavelength = factor * made.wavelength_mm
     answer = Answer(wavelength, sigma * wavelength, np.broadcast_to(ok, made.time_s.shape))
-    return honesty.judged(made, answer, path_mm, 7.0)
+    return comparison.judged(made, answer, path_mm, 7.0)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,7 @@ def grating():
 
 
 def row_of(*runs, name="const", method="pipeline"):
-    return honesty.row_of(name, method, runs)
+    return comparison.row_of(name, method, runs)
 
 
 def test_right_answers_are_not_false_and_within_sigma(grating):
@@ -69,7 +71,7 @@ def test_no_answer_is_neither_false_nor_right(grating):
 def test_any_answer_is_false_without_a_line_and_either_line_is_right():
     made = scene("const, hum only", 1.8, seed=1, seconds=1.0)
     answer = Answer(np.full(1000, 2.0), np.full(1000, 1.0), np.arange(1000) < 600)
-    row = row_of(honesty.judged(made, answer, None, 1.0), name=made.name)
+    row = row_of(comparison.judged(made, answer, None, 1.0), name=made.name)
     assert row.false == row.claimed == 1 and math.isnan(row.covered + row.rms + row.median)
     two = scene("const, two lines", 1.8, seed=1, seconds=1.0)
     second = two.others_mm[0] / two.wavelength_mm
@@ -107,9 +109,9 @@ def test_an_answer_is_asked_for_once_the_path_tells_the_line_from_the_mains(made
 
 def test_a_grating_without_its_fundamental_has_two_harmonics_at_least():
     for seed in range(100, 130):
-        made = scene("const, missing fundamental", runner.wavelength_of(seed), seed=seed, seconds=0.2, drawn=True)
+        made = scene("const, missing fundamental", comparison.wavelength_of(seed), seed=seed, seconds=0.2, drawn=True)
         assert 3 * made.frequency_Hz[0] < 0.4 * made.sample_rate_Hz
-        assert made.wavelength_mm[0] >= runner.wavelength_of(seed)
+        assert made.wavelength_mm[0] >= comparison.wavelength_of(seed)
 
 
 def test_only_what_is_asked_for_counts_as_answered():
@@ -142,9 +144,9 @@ def test_the_faults_of_the_product_alone():
         rms=0.001,
     )
     good |= dict(covered=0.95, over_sigma=1.0, over_bound=1.0, first_right_s=0.1, us=1.0, runs=1)
-    fine = honesty.Row("const", "pipeline", PRODUCT, **good)
-    beside = [fine, honesty.Row("const", "periodogram", RIVAL, **good)]
-    assert honesty.faults(fine, beside) == ()
+    fine = comparison.Row("const", "pipeline", PRODUCT, **good)
+    beside = [fine, comparison.Row("const", "periodogram", RIVAL, **good)]
+    assert comparison.faults(fine, beside) == ()
     worse = {
         "answered": 0.7,
         "false": 0.03,
@@ -155,14 +157,16 @@ def test_the_faults_of_the_product_alone():
         "covered": 0.8,
     }
     for name, value in worse.items():
-        assert len(honesty.faults(dataclasses.replace(fine, **{name: value}), beside)) == 1, name
+        assert len(comparison.faults(dataclasses.replace(fine, **{name: value}), beside)) == 1, name
     blind = dataclasses.replace(beside[1], over_5=0.3)
-    assert honesty.faults(dataclasses.replace(fine, answered=0.1), [fine, blind]) == (), "no spectrum is right there"
+    assert comparison.faults(dataclasses.replace(fine, answered=0.1), [fine, blind]) == (), "no spectrum is right there"
     hum = dataclasses.replace(fine, scene="const, hum", answered=0.7)
-    assert honesty.faults(hum, [hum, blind]) == ("unanswered 30 > 20 %",), "a spectrum is wrong, and an answer possible"
+    assert comparison.faults(hum, [hum, blind]) == ("unanswered 30 > 20 %",), (
+        "a spectrum is wrong, and an answer possible"
+    )
     empty = dataclasses.replace(fine, scene="const, hum only", claimed=0.5)
-    assert honesty.faults(empty, [empty]) == ("runs with an answer 50 > 1 %",)
-    assert honesty.faults(dataclasses.replace(beside[1], false=1.0), beside) == ()
+    assert comparison.faults(empty, [empty]) == ("runs with an answer 50 > 1 %",)
+    assert comparison.faults(dataclasses.replace(beside[1], false=1.0), beside) == ()
 
 
 # ---- The methods
@@ -186,7 +190,7 @@ def test_a_spectrum_is_at_the_bound_and_its_sigma_is_true():
     made, rng, errors, sigmas = scene("const, rounded", 1.2, snr_dB=300, seconds=0.5), np.random.default_rng(0), [], []
     for _ in range(60):
         noisy = made.signal[:, 0] + 0.3 * rng.standard_normal(500)
-        wavelength, sigma, ok = other_methods.strongest(made.position_mm, noisy, tapered=False)
+        wavelength, sigma, ok = methods.strongest(made.position_mm, noisy, tapered=False)
         assert ok
         errors.append(wavelength - 1.2)
         sigmas.append(sigma)
@@ -196,9 +200,7 @@ def test_a_spectrum_is_at_the_bound_and_its_sigma_is_true():
 def test_noise_alone_is_no_line_of_a_spectrum():
     place, rng = np.linspace(0, 96, 960), np.random.default_rng(1)
     found = [
-        other_methods.strongest(place, rng.standard_normal(960), tapered)[2]
-        for tapered in (True, False)
-        for _ in range(100)
+        methods.strongest(place, rng.standard_normal(960), tapered)[2] for tapered in (True, False) for _ in range(100)
     ]
     assert sum(found) <= 1
 
@@ -211,7 +213,7 @@ def test_what_looks_at_a_stroke_alone_holds_its_answer_over_a_turn():
 
 def judged_of(method, made):
     answer = METHODS[method].run(made.time_s, made.readings, made.known_mm_s)
-    return honesty.judged(made, answer, None, 1.0)
+    return comparison.judged(made, answer, None, 1.0)
 
 
 def test_names_select_and_unknown_ones_are_refused():
@@ -219,9 +221,9 @@ def test_names_select_and_unknown_ones_are_refused():
     with pytest.raises(InputError, match="no estimator is called 'nobody', there are: pipeline; "):
         chosen("estimator", ("nobody",), METHODS)
     with pytest.raises(InputError, match="no scene is called 'nowhere'"):
-        runner.compare(runner.Plan(scenes=("nowhere",)))
+        comparison.compare(comparison.Plan(scenes=("nowhere",)))
     with pytest.raises(InputError, match="at least one seed"):
-        runner.Plan(seeds=())
+        comparison.Plan(seeds=())
 
 
 # ---- The comparison
@@ -230,7 +232,7 @@ def test_names_select_and_unknown_ones_are_refused():
 @pytest.fixture(scope="module")
 def small():
     calls = []
-    rows = runner.compare(SMALL, progress=lambda *call: calls.append(call))
+    rows = comparison.compare(SMALL, progress=lambda *call: calls.append(call))
     assert calls[-1] == (4, 4)
     return rows
 
@@ -249,12 +251,12 @@ def test_two_processes_find_what_one_finds(small):
     def untimed(rows):
         return repr([dataclasses.replace(row, us=0.0) for row in rows])
 
-    assert untimed(runner.compare(SMALL, workers=2)) == untimed(small)
+    assert untimed(comparison.compare(SMALL, workers=2)) == untimed(small)
 
 
 def test_claims_take_any_wavelength_and_tuning_one_of_five():
-    assert len({runner.wavelength_of(seed) for seed in range(CLAIMS)}) == 5
-    drawn = [runner.wavelength_of(seed) for seed in range(CLAIMS, CLAIMS + 200)]
+    assert len({comparison.wavelength_of(seed) for seed in range(CLAIMS)}) == 5
+    drawn = [comparison.wavelength_of(seed) for seed in range(CLAIMS, CLAIMS + 200)]
     assert len(set(drawn)) == 200 and min(drawn) > 0.6 and max(drawn) < 3 and min(drawn) < 0.65 and max(drawn) > 2.8
     speeds = [scene("const", 1.0, seed=seed, seconds=0.01, drawn=True).velocity_mm_s[0] for seed in range(100, 300)]
     assert abs(np.corrcoef(np.log(drawn), np.log(speeds))[0, 1]) < 0.3, "a speed says nothing of the wavelength"
@@ -277,7 +279,7 @@ def test_the_picture_and_the_tables(small, capsys):
 
 
 def test_the_command_in_short(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(runner, "SHORT", SMALL)
+    monkeypatch.setattr(comparison, "SHORT", SMALL)
     monkeypatch.setattr(command, "PROCESSES", 1)
     monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
     answer = command.bench_estimators(True, tmp_path)
@@ -293,4 +295,4 @@ def test_the_command_in_short(tmp_path, capsys, monkeypatch):
 
 
 def test_short_leaves_no_scene_out():
-    assert runner.SHORT.scenes == () and len(runner.SHORT.seeds) == 1 and min(runner.LONG.seeds) >= CLAIMS
+    assert comparison.SHORT.scenes == () and len(comparison.SHORT.seeds) == 1 and min(comparison.LONG.seeds) >= CLAIMS

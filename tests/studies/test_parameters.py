@@ -10,7 +10,8 @@ import pytest
 from papilla import studies
 from papilla.studies import parameters
 
-FOLDERS = sorted(path.parent for path in Path(studies.__path__[0]).rglob("parameters.toml"))
+ROOT = Path(studies.__path__[0]).parent
+FOLDERS = sorted(path.parent for path in ROOT.rglob("parameters.toml"))
 
 
 def drawn(table, vary=True, seed=3):
@@ -61,8 +62,7 @@ def test_chance_is_a_share_and_an_unknown_rule_is_an_error():
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_every_parameter_is_read_by_its_module(folder):
-    package = "papilla.studies." + ".".join(folder.relative_to(studies.__path__[0]).parts)
-    for name, table in parameters.tables(package).items():
+    for name, table in parameters.tables(".".join(["papilla", *folder.relative_to(ROOT).parts])).items():
         source = (folder / f"{name}.py").read_text(encoding="utf-8")
         unread = [key for key in table if not re.search(rf"GIVEN\.{key}\b", source)]
         assert not unread, f"{name}.py does not read {unread}"

@@ -15,9 +15,8 @@ from papilla.mesh.cells import paired_faces
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
 from papilla.specimen import HalfSpace
 from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers
-from papilla.studies.bench.peers.library import PEERS, Elastic, Peer, PeerLibrary
+from papilla.studies.bench.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene, PeerSolution
 from papilla.studies.bench.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
-from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
 from papilla.studies.verify.structured import shell
 
 NAMES = [peer.name for peer in PEERS]

@@ -16,9 +16,9 @@ from papilla.mesh.cells import volumes
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
 from papilla.specimen import HalfSpace
 from papilla.studies.verify import FAMILIES, Case, verify
-from papilla.studies.verify.hard import crushed
-from papilla.studies.verify.manufactured import Manufactured
-from papilla.studies.verify.spectral import stack_sphere
+from papilla.studies.verify.bodies import stack_sphere
+from papilla.studies.verify.elements import Manufactured
+from papilla.studies.verify.meshes import crushed
 from papilla.studies.verify.structured import cube, cylinder, growing, shell
 
 KEYS = ["name", "measure", "error", "bound", "passed", "seconds"]

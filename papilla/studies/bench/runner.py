@@ -2,15 +2,15 @@
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from papilla import mesh as meshes
 from papilla.errors import ContactRangeError
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.finger import Finger
-from papilla.studies.bench.measure import Job, measure_apart
-from papilla.studies.bench.row import ANSWERED, BenchRow, with_front
-from papilla.studies.bench.scenes import FINITE_FORCES_GF
+from papilla.studies.bench.measure import ANSWERED, FINITE_FORCES_GF, FORCES_GF, BenchRow, measure_apart
 from papilla.units import MS_PER_S, PER_CENT
 
 
@@ -91,23 +91,20 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
 
     `progress` is called with a line of text for each stage. Raises what meshing and presses raise.
     """
-    jobs = [
-        Job(finger, size, element)
+    jobs: list[tuple[float, str | None, tuple[float, ...]]] = [
+        (size, element, FORCES_GF)
         for element in ELEMENTS
         for size in (plan.sizes_mm if element == DEFAULT_ELEMENT else plan.other_sizes_mm)
     ]
-    jobs += [Job(finger, size, None, plan.finite_forces_gf) for size in plan.finite_sizes_mm]
-    for size in sorted({job.size_mm for job in jobs}, reverse=True):
+    jobs += [(size, None, plan.finite_forces_gf) for size in plan.finite_sizes_mm]
+    for size in sorted({size for size, *_ in jobs}, reverse=True):
         progress(f"mesh of {size:g} mm")
         meshes.build(finger, size_mm=size, progress=progress)
-    rows: list[BenchRow] = []
-    for number, job in enumerate(jobs, 1):
-        progress(f"{number} of {len(jobs)}: {job.element or 'fidelity finite'} on {job.size_mm:g} mm")
-        rows += measure_apart(job)
-    return _collected(finger, plan, {(row.fidelity, row.element, row.size_mm): row for row in rows})
-
-
-def _collected(finger: Finger, plan: Plan, measured: dict[tuple[str, str, float], BenchRow]) -> Bench:
+    measured: dict[tuple[str, str, float], BenchRow] = {}
+    for number, (size, element, forces_gf) in enumerate(jobs, 1):
+        progress(f"{number} of {len(jobs)}: {element or 'fidelity finite'} on {size:g} mm")
+        for row in measure_apart(finger, size, element, forces_gf):
+            measured[row.fidelity, row.element, row.size_mm] = row
     truth = measured["contact", DEFAULT_ELEMENT, plan.sizes_mm[-1]]
     if truth.status != ANSWERED:
         raise ContactRangeError(f"the finest mesh, which all others are compared with, gives no answer: {truth.status}")
@@ -118,11 +115,20 @@ def _collected(finger: Finger, plan: Plan, measured: dict[tuple[str, str, float]
             other, linear = measured[fidelity, element, plan.finite_sizes_mm[-1]], measured["contact", element, size]
         rows[fidelity, element, size] = row.against(other, linear)
     marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
-    default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
-    return Bench(
-        finger_name=finger.name,
-        rows=tuple(marked.values()),
-        default=default,
-        peer_mesh=meshes.build(finger, size_mm=plan.default_mm),
-        cores=os.cpu_count() or 1,
-    )
+    default, mesh = marked["contact", DEFAULT_ELEMENT, plan.default_mm], meshes.build(finger, size_mm=plan.default_mm)
+    return Bench(finger.name, tuple(marked.values()), default, mesh, os.cpu_count() or 1)
+
+
+def with_front(rows: list[BenchRow]) -> list[BenchRow]:
+    """The rows, those on the Pareto front of seconds and error marked."""
+    linear = [row for row in rows if row.fidelity != "finite" and not row.reference and row.status == ANSWERED]
+    front = pareto_front(np.array([row.seconds_thousand for row in linear]), np.array([row.error_sd for row in linear]))
+    best = [row for row, keeps in zip(linear, front, strict=True) if keeps]
+    return [replace(row, pareto=any(row is one for one in best)) for row in rows]
+
+
+def pareto_front(seconds: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Mask (n,) of the entries that no other beats in one of seconds and error without losing in the other."""
+    cheaper = (seconds[:, None] <= seconds) & (error[:, None] <= error)
+    strictly = (seconds[:, None] < seconds) | (error[:, None] < error)
+    return np.asarray(~(cheaper & strictly).any(axis=0))

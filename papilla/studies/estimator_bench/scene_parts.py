@@ -12,7 +12,11 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
 from papilla import checks
+from papilla.fem import Motion, slide
+from papilla.finger import Finger
+from papilla.specimen import Grating
 from papilla.studies import parameters
+from papilla.textures import MeasuredProfile, Texture
 from papilla.units import MS_PER_S, PER_CENT
 
 HARMONICS = 9
@@ -24,6 +28,8 @@ PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
 CLEAR = 1.02
 """Harmonics that must be present are below that fraction by this factor."""
+FELT = parameters.tables(__package__, "scenes")["felt"]
+"""How a surface is felt by the finite elements: arguments of `slide`."""
 MULTIPLES, SAME = 6, 0.01
 """Two lines have a common period if up to so many wavelengths of one are as many of the other, to this error."""
 
@@ -255,6 +261,35 @@ def smooth(draft: Draft) -> None:
     """A smooth surface: no texture."""
     draft.texture = np.zeros((draft.time_s.size, draft.offsets_mm.size))
     draft.wavelength = draft.everywhere(math.nan)
+
+
+def felt_grating(draft: Draft, depth_mm: float) -> None:
+    """A grating of the requested wavelength, groove = ridge, as the finger's sliding section reads it.
+
+    Surfaces felt by `papilla.fem.slide` contain harmonics, beats with the ridges, effects of the contact's edges and
+    the section's own oscillation. Only the middle gauge of the default finger is used; its AC power is 1.
+    """
+    half = draft.asked_mm / 2
+    draft.wavelength = draft.everywhere(draft.asked_mm)
+    _feel(draft, Grating(half, half, depth_mm))
+
+
+def felt_edges(draft: Draft, depth_mm: float, between_mm: float, step_mm: float, beside_mm: float) -> None:
+    """Single steps up and down at random places: there is no line, but one ridge after the other feels every step."""
+    low, high = draft.skin.min() - beside_mm, draft.skin.max() + beside_mm
+    x = np.arange(low, high, step_mm)
+    steps = np.cumsum(draft.rng.exponential(between_mm, size=math.ceil(4 * (high - low) / between_mm) + 9))
+    draft.wavelength = draft.everywhere(math.nan)
+    _feel(draft, MeasuredProfile(x, depth_mm * (np.searchsorted(steps, x - low) % 2)))
+
+
+def _feel(draft: Draft, texture: Texture) -> None:
+    finger = Finger.default()
+    motion = Motion(draft.time_s, draft.skin, draft.rate_Hz)
+    found = slide(finger, texture, motion, **FELT)
+    middle = found.amplified[:, [len(finger.gauges) // 2]]
+    varied = middle - middle.mean(axis=0)
+    draft.texture = np.repeat(varied / varied.std(), len(draft.offsets_mm), axis=1)
 
 
 # ---- Disturbances

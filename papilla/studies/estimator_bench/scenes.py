@@ -17,7 +17,6 @@ from papilla.errors import InputError
 from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.references.bounds import wavelength_bound
 from papilla.studies import parameters
-from papilla.studies.estimator_bench import fem_surfaces
 from papilla.studies.estimator_bench import scene_parts as parts
 from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
 
@@ -32,7 +31,7 @@ RULES = parameters.tables(__package__, "scenes")
 
 
 class Part(NamedTuple):
-    """A function of `scene_parts` or `fem_surfaces`, by name, with parameters other than those of its rules."""
+    """A function of `scene_parts`, by name, with parameters other than those of its rules."""
 
     name: str
     changes: Mapping[str, Any] = MappingProxyType({})
@@ -48,8 +47,7 @@ class Part(NamedTuple):
         rules = dict(RULES["parts"].get(self.name, {}))
         for key, change in self.changes.items():
             rules[key] = {**rules[key], "about": change} if _rules(rules.get(key)) and not _rules(change) else change
-        act = getattr(parts, self.name, None) or getattr(fem_surfaces, self.name)
-        act(draft, **parameters.drawn(rules, draft.rng, vary=draft.drawn))
+        getattr(parts, self.name)(draft, **parameters.drawn(rules, draft.rng, vary=draft.drawn))
 
 
 def _rules(entry: Any) -> bool:

@@ -18,13 +18,11 @@ from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.finger import Layer
 from papilla.references import Prony, StackLayer
-from papilla.specimen import Block, Friction, HalfSpace, friction_coefficient
+from papilla.specimen import Block, HalfSpace, friction_coefficient
 from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify import bodies
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, DEEP, bonded_layer, compared, half_space, off
-from papilla.studies.verify.flat import with_gap
-from papilla.studies.verify.spectral import stack_sphere
 from papilla.units import J_M2_PER_N_MM
 
 GIVEN = parameters.parameters(__name__)
@@ -37,19 +35,20 @@ TIME = np.concatenate([np.linspace(part.first, part.last, part.count) for part i
 def hertz() -> Iterator[Case]:
     """Sphere and ellipse on a block of 600 contact radii, at both fidelities, with gauges below."""
     depth, sites = GIVEN.gauge_depth_mm, GIVEN.gauge_sites_mm
-    reduced = half_space(Layer(MODULUS, NU), bodies.CHORDS_FOR_ELLIPSES, sites, depth).reduce()
+    gauges = {"sites": sites, "interface": depth, "length": 2 * GIVEN.gauge_half_mm}
+    reduced = half_space(Layer(MODULUS, NU), bodies.CHORDS_FOR_ELLIPSES, **gauges).reduce()
     exact = references.hertz_sphere_at(1 / BALL_RADIUS, BALL_RADIUS, E_STAR)
-    bounds = {"force": GIVEN.force_bound, "radius": GIVEN.force_bound, "peak_pressure": GIVEN.force_bound}
+    bounds = dict.fromkeys(("force", "radius", "peak_pressure"), GIVEN.force_bound)
     for fidelity in ("hertz", "contact"):
         pressed = press(reduced, BALL, indentation=exact.indentation, fidelity=fidelity)
         against = "at given indentation, against Hertz (closed form)"
         yield from compared(f"sphere on half-space, fidelity {fidelity}", against, pressed, exact, **bounds)
     expected = _boussinesq_strain(reduced, pressed.pressure, sites, depth)
-    worst = float(np.abs(pressed.strain - expected).max() / np.abs(expected).max())
+    worst = bodies.apart(pressed.strain, expected)
     measure = "elongation of 3 gauges over the largest, against Boussinesq under the same pressure (closed form)"
     yield Case("sphere on half-space, gauge strain", measure, worst, GIVEN.force_bound)
     radii = (BALL_RADIUS, BALL_RADIUS / GIVEN.ellipse_ratio)
-    bowl = with_gap(reduced, *radii)
+    bowl = bodies.with_gap(reduced, *radii)
     ellipse = references.hertz_ellipse(GIVEN.ellipse_force * exact.force, *radii, E_STAR)
     bounds = {"indentation": GIVEN.force_bound, "area": GIVEN.area_bound, "peak_pressure": GIVEN.force_bound}
     for fidelity in ("hertz", "contact"):
@@ -72,9 +71,10 @@ def layers() -> Iterator[Case]:
 
 def coat() -> Iterator[Case]:
     """Sphere on a half-space with a harder coat as thick as the contact is wide."""
-    contrast, nu = 10.0, 0.4999
-    exact = stack_sphere(1.0, BALL_RADIUS, [StackLayer(1.0, MODULUS, nu)], HalfSpace(MODULUS / contrast, nu))
-    body = bodies.coated(Layer(MODULUS, nu), Layer(MODULUS / contrast, nu), 1.0, depth=1.5 * DEEP, width=1.5 * DEEP)
+    contrast, nu = GIVEN.coat_contrast, GIVEN.coat_nu
+    exact = bodies.stack_sphere(1.0, BALL_RADIUS, [StackLayer(1.0, MODULUS, nu)], HalfSpace(MODULUS / contrast, nu))
+    deep = GIVEN.coat_depth * DEEP
+    body = bodies.coated(Layer(MODULUS, nu), Layer(MODULUS / contrast, nu), 1.0, depth=deep, width=deep)
     found = press(body.reduce(), BALL, indentation=exact.indentation, fidelity="contact")
     name = f"sphere on half-space with a {contrast:g} times harder coat"
     against = "at given indentation, against integral transforms (second method)"
@@ -84,11 +84,9 @@ def coat() -> Iterator[Case]:
 
 def friction() -> Iterator[Case]:
     """A ball on a block of 600 contact radii, and on a bonded layer that is meshed or taken from its kernels."""
-    model = half_space(Layer(MODULUS, NU))
-    reduced = model.reduce()
+    reduced = half_space(Layer(MODULUS, NU)).reduce()
     beta = references.dundurs_beta(MODULUS, NU)
-    frictions: tuple[tuple[Friction, str], ...] = (("stick", "Mossakovskii"), (0.2, "Spence"), (0.1, "Spence"))
-    for value, source in frictions:
+    for value, source in (("stick", "Mossakovskii"), *((mu, "Spence") for mu in GIVEN.slip_friction)):
         exact = references.frictional_punch(beta, friction_coefficient(value))
         force, indentation = exact.sphere(1.0, BALL_RADIUS, E_STAR)
         found = press(reduced, BALL, indentation=indentation, friction=value)
@@ -102,20 +100,15 @@ def friction() -> Iterator[Case]:
 
 def _layer_both_ways() -> Iterator[Case]:
     """An incompressible layer under a ball, by finite elements and by its kernels."""
-    layer = Layer(MODULUS, 0.5)
-    model = bonded_layer(layer, GIVEN.friction_thickness_mm)
-    reduced = model.reduce()
-    patch, n = reduced.patch, len(reduced.patch.xy)
-    turned = np.repeat([1.0, -1.0, -1.0], n)
-    kernels = Block(MODULUS, GIVEN.friction_thickness_mm, 0.5).traction_compliance(
-        PatchSurface(patch, reduced.half_space)
-    )
+    thickness, depth = GIVEN.friction_thickness_mm, GIVEN.layer_indentation / BALL_RADIUS
+    reduced = bonded_layer(Layer(MODULUS, 0.5), thickness).reduce()
+    patch = reduced.patch
+    turned = np.repeat([1.0, -1.0, -1.0], len(patch.xy))
+    kernels = Block(MODULUS, thickness, 0.5).traction_compliance(PatchSurface(patch, reduced.half_space))
     problem = ContactProblem(turned[:, None] * kernels * turned, patch.mass, weak_gap(patch, BALL), (patch.xy == 0).T)
     for value in GIVEN.layer_friction:
-        found = press(reduced, BALL, indentation=GIVEN.layer_indentation / BALL_RADIUS, friction=value)
-        expected = LoadingPath(problem, friction_coefficient(value)).at(
-            indentation=GIVEN.layer_indentation / BALL_RADIUS
-        )
+        found = press(reduced, BALL, indentation=depth, friction=value)
+        expected = LoadingPath(problem, friction_coefficient(value)).at(indentation=depth)
         assert expected is not None
         name = f"sphere on incompressible layer, friction {value}"
         against = "at given indentation, against the layer's kernels (second method)"
@@ -162,12 +155,8 @@ def creep() -> Iterator[Case]:
     exact = references.lee_radok_force(TIME, depth, BALL_RADIUS, E_STAR, SERIES)
     hertz = 4 / 3 * E_STAR * np.sqrt(BALL_RADIUS) * depth**1.5
     ratio = (found.force / elastic.force) / (exact / hertz)
-    yield Case(
-        "held depth",
-        "force over the elastic one against Lee and Radok (exact solution)",
-        float(np.abs(ratio[late] - 1).max()),
-        GIVEN.creep_bound,
-    )
+    measure = "force over the elastic one against Lee and Radok (exact solution)"
+    yield Case("held depth", measure, float(np.abs(ratio[late] - 1).max()), GIVEN.creep_bound)
     force = GIVEN.held_force * hertz[-1] * ramp
     held = creeping_press(reduced, BALL, SERIES, TIME, force=force)
     crept = references.lee_radok_indentation(TIME, force, BALL_RADIUS, E_STAR, SERIES)

@@ -1,8 +1,9 @@
-"""The default finger on the shipped meshes, which several families of cases share."""
+"""The default finger on the shipped meshes, and checks of any finger, which several families of cases share."""
 
 from functools import lru_cache
 
 import numpy as np
+import scipy.sparse as sp
 
 from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.pressing.contact import contact_press
@@ -10,17 +11,16 @@ from papilla.fem.reduction.patch import weak_gap
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.specimen import THICKNESS_MM, Block, Specimen
+from papilla.studies.case import Case
 from papilla.units import gf_to_newton
 
 BLOCK = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus."""
 
-FORCES_GF = (5, 10, 30, 60, 100)
-"""From a light press to the heaviest published one."""
-
-
 COARSE_MM = 2.0
 """Element size for identities that hold on any mesh."""
+RESIDUAL_BOUND = 1e-10
+"""Largest residual of a solve over its load."""
 
 
 @lru_cache(maxsize=1)
@@ -60,3 +60,20 @@ def contact_residuals(reduced: ReducedFinger, specimen: Specimen, pressed: Press
     peak, depth = float(pressure.max()), pressed.indentation
     product = float(np.abs(pressure * gap).max()) / (peak * depth)
     return max(0.0, -float(pressure.min())) / peak, max(0.0, -float(gap.min())) / depth, product
+
+
+def random_loads(model: FingerModel, columns: int, seed: int) -> np.ndarray:
+    """(free unknowns, columns) of normal loads on the free displacements, and none on the pressures."""
+    free = model.factor()[0]
+    loads = np.zeros((int(free.sum()), columns))
+    loaded = int(free[: 3 * model.space.nodes].sum())
+    loads[:loaded] = np.random.default_rng(seed).standard_normal((loaded, columns))
+    return loads
+
+
+def residual(name: str, model: FingerModel) -> Case:
+    """Largest relative residual over random displacement loads, with the true matrix, each column by itself."""
+    factor, loads = model.factor()[1], random_loads(model, 4, seed=3)
+    full = factor.matrix + sp.tril(factor.matrix, -1).T
+    worst = (np.linalg.norm(full @ factor.solve(loads) - loads, axis=0) / np.linalg.norm(loads, axis=0)).max()
+    return Case(f"{name}, residual", "residual of a solve over its load", float(worst), RESIDUAL_BOUND)

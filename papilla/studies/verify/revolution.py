@@ -10,10 +10,8 @@ from papilla.mesh import LayeredMesh, build
 from papilla.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
 from papilla.studies import parameters
 from papilla.studies.case import Case
-from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Shape
-from papilla.studies.verify.axisymmetric.law import Rubber
-from papilla.studies.verify.axisymmetric.path import press_path
-from papilla.studies.verify.axisymmetric.rings import Rings
+from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.studies.verify.axisymmetric.presses import Rings, press_path
 from papilla.studies.verify.bodies import off
 from papilla.units import gf_to_newton
 

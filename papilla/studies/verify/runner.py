@@ -8,16 +8,12 @@ from papilla.errors import InputError, MissingExtraError, PapillaError
 from papilla.studies.case import Case
 from papilla.studies.runner import Progress, no_progress, run_jobs
 from papilla.studies.verify.contact import adhesion, coat, creep, friction, hertz, layers
-from papilla.studies.verify.engines import engines
-from papilla.studies.verify.hard import contrast, loads, places, slivers, thin_layer
+from papilla.studies.verify.elements import manufactured, patch_test
+from papilla.studies.verify.hard import contrast, engines, incompressible, loads, places
 from papilla.studies.verify.identification import identification
-from papilla.studies.verify.incompressible import incompressible
 from papilla.studies.verify.invariance import invariance
-from papilla.studies.verify.manufactured import manufactured
-from papilla.studies.verify.moved import moved
-from papilla.studies.verify.patch_test import patch_test
+from papilla.studies.verify.meshes import moved, scatter, slivers, thin_layer
 from papilla.studies.verify.revolution import revolution
-from papilla.studies.verify.scatter import scatter
 from papilla.studies.verify.sliding import sliding
 
 Family = Callable[[], Iterator[Case]]

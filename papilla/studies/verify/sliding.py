@@ -11,7 +11,7 @@ from papilla.finger import Finger
 from papilla.specimen import Grating
 from papilla.studies import parameters
 from papilla.studies.case import Case
-from papilla.studies.verify.bodies import off
+from papilla.studies.verify.bodies import apart, off
 
 GIVEN = parameters.parameters(__name__)
 
@@ -32,12 +32,8 @@ def sliding() -> Iterator[Case]:
     depths = [depth_of_a_hump(prepare_section(finger, size_mm=size, ridges=False)) for size in GIVEN.shrinking_mm]
     coarse, fine = np.abs(np.diff(depths))
     order = float(np.log2(coarse / fine))
-    yield Case(
-        "refinement in space",
-        "order of the depth under a smooth pressure, against 2",
-        off(order, 2.0),
-        GIVEN.order_bound,
-    )
+    measure = "order of the depth under a smooth pressure, against 2"
+    yield Case("refinement in space", measure, off(order, 2.0), GIVEN.order_bound)
     yield Case("element size", "change of that depth from 0.5 to 0.25 mm", float(fine / depths[-1]), GIVEN.size_bound)
     section = prepare_section(finger, size_mm=GIVEN.coarse_mm)
 
@@ -49,19 +45,11 @@ def sliding() -> Iterator[Case]:
 
     there, back = (slid(way * GIVEN.speed_mm_s, GIVEN.path_mm, GIVEN.friction, "quasi-static") for way in (1, -1))
     ratio = there.tangential_N[there.sliding] / there.force_N[there.sliding]
-    yield Case(
-        "full slip",
-        "net tangential over net normal force, against mu",
-        float(np.abs(ratio / GIVEN.friction - 1).max()),
-        GIVEN.slip_bound,
-    )
-    scale = np.abs(there.readings).max()
-    mirrored = float(np.abs(back.readings[:, ::-1] - there.readings).max() / scale)
+    away = float(np.abs(ratio / GIVEN.friction - 1).max())
+    yield Case("full slip", "net tangential over net normal force, against mu", away, GIVEN.slip_bound)
+    mirrored = apart(back.readings[:, ::-1], there.readings)
     yield Case("reversed motion", "readings mirrored, over the largest", mirrored, GIVEN.mirror_bound)
-    last, before = (
-        there.readings[-GIVEN.period_samples :],
-        there.readings[-2 * GIVEN.period_samples : -GIVEN.period_samples],
-    )
+    before, last = np.split(there.readings[-2 * GIVEN.period_samples :], 2)
     later = np.abs(last - before).max() / np.ptp(last, axis=0).max()
     yield Case("a period further", "readings repeated, over their swing", float(later), GIVEN.period_bound)
     n, own = len(section.x), GIVEN.solvers
@@ -69,8 +57,7 @@ def sliding() -> Iterator[Case]:
         section.compliance, section.z.max() - section.z, np.zeros(n), own.drift_mm, own.friction, np.zeros(2 * n),
         depth=own.depth_mm,
     )  # fmt: skip
-    newton, relaxed = rub(laws, np.zeros(n, dtype=int)), relax(laws)
-    differ = float(np.abs(newton.force - relaxed.force).max() / np.abs(relaxed.force).max())
+    differ = apart(rub(laws, np.zeros(n, dtype=int)).force, relax(laws).force)
     yield Case("two solvers", "forces by active sets against relaxation, stick and slip", differ, own.bound)
     own = GIVEN.fast
     fast = slid(own.speed_mm_s, own.path_mm, own.friction, "modal")

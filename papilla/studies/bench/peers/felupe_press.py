@@ -7,9 +7,7 @@ kinematics, as the documentation of FElupe describes.
 import felupe
 import numpy as np
 
-from papilla.studies.bench.peers.library import Elastic, Forces, PeerLibrary
-from papilla.studies.bench.peers.pardiso import SymmetricPardiso, engine
-from papilla.studies.bench.peers.scene import PeerScene
+from papilla.studies.bench.peers.library import Elastic, Forces, PeerLibrary, PeerScene, SymmetricPardiso, engine
 
 
 class _FlatOverSkin(felupe.ContactRigidPlane):

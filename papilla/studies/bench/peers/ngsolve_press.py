@@ -9,9 +9,7 @@ import ngsolve as ng
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.studies.bench.peers.library import Elastic, Forces, PeerLibrary
-from papilla.studies.bench.peers.pardiso import SymmetricPardiso, engine
-from papilla.studies.bench.peers.scene import PeerScene
+from papilla.studies.bench.peers.library import Elastic, Forces, PeerLibrary, PeerScene, SymmetricPardiso, engine
 
 QUADRATURE = {ng.TET: ng.IntegrationRule(ng.TET, 2)}
 """Quadrature order of papilla's assembly, exact for this form; NGSolve's default is higher."""

@@ -9,8 +9,7 @@ from papilla.fem.pressing.press import Press
 from papilla.finger import Finger
 from papilla.mesh.layered import LayeredMesh
 from papilla.specimen import HalfSpace
-from papilla.studies.bench.peers.library import PEERS, Peer, PeerLibrary
-from papilla.studies.bench.peers.scene import PeerScene, PeerSolution
+from papilla.studies.bench.peers.library import PEERS, Peer, PeerLibrary, PeerScene, PeerSolution
 
 INDENTATION_MM = 0.8
 """About 55 gf on the default finger."""

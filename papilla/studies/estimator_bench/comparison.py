@@ -1,33 +1,30 @@
-"""Statistics of a method on a scene: share of answers, share of false ones, and coverage of its sigma.
+"""The comparison: every method on every scene, judged by its share of answers, of false ones, and by its sigma.
 
 A row is false if the method says "ok" and its error is more than 5 %, or if there is no line at all.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from papilla.errors import InputError
+from papilla.studies import parameters
 from papilla.studies.case import Case
-from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, RIVAL, Answer
-from papilla.studies.estimator_bench.other_methods import LONG_MM
-from papilla.studies.estimator_bench.scenes import SCENES, Scene
-from papilla.units import PER_CENT
+from papilla.studies.estimator_bench.methods import LONG_MM, METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
+from papilla.studies.estimator_bench.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, Scene, scene
+from papilla.studies.runner import run_jobs
+from papilla.units import PER_CENT, US_PER_S
 
-WRONG = 0.05
-SETTLED_S, SETTLED_PERIODS, FROM_MM = 0.3, 2.0, 12.0
-"""Time and path since the surface began: after the first a false answer counts as settled; from the second on answers
-are counted."""
-MOST_FALSE, MOST_FALSE_SETTLED, LEAST_COVERED, LEAST_ANSWERED = 0.02, 0.005, 0.9, 0.8
-MOST_RUNS_CLAIMED, BESIDE_BEST, TRUSTED = 0.01, 1.2, 0.05
+GIVEN = parameters.parameters(__name__)
 
 
 @dataclass(frozen=True)
 class Run:
     """One method on one scene: relative errors (n,) (inf without an answer), errors over sigma, and rows that are ok,
-    settled, counted (on `FROM_MM` of path since the surface began), and those of them at which an answer may be asked
+    settled, counted (on 12 mm of path since the surface began), and those of them at which an answer may be asked
     for (`Scene.tellable`); steady : rows that say "ok, constant speed"; when the first right answer came; the mean
     square error over the bound (NaN where there is none); microseconds a sample."""
 
@@ -86,7 +83,7 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
     off = [np.abs(answer.wavelength_mm - right) for right in (made.wavelength_mm, *made.others_mm)]
     nearest = np.nan_to_num(np.fmin.reduce(off), nan=math.inf)
     error = nearest / np.nan_to_num(made.wavelength_mm, nan=1.0)
-    right = np.flatnonzero((answer.ok & (error <= WRONG))[changes[-1] :])
+    right = np.flatnonzero((answer.ok & (error <= GIVEN.wrong))[changes[-1] :])
     square = math.nan
     if path_mm is not None and recipe.clean:
         try:
@@ -97,9 +94,9 @@ def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run
             square = math.nan  # The scene is too short for a window that is judged
     with np.errstate(invalid="ignore"):
         over_sigma = np.nan_to_num(nearest / answer.sigma_mm, nan=math.inf).clip(max=1e9)
-    settled = (since_s > SETTLED_S) & (since_mm > SETTLED_PERIODS * np.nan_to_num(made.wavelength_mm))
+    settled = (since_s > GIVEN.settled_s) & (since_mm > GIVEN.settled_periods * np.nan_to_num(made.wavelength_mm))
     first = right[0] / made.sample_rate_Hz if right.size else math.inf
-    counted = since_mm > FROM_MM
+    counted = since_mm > GIVEN.from_mm
     asked = counted & made.tellable(np.minimum(since_mm, LONG_MM))
     steady = np.zeros(len(error), bool) if answer.steady is None else answer.steady
     return Run(error, over_sigma, answer.ok, settled, counted, asked, steady, float(first), square, us)
@@ -122,11 +119,11 @@ def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
         answered=_share(ok, asked),
         asked=_share(asked, counted),
         claimed=float(np.mean([(run.ok & run.counted).any() for run in runs])),
-        false=_share(error > WRONG, ok & ~steady),
-        false_steady=_share(error > WRONG, ok & steady),
-        false_settled=_share(error > WRONG, ok & settled),
+        false=_share(error > GIVEN.wrong, ok & ~steady),
+        false_steady=_share(error > GIVEN.wrong, ok & steady),
+        false_settled=_share(error > GIVEN.wrong, ok & settled),
         median=float(np.quantile(found, 0.5, method="lower")) if found.size else math.nan,
-        over_5=float(np.mean(found > WRONG)) if found.size else math.nan,
+        over_5=float(np.mean(found > GIVEN.wrong)) if found.size else math.nan,
         rms=math.sqrt(np.mean(np.minimum(error[told], 1) ** 2)) if told.any() else math.nan,
         covered=_share(over_sigma <= 2, told),
         over_sigma=math.sqrt(np.mean(over_sigma[told] ** 2)) if told.any() else math.nan,
@@ -156,20 +153,90 @@ def targets(row: Row, others: Sequence[Row]) -> list[Case]:
         return []
     scene = SCENES[row.scene]
     if not scene.lined:
-        return [Case("runs with an answer", "no line is there", row.claimed, MOST_RUNS_CLAIMED)]
+        return [Case("runs with an answer", "no line is there", row.claimed, GIVEN.most_runs_claimed)]
     other_methods = [other for other in others if other.kind == RIVAL]
     wanted = [
-        Case("false", "share of ok rows", row.false, MOST_FALSE),
-        Case("false at a constant speed", "share of ok rows", row.false_steady, MOST_FALSE),
-        Case("false when settled", "share of ok rows", row.false_settled, MOST_FALSE_SETTLED),
-        Case("outside two sigma", "share of ok rows", 1 - row.covered, 1 - LEAST_COVERED),
+        Case("false", "share of ok rows", row.false, GIVEN.most_false),
+        Case("false at a constant speed", "share of ok rows", row.false_steady, GIVEN.most_false),
+        Case("false when settled", "share of ok rows", row.false_settled, GIVEN.most_false_settled),
+        Case("outside two sigma", "share of ok rows", 1 - row.covered, 1 - GIVEN.least_covered),
     ]
     spectra = [other for other in other_methods if other.method in ("STFT over the path", "periodogram")]
     # A spectrum takes hum for the surface, and the scene states where the two can be distinguished.
-    if scene.hums or any(other.over_5 <= TRUSTED for other in spectra):
-        wanted.append(Case("unanswered", "a spectrum is right here", 1 - row.answered, 1 - LEAST_ANSWERED))
-    for name, least in (("median", 0.0), ("over_5", MOST_FALSE_SETTLED)) if other_methods else ():
+    if scene.hums or any(other.over_5 <= GIVEN.trusted for other in spectra):
+        wanted.append(Case("unanswered", "a spectrum is right here", 1 - row.answered, 1 - GIVEN.least_answered))
+    for name, least in (("median", 0.0), ("over_5", GIVEN.most_false_settled)) if other_methods else ():
         best = min(getattr(other, name) for other in other_methods)
-        allowed = max(BESIDE_BEST * best, least)
+        allowed = max(GIVEN.beside_best * best, least)
         wanted.append(Case(name.replace("_5", " 5 %"), "against the best other method", getattr(row, name), allowed))
     return wanted
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The size of a comparison.
+
+    scenes, methods : parts of their names, none for all. seeds : one run each; from `CLAIMS` on parameters are drawn.
+    longest_s : scenes at more than 1 mm/s are cut to it. snr_dB : texture over the noise of a sample.
+    Raises `InputError` for no seeds.
+    """
+
+    scenes: tuple[str, ...] = ()
+    methods: tuple[str, ...] = ()
+    seeds: tuple[int, ...] = tuple(range(CLAIMS, CLAIMS + 8))
+    longest_s: float = 4.0
+    snr_dB: float = 20.0
+
+    def __post_init__(self):
+        if not self.seeds:
+            raise InputError("seeds must hold at least one seed, got none")
+
+
+LONG = Plan()
+SHORT = Plan(
+    methods=tuple(name for name, method in METHODS.items() if method.kind != PUBLISHED and name != "MUSIC"),
+    seeds=(CLAIMS,),
+    longest_s=2.5,
+)
+"""For quick runs and tests: one run per scene is not enough for a verdict."""
+
+
+def wavelength_of(seed: int) -> float:
+    """The wavelength of a run in mm: one of five for tuning, any of 0.6-3.0 for claims."""
+    if seed < CLAIMS:
+        return WAVELENGTHS_MM[seed % len(WAVELENGTHS_MM)]
+    low, high = WAVELENGTHS_MM[0], WAVELENGTHS_MM[-1]
+    # Not the scene's own random numbers: its first draw is the speed, and the two would be correlated.
+    return low * (high / low) ** float(np.random.default_rng([seed, 1]).uniform())
+
+
+def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Callable[[str], None]) -> list[Run]:
+    """One run of each method on a scene."""
+    recipe = SCENES[name]
+    seconds = recipe.seconds if "slow" in name else min(recipe.seconds, plan.longest_s)
+    made = scene(name, wavelength_of(seed), snr_dB=plan.snr_dB, seed=seed, seconds=seconds, drawn=seed >= CLAIMS)
+    found = []
+    for method in methods:
+        began = time.perf_counter()
+        answer = METHODS[method].run(made.time_s, made.readings, made.known_mm_s)
+        us = US_PER_S * (time.perf_counter() - began) / made.time_s.size
+        found.append(judged(made, answer, METHODS[method].path_mm, us))
+    return found
+
+
+def compare(
+    plan: Plan = LONG, *, workers: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
+) -> tuple[Row, ...]:
+    """A row for each scene and method of the plan, on `workers` processes; raises `InputError` for unknown names."""
+    names, methods = chosen("scene", plan.scenes, SCENES), chosen("estimator", plan.methods, METHODS)
+    jobs = {f"{name}, seed {seed}": (name, seed, methods, plan) for name in names for seed in plan.seeds}
+    results = []
+    for _, found in run_jobs(runs_of, jobs, processes=workers):
+        results.append(found)
+        progress(len(results), len(jobs))
+    rows: list[Row] = []
+    for number, name in enumerate(names):
+        own = results[number * len(plan.seeds) : (number + 1) * len(plan.seeds)]
+        here = [row_of(name, method, runs) for method, runs in zip(methods, zip(*own, strict=True), strict=True)]
+        rows += [replace(row, faults=faults(row, here)) for row in here]
+    return tuple(rows)
