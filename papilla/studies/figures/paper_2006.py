@@ -105,7 +105,7 @@ def depths() -> Picture:
     lines are true. Right: the force on a rigid flat at these depths, with the touch-down offset of 0.155 mm that joins
     the printed points, and without; the two printed forces are points.
     """
-    deep, curves = even(SHOWN.depths_mm), []
+    deep, curves = np.array(SHOWN.depths_mm), []
     for wavelength in (gratings.SCENE.depths.coarse_mm, gratings.SCENE.depths.fine_mm):
         felt = [gratings.over(gratings.ASSUMED, wavelength, gratings.SCENE.usual, depth_mm=float(one)) for one in deep]
         told = [np.quantile(gratings.density(one, gratings.MIDDLE), SHOWN.two_thirds) for one in felt]
