@@ -111,7 +111,8 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/estimators/tracking/motion_fit.py", "1e-10", "1.1e-10"): "of a scaled matrix: keeps its inverse finite",
     ("papilla/estimators/softness/start.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/start.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
-    ("papilla/telepresence/loop.py", "2**62 + number", "(2 ** 62 - number)"): "any two large numbers will do",
+    ("papilla/telepresence/loop.py", "2**SESSION_BITS + number", "(2 ** SESSION_BITS - number)"):
+     "any two large numbers will do",
     ("papilla/mesh/section.py", "across[:-1] + across[1:] < 0", "(across[:-1] + across[1:] >= 0)"):
      "the other diagonal of each cell: mirrored as well, and no worse",
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",

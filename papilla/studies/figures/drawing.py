@@ -50,7 +50,7 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
 
 
 def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
-    axes.set_title(literal(panel.title), fontsize="small")
+    axes.set_title(literal(panel.title), fontsize="small", wrap=True)
     axes.set_xlabel(literal(panel.x_label), fontsize="small")
     axes.set_ylabel(literal(panel.y_label), fontsize="small")
     axes.tick_params(colors=MUTED, labelsize="small")

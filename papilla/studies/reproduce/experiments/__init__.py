@@ -1,34 +1,24 @@
 """The experiments, one module each, in the order of the table."""
 
-from papilla.studies.reproduce.claim import Experiment
-from papilla.studies.reproduce.experiments import (
-    counts,
-    fitted,
-    gratings,
-    impulses,
-    presses,
-    softness,
-    specimens,
-    spectra,
-    telepresence,
-    textiles,
-    toolkit,
-    wavelets,
-)
+from importlib import import_module
 
-_MODULES = (
-    presses, softness, specimens, fitted, impulses, counts, gratings, spectra, wavelets, textiles, telepresence, toolkit
+from papilla.studies.reproduce.claim import Experiment
+
+_NAMES = (
+    "presses", "softness", "specimens", "fitted", "impulses", "counts", "gratings", "spectra", "wavelets", "textiles",
+    "telepresence", "toolkit",
 )  # fmt: skip
 
 EXPERIMENTS: tuple[Experiment, ...] = tuple(
     Experiment(
-        module.__name__.rpartition(".")[2],
+        name,
         module.run,
         **module.SCENE.about,
         assumed=getattr(module, "ASSUMED", None),
         varied=getattr(module, "VARIED", {}),
     )
-    for module in _MODULES
+    for name in _NAMES
+    for module in (import_module(f"{__name__}.{name}"),)
 )
 """Attributes of a module. `SCENE`: its table in `scenes.toml`, with `about` (fields of `Experiment`) and `picture` (its
 words). `ASSUMED` and `VARIED`, if rows are computed with other values of parameters that are not printed."""
