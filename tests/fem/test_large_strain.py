@@ -273,9 +273,10 @@ def test_friction_in_between_agrees_with_a_press_at_finite_strain(reference):
     assert finite.friction == found.friction == 0.1
 
 
-def test_the_share_of_stick_is_that_of_the_lower_friction_which_large_strain_leaves(monkeypatch):
-    """Stick has 1/k = 1.25 times the effect at large strain that it has at small. In linear presses, the share of stick
-    at a coefficient c is c (2 - c); a coefficient of 0.25 at large strain has the share at 0.2, between two marks."""
+@pytest.mark.parametrize("effect", [1.05, 1.25, 1.6])
+def test_the_share_of_stick_is_that_of_the_lower_friction_which_large_strain_leaves(monkeypatch, effect):
+    """Stick has 1/k times the effect at large strain that it has at small. In linear presses, the share of stick at a
+    coefficient c is c (2 - c); a coefficient of 0.25 at large strain has the share at 0.25 k, between two marks."""
     still, stuck = np.array([1.0, -2.0, 0.5]), np.array([0.4, 1.0, -0.6])
 
     def made(reading, **more):
@@ -287,8 +288,8 @@ def test_the_share_of_stick_is_that_of_the_lower_friction_which_large_strain_lea
     monkeypatch.setattr(large_strain, "_with", lambda reduced, found, mixed: mixed["values"])
     found = made(linear(0.25).reading, friction=0.25)
     ends = made(still), made(still + stuck)
-    strained = made(1.5 * still), made(1.5 * still + 1.25 * stuck)
+    strained = made(1.5 * still), made(1.5 * still + effect * stuck)
     marks = [0.25 * share for share in (*large_strain.LOWERED, 1.0)]
-    share = np.interp(0.25 / 1.25, [0.0, *marks], [0.0, *(c * (2 - c) for c in marks)])
+    share = np.interp(0.25 / effect, [0.0, *marks], [0.0, *(c * (2 - c) for c in marks)])
     values = large_strain.between_ends(None, found, ends, strained, linear)
-    np.testing.assert_allclose(values, 3 * (1.5 * still + share * 1.25 * stuck))
+    np.testing.assert_allclose(values, 3 * (1.5 * still + share * effect * stuck))

@@ -135,6 +135,12 @@ def test_what_is_too_far_is_refused(made_up):
     assert "contacts within 5 mm, gauges within 3 mm, to 1 %" in repr(moved)
 
 
+def test_presses_of_a_family_span_those_of_a_bench_with_the_default_finger():
+    inner = Finger.default().inner.modulus
+    assert FORCES[[0, -1]] * inner == pytest.approx([5.1e-3, 4.4], rel=0.01)
+    assert MODULI[[0, -1]] * inner == pytest.approx([5.1e-3, 20.4], rel=0.01)
+
+
 def test_its_polynomial_spans_the_presses_of_the_response():
     ends = [(values[0], values[-1]) for values in (FORCES, MODULI, RATIOS)]
     assert [*off_apex.POLYNOMIAL.limits] == [*POLYNOMIAL.limits] == ends
