@@ -124,6 +124,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/fields.py", "np.outer(signs, mirror)", "np.outer(mirror, signs)"): "one is a multiple of the other",
     ("papilla/fem/fields.py", "cell_pressure[cell_number[here]] * signs[2]",
      "(cell_pressure[cell_number[here]] / signs[2])"): "a sign",
+    ("papilla/fem/pressing/off_apex.py", "1.0", "1.1"): "where the slope of the skin is differenced",
     ("papilla/fem/pressing/effects.py", "np.geomspace(force / 2, top, KNOTS)", "np.geomspace(top, force / 2, KNOTS)"):
      "another order",
     ("papilla/fem/pressing/contact.py", "math.log(specimen.modulus) / ORDER_STEP",

@@ -1,34 +1,12 @@
-"""Parts of Newton's method by themselves: mixing, steps that are shortened, and a compliance that is kept."""
+"""Limits of Newton's method, on both sides: how far a step is shortened, and how long a compliance is kept."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from papilla.fem.finite.newton import State, StepError, _Mixing, _right_side_out
+from papilla.fem.finite.newton import State, StepError, _right_side_out
 from papilla.fem.finite.touching import Touching
-
-
-def test_mixing_solves_a_linear_system_of_three_unknowns_in_four_steps():
-    rng = np.random.default_rng(2)
-    matrix, right = np.eye(3) + 0.4 * rng.normal(size=(3, 3)), rng.normal(size=3)
-    mixing, point = _Mixing(3), np.zeros(3)
-    for _ in range(4):
-        point = mixing.next(point, right - matrix @ point)
-    np.testing.assert_allclose(matrix @ point, right, atol=1e-12)
-
-
-def test_mixing_measures_the_first_unknowns_and_forgets_another_map():
-    mixing = _Mixing(1)
-    assert mixing.next(np.array([0.0, 0.0]), np.array([1.0, 9.0])).tolist() == [1.0, 9.0]
-    # The first unknown's change fell from 1 to 1/2 in a step of 1: it vanishes one such step, and change, further
-    assert mixing.next(np.array([1.0, 9.0]), np.array([0.5, -7.0])).tolist() == [2.0, -5.0]
-    assert len(mixing.steps) == 1
-    mixing.next(np.array([5.0, 5.0]), np.array([1.0, 1.0]), same=False)
-    assert len(mixing.steps) == 1, "the difference to a step of another map does not count"
-    for step in range(9):
-        mixing.next(np.array([float(step), 0.0]), np.array([0.1 * step**2, 0.0]))
-    assert len(mixing.steps) == 5
 
 
 def stepped(smallest, before=1.0):
