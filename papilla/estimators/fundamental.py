@@ -15,6 +15,8 @@ from papilla.estimators.spectrum import Line, Spectrum
 SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions by which a harmonic may miss its place; smallest amplitude of a harmonic relative to the strongest line;
 and largest order of that line."""
+HARMONICS = 5
+"""Of a wave, that are fitted with it."""
 CONFIRMED = 1e-2
 """Chance of noise at a single place that is tested for a reason: where many searches agreed, or where a fundamental
 would be."""

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.lines import TREND, usable
+from papilla.estimators.lines import FALSE_ALARM, TREND, usable
+from papilla.estimators.spectrum import FEWEST_ROWS
 from papilla.units import TINY
 
 NEIGHBOURS = range(3, 9)
@@ -23,7 +24,7 @@ PART_WAVES, SHORT_WAVES, INDEPENDENT = 2.0, 1.25, 2.0
 FEWEST_PARTS, MOST_PARTS = 3, 8
 """Wavelengths in a part of the path whose lag is compared with others; the smallest number if there are few parts; the
 number of neighbouring parts, whose lags wander together, that count as one; and the number of parts."""
-SHOWN = np.sqrt(-2 * np.log(0.01))
+SHOWN = np.sqrt(-2 * np.log(FALSE_ALARM))
 """Ratio of amplitude to noise that noise alone exceeds in one of a hundred cases."""
 EVENLY = 1 / np.sqrt(12)
 """Standard deviation, in turns, of a phase that may have any value."""
@@ -101,7 +102,7 @@ def _scatter(position: np.ndarray, channels: np.ndarray, wavelength_mm: float, r
     parts = min(max(int(waves / PART_WAVES), min(int(waves / SHORT_WAVES), FEWEST_PARTS)), MOST_PARTS)
     label = np.minimum(((position - position.min()) / np.ptp(position) * parts).astype(int), parts - 1)
     rows = [label == part for part in range(parts)]
-    told = np.array([phasors(position[own], channels[own], wavelength_mm) for own in rows if own.sum() > 8])
+    told = np.array([phasors(position[own], channels[own], wavelength_mm) for own in rows if own.sum() > FEWEST_ROWS])
     if len(told) < FEWEST_PARTS:
         return np.zeros(channels.shape[1])
     turned = told[:, [reference]] * np.conj(told)

@@ -20,14 +20,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from papilla import checks
-from papilla.estimators.friction.offset import EXPONENT, Block, Offset, Source, Stroke
+from papilla.estimators.friction.offset import EXPONENT, MEMORY_BLOCKS, Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
 from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.status import Status
 
-SCATTER, SCATTER_BLOCKS, MEMORY_BLOCKS = 0.04, 4.0, 25.0
-"""Prior relative scatter of mu from block to block, the number of blocks that this prior counts as, and the number of
-blocks over which scatter is averaged."""
+SCATTER, SCATTER_BLOCKS = 0.04, 4.0
+"""Prior relative scatter of mu from block to block, and the number of blocks that this prior counts as."""
 LEAST_SCATTER = 1e-3
 """Smallest relative scatter of mu: the linearity of a good force sensor."""
 WANDER = 0.03

@@ -31,8 +31,8 @@ LET_GO, ALIKE = 0.5, 1.2
 stays within the ratio ALIKE: a finger that is held keeps most of its pull as long as it is pressed."""
 STEADY_BLOCKS, STEADY = 5, 0.05
 """A pull has not begun yet if T changes over so many blocks by no more than this share of the difference."""
-AIR_SIGMA_N, AIR_BLOCKS = 1e-3, 25.0
-"""Repeatability of a sensor's zero (N); number of blocks over which air is averaged."""
+AIR_SIGMA_N, MEMORY_BLOCKS = 1e-3, 25.0
+"""Repeatability of a sensor's zero (N); number of blocks over which air, and a scatter, is averaged."""
 TURNS_FADE = 0.7
 """Weight of earlier turns when a new one is added: zeros drift."""
 CONFLICT = 4.0
@@ -109,7 +109,7 @@ class Offset:
         self.air_run += 1
         if self.air_run == 1:
             return
-        self.air_blocks = min(self.air_blocks + 1, AIR_BLOCKS)
+        self.air_blocks = min(self.air_blocks + 1, MEMORY_BLOCKS)
         value, variance = self.air if self.air_blocks > 1 else (block.tangential, 0.0)
         error = block.tangential - value
         # A small normal force may be a light contact, which has friction.

@@ -22,12 +22,14 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.spectrum import FEWEST_ROWS
 from papilla.estimators.spread import Spread
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking import motion_fit
 from papilla.estimators.tracking.chirp_memory import FIRST_LIVELY, WANDER, ChirpEstimate, ChirpMemory, ChirpStatus, Step
 from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
+from papilla.estimators.tracking.search_task import WIDEST
 from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.units import TINY
 
@@ -113,7 +115,14 @@ class ChirpTracker(Stream):
         saturation: float = checks.LARGEST,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        self._lowest, self._highest = _checked_range(frequency_range_Hz, rate)
+        top = BAND * rate
+        asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
+        self._lowest, self._highest = lowest, highest = checks.rising("frequency_range_Hz", asked)
+        if not 2 * lowest <= highest <= min(top, WIDEST * lowest):
+            raise InputError(
+                f"frequency_range_Hz must span a factor 2 to {WIDEST} below {BAND:g} of the sampling rate "
+                f"({top:g} Hz), got {lowest:g} to {highest:g} Hz"
+            )
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
         self._limit = checks.positive("saturation", saturation)
@@ -334,7 +343,7 @@ class ChirpTracker(Stream):
         power."""
         newest = self._memory.readings[max(self._memory.count - len(self._middle) // 2, 0) : self._memory.count]
         newest = newest[np.isfinite(newest)]
-        return newest.size > 8 and float(newest.var()) - noise <= QUIET * power
+        return newest.size > FEWEST_ROWS and float(newest.var()) - noise <= QUIET * power
 
     def _learn_profile(self, stroke: MotionFit, readings: np.ndarray) -> None:
         """Add those readings to the profile whose phase is known best and that will soon leave the window."""
@@ -436,15 +445,3 @@ class ChirpTracker(Stream):
         memory.swing = float(best.motion[1]) ** 2
         # The first test follows as soon as the fit was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN, math.nan
-
-
-def _checked_range(frequency_range_Hz, rate: float) -> tuple[float, float]:
-    top = BAND * rate
-    asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
-    lowest, highest = checks.rising("frequency_range_Hz", asked)
-    if not 2 * lowest <= highest <= min(top, 100 * lowest):
-        raise InputError(
-            f"frequency_range_Hz must span a factor 2 to 100 below {BAND:g} of the sampling rate ({top:g} Hz), "
-            f"got {lowest:g} to {highest:g} Hz"
-        )
-    return lowest, highest

@@ -24,16 +24,7 @@ from papilla.estimators.spread import Pieces, Spread
 from papilla.estimators.tracking.line_search import LineSearch
 from papilla.estimators.tracking.memory import Cells, Memory
 from papilla.estimators.tracking.refine import LOST, SURE, share_kept
-from papilla.estimators.tracking.search_task import (
-    GRID,
-    LEADING,
-    SAME,
-    Finding,
-    Options,
-    Task,
-    TrackingStatus,
-    sharpness,
-)
+from papilla.estimators.tracking.search_task import GRID, LEADING, SAME, Finding, Options, Task, TrackingStatus
 from papilla.units import MS_PER_S, TINY
 
 
@@ -147,7 +138,7 @@ class Search(NamedTuple):
 
     def run(self) -> Pieces:
         """The `Finding`, or the sharpness of the lines."""
-        return LineSearch(self.task).run() if math.isnan(self.trial_s) else sharpness(self.task, self.trial_s)
+        return LineSearch(self.task).run() if math.isnan(self.trial_s) else self.task.sharpness(self.trial_s)
 
 
 class Follower:
@@ -158,10 +149,8 @@ class Follower:
         self._cell = WINDOW.cell * options.low
         self._span = WINDOW.span * options.high
         # A very wide range of wavelengths gets a shorter path, or it would need too many cells.
-        self._cells = max(
-            min(math.ceil(self._span / self._cell), WINDOW.most_cells),
-            math.ceil(WINDOW.least_span * options.high / self._cell),
-        )
+        cells = min(math.ceil(self._span / self._cell), WINDOW.most_cells)
+        self._cells = max(cells, math.ceil(WINDOW.least_span * options.high / self._cell))
         self._kept = 2 * (self._cells + WINDOW.spare), LEADING + gauges
         self._grid = options.low / GRID
         self._size = size_of(WINDOW.grid_span * options.high, self._grid)
@@ -171,14 +160,10 @@ class Follower:
     def fresh(self) -> Memory:
         """State without any knowledge."""
         given = self.options.latency_s
-        return Memory(
-            Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low),
-            hop=PACE.hop,
-            limit=self._span,
-            late_s=given or 0.0,
-            late_variance=DELAY.sigma_s**2 if given is None else 0.0,
-            sharper=[1.0] * len(self._trials),
-        )
+        cells = Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low)
+        late = (0.0, DELAY.sigma_s**2) if given is None else (given, 0.0)
+        even = [1.0] * len(self._trials)
+        return Memory(cells, hop=PACE.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even)
 
     def remember(self, memory: Memory) -> None:
         """Continue from this state."""
@@ -368,7 +353,11 @@ class Follower:
         if found.hums_Hz or memory.hummed > PACE.humming:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = self._soon(int(PACE.grown * cells) if tried else 0)
+        memory.hop = max(PACE.hop, int(PACE.grown * cells) if tried else 0)
+        if self._pieces > 1:
+            # At low rates a search takes few samples, so the next one may come sooner.
+            soon = int(PACE.soon * self.options.high / max(self._cell, memory.step))
+            memory.hop = min(max(soon, 2), PACE.hop)
         if tried and memory.agreed and memory.glances:
             memory.hop = max(PACE.hop, int(PACE.spare * cells))
         good = found.status.good
@@ -410,12 +399,6 @@ class Follower:
         if good and found.kept + SURE * found.kept_sigma < LOST:
             self._begin_anew(end, 2 / found.wavenumber)
         memory.whole = cells if tried and memory.agreed > PACE.steady else 0
-
-    def _soon(self, spare: int) -> int:
-        """Cells until the next search, of which so many can be spared; at slow rates, where one takes few samples, a
-        part of the longest wavelength."""
-        along = PACE.soon * self.options.high / max(self._cell, self.memory.step)
-        return max(PACE.hop, spare) if self._pieces == 1 else min(max(int(along), 2), PACE.hop)
 
     def _held(self, found: Finding) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for

@@ -22,12 +22,12 @@ its sigma.
 import numpy as np
 
 from papilla.estimators import fundamental as periods
-from papilla.estimators.fundamental import CONFIRMED, SLACK, SUBHARMONICS, Period
+from papilla.estimators.fundamental import CONFIRMED, HARMONICS, SLACK, SUBHARMONICS, Period
 from papilla.estimators.spectrum import Line, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.refine import BENT, KNOWN_NEAR, Refinement
 from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
-from papilla.estimators.tracking.time_lines import HARMONICS, credits_of, silenced
+from papilla.estimators.tracking.time_lines import credits_of, silenced
 from papilla.units import TINY
 
 TIME_LINES = 3

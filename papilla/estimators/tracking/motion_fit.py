@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.fundamental import HARMONICS
 from papilla.estimators.spectrum import CYCLE
 from papilla.units import TINY
 
-HARMONICS = 5
 ORDERS = np.arange(1, HARMONICS + 1)
 BAND = 0.4
 """Frequency relative to the sampling rate above which an anti-aliasing filter has probably removed harmonics."""
@@ -173,12 +173,8 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     motion = np.empty((len(time), MOTION + KNOTS))
     # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
     # the reading. Offset and shape are linear: their columns are their values.
-    motion[:, 0], motion[:, 1], motion[:, 2], motion[:, MOTION - 1] = (
-        1.0,
-        sine,
-        cosine,
-        rate * by_sine + chirp * by_cosine,
-    )
+    own = [np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine]
+    motion[:, :MOTION] = np.column_stack(own)
     motion[:, MOTION:] = 0.5 * before * before
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
     fitted = columns[:, MOTION + KNOTS :] @ stroke.values[MOTION + KNOTS :]

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.fundamental import no_multiples
+from papilla.estimators.fundamental import HARMONICS, no_multiples
 from papilla.estimators.spectrum import CYCLE, Line, Spectrum, Strokes, background, middle, slope, strokes_of
 from papilla.estimators.spread import Pieces
 from papilla.estimators.tracking.search_task import GRID, Finding, Task, TrackingStatus, window_of
-from papilla.estimators.tracking.time_lines import HARMONICS, forward, levelled, silenced
+from papilla.estimators.tracking.time_lines import forward, levelled, silenced
 from papilla.units import TINY
 
 BLOCKS = 24

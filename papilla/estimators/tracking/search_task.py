@@ -21,6 +21,8 @@ LATEST_S = 0.1
 GRID = 4
 """Grid points in the shortest wavelength: aliases from beyond are then weaker than a third, and none is a sum of
 lines."""
+WIDEST = 100
+"""Largest ratio of the ends of a range that is searched."""
 SAME = 0.02
 """Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
 FEWEST_WAVES = 4.0
@@ -63,8 +65,8 @@ class Options(NamedTuple):
 def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
     """The options, or `InputError` for unusable ones: a range must span a factor of 1.5 to 100."""
     low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
-    if not 1.5 * low <= high <= 100 * low:
-        raise InputError(f"wavelength_range_mm must span a factor 1.5 to 100, got {low:g} to {high:g} mm")
+    if not 1.5 * low <= high <= WIDEST * low:
+        raise InputError(f"wavelength_range_mm must span a factor 1.5 to {WIDEST}, got {low:g} to {high:g} mm")
     rate = checks.positive("sample_rate_Hz", rate_Hz)
     hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
     hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
@@ -100,6 +102,21 @@ class Task(NamedTuple):
         """Step of the grid in mm: that of the path if it is longer. Even steps make images of a line; with this grid
         they fall on the line itself, and not beside it, where they would look like another texture."""
         return max(self.step, middle(np.abs(np.diff(place))))
+
+    def sharpness(self, late_s: float) -> Pieces[float]:
+        """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none.
+
+        With a wrong delay T the place is off by v T. Where the speed v changes within a stroke, that smears a line; the
+        right delay makes it sharp again. At a constant speed a line is equally sharp at any delay, and nothing is
+        learnt.
+        """
+        window = window_of(self, late_s)
+        if window is None:
+            return 0.0
+        strokes = yield from strokes_of(window.place, window.readings, window.begin)
+        spectrum = yield from spectrum_of(strokes, self.grid(window.place), self.size)
+        lines = yield from spectrum.lines(1 / self.options.high, self.highest(window.place), MOST_LINES)
+        return max((line.ratio for line in lines), default=0.0)
 
 
 @dataclass
@@ -170,18 +187,3 @@ def window_of(task: Task, late_s: float) -> Window | None:
     stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
     # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
     return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING:])
-
-
-def sharpness(task: Task, late_s: float) -> Pieces[float]:
-    """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none.
-
-    With a wrong delay T the place is off by v T. Where the speed v changes within a stroke, that smears a line; the
-    right delay makes it sharp again. At a constant speed a line is equally sharp at any delay, and nothing is learnt.
-    """
-    window = window_of(task, late_s)
-    if window is None:
-        return 0.0
-    strokes = yield from strokes_of(window.place, window.readings, window.begin)
-    spectrum = yield from spectrum_of(strokes, task.grid(window.place), task.size)
-    lines = yield from spectrum.lines(1 / task.options.high, task.highest(window.place), MOST_LINES)
-    return max((line.ratio for line in lines), default=0.0)

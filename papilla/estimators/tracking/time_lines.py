@@ -7,11 +7,11 @@ is not, a least-squares fit of both separates their energies, stroke by stroke.
 
 import numpy as np
 
+from papilla.estimators.fundamental import HARMONICS
 from papilla.estimators.spectrum import CYCLE, Line, Spectrum, Strokes
 from papilla.estimators.spread import Pieces
 from papilla.units import TINY
 
-HARMONICS = 5
 FOREIGN = 0.7
 """Largest share of its energy that a line over time may share with harmonics of the surface if it is to be removed."""
 LOUD = 0.1

@@ -204,7 +204,7 @@ class FusedTracker(Stream):
         return tuple(kept)
 
 
-@lru_cache(maxsize=16)
+@lru_cache
 def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
     """Wavelength and sigma from the phases (cycles) between the gauges, which change only after a search."""
     rows = [(place, TURN * phase, TURN * sigma) for place, phase, sigma in zip(places, phases, sigmas, strict=True)]
@@ -236,10 +236,8 @@ class LineTracker(FusedTracker):
 
     answer: ClassVar[Any] = WavelengthEstimate
 
-    def __init__(self, channels: int, *, wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM, **options: Any):
-        super().__init__(
-            channels, wavelength_range_mm=wavelength_range_mm, **({"sample_rate_Hz": 1.0, "latency_s": 0.0} | options)
-        )
+    def __init__(self, channels: int, **options: Any):
+        super().__init__(channels, **({"sample_rate_Hz": 1.0, "latency_s": 0.0} | options))
         self.columns = (*self.columns[:-1], "position_mm")
 
     def _take(self, sample):

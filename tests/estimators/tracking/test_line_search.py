@@ -7,7 +7,7 @@ from papilla.estimators.fundamental import hints
 from papilla.estimators.spectrum import Line
 from papilla.estimators.spread import completed
 from papilla.estimators.tracking.line_search import LineSearch
-from papilla.estimators.tracking.search_task import Options, Task, TrackingStatus, sharpness, window_of
+from papilla.estimators.tracking.search_task import Options, Task, TrackingStatus, window_of
 from papilla.estimators.tracking.time_lines import credits_of, forward
 from papilla.studies.estimator_bench.scene_parts import sheared
 
@@ -151,7 +151,7 @@ def test_the_newest_periods_tell_that_the_line_is_gone():
 
 def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
     task = task_of(*window("strokes", 0, late_s=0.008))
-    sharp = {late: completed(sharpness(task, late)) for late in (-0.004, 0.0, 0.008, 0.02)}
+    sharp = {late: completed(task.sharpness(late)) for late in (-0.004, 0.0, 0.008, 0.02)}
     assert max(sharp, key=sharp.get) == 0.008 and sharp[0.008] > 1.3 * sharp[0.0]
     assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
 
@@ -415,4 +415,4 @@ def test_too_little_path_is_nothing_and_says_so():
     for count, nothing in ((11, True), (200, False)):
         found = looked(rows[:count], ())
         assert (found.status == TrackingStatus.SEARCHING and found.extent == 0.0) == nothing
-    assert completed(sharpness(task_of(rows[:11], ()), 0.0)) == 0.0
+    assert completed(task_of(rows[:11], ()).sharpness(0.0)) == 0.0
