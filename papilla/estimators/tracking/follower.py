@@ -380,8 +380,15 @@ class Follower:
             # The known wavelength is better than a guess.
             if found.wavenumber > 0 and (before <= 0 or memory.guessed):
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
-        # Choose the path that the next search may use. It shrinks if the line looks smeared (the surface or the force
-        # changed within it) and grows again by 15 % with each good search.
+        self._choose_path(found)
+        # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
+        if good and found.kept + SURE * found.kept_sigma < LOST:
+            self._begin_anew(end, 2 / found.wavenumber)
+        memory.whole = cells if tried and memory.agreed > PACE.steady else 0
+
+    def _choose_path(self, found: Finding) -> None:
+        """Choose the path that the next search may use: see `Reach`."""
+        memory, good = self.memory, found.status.good
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and found.extent < 1.1 * least:
             memory.limit = self._span
@@ -395,10 +402,6 @@ class Follower:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
             memory.limit = min(REACH.grows * max(memory.limit, found.extent), self._span)
-        # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
-        if good and found.kept + SURE * found.kept_sigma < LOST:
-            self._begin_anew(end, 2 / found.wavenumber)
-        memory.whole = cells if tried and memory.agreed > PACE.steady else 0
 
     def _held(self, found: Finding) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for
