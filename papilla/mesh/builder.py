@@ -1,7 +1,7 @@
 """`build`: from a finger to its layered mesh, a shipped one that is mapped or a new one from the mesher.
 
 A shipped mesh needs no mesher, and is the same on every machine. A dome or a slab takes one of its kind
-(`papilla/data/meshes`), mapped by `papilla.mesh.morphing`: of the shipped element sizes the coarsest whose cells at the
+(`papilla/data/meshes`), mapped by `morphed`: of the shipped element sizes the coarsest whose cells at the
 contact are small enough after the map. Cells that are still too large for the sizing field are halved (a gauge or the
 contact lies elsewhere, or the finger is larger), then poor cells are relaxed. If the worst cell stays below `WORST`, or
 the shape is another one, the mesher makes a mesh, which the cache keeps.
@@ -19,16 +19,15 @@ from papilla import cache, checks
 from papilla.errors import InputError
 from papilla.files import replacing
 from papilla.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
-from papilla.mesh.body import Body, body_of
-from papilla.mesh.cells import edge_lengths, mean_ratio, paired_faces, volumes
+from papilla.mesh.body import NAMES, Body, body_of
+from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION, Progress
 from papilla.mesh.drawing import drawn
 from papilla.mesh.finishing import Constraints, finished, relax
 from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
-from papilla.mesh.morphing import morphed
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import Sizing, asked
-from papilla.mesh.tagging import TaggedCells, between
+from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 
@@ -52,6 +51,7 @@ TOO_LARGE_EVERYWHERE = 1.2
 """The same if the finest shipped mesh is too coarse, so that all cells at the contact are halved: their final size is
 0.95 to 1.2 of the wanted one, like that of new meshes."""
 STRETCHED = 0.55  # Share of the longest edge that counts as a cell's size; usual: up to 1.8 edges of a regular cell
+HALVINGS = 60  # Number of bisections of t in [0, 1] by which a point is mapped: beyond double precision
 NEAREST = 100  # Number of cells closest to the apex, whose size is that at the contact
 
 
@@ -129,6 +129,64 @@ def _fitted(kind: str, body: Body, sizing: Sizing, variant: int) -> tuple[Tagged
     return cells, f"shipped mesh of {shipped_mm:g} mm, {moved}{more}"
 
 
+def morphed(points: np.ndarray, origin: Body, target: Body) -> np.ndarray:
+    """Points (n, 3) of the body `origin` mapped into the body `target`, in mm. Both are domes, or both are slabs.
+
+    Skin, interface and bone of a dome are nested ellipsoids about the origin with semi-axes a_0 > a_1 > a_2. Any point
+    p between two of them lies on exactly one ellipsoid of the family between,
+
+        a(t) = (1 - t) a_k + t a_k+1,    sum_i (p_i / a_i(t))^2 = 1,
+
+    and its image has the same t and the same p_i / a_i(t) in the family of the target: p_i a'_i(t) / a_i(t). Inside the
+    bone the axes are scaled. Surfaces go to surfaces and planes through the origin into themselves; the map is
+    continuous and never folds, because both families are nested. A slab has the same map in its section, and its depth
+    is scaled. There is no system of equations and nothing random: a design has one mesh, the same on every machine up
+    to rounding.
+
+    Example: an outer semi-axis a_0 = 20 and an interface a_1 = 17 along z; a point on the z axis at z = 18.5 has t =
+    0.5. In a target with a'_0 = 30 and a'_1 = 20 it moves to z = 25.
+
+    Straight edges stay straight. If a thick layer becomes a thin curved one, a cell may therefore become flat or
+    inverted: the caller checks the quality.
+    """
+    start, end = _half_lengths(origin), _half_lengths(target)
+    if np.array_equal(start, end):
+        return points
+    moved = points * (end[2] / start[2])
+    for k in (1, 0):
+        between = _level(points, start[k + 1], origin) > 1
+        t = _share(points[between], start[k], start[k + 1], origin)[:, None]
+        axes, images = ((1 - t) * half[k] + t * half[k + 1] for half in (start, end))
+        moved[between] = points[between] * (images / axes)
+    return moved
+
+
+def _share(points: np.ndarray, around: np.ndarray, inside: np.ndarray, body: Body) -> np.ndarray:
+    """t (n,) of points (n, 3) between two surfaces with half lengths (3,): 0 on the surface `around`."""
+    low, high = np.zeros(len(points)), np.ones(len(points))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        outside = _level(points, (1 - middle)[:, None] * around + middle[:, None] * inside, body) > 1
+        low, high = np.where(outside, low, middle), np.where(outside, middle, high)
+    return (low + high) / 2
+
+
+def _level(points: np.ndarray, half: np.ndarray, body: Body) -> np.ndarray:
+    """sum_i (p_i / a_i)^2 (n,) over the axes along which the surfaces of `body` are curved."""
+    curved = [0, 2] if isinstance(body.surfaces["skin"], EllipticCylinder) else [0, 1, 2]
+    return ((points / half)[:, curved] ** 2).sum(axis=1)
+
+
+def _half_lengths(body: Body) -> list[np.ndarray]:
+    """Half lengths (3,) of each surface along the axes in mm, from the outside in."""
+    halves = []
+    for surface in (body.surfaces[name] for name in NAMES):
+        assert isinstance(surface, Ellipsoid)
+        depth = surface.depth / 2 if isinstance(surface, EllipticCylinder) else np.inf
+        halves.append(np.where(np.isfinite(surface.semi_axes), surface.semi_axes, depth))
+    return halves
+
+
 def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tuple[TaggedCells, int]:
     """The mapped mesh on its surfaces, with cells of more than `most` sizes halved and poor ones relaxed; and the
     number of halved cells."""
@@ -150,7 +208,7 @@ def _refined(cells: TaggedCells, body: Body, sizing: Sizing, most: float) -> tup
 def relative_sizes(points: np.ndarray, tets: np.ndarray, sizing: Sizing) -> np.ndarray:
     """(m,) size of each cell relative to the wanted one: the edge of a regular cell of the same volume or, for a
     stretched cell, a share of its longest edge."""
-    regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / 3)
+    regular = (6 * np.sqrt(2) * np.abs(volumes(points, tets))) ** (1 / points.shape[1])
     longest = edge_lengths(points, tets).max(axis=1)
     ratio = np.maximum(regular, STRETCHED * longest) / sizing(points[tets].mean(axis=1))
     vertices, around = tets.ravel(), len(points)
@@ -173,7 +231,7 @@ def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
     return TaggedCells(cell.points, cell.tets, cell.layer, surfaces, planes)
 
 
-@lru_cache(maxsize=16)
+@lru_cache
 def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
     """A shipped mesh, or the quarter that its mirrors repeat."""
     with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
@@ -192,12 +250,12 @@ def _reference_finger(kind: str) -> Finger:
     return replace(finger, shape=Slab(outer, interface, bone, depth=10.0))
 
 
-@lru_cache(maxsize=16)
+@lru_cache
 def _own_sizing(kind: str, size_mm: float) -> Sizing:
     return asked(_reference_finger(kind), size_mm)[1]
 
 
-@lru_cache(maxsize=2)
+@lru_cache
 def _origin(kind: str) -> Body:
     return body_of(_reference_finger(kind))
 

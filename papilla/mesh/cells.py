@@ -1,5 +1,6 @@
-"""Cells of tetrahedral meshes: faces, edges, neighbours, volumes and quality."""
+"""Cells of tetrahedral meshes: faces, edges, neighbours, layers, volumes and quality."""
 
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -12,6 +13,17 @@ FACES_OF_TET = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 
 CORNERS = len(FACES_OF_TET)
 EDGES_OF_TET = np.array([*combinations(range(CORNERS), 2)])
+
+
+@dataclass(frozen=True, eq=False)
+class TaggedCells:
+    """Tetrahedra with their layers, and the faces (k, 3) on each surface and each plane, oriented outwards."""
+
+    points: np.ndarray
+    tets: np.ndarray
+    layer: np.ndarray
+    on_surface: dict[str, np.ndarray]
+    on_plane: tuple[np.ndarray, ...]
 
 
 def paired_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -42,6 +54,14 @@ def places(simplices: np.ndarray, among: np.ndarray, count: int) -> np.ndarray:
     order = np.argsort(known)
     place = order[np.searchsorted(known[order], wanted).clip(max=len(known) - 1)]
     return np.where(known[place] == wanted, place, -1)
+
+
+def between(faces: np.ndarray, cells: np.ndarray, layer: np.ndarray, inside: int, around: int) -> np.ndarray:
+    """Faces between two layers, oriented from the inner to the outer one."""
+    first, second = layer[cells[:, 0]], np.where(cells[:, 1] >= 0, layer[cells[:, 1]], -1)
+    ahead = faces[(first == inside) & (second == around)]
+    behind = faces[(first == around) & (second == inside)]
+    return np.vstack([ahead, behind[:, ::-1]])
 
 
 def components(cells: np.ndarray, count: int) -> np.ndarray:

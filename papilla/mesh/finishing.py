@@ -8,11 +8,19 @@ import numpy as np
 from papilla.checks import SIZE_OPTION
 from papilla.errors import MeshError
 from papilla.mesh.body import Body
-from papilla.mesh.cells import EDGES_OF_TET, components, edges_of, mean_ratio, paired_faces, places, volumes
+from papilla.mesh.cells import (
+    EDGES_OF_TET,
+    TaggedCells,
+    components,
+    edges_of,
+    mean_ratio,
+    paired_faces,
+    places,
+    volumes,
+)
 from papilla.mesh.child import Progress
 from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.surfaces import Ellipsoid, Surface
-from papilla.mesh.tagging import TaggedCells
 
 POOR = 0.1  # Mean ratio below which a cell is relaxed
 SWEEPS = 30

@@ -12,8 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from papilla.mesh.cells import EDGES_OF_TET, places
-from papilla.mesh.tagging import TaggedCells
+from papilla.mesh.cells import EDGES_OF_TET, TaggedCells, places
 
 DIGITS = 9
 """Decimals (mm) of the lengths by which edges are ordered, so that rounding does not decide the order."""

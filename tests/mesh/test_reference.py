@@ -11,12 +11,10 @@ from papilla.fem import FingerModel, press
 from papilla.finger import Dome, Finger, Layer, Slab
 from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, builder, drawing, quality
 from papilla.mesh.body import body_of
-from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, path_of, relative_sizes
-from papilla.mesh.cells import components, mean_ratio, paired_faces, volumes
-from papilla.mesh.morphing import morphed
+from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, morphed, path_of, relative_sizes
+from papilla.mesh.cells import TaggedCells, components, mean_ratio, paired_faces, volumes
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
-from papilla.mesh.tagging import TaggedCells
 from papilla.specimen import Block
 
 PINNED = {

@@ -17,7 +17,7 @@ from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 from papilla.errors import InputError
 from papilla.fem.discrete.assembly import AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
 from papilla.finger import Layer
-from papilla.mesh.cells import places
+from papilla.mesh.cells import CORNERS, places
 from papilla.mesh.layered import LayeredMesh
 
 QUADRATURE_ORDER = 2
@@ -390,9 +390,9 @@ def _bent_local(space: Space, inverse: np.ndarray, points: np.ndarray, cells: np
     are bent slightly, so few steps are needed.
     """
     nodes = space.skmesh.doflocs.T[space.skmesh.dofs.element_dofs.T[cells]]
-    local = np.full((*cells.shape, 3), 0.25)
+    local = np.full((*cells.shape, AXES), 1 / CORNERS)
     for _ in range(STEPS if space.mesh.edges.size else 1):
-        shapes = [space.skmesh.elem().lbasis(local.reshape(-1, 3).T, i)[0] for i in range(nodes.shape[2])]
+        shapes = [space.skmesh.elem().lbasis(local.reshape(-1, AXES).T, i)[0] for i in range(nodes.shape[2])]
         there = np.einsum("ikc,kcij->kcj", np.reshape(shapes, (-1, *cells.shape)), nodes)
         local = local + np.einsum("kcij,kcj->kci", inverse[cells], points[:, None] - there)
     return local

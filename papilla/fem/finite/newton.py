@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.errors import ContactRangeError, SolverError
+from papilla.fem.discrete.assembly import AXES
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
@@ -193,8 +194,8 @@ def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Line
     contact = found.traction.ravel()
     full = np.zeros(body.space.unknowns)
     full[body.free] = held.response @ contact + drift
-    size = 3 * body.space.nodes
-    return State(full[:size].reshape(-1, 3), full[size:], contact, found.active, found.indentation)
+    size = AXES * body.space.nodes
+    return State(full[:size].reshape(-1, AXES), full[size:], contact, found.active, found.indentation)
 
 
 def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
@@ -219,7 +220,7 @@ def _free(body: Body, state: State) -> np.ndarray:
 
 def _free_loads(body: Body, touch: Touch) -> sp.csr_matrix:
     """Loads (free, n), with empty rows for the pressures."""
-    loads = touch.loads[body.free[: 3 * body.space.nodes]]
+    loads = touch.loads[body.free[: AXES * body.space.nodes]]
     return sp.vstack([loads, sp.csr_matrix((body.free_pressures, loads.shape[1]))]).tocsr()
 
 

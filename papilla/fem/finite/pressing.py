@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError, SolverError
-from papilla.fem.discrete.assembly import lame
+from papilla.fem.discrete.assembly import AXES, lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, fold, interpolation, parity_signs
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
@@ -154,8 +154,8 @@ class Scene:
     def at_rest(self) -> State:
         """The undeformed state."""
         nodes, space = len(self.touching.patch.xy), self.body.space
-        contact = np.zeros(3 * nodes if self.touching.friction else nodes)
-        rest = np.zeros((space.nodes, 3)), np.zeros(space.pressures)
+        contact = np.zeros(AXES * nodes if self.touching.friction else nodes)
+        rest = np.zeros((space.nodes, AXES)), np.zeros(space.pressures)
         return State(*rest, contact, np.zeros(nodes, dtype=bool), 0.0)
 
 

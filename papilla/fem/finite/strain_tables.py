@@ -97,7 +97,7 @@ def measure_large_strain(
     if len(rows) < LEAST_PRESSES:
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
     columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return LargeStrain(finger.outer.modulus / inner, columns[0], columns[1], columns[2], columns[3], coefficient)
+    return LargeStrain(finger.outer.modulus / inner, *columns, coefficient)
 
 
 def finite_presses(

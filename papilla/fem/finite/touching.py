@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from papilla.fem.discrete.assembly import AXES
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.finger_model import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
@@ -109,7 +110,7 @@ class Touching:
         directions = [self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
-        order = np.arange(3 * coupling.shape[0]).reshape(3, -1).T.ravel()
+        order = np.arange(AXES * coupling.shape[0]).reshape(AXES, -1).T.ravel()
         parts = [sp.vstack([coupling @ sp.diags(one) for one in direction.T]) for direction in directions]
         loads = sp.hstack(parts).tocsr()[order]
         return Touch(gap, loads, self._compliance)
@@ -123,6 +124,6 @@ class Touching:
         ratio of reference to current mass."""
         spread, surface = self.patch.mass / current.mass, PatchSurface(current)
         if self.friction:
-            spread = np.tile(spread, 3)
+            spread = np.tile(spread, AXES)
             return self.specimen.traction_compliance(surface) * np.outer(spread, spread)
         return self.specimen.compliance(surface) * np.outer(spread, spread)
