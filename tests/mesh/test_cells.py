@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, quality
-from papilla.mesh.cells import FACES_OF_TET, compact, components, dihedral_angles, mean_ratio, paired_faces, volumes
+from papilla.mesh.cells import (
+    FACES_OF_TET,
+    compact,
+    components,
+    dihedral_angles,
+    edge_lengths,
+    edges_of,
+    mean_ratio,
+    paired_faces,
+    places,
+    volumes,
+)
 from papilla.mesh.layered import mirrored, pack, unpack
 
 CORNER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
@@ -102,3 +113,16 @@ def test_each_part_of_a_mesh_counts_in_its_hash():
             changed = arrays | {"layer": array[::-1]}
         hashes.add(unpack(changed).sha256)
     assert len(hashes) == 1 + len(arrays)
+
+
+def test_a_simplex_is_found_whatever_the_order_of_its_vertices():
+    among = np.array([[7, 2, 9], [0, 1, 2], [9, 8, 0]])
+    wanted = np.array([[[2, 1, 0], [9, 7, 2]], [[0, 8, 9], [7, 2, 8]]])
+    assert places(wanted, among, 10).tolist() == [[1, 0], [2, -1]]
+    assert places(np.array([[1, 0], [0, 9], [9, 9]]), np.array([[0, 1], [8, 9]]), 10).tolist() == [0, -1, -1]
+
+
+def test_edges_of_triangles_and_cells():
+    assert edges_of(np.array([[4, 7, 5]])).tolist() == [[[4, 7], [7, 5], [5, 4]]]
+    corners = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 12]], float)
+    assert edge_lengths(corners, np.arange(4)[None])[0] == pytest.approx([3, 4, 12, 5, np.sqrt(153), np.sqrt(160)])
