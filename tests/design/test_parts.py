@@ -1,0 +1,351 @@
+"""Parameters, ranges, places, samples and geometries of studies, each against values found by hand."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from papilla.design import geometry, running, sampling
+from papilla.design.batch import Batch, Done, Record, evaluate, version
+from papilla.design.geometry import GeometryMap, gains_of, with_sites
+from papilla.design.parameters import made, parameters_of, refuse_unknown
+from papilla.design.places import Places, angle_of, foil_of, half_length, moved
+from papilla.design.results import Results, first_words, write_tables
+from papilla.design.scene import Scene, Unknowns
+from papilla.design.store import Store
+from papilla.design.study import Free, Limit, Study, probes, read_study
+from papilla.errors import InputError, SolverError
+from papilla.fem.finite.strain_tables import SPANNING
+from papilla.fem.reduction.family import RATIOS
+from papilla.finger import Finger, Gauge, Slab
+from papilla.mesh.body import narrowest_mm
+
+FINGER = Finger.default()
+
+
+# ---- Parameters
+
+
+def test_a_row_of_gauges_keeps_its_spread_and_a_spread_its_row():
+    seven = made(FINGER, {"gauges.count": 7})
+    spread = max(gauge.angle_deg for gauge in FINGER.gauges)
+    assert [gauge.angle_deg for gauge in seven.gauges] == pytest.approx(np.linspace(-spread, spread, 7))
+    assert [gauge.name for gauge in seven.gauges] == [f"g{k}" for k in range(1, 8)]
+    assert [gauge.angle_deg for gauge in made(FINGER, {"gauges.count": 1}).gauges] == [0.0]
+    wide = made(FINGER, {"gauges.spread_deg": 50.0, "gauges.count": 3})
+    assert [gauge.angle_deg for gauge in wide.gauges] == [-50.0, 0.0, 50.0]
+    for count in (0, 17, 2.5):
+        with pytest.raises(InputError, match="whole number from 1 to 16"):
+            made(FINGER, {"gauges.count": count})
+    assert len(made(FINGER, {"gauges.count": 16}).gauges) == 16
+
+
+def test_values_of_gauges_and_layers():
+    finger = made(FINGER, {"gauges.lever_mm": -0.5, "gauges.g2.membrane_gain": 1.5, "gauges.g4.angle_deg": 33.0,
+                           "inner.nu": 0.3, "outer.modulus_MPa": 0.7})  # fmt: skip
+    assert {gauge.lever_mm for gauge in finger.gauges} == {-0.5}
+    assert [gauge.membrane_gain == 1.5 for gauge in finger.gauges] == [False, True, False, False, False]
+    assert finger.gauges[3].angle_deg == 33.0 and finger.gauges[2] == replace(FINGER.gauges[2], lever_mm=-0.5)
+    assert (finger.inner.nu, finger.outer.modulus, finger.inner.modulus) == (0.3, 0.7, FINGER.inner.modulus)
+    with pytest.raises(InputError, match="inner.nu = 0.6: "):
+        made(FINGER, {"inner.nu": 0.6})
+
+
+def test_a_scale_is_for_everything_but_gauges():
+    half = made(replace(FINGER, gauges=(replace(FINGER.gauges[0], y_mm=4.0), *FINGER.gauges[1:])), {"shape.scale": 0.5})
+    for surface in ("outer", "interface", "bone"):
+        assert getattr(half.shape, surface) == pytest.approx(np.array(getattr(FINGER.shape, surface)) / 2)
+    assert half.patch_radius == FINGER.patch_radius / 2 and half.gauges[0].y_mm == 2.0
+    assert half.gauges[0].length_mm == FINGER.gauges[0].length_mm
+    thick = made(FINGER, {"shape.skin_mm": 5.0, "shape.outer.x_mm": 30.0, "shape.interface.y_mm": 22.0})
+    assert thick.shape.outer == (30.0, *FINGER.shape.outer[1:])
+    assert thick.shape.interface == (25.0, 22.0, FINGER.shape.outer[2] - 5.0)
+
+
+def test_names_of_parameters():
+    known = parameters_of(FINGER)
+    assert "shape.depth_mm" not in known and "shape.bone.y_mm" in known and "gauges.g6.y_mm" not in known
+    assert "gauges.g16.lever_mm" in parameters_of(FINGER, ["gauges.count"])
+    with pytest.raises(InputError, match="free: unknown 'outer.modulus', did you mean 'outer.modulus_MPa'"):
+        refuse_unknown("outer.modulus", known, "free")
+    with pytest.raises(InputError, match="^free: unknown 'qqqq'$"):
+        refuse_unknown("qqqq", known, "free")
+
+
+# ---- Ranges
+
+
+def test_a_range_is_even_or_even_in_the_logarithm():
+    even, log = Free("a", 10.0, 30.0, False, 5), Free("b", 0.1, 10.0, True, 3)
+    some = Free("c", 1.0, 4.0, False, 3, (4.0, 1.0, 2.0))
+    assert even.at(0.25) == 15.0 and even.share(25.0) == 0.75 and even.grid == [10, 15, 20, 25, 30]
+    assert log.at(0.5) == pytest.approx(1.0) and log.share(1.0) == pytest.approx(0.5)
+    assert log.grid == pytest.approx([0.1, 1.0, 10.0])
+    assert [some.at(u) for u in (0.0, 0.32, 0.34, 0.99, 1.0)] == [4.0, 4.0, 1.0, 2.0, 2.0] and some.grid == [4, 1, 2]
+    assert some.share(2.0) == pytest.approx(1 / 3) and Free("d", 2.0, 2.0, False, 1, (2.0,)).share(2.0) == 0.0
+
+
+def test_what_a_study_file_leaves_out(study_file):
+    study = read_study(study_file())
+    modulus, spread = study.free
+    assert (modulus.log, spread.log, modulus.levels) == (True, False, 5)
+    assert study.scene.unknown.doubts.thickness_mm == FINGER.bench.thickness
+    assert study.asked == ("sigma_sd", "signal_over_noise") and study.store is None and study.confirm == 0
+    middle, *ends = probes(study)
+    assert middle == {"outer.modulus_MPa": pytest.approx(math.sqrt(0.06)), "gauges.spread_deg": 35.0}
+    assert [end["gauges.spread_deg"] for end in ends] == [35.0, 35.0, 20.0, 50.0]
+    assert [end["outer.modulus_MPa"] for end in ends[:2]] == pytest.approx([0.1, 0.6])
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("designs = 0", "sampler.designs must be from 1 to 10000000, got 0"),
+        ("designs = 12\ngeometries = 10001", "sampler.geometries must be from 1 to 10000, got 10001"),
+        ("designs = 12\ngeometries = 0", "sampler.geometries must be from 1 to 10000"),
+    ],
+)
+def test_numbers_of_samples_have_limits(study_file, text, said):
+    with pytest.raises(InputError, match=said):
+        read_study(study_file(("designs = 12", text)))
+    read_study(study_file(("designs = 12", "designs = 1\ngeometries = 10000")))
+
+
+def test_a_range_must_rise_and_a_logarithm_needs_positive_ends(study_file):
+    for given, said in (
+        ("{ low = -10.0, high = 50.0, log = true }", "log = true needs a range above 0, got -10.0 to 50.0"),
+        ("{ low = 20.0 }", "empty range, 20.0 to None"), ("[20.0, 20.0]", "empty range"), ("[20.0]", "low, high"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=said):
+            read_study(study_file(("{ low = 20.0, high = 50.0 }", given)))
+    some = read_study(study_file(("{ low = 20.0, high = 50.0 }", "{ values = [50.0, 20.0, 30.0] }"))).free[1]
+    assert (some.low, some.high, some.levels, some.values) == (20.0, 50.0, 3, (50.0, 20.0, 30.0))
+
+
+def test_a_study_needs_the_places_that_it_varies(study_file):
+    levers = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
+    own = read_study(study_file(levers))
+    assert [round(angle) for angle, _, _ in own.places.own] == [-40, -20, 0, 20, 40]
+    row = read_study(study_file())
+    assert row.places == Places.row(foil_of(FINGER.gauges))
+    turned = read_study(study_file(("[couplings]", '"gauges.g1.direction_deg" = [0.0, 90.0]\n[couplings]')))
+    assert turned.places == Places.whole(foil_of(FINGER.gauges))
+    tolerant = read_study(study_file(('"sigma_sd"', '"worst_over_tolerances"'), levers))
+    assert tolerant.places == row.places
+    coupled = read_study(study_file(("[couplings]", '"shape.skin_mm" = [2.0, 4.0]\n[couplings]\n"shape.bone.z_mm" = '
+                                     '"6 + 0 * outer.modulus_MPa"')))  # fmt: skip
+    assert [one.name for one in coupled.outer] == ["outer.modulus_MPa", "shape.skin_mm"]
+
+
+def test_limits_of_a_study():
+    study = SimpleNamespace(limits={"a": Limit(least=1.0), "b": Limit(most=2.0)})
+    feasible = Study.feasible
+    assert feasible(study, {"a": 1.0, "b": 2.0}) and not feasible(study, {"a": 0.9, "b": 2.0})
+    assert not feasible(study, {"a": 1.0, "b": 2.1})
+    with pytest.raises(InputError, match='friction must be "unknown", "stick" or 0, got 0.5'):
+        Unknowns(0.5)
+    for parts in ({"forces": 1}, {"moduli": 41}):
+        with pytest.raises(InputError, match="must be from 2 to 40"):
+            Scene(**parts)
+    small, large = Scene((0.05, 0.1)), Scene((0.2, 50.0))
+    assert small.swept_N[-1] == pytest.approx(1.05 * 0.1) and large.swept_N[-1] > small.swept_N[-1]
+    assert np.diff(np.log(small.swept_N)) == pytest.approx(np.diff(np.log(large.swept_N)))
+
+
+# ---- Samples
+
+
+def test_as_many_designs_as_asked_in_as_many_geometries(study_file):
+    shaped = ('"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"shape.skin_mm" = [2.0, 4.0]')
+    study = read_study(study_file(shaped, ("designs = 12", "designs = 11\ngeometries = 3")))
+    groups = list(sampling.groups(study))
+    assert [len(group) for group in groups] == [4, 4, 3] and sampling.count(study) == (11, 3)
+    few = read_study(study_file(shaped, ("designs = 12", "designs = 2\ngeometries = 8")))
+    assert sampling.count(few) == (2, 2) and [len(group) for group in sampling.groups(few)] == [1, 1]
+    only = replace(study, free=(study.free[1],))
+    assert sampling.count(only) == (3, 3) and [len(group) for group in sampling.groups(only)] == [1, 1, 1]
+    grid = replace(study, sampler=replace(study.sampler, kind="grid"))
+    assert sampling.count(grid) == (25, 5) and [len(group) for group in sampling.groups(grid)] == [5] * 5
+    best = replace(study, sampler=replace(study.sampler, kind="optimise"))
+    assert sampling.count(best) == (11, 11)
+    flat = replace(best, free=(replace(best.free[0], name="outer.modulus_MPa"),))
+    assert sampling.count(flat) == (11, 1)
+
+
+def test_an_optimiser_asks_for_whole_generations_within_the_ranges(study_file):
+    study = read_study(study_file(("designs = 12", 'kind = "optimise"\ndesigns = 64')))
+    asked = []
+
+    def score(designs):
+        asked.append(len(designs))
+        assert all(0.1 <= one["outer.modulus_MPa"] <= 0.6 and 20 <= one["gauges.spread_deg"] <= 50 for one in designs)
+        return [(one["gauges.spread_deg"] - 31.0) ** 2 for one in designs]
+
+    sampling.optimised(study, score)
+    assert set(asked) == {8} and sum(asked) == 64
+    asked.clear()
+    sampling.optimised(replace(study, sampler=replace(study.sampler, designs=4)), score)
+    assert asked[0] == 5 and len(asked) == 2
+
+
+def test_scores_prefer_designs_that_break_no_limit(study_file):
+    limit = "[sampler]", "[constraints]\nsignal_over_noise = { least = 10 }\n[sampler]"
+    study = read_study(study_file(("designs = 12", 'kind = "optimise"'), limit))
+    runner = object.__new__(running._Runner)
+    runner.study, runner.number = study, 7
+    records = [Record({"sigma_sd": 0.3, "signal_over_noise": s}, "ok") for s in (12.0, 9.0, 5.0)] + [
+        Record({}, "broken")
+    ]
+    runner.run = lambda groups: setattr(runner, "records", dict(enumerate(records, start=7)))
+    good, near, far, failed = runner.scores([{}] * 4)
+    assert good == 0.3 and near == pytest.approx(2e6) and far == pytest.approx(6e6) and failed == sampling.FAILED
+    runner.study = replace(study, objectives=(replace(study.objectives[0], sign=-1.0),))
+    assert runner.scores([{}] * 4)[0] == -0.3
+
+
+# ---- Places and geometries
+
+
+def test_places_of_a_dome_and_a_slab():
+    shape = FINGER.shape
+    assert half_length(shape) == shape.interface[1]
+    slab = Slab(outer=(20.0, 20.0), interface=(17.0, 17.0), bone=(8.0, 6.0), depth=50.0)
+    assert half_length(slab) == 25.0
+    a, b, _ = shape.interface
+    narrow = a * math.sqrt(1 - (5.0 / b) ** 2)
+    assert angle_of(Gauge("g", x_mm=narrow / 2, y_mm=5.0), shape) == pytest.approx(30.0)
+    assert angle_of(Gauge("g", x_mm=8.5, y_mm=5.0), slab) == pytest.approx(30.0)
+    turned = moved(Gauge("g", angle_deg=10.0, direction_deg=5.0), shape, -0.2, 3.0)
+    assert turned.direction_deg == 8.0 and turned.angle_deg < 10.0
+    whole = Places.whole(foil_of(FINGER.gauges))
+    assert whole.angles[-1] == 64.0 and whole.shares[-1] == pytest.approx(0.6) and whole.directions == (0, 45, 90)
+    sites = whole.gauges(shape)
+    assert len(sites) == 17 * 9 * 3 and sites[4].y_mm == pytest.approx(0.075 * b) and sites[4].direction_deg == 45.0
+    with pytest.raises(InputError, match="64 degrees and 16.8 mm of y" if b == 28 else "of y"):
+        whole.weights([Gauge("g", angle_deg=0.0, y_mm=0.61 * b)], shape)
+    with pytest.raises(InputError, match="must not be moved"):
+        foil_of([replace(FINGER.gauges[0], moved_mm=(0.1, 0.0))])
+
+
+def test_a_geometry_knows_its_ratios_and_sums_its_sites(made_up_geometry):
+    places = Places.row(foil_of(FINGER.gauges))
+    site = with_sites(FINGER, places)
+    assert (site.outer.modulus, site.inner.modulus, site.outer.nu) == (1.0, 1.0, FINGER.outer.nu)
+    assert site.bench.friction is None and site.name == "geometry" and len(site.gauges) == 17
+    found = made_up_geometry(site, places)
+    low, high = RATIOS
+    for ratio in (low, high):
+        layers = {"outer": replace(FINGER.outer, modulus=ratio * 0.1), "inner": replace(FINGER.inner, modulus=0.1)}
+        free, stuck = found.of(replace(FINGER, **layers))
+        assert (free.gauge_count, free.friction, stuck.friction) == (5, 0.0, math.inf)
+    for ratio in (0.99 * low, 1.01 * high):
+        layers["outer"] = replace(FINGER.outer, modulus=ratio * 0.1)
+        with pytest.raises(InputError, match=f"is {ratio:.3g}: a study covers {low:g} to {high:g}"):
+            found.of(replace(FINGER, **layers))
+    # A gauge at a site has the coefficients of the site, and its error
+    response = replace(found.ends[0], error=np.arange(35.0))
+    summed = geometry._summed(response, places.weights([Gauge("g", angle_deg=8.0)], FINGER.shape))
+    assert summed.coefficients == pytest.approx(response.coefficients[:, [0, 3, 20]])
+    assert summed.error == pytest.approx([0.0, 3.0, 20.0])
+    two = geometry._summed(response, np.eye(17)[:, [2, 5]] @ np.diag([2.0, 1.0]))
+    assert two.coefficients[:, 1:] == pytest.approx(response.coefficients[:, [3, 6, 20, 23]] * [2, 1, 2, 1])
+    assert two.error[1:] == pytest.approx([6.0, 6.0, 40.0, 23.0])
+    assert gains_of(FINGER).shape == (2, 5) and gains_of(FINGER)[1, 2] == FINGER.gauges[2].lever_mm
+
+
+def test_large_strain_is_measured_once_on_a_finger_of_standard_size(monkeypatch):
+    begun, kept, known = [], [], {}
+    places = Places.of(FINGER)
+    small = with_sites(made(FINGER, {"shape.scale": 0.5}), places)
+    monkeypatch.setattr(geometry, "known", lambda sha: known.get(sha, []))
+    monkeypatch.setattr(geometry, "at_ratio", lambda tables, ratio, stuck: tables)
+    monkeypatch.setattr(geometry, "keep", lambda sha, tables: kept.append((sha, tables)))
+    monkeypatch.setattr(geometry, "_resized", lambda table, size: (table, size))
+
+    def begin(finger, ends, start, ratios, progress):
+        begun.append((finger, ends, ratios))
+        known[finger.strain_sha256] = ["table"]
+        return lambda: "a note"
+
+    monkeypatch.setattr(geometry, "begin_large_strain", begin)
+    assert geometry.measure_base(small, 1, lambda line: None) == "a note"
+    ((like, ends, ratios),) = begun
+    assert narrowest_mm(like) == pytest.approx(20.0) and ends == (False, True) and ratios == SPANNING
+    assert like.gauges[0].length_mm == pytest.approx(2 * small.gauges[0].length_mm)
+    assert kept == [(small.strain_sha256, [("table", pytest.approx(0.5))])]
+    known[small.strain_sha256] = ["mine"]
+    assert geometry.measure_base(small, 1, pytest.fail) == "" and len(begun) == len(kept) == 1
+    geometry.borrow(small, like)
+    assert len(kept) == 1
+    measured = GeometryMap(small, places, (SimpleNamespace(large_strain=False),) * 2)
+    assert measured.strain_error(FINGER, True) == geometry.NOT_INCLUDED
+
+
+# ---- Batches and results
+
+
+def test_a_batch_of_another_version_is_left_to_others(made_up):
+    batch = Batch((FINGER,), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), "0.0 (old)")
+    assert evaluate(batch) == Done((), version(), {}, 0.0)
+    stiff = replace(FINGER, outer=replace(FINGER.outer, modulus=90.0))
+    done = evaluate(replace(batch, fingers=(FINGER, stiff), version=version()))
+    good, bad = done.records
+    assert good.status == "ok" and set(good.found) == {"sigma_sd"} and "a study covers" in bad.status
+    assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
+
+
+def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
+    study = read_study(study_file(("[sampler]", "[constraints]\nsigma_sd = { most = 0.25 }\n[sampler]")))
+    store = Store(tmp_path / "store.sqlite")
+    names = [one.name for one in study.free]
+    given = [(0.3, 5.0), (0.2, 4.0), None, (0.1, 3.0), (0.1, 2.0)]
+    rows = [
+        (k, dict(zip(names, (0.1 * (k + 1), 20.0 + k), strict=True)), f"k{k}",
+         Record({}, "broken") if one is None else Record(dict(zip(study.asked, one, strict=True)), "ok"))
+        for k, one in enumerate(given)
+    ]  # fmt: skip
+    store.add(study.sha256, rows)
+    results = Results.of(study, store)
+    assert results.numbers.tolist() == [0, 1, 3, 4] and results.failures == {2: "broken"}
+    assert results.feasible.tolist() == [False, True, True, True]
+    # Less sigma and more signal: 1 and 3 beat each other in one, 4 is beaten by 3
+    assert results.front.tolist() == [False, True, True, False]
+    assert results.costs[0].tolist() == [0.3, -5.0] and results.chosen == [2, 3, 1]
+    assert results.effects == []
+    assert results.finger(1).outer.modulus == pytest.approx(0.2)
+    written = write_tables(tmp_path / "designs.csv", study, store, [1, 3])
+    lines = written[0].read_text().splitlines()
+    assert lines[0].split(",") == ["design", *names, *study.asked, "feasible", "front", "status"]
+    assert [line.split(",")[-3:] for line in lines[1:]] == [
+        ["0", "0", "ok"], ["1", "1", "ok"], ["0", "0", "broken"], ["1", "1", "ok"], ["1", "0", "ok"]
+    ]  # fmt: skip
+    outcome = SimpleNamespace(
+        study=study, results=results, failed_share=0.2, base={"sigma_sd": 0.5, "signal_over_noise": 1}
+    )
+    said = first_words(outcome)
+    assert said[0] == "1 of 5 designs failed (20 %), most often: broken"
+    assert said[1].endswith(f"over the scene: best 0.1, {study.finger.name} 0.5")
+    outcome.failed_share = 0.05
+    assert len(first_words(outcome)) == 2
+    store.close()
+
+
+@pytest.mark.parametrize("error, said", [("BrokenExecutor", "a worker process was killed"), ("KilledWorker", None)])
+def test_killed_workers(study_file, tmp_path, error, said):
+    from concurrent.futures import BrokenExecutor, Future
+
+    kinds = {"BrokenExecutor": BrokenExecutor, "KilledWorker": type("KilledWorker", (Exception,), {})}
+    future: Future = Future()
+    future.set_exception(kinds[error]("gone"))
+    stored = []
+    runner = object.__new__(running._Runner)
+    runner._store, runner.tally = stored.extend, running.Tally()
+    if said:
+        with pytest.raises(SolverError, match=f"{said} .gone.: --resume goes on"):
+            runner._take({future: [(0, {}, "k")]})
+    else:
+        runner._take({future: [(0, {}, "k"), (1, {}, "l")]})
+        assert [(row[0], row[3].status) for row in stored] == [(k, "its worker was killed 3 times") for k in (0, 1)]
+        assert runner.tally.batches == 1
