@@ -95,6 +95,8 @@ def test_the_camera_sees_what_the_view_projects(monkeypatch):
     render._light(plotter, one)
     assert len(lights) == 2 and lights[0].intensity > lights[1].intensity
     assert all(np.dot(light.position, toward) > 0 for light in lights)
+    # The main light is above on the left, the other one on the right; from behind, right is -x
+    assert lights[0].position[2] > lights[1].position[2] and lights[0].position[0] > 0 > lights[1].position[0]
 
 
 def test_a_part_is_added_with_its_colours():
@@ -256,6 +258,15 @@ def test_the_values_of_a_cut_are_strain_in_per_cent_or_stress_in_kpa():
     strain = np.diag([0.02, 0.5, 0.3])[None]
     along = section.cell_values(SimpleNamespace(mesh=mesh, strain=strain), FINGER, "strain")
     assert along == pytest.approx([2.0], rel=0.01), "near the apex the tangent is along x"
+    # At 45 degrees of the interface the tangent falls with x: shear counts with its sign
+    a, _, c = FINGER.shape.interface
+    x, z = a * math.sqrt(0.5), c * math.sqrt(0.5)
+    mesh = SimpleNamespace(points=np.array([[x, 0.0, z]]), tets=np.array([[0, 0, 0, 0]]))
+    normal = np.array([x / a**2, z / c**2]) / math.hypot(x / a**2, z / c**2)
+    strain = np.array([[[0.02, 0, 0.01], [0, 0.5, 0], [0.01, 0, 0.03]]])
+    (along,) = section.cell_values(SimpleNamespace(mesh=mesh, strain=strain), FINGER, "strain")
+    expected = 0.02 * normal[1] ** 2 + 0.03 * normal[0] ** 2 - 2 * 0.01 * normal[0] * normal[1]
+    assert along == pytest.approx(100 * expected)
 
 
 def test_the_bone_of_a_dome_is_half_an_ellipse():
@@ -308,6 +319,12 @@ def test_the_strain_picture_names_values_and_scale(made_up_parts):
     )
     detail = "indentation 0.75 mm, contact 25.1 mm² (dashed); friction 0; true scale"
     assert detail in said and [tick.get_text() for tick in bar.get_xticklabels()] == ["−5", "−2.5", "0", "+2.5", "+5"]
+    bone, block = (next(text for text in axes.texts if word in text.get_text()) for word in ("bone", "block"))
+    assert bone.get_position() == pytest.approx((0.0, 2 / 3 - 5.5), abs=0.01)
+    assert block.get_position() == pytest.approx((0.0, 12.0 - 5.5), abs=0.01)
+    lines = [(line.get_linestyle(), line.get_linewidth()) for line in axes.lines[:3]]
+    assert lines == [("-", view.style.THIN), ("-", view.style.THICK), ("--", view.style.THICK)]
+    assert axes.lines[1].get_xydata() == pytest.approx(np.array([[x - 1, -0.5] for x in (-6, -3, 0, 3, 6)]), abs=0.01)
     below = next(text for text in axes.texts if text.get_text().startswith("g3"))
     # The picture shows -3 to 14 mm of z, and its middle is the zero of the axes
     assert below.get_position() == pytest.approx((0.0, 5.0 - 5.5 - strain_field.LABEL_MM), abs=0.01)

@@ -126,3 +126,88 @@ def test_a_narrow_figure_keeps_its_letters_and_nothing_is_cut_or_overlaps(bar):
     assert all(box.x0 >= 0 and box.x1 <= width and box.y0 >= 0 and box.y1 <= height for box in boxes)
     assert boxes[0].y0 > boxes[1].y1, "the detail is below the message"
     assert figure.axes[0].bbox.height == pytest.approx(room, rel=0.05) and boxes[2].width > width / 2
+
+
+# ---- Limits, labels and places of the plots
+
+
+def test_limits_and_labels_of_curves():
+    figure = plots.sd_of_presses(FORCE, MODULI, SD, (FORCE[:3], np.full(3, 0.45), SD[:3, 1], np.array([5.0, 6.0, 7.0])))
+    (axes,) = figure.axes
+    assert axes.get_xlim()[0] == 0 and axes.get_ylim()[0] == 0 and axes.get_ylabel() == "$S_d$ (µε)"
+    dots = [bar.lines[0] for bar in axes.containers]
+    assert [dot.get_xydata().ravel().tolist() for dot in dots] == [
+        [f, s] for f, s in zip(FORCE[:3], SD[:3, 1], strict=True)
+    ]
+    curve = next(line for line in axes.lines if len(line.get_xdata()) == len(FORCE) and line.get_ydata()[0] == SD[0, 1])
+    assert {dot.get_color() for dot in dots} == {curve.get_color()}
+    heights = [bar.lines[2][0].get_segments()[0] for bar in axes.containers]
+    assert [np.ptp(one[:, 1]) for one in heights] == pytest.approx([10.0, 12.0, 14.0])
+    (axes,) = plots.sd_against_force(FORCE, MODULI, SD).axes
+    assert axes.get_xlim() == (0, 1.0) and axes.get_ylim()[0] == 0 and axes.get_xlabel() == "force (N)"
+    (axes,) = plots.sd_against_modulus(MODULI, [0.1], SD[:1]).axes
+    assert axes.get_xlim() == (0.05, 5.0) and axes.get_xscale() == "log" and axes.get_ylim()[0] == 0
+    assert [line.get_linewidth() for line in axes.lines] == [style.THICK]
+
+
+def test_residuals_have_a_band_of_two_sigmas():
+    residual = np.column_stack([FORCE, -FORCE])
+    figure = plots.residuals_against_force(FORCE, ["g1", "g2"], residual)
+    (axes,) = figure.axes
+    band = axes.patches[0].get_extents().transformed(axes.transData.inverted())
+    assert (band.y0, band.y1) == pytest.approx((-2, 2)) and axes.get_xlim()[0] == 0
+    assert [list(line.get_ydata()) for line in axes.lines] == [list(FORCE), list(-FORCE)]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["g1", "g2"]
+
+
+def test_the_shades_of_an_uncertainty():
+    sigma = np.tile([1e-5, 0.03, 0.9], (20, 1))
+    figure = plots.uncertainty_map(FORCE, MODULI, sigma, sigma < 0.5, (0.2, 1.0, 0.05, 0.5))
+    axes, bar = figure.axes
+    assert [text.get_text() for text in bar.get_yticklabels()] == [f"{level:g} %" for level in plots.SIGMA_LEVELS]
+    shades = axes.collections[0]
+    assert 10**shades.levels == pytest.approx(plots.SIGMA_LEVELS)
+    # What is below the first level has its colour; what is not identified has none
+    assert np.nanmin(shades.zmin) >= np.log10(0.1) - 1e-9
+    (box,) = [patch for patch in axes.patches if not patch.get_fill()]
+    assert (box.get_x(), box.get_y(), box.get_width(), box.get_height()) == pytest.approx((0.2, 0.05, 0.8, 0.45))
+    assert axes.get_xlim() == (0.05, 1.0) and axes.get_ylim() == (0.05, 5.0)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("force (N)", "modulus of the specimen (MPa)")
+
+
+def test_recovered_moduli_in_per_cent_with_room_around():
+    force = np.array([0.2, 0.8])
+    figure = plots.recovery_map(force, MODULI[:2], np.array([0.021, -0.01]))
+    axes, bar = figure.axes
+    (dots,) = axes.collections
+    assert dots.get_offsets().tolist() == [[0.2, 0.05], [0.8, 0.5]] and dots.get_clim() == (-3.0, 3.0)
+    assert axes.get_xlim() == pytest.approx((0.2 / plots.MARGIN, 0.8 * plots.MARGIN))
+    assert axes.get_legend() is None and bar.get_ylabel() == "error of the recovered E (%)"
+    assert plots.recovery_map(force, MODULI[:2], np.full(2, np.nan)).axes[0].get_legend() is not None
+
+
+def test_gauges_are_drawn_in_order_and_their_mirror_images_dashed():
+    names = ["g1", "g2", "g3", "g4", "g5"]
+    readings = 1000 * np.outer(FORCE, [-1.0, 2.0, 5.0, 2.0001, -1.5])
+    (axes,) = plots.gauge_readings(FORCE, names, readings, "title").axes
+    zero, *curves = axes.lines
+    assert list(zero.get_ydata()) == [0, 0]
+    assert [curve.get_linestyle() for curve in curves] == ["-", "-", "-", "--", "--"]
+    assert [curve.get_color() for curve in curves] == list(style.ACCENTS[:5])
+    assert [curve.get_ydata()[-1] for curve in curves] == pytest.approx([-1.0, 2.0, 5.0, 2.0001, -1.5])
+    labels = {text.get_text(): text for text in axes.texts}
+    assert set(labels) == {"g1", "g2, g4", "g3", "g5"} and axes.get_title(loc="left") == "title"
+    low, high = axes.get_ylim()
+    for name, value in (("g1", -1.0), ("g2, g4", 2.0), ("g3", 5.0), ("g5", -1.5)):
+        assert labels[name].xy == (1.0, pytest.approx(value))
+        place = labels[name].xyann[1]
+        assert place == pytest.approx((value - low) / (high - low), abs=1e-9) or name == "g1"
+    assert labels["g1"].xyann[1] - labels["g5"].xyann[1] >= plots.NAME_GAP - 1e-12
+    assert labels["g3"].get_color() == style.ACCENTS[2]
+
+
+def test_a_curve_without_its_last_values_is_named_at_its_last_one():
+    sd = SD.copy()
+    sd[-5:, 2] = np.nan
+    (axes,) = plots.sd_against_force(FORCE, MODULI, sd).axes
+    assert next(text for text in axes.texts if text.get_text() == "5 MPa").xy[1] == pytest.approx(SD[-6, 2] / 1000)
