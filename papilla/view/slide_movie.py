@@ -18,7 +18,7 @@ from papilla.finger import Finger
 from papilla.mesh.section import build_section
 from papilla.textures import Texture
 from papilla.units import PER_CENT, TINY
-from papilla.view.style import ACCENTS, BONE_COLOR, DIVERGING, INK, MUTED, literal, styled
+from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, literal, styled
 
 FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90
 HEIGHT_IN = 6.0
@@ -92,7 +92,7 @@ def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float,
     x = np.linspace(-width, width, POINTS)
     place = np.clip(x + found.motion.position_mm[sample] + found.carried_mm[sample], *texture.span)
     under = top - found.depth_mm[sample] + texture.recess(place)
-    axes.fill_between(x, under, top + OVER_MM, color=BONE_COLOR, linewidth=0)
+    axes.fill_between(x, under, top + OVER_MM, color=RIGID_COLOR, linewidth=0)
     pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
     low, high = BARS_MM
     axes.vlines(found.x_mm, top + low, top + low + (high - low) * pressure, color=INK)

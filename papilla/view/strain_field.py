@@ -164,7 +164,7 @@ def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: f
 
 def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:
     for polygon in one.section.bone:
-        axes.fill(*view.project(polygon).T, facecolor=style.BONE_COLOR, edgecolor=style.INK, linewidth=style.THIN)
+        axes.fill(*view.project(polygon).T, facecolor=style.RIGID_COLOR, edgecolor=style.INK, linewidth=style.THIN)
         x, y = view.project(polygon.mean(axis=0))
         axes.text(x, y, "bone", ha="center", va="center", color=style.MUTED)
     for name, width in (("skin", style.THIN), ("interface", style.THICK)):

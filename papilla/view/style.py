@@ -34,7 +34,8 @@ THIN, THICK = 0.8, 1.7
 other curves have the width of the style sheet."""
 GAUGE_COLOR, GAUGE_PT, EDGE_PT = "#f5c400", 4, 6.5
 """Colour of a gauge's grid; width of its line and of the line behind it, in points."""
-BONE_COLOR = "#c9ced6"
+RIGID_COLOR = "#c9ced6"
+"""Colour of a rigid bone, and of a texture."""
 THOUSAND = 1000
 """Microstrain of a unit of 10³ µε."""
 

@@ -11,7 +11,7 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.finger import Finger
 from papilla.units import PER_CENT
 from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
-from papilla.view.style import BONE_COLOR, DIVERGING, GAUGE_COLOR, INK, STRAIN, nice_limit
+from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, RIGID_COLOR, STRAIN, nice_limit
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -117,7 +117,7 @@ def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
     for ring in one.section.bone:
         around = 1 + np.arange(len(ring))
         fan = _mesh(np.vstack([ring.mean(axis=0), ring]), np.column_stack([0 * around, around, np.roll(around, -1)]))
-        traces.append(go.Mesh3d(**fan, color=BONE_COLOR, lighting=FLAT, **quiet))
+        traces.append(go.Mesh3d(**fan, color=RIGID_COLOR, lighting=FLAT, **quiet))
     outlines = [line for lines in one.section.outlines.values() for line in lines]
     for lines, dash in ((outlines, "solid"), (one.outline, "dash")):
         ends = np.vstack([np.vstack([line, np.full((1, 3), np.nan)]) for line in lines]) if lines else np.empty((0, 3))
