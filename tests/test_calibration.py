@@ -9,10 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus, Uncertainty
+from papilla.calibration import (
+    Calibration,
+    GaugeSurface,
+    PositionTerms,
+    Quadratic,
+    SdSurface,
+    SoftnessStatus,
+    Uncertainty,
+)
 from papilla.calibration.document import SCHEMA, to_document
 from papilla.calibration.readouts import two_ended
-from papilla.calibration.record import Quadratic
 from papilla.calibration.surface import Surface
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.sealed import checksum

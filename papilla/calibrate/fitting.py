@@ -16,7 +16,7 @@ from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, 
 from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
-from papilla.calibration.compact import Compact, ln_sd
+from papilla.calibration.readouts import Compact, ln_sd
 from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 from papilla.units import gf_to_newton

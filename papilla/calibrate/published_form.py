@@ -12,8 +12,14 @@ from numpy.typing import ArrayLike
 
 from papilla.calibrate.press_table import cached_press
 from papilla.calibration import Calibration
-from papilla.calibration.published import SPECIMENS_MPA, compare_with_published, published_sd
-from papilla.calibration.record import FORWARD_TERMS, Quadratic, QuadraticInverse
+from papilla.calibration.published import (
+    FORWARD_TERMS,
+    SPECIMENS_MPA,
+    Quadratic,
+    QuadraticInverse,
+    compare_with_published,
+    published_sd,
+)
 from papilla.errors import InputError
 from papilla.fem import ReducedFinger, press
 from papilla.finger import Finger

@@ -1,4 +1,4 @@
-"""calibration.json: writes the calibration record as text and reads it back, bit for bit, without pickle."""
+"""calibration.json: the calibration record as text and back, bit for bit, without pickle."""
 
 import math
 from collections.abc import Mapping
@@ -9,14 +9,21 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
 
-from papilla.calibration.compact import TERMS as COMPACT_TERMS
-from papilla.calibration.compact import Compact
-from papilla.calibration.readouts import LEVEL, GaugeSurface, PositionTerms, SdSurface, Uncertainty
-from papilla.calibration.record import FORWARD_TERMS, INVERSE_TERMS, Calibration, Quadratic, QuadraticInverse
+from papilla.calibration.published import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
+from papilla.calibration.readouts import (
+    COMPACT_TERMS,
+    LEVEL,
+    Compact,
+    GaugeSurface,
+    PositionTerms,
+    SdSurface,
+    Uncertainty,
+)
+from papilla.calibration.record import Calibration
 from papilla.calibration.surface import DEGREE, Axes, Surface
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.sealed import read_sealed, write_sealed
+from papilla.sealed import read_sealed
 
 SCHEMA = "papilla.calibration/1"
 
@@ -39,11 +46,6 @@ POSITION = {
     "form": "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm",
 }
 """Description of each part of the file, in words and units."""
-
-
-def write_calibration(calibration: Calibration, path: Path) -> None:
-    """Write a calibration with its checksum, whole or not at all; raises `FileAccessError`."""
-    write_sealed(to_document(calibration), path)
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -183,51 +185,28 @@ _UNCERTAINTY = table(
     {"level": LEVEL},
 )
 _FITTED = _SPLINE | {"uncertainty": _UNCERTAINTY}
+_TERMS, _INVERSE_TERMS, _COMPACT_TERMS = map(len, (FORWARD_TERMS, INVERSE_TERMS, COMPACT_TERMS))
+_QUADRATIC = {
+    "coefficients": _numbers(_TERMS),
+    "stderr": _numbers(_TERMS, gaps=True, least=0),
+    "covariance": _numbers(_TERMS, _TERMS, gaps=True),
+} | dict.fromkeys(("rms", "max", "condition"), _AT_LEAST_0)
+_INVERSE = {
+    "coefficients": _numbers(_INVERSE_TERMS),
+    "shift": float,
+    "branch": Literal[-1, 1],
+    "modulus_MPa": _RANGE | None,
+}
+_COMPACT = {"coefficients": _numbers(_COMPACT_TERMS)} | _DOMAIN
+_COMPACT |= dict.fromkeys(("rms", "max", "sd_rms", "doubt"), _AT_LEAST_0)
+_POSITION = _DOMAIN | {"gauges": int, "reach_mm": float, "cells": _CELLS_3D, "coefficients": _ANY, "error": _ANY}
 _PARTS = {
-    "forward": table(
-        Quadratic,
-        keys_of(
-            Quadratic,
-            coefficients=_numbers(len(FORWARD_TERMS)),
-            stderr=_numbers(len(FORWARD_TERMS), gaps=True, least=0),
-            covariance=_numbers(len(FORWARD_TERMS), len(FORWARD_TERMS), gaps=True),
-            rms=_AT_LEAST_0,
-            max=_AT_LEAST_0,
-            condition=_AT_LEAST_0,
-        ),
-        FORWARD,
-    ),
-    "inverse": table(
-        QuadraticInverse,
-        {
-            "coefficients": _numbers(len(INVERSE_TERMS)),
-            "shift": float,
-            "branch": Literal[-1, 1],
-            "modulus_MPa": _RANGE | None,
-        },
-        INVERSE,
-    ),
-    "compact": (
-        table(
-            Compact,
-            {"coefficients": _numbers(len(COMPACT_TERMS)), "force_N": _RANGE, "modulus_MPa": _RANGE}
-            | dict.fromkeys(("rms", "max", "sd_rms", "doubt"), _AT_LEAST_0),
-            COMPACT,
-        )
-        | None,
-        None,
-    ),
+    "forward": table(Quadratic, keys_of(Quadratic, **_QUADRATIC), FORWARD),
+    "inverse": table(QuadraticInverse, _INVERSE, INVERSE),
+    "compact": (table(Compact, _COMPACT, COMPACT) | None, None),
     "surface": table(_sd, _FITTED | {"usable_nodes": _ANY, "twofold": _numbers(gaps=True)}, SD),
     "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE)],  # type: ignore[misc]
-    "position": (
-        table(
-            _position,
-            _DOMAIN | {"gauges": int, "reach_mm": float, "cells": _CELLS_3D, "coefficients": _ANY, "error": _ANY},
-            POSITION,
-        )
-        | None,
-        None,
-    ),
+    "position": (table(_position, _POSITION, POSITION) | None, None),
 }
 _FILE: TypeAdapter[Calibration] = TypeAdapter(
     table(

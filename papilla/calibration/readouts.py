@@ -1,8 +1,10 @@
-"""Fitted surfaces of S_d and of each gauge, the change of readings with the place of contact, and their uncertainty."""
+"""What is fitted to presses: surfaces of S_d and of each gauge with their uncertainty, the change of readings with the
+place of contact, and the compact form of S_d."""
 
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,17 +12,18 @@ from numpy.typing import ArrayLike
 from papilla.calibration.surface import DEGREE, ORDER, Axes, Spline, Surface, inside
 from papilla.errors import InputError
 from papilla.short_repr import short_repr
-from papilla.status import Status
+from papilla.status import Named, Status
 
 LEVEL = 0.95
 """Probability of the stated intervals."""
 NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
-
 ONE_SIDED_FACTOR = 1.6448536269514722
 """The same for one end: 5 % of a normal distribution lie beyond it."""
 NEWTON_STEPS = 5
 """Newton steps that find the end of an interval between the two to rounding."""
+
+COMPACT_TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
 
 IDENTIFIABLE = 0.5
 """sigma_E / E above which a modulus is called not identifiable."""
@@ -93,7 +96,7 @@ class Uncertainty:
 
     def friction_at(self, ln_force: float, ln_modulus: float) -> float:
         """Change of the value without friction at a point of the domain (N, MPa); 0 if friction is known."""
-        return 0.0 if self.friction is None else _value(self.friction, ln_force, ln_modulus)
+        return 0.0 if self.friction is None else self.friction.spline.at(ln_force, ln_modulus).item(0)
 
     def sigmas(self, ln_force: float, ln_modulus: float) -> dict[str, float]:
         """Standard deviation of the value at a point of the domain (N, MPa), by its cause.
@@ -101,22 +104,19 @@ class Uncertainty:
         The one of the mesh is its scatter, and larger if few meshes were compared. Two sigmas of friction equal the
         distance from the value of the surface to the value without friction.
         """
-        more = {"identification": self.identified, "form": self.form}
+        surfaces = {"identification": self.identified, "form": self.form}
+        more = {name: own.spline.at(ln_force, ln_modulus) for name, own in surfaces.items() if own is not None}
         return {
             "fit": self.fit_rms,
             "mesh": self.scatter_at(math.exp(ln_force)) * max(self.scatter_factor / NORMAL_FACTOR, 1.0),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
-            **{name: max(_value(own, ln_force, ln_modulus), 0.0) for name, own in more.items() if own is not None},
+            **{name: max(found.item(0), 0.0) for name, found in more.items()},
         }
 
     @cached_property
     def _ln_force(self) -> np.ndarray:
         return np.log(self.scatter_force_N)
-
-
-def _value(surface: Surface, ln_force: float, ln_modulus: float) -> float:
-    return surface.spline.at(ln_force, ln_modulus).item(0)
 
 
 def two_ended(half: float, shift: float) -> float:
@@ -247,3 +247,100 @@ class PositionTerms(Axes):
         there = np.abs(position) <= self.reach_mm
         value = self.spline(*point, np.where(there, position, 0.0))
         return np.where((inside & there)[..., None], value, np.nan)
+
+
+class CompactStatus(Named):
+    """Status of an answer of the compact form; the exported C code has the same numbers."""
+
+    OK = 0
+    FORCE_OUTSIDE = 1
+    NO_READING = 2
+    SOFTER = 3
+    HARDER = 4
+
+
+class CompactAnswer(NamedTuple):
+    """A modulus in MPa with its standard deviation and 95 % interval; NaN if the status is not OK."""
+
+    status: CompactStatus
+    modulus_MPa: float = math.nan
+    sigma_MPa: float = math.nan
+    lower_MPa: float = math.nan
+    upper_MPa: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Compact:
+    """Five coefficients with an inverse in closed form, for a microcontroller: finger and specimen as two springs.
+
+    ln S_d = a + b x + c x^2 - ln(1 + exp(d + e x) / E), x = ln f: S_d is that on a rigid specimen, reduced by the
+    deformation of the specimen. The form has as many coefficients as the published quadratic, but it saturates with E.
+
+    Parameters
+    ----------
+    coefficients : (5,) a ... e, with f in N, E in MPa and S_d in microstrain.
+    force_N, modulus_MPa : fitted ranges; outside of them there is no answer.
+    rms, max : relative errors of the modulus, over the presses that were fitted.
+    sd_rms : relative rms error of S_d there.
+    doubt : relative standard deviation of S_d from mesh, large strain and friction.
+
+    Raises `InputError` for other than five finite coefficients.
+    """
+
+    coefficients: np.ndarray
+    force_N: tuple[float, float]
+    modulus_MPa: tuple[float, float]
+    rms: float
+    max: float
+    sd_rms: float
+    doubt: float = 0.0
+    __repr__ = short_repr
+
+    def __post_init__(self):
+        if np.shape(self.coefficients) != (len(COMPACT_TERMS),) or not np.isfinite(self.coefficients).all():
+            raise InputError("the compact form has five finite coefficients")
+
+    def predict(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
+        """S_d in microstrain at forces (N) and moduli (MPa) that broadcast, inside the ranges or not."""
+        return np.exp(ln_sd(self.coefficients, np.log(force_N), np.log(modulus_MPa)))
+
+    def invert(
+        self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
+    ) -> tuple[float, float]:
+        """The modulus in MPa and its standard deviation; (NaN, NaN) if the status of `answer` is not ok."""
+        found = self.answer(sd_microstrain, force_N, sd_sigma, force_sigma)
+        return found.modulus_MPa, found.sigma_MPa
+
+    def answer(
+        self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
+    ) -> CompactAnswer:
+        """The modulus with sigma, 95 % interval and status; sd_sigma, force_sigma : of the two inputs.
+
+        E = exp(d + e x) / (exp(a + b x + c x^2) / S_d - 1); sigma_lnE^2 = rms^2 + (sigma_lnS / s)^2 with s = dlnS/dlnE.
+        """
+        if not self.force_N[0] <= force_N <= self.force_N[1]:
+            return CompactAnswer(CompactStatus.FORCE_OUTSIDE)
+        if not 0 < sd_microstrain < math.inf:
+            return CompactAnswer(CompactStatus.NO_READING)
+        a, b, c, d, e = map(float, self.coefficients)
+        x = math.log(force_N)
+        room = math.exp(a + (b + c * x) * x) / sd_microstrain - 1
+        spring = math.exp(d + e * x)
+        if room <= 0 or spring / room > self.modulus_MPa[1]:
+            return CompactAnswer(CompactStatus.HARDER)
+        if spring / room < self.modulus_MPa[0]:
+            return CompactAnswer(CompactStatus.SOFTER)
+        modulus = spring / room
+        along_modulus = room / (1 + room)
+        along_force = b + 2 * c * x - e * along_modulus
+        noise = math.sqrt(self.doubt**2 + (sd_sigma / sd_microstrain) ** 2 + (along_force * force_sigma / force_N) ** 2)
+        relative = math.sqrt(self.rms**2 + (noise / along_modulus) ** 2)
+        ends = (modulus * math.exp(sign * NORMAL_FACTOR * relative) for sign in (-1, 1))
+        return CompactAnswer(CompactStatus.OK, modulus, modulus * relative, *ends)
+
+
+def ln_sd(coefficients: np.ndarray, ln_force: np.ndarray, ln_modulus: np.ndarray) -> np.ndarray:
+    """The form, at arrays that broadcast."""
+    a, b, c, d, e = coefficients
+    x = np.asarray(ln_force, float)
+    return a + (b + c * x) * x - np.log1p(np.exp(d + e * x - ln_modulus))

@@ -7,9 +7,7 @@ is kept for comparison, with its exact inverse.
 
 import math
 import warnings
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 from os import PathLike
 from pathlib import Path
 from typing import cast
@@ -18,111 +16,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla import checks
-from papilla.calibration.compact import Compact
-from papilla.calibration.readouts import (
-    IDENTIFIABLE,
-    NORMAL_FACTOR,
-    GaugeSurface,
-    PositionTerms,
-    SdSurface,
-    SoftnessStatus,
-    two_ended,
-)
+from papilla.calibration import readouts
+from papilla.calibration.published import Quadratic, QuadraticInverse
+from papilla.calibration.readouts import Compact, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus
 from papilla.errors import InputError
+from papilla.sealed import write_sealed
 from papilla.short_repr import html_table, short_repr
 from papilla.units import PER_CENT
 
 GRID = 8
 """Points along each axis of the domain over which an error is averaged."""
-FORWARD_TERMS = ("f2", "f", "E2", "E", "1")
-INVERSE_TERMS = ("sd", "f2", "f", "1")
-
-
-@dataclass(frozen=True, eq=False)
-class Quadratic:
-    """A fitted regression of the published form.
-
-    Parameters
-    ----------
-    coefficients, stderr : (5,) in the order of `FORWARD_TERMS`; stderr is NaN if the data leave no degrees of freedom.
-    covariance : (5, 5) of the coefficients.
-    rms, max : of the residuals, microstrain.
-    modulus_MPa : range of moduli that was fitted.
-    condition : condition number of the normalised columns.
-    notes : weaknesses of the fit, a sentence each.
-    """
-
-    coefficients: np.ndarray
-    stderr: np.ndarray
-    covariance: np.ndarray
-    rms: float
-    max: float
-    modulus_MPa: tuple[float, float]
-    condition: float
-    notes: tuple[str, ...] = ()
-    __repr__ = short_repr
-
-    def __call__(self, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
-        """S_d in microstrain at forces (gf) and moduli (MPa) that broadcast."""
-        return quadratic(self.coefficients, force_gf, modulus_MPa)
-
-    @cached_property
-    def inverse(self) -> "QuadraticInverse":
-        """The exact inverse on the rising branch."""
-        return invert_quadratic(self.coefficients, self.modulus_MPa)
-
-
-@dataclass(frozen=True, eq=False)
-class QuadraticInverse:
-    """E = branch * sqrt(k0 S_d + k1 f^2 + k2 f + k3) - shift, with f in gf and S_d in microstrain.
-
-    coefficients : (4,) in the order of `INVERSE_TERMS`; branch : sign of the E2 coefficient;
-    modulus_MPa : (low, high) where the quadratic rises with E, inside the fitted range; None if it rises nowhere.
-    """
-
-    coefficients: np.ndarray
-    shift: float
-    branch: int
-    modulus_MPa: tuple[float, float] | None
-    __repr__ = short_repr
-
-    def __call__(self, sd_microstrain: ArrayLike, force_gf: ArrayLike) -> np.ndarray:
-        """E in MPa; NaN if S_d belongs to no modulus of the rising range."""
-        sd, f = np.asarray(sd_microstrain, float), np.asarray(force_gf, float)
-        per_sd, per_f2, per_f, constant = self.coefficients
-        square = per_sd * sd + (per_f2 * f + per_f) * f + constant
-        modulus = self.branch * np.sqrt(np.where(square >= 0, square, np.nan)) - self.shift
-        if self.modulus_MPa is None:
-            return np.full_like(modulus, np.nan)[()]
-        low, high = self.modulus_MPa
-        slack = checks.ROUNDING * (abs(self.shift) + high)
-        return np.where((modulus >= low - slack) & (modulus <= high + slack), modulus, np.nan)[()]
-
-
-def quadratic(coefficients: Sequence[float] | np.ndarray, force_gf: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
-    """a f^2 + b f + c E^2 + d E + e at forces (gf) and moduli (MPa) that broadcast."""
-    a, b, c, d, e = coefficients
-    f, E = np.asarray(force_gf, float), np.asarray(modulus_MPa, float)
-    return ((a * f + b) * f + (c * E + d) * E + e)[()]
-
-
-def invert_quadratic(coefficients: Sequence[float] | np.ndarray, modulus_MPa: tuple[float, float]) -> QuadraticInverse:
-    """The exact inverse of S_d = a f^2 + b f + c E^2 + d E + e on its rising branch, within a range of moduli.
-
-    dS_d/dE = 2 c (E + shift) with shift = d / 2c, so the rising root has the sign of c. Raises `InputError` for c = 0.
-    """
-    a, b, c, d, e = (float(value) for value in coefficients)
-    if c == 0 or not all(map(math.isfinite, (a, b, c, d, e))):
-        raise InputError(f"the quadratic has no inverse: its E2 coefficient is {c:g}")
-    shift = d / (2 * c)
-    low, high = modulus_MPa
-    low, high = (max(low, -shift), high) if c > 0 else (low, min(high, -shift))
-    return QuadraticInverse(
-        coefficients=np.array([1 / c, -a / c, -b / c, shift**2 - e / c]),
-        shift=shift,
-        branch=1 if c > 0 else -1,
-        modulus_MPa=(low, high) if low < high else None,
-    )
 
 
 @dataclass(frozen=True)
@@ -155,8 +58,7 @@ class Inversion:
         """The status in words: a string, or an array of strings."""
         if isinstance(self.status, SoftnessStatus):
             return self.status.sentence
-        words = [SoftnessStatus(code).sentence for code in self.status.ravel().tolist()]
-        return np.array(words).reshape(self.status.shape)
+        return np.array(SoftnessStatus.in_words(self.status.ravel())).reshape(self.status.shape)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -231,9 +133,9 @@ class Calibration:
 
     def save(self, path: str | PathLike) -> None:
         """Write the calibration as JSON, whole or not at all; raises `FileAccessError`."""
-        from papilla.calibration.document import write_calibration
+        from papilla.calibration.document import to_document
 
-        write_calibration(self, Path(path))
+        write_sealed(to_document(self), Path(path))
 
     def predict(self, force_N: ArrayLike, modulus_MPa: ArrayLike) -> np.ndarray:
         """S_d in microstrain at forces (N) and moduli (MPa) that broadcast; NaN outside the domain."""
@@ -304,19 +206,22 @@ class Calibration:
         ln_force, ln_sd = math.log(force), math.log(sd)
         ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd)
         # Beyond the usable range the slope over force is taken from its nearest end.
-        at = ln_modulus if status is SoftnessStatus.OK else self._nearest_end(ln_force, status)
+        at = ln_modulus
+        if status is not SoftnessStatus.OK:
+            axis, nodes = self.surface.surface.modulus_axis, self.surface.usable_nodes(ln_force)
+            at = axis.start + axis.step * nodes[status is SoftnessStatus.HARDER]
         (_, along_modulus), (along_force, _) = self.surface.surface.spline.at(ln_force, at)[..., 0].tolist()
         known = self.surface.uncertainty
         sigmas = {"measurement": math.hypot(sd_sigma / sd, along_force * force_sigma / force)}
         sigmas |= known.sigmas(ln_force, at)
         factors = {"fit": known.fit_factor, "friction": 0.0}
-        half = math.hypot(*(factors.get(name, NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
+        half = math.hypot(*(factors.get(name, readouts.NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
         ends = (-half, half) if interval else ()
         lower, upper = [self._end(ln_force, ln_sd, end, at) for end in ends] or (math.nan, math.nan)
         if status is not SoftnessStatus.OK:
             return Inversion(math.nan, math.nan, lower, upper, status)
         relative = math.hypot(*sigmas.values()) / along_modulus if along_modulus > 0 else math.inf
-        if relative > IDENTIFIABLE:
+        if relative > readouts.IDENTIFIABLE:
             status = SoftnessStatus.NOT_IDENTIFIABLE
         modulus, dominant = math.exp(ln_modulus), max(sigmas, key=lambda name: sigmas[name])
         return Inversion(modulus, relative * modulus, lower, upper, status, dominant)
@@ -344,11 +249,6 @@ class Calibration:
             return SoftnessStatus.BAD_INPUT
         return SoftnessStatus.FORCE_BELOW if force_N < low else SoftnessStatus.FORCE_ABOVE
 
-    def _nearest_end(self, ln_force: float, status: SoftnessStatus) -> float:
-        low, high = self.surface.usable_nodes(ln_force)
-        axis = self.surface.surface.modulus_axis
-        return axis.start + axis.step * (high if status is SoftnessStatus.HARDER else low)
-
     def _end(self, ln_force: float, ln_sd: float, half: float, at: float) -> float:
         """An end of an interval: 0 or inf if it leaves the calibrated moduli, NaN if S_d has no inverse.
 
@@ -357,7 +257,7 @@ class Calibration:
         known, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
         for _ in range(1 if known.friction is None else 3):
             shift = known.friction_at(ln_force, ln_modulus)
-            reach = math.copysign(two_ended(abs(half), shift), half)
+            reach = math.copysign(readouts.two_ended(abs(half), shift), half)
             # Without friction S_d is larger by `shift`, so the same S_d then belongs to a lower modulus.
             drawn = max(shift, 0.0) if half < 0 else min(shift, 0.0)
             ln_modulus, status = self.surface.ln_modulus(ln_force, ln_sd - drawn + reach)

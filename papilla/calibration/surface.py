@@ -232,7 +232,7 @@ def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
 # ---- One point at a time, in plain floats: NumPy takes a microsecond for every operation on a single number
 
 
-@lru_cache(maxsize=16)
+@lru_cache
 def _curve(surface: Surface, ln_force: float) -> "Curve":
     axis, moduli = surface.force_axis, surface.modulus_axis
     cell = axis.cell(ln_force)

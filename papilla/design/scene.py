@@ -18,9 +18,8 @@ from papilla import checks
 from papilla.calibrate.press_table import DEFAULT_FORCES
 from papilla.calibrate.surface_fit import SurfaceFit, table_resolution
 from papilla.errors import InputError
-from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness.channels import Doubts, GaugeSurfaces, SdSurface
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
-from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface
 from papilla.estimators.softness.touch import RULES
 from papilla.units import UM_PER_MM
 

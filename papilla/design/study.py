@@ -16,7 +16,7 @@ from papilla.design.parameters import coupled, made, names_of, of_geometry, para
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import Scene, Tolerances, Unknowns
 from papilla.errors import FileFormatError, InputError
-from papilla.estimators.softness.doubts import Doubts
+from papilla.estimators.softness import Doubts
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.files import read_toml
 from papilla.finger import SHIPPED_FINGERS, Finger

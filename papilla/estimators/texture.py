@@ -18,7 +18,7 @@ from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError, MissingExtraError
-from papilla.estimators.published.texture.bands import integral
+from papilla.estimators.published.texture import integral
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed, write_sealed
 

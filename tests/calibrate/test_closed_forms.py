@@ -16,7 +16,7 @@ from papilla.calibrate.one_touch import crept, fit_indentation, fit_touch, on_fi
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI
 from papilla.calibrate.published_form import PUBLISHED_POINTS
 from papilla.calibrate.report.identification_page import weighted_residuals
-from papilla.calibration.compact import ln_sd
+from papilla.calibration.readouts import ln_sd
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.logs import PressLog

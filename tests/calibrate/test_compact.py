@@ -14,7 +14,7 @@ from spring_calibration import FORCE, MODULUS, TRUE, calibration
 from papilla.calibrate.export_c import c_header
 from papilla.calibrate.fitting import fit_compact, with_compact
 from papilla.calibration import Calibration
-from papilla.calibration.compact import Compact
+from papilla.calibration.readouts import Compact
 from papilla.errors import InputError
 
 

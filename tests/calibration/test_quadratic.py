@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibration.record import Quadratic, QuadraticInverse, invert_quadratic
+from papilla.calibration.published import Quadratic, QuadraticInverse, invert_quadratic
 from papilla.errors import InputError
 
 

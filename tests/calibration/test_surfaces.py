@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from papilla.calibration import PositionTerms, SdSurface, SoftnessStatus, Uncertainty
-from papilla.calibration.record import Quadratic, invert_quadratic
+from papilla.calibration.published import Quadratic, invert_quadratic
 from papilla.calibration.surface import Axis, Surface, inside, solve_cubic
 from papilla.errors import InputError
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Uncertainty
-from papilla.calibration.record import Quadratic
+from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Uncertainty
 from papilla.calibration.surface import Surface
 
 FORCE, MODULUS, GAUGES = (0.05, 1.0), (0.02, 5.0), 5

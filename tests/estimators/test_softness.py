@@ -165,7 +165,7 @@ def test_lost_contact_ends_what_was_learnt(calibration, touch):
     estimator.process(touch(0.05, PRESS, 20, 0.002))
     away = estimator.update([1, 2, 3, 4, 5, 0.001])
     assert away.status == SoftnessStatus.NO_CONTACT and math.isnan(away.modulus_MPa)
-    assert estimator.state.information == 0
+    assert estimator.state.filter is None
     found = estimator.process(touch(0.6, PRESS, 20, 0.002))
     assert found.modulus_MPa[-1] == pytest.approx(0.6, rel=0.1)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Doubts, GaugeSoftness, Softness
-from papilla.estimators.softness.filter_state import FilterState, Residuals, Tangent
-from papilla.estimators.softness.fitter import SHAPE, SPREAD_FORCE, ZERO_WALK
+from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, Tangent
+from papilla.estimators.softness.fitter import SHAPE, FilterState, Residuals
 from papilla.estimators.spread import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])

@@ -10,7 +10,7 @@ from papilla.calibration import SoftnessStatus, Surface
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
-from papilla.estimators.softness.surfaces import distance_curve
+from papilla.estimators.softness.channels import distance_curve
 from papilla.estimators.spread import completed
 from papilla.references.bounds import modulus_bound
 
@@ -217,7 +217,7 @@ def test_lost_contact_ends_what_was_learnt(exact):
     own = estimator(exact)
     own.process(touched(exact, 0.05, PRESS))
     assert own.update([1, 2, 3, 4, 5, 0.001]).status == SoftnessStatus.NO_CONTACT
-    assert own.state.information == 0
+    assert own.state.filter is None
     assert own.update([1, 2, 3, 4, 5, math.nan]).status == SoftnessStatus.NO_CONTACT
 
 

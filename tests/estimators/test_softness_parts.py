@@ -8,8 +8,8 @@ import pytest
 from papilla.calibration import SoftnessStatus
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import MISSING, STUCK, Fault
-from papilla.estimators.softness.filter_state import FilterState, NoiseFit
-from papilla.estimators.softness.fitter import SPREAD_FORCE
+from papilla.estimators.softness.channels import SPREAD_FORCE
+from papilla.estimators.softness.fitter import FilterState, NoiseFit
 from papilla.estimators.softness.touch import TouchState
 from papilla.estimators.spread import completed
 
@@ -74,7 +74,7 @@ def test_of_a_sample_that_fits_badly_the_likeliest_explanations_are_worked_out(o
     y[1] *= -1.0
     rows, prior = np.arange(6), own._fitter.prior(1.0)
     some = [(number,) for number in range(6)]
-    found = completed(own._start.misfits_without(y, rows, prior)(some))
+    found = completed(own._start.misfits_without(y, rows, prior, some))
     tried = [number for number, misfit in enumerate(found) if misfit < math.inf]
     assert len(tried) == 4 and int(np.argmin(found)) == 1 and found[1] < 5.0
     for number in tried:
@@ -170,7 +170,7 @@ def told(made, **known):
     )
     known = {name: value(state) if callable(value) else value for name, value in known.items()}
     remember(own, filter=state._replace(**known))
-    return own._modulus(), fitter, h
+    return *own._modulus(), fitter, h
 
 
 def changed(place, by):
@@ -184,21 +184,19 @@ def changed(place, by):
 
 def test_what_is_told_of_a_touch(made):
     """The modulus with a relative sigma of sigma_h / slope; where noise alone stands, its contact too."""
-    found, fitter, h = told(made)
+    found, offset, fitter, h = told(made)
     ln_modulus, slope = fitter.ln_modulus(h)
-    assert found.modulus == pytest.approx(math.exp(ln_modulus)) and found.status == SoftnessStatus.OK
-    assert found.sigma == pytest.approx(1e-3 / slope * found.modulus)
-    assert (found.ln_force, found.place_mm, found.place_sigma_mm) == (0.0, 0.0, 0.3)
-    found, *_ = told(made, square=1e4)
-    assert (found.ln_force, found.place_mm) == (0.1, 0.2)
+    assert found.modulus_MPa == pytest.approx(math.exp(ln_modulus)) and found.status == SoftnessStatus.OK
+    assert found.modulus_sigma_MPa == pytest.approx(1e-3 / slope * found.modulus_MPa)
+    assert offset == (0.0, 0.0) and told(made, square=1e4)[1] == (0.1, 0.2)
     for information, score, status in ((1e4, 0.51, SoftnessStatus.HARDER), (1e4, -0.51, SoftnessStatus.SOFTER)):
         found, *_ = told(made, score=score * 1e4 * fitter.top, square=(score * fitter.top) ** 2 * information)
-        assert found.status == status and math.isnan(found.modulus)
+        assert found.status == status and math.isnan(found.modulus_MPa)
     for by, status in ((7.7, SoftnessStatus.OK), (7.8, SoftnessStatus.MISFIT)):
         assert told(made, mean=changed(3, by))[0].status == status, "sixty squared standard deviations of the doubts"
     for relative, status in ((0.49, SoftnessStatus.OK), (0.51, SoftnessStatus.NOT_IDENTIFIABLE)):
         found, *_ = told(made, covariance=(relative * slope) ** 2 * np.eye(fitter.size))
-        assert found.status == status and found.modulus > 0
+        assert found.status == status and found.modulus_MPa > 0
 
 
 def misfits_of(table, rest=1e9):
@@ -337,4 +335,4 @@ def test_a_force_that_all_sensors_place_outside_is_said_to_be_there(made):
 def test_a_state_is_of_this_many_gauges(own):
     with pytest.raises(ValueError, match="the state is of 3 gauges, the calibration has 5"):
         own.state = TouchState(None, (0.0,) * 4)
-    assert own.state.information == 0.0
+    assert own.state.filter is None

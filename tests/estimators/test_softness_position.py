@@ -11,7 +11,7 @@ from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertain
 from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.estimators.health import Fault, unpack
-from papilla.estimators.softness.surfaces import GaugeSurfaces
+from papilla.estimators.softness.channels import GaugeSurfaces
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS, REACH = (0.05, 1.0), (0.02, 5.0), (12, 24), 4.0
@@ -173,8 +173,8 @@ def test_leaving_the_reach_keeps_what_was_learnt(exact):
     own.process(touched(exact, 0.3, PRESS, 3.5))
     rows = np.column_stack([PRESS[:, None] * seen(PRESS, 0.3, 4.4), PRESS])[40:60]
     assert own.update(rows[0]).status == OFF_REACH
-    before = own.state.information
-    assert set(own.process(rows).status.tolist()) == {OFF_REACH} and own.state.information == before
+    before = own.state.filter.information
+    assert set(own.process(rows).status.tolist()) == {OFF_REACH} and own.state.filter.information == before
     assert own.process(touched(exact, 0.3, PRESS, 3.0, seed=1)).status[-1] == OK
 
 

@@ -10,7 +10,7 @@ from scipy.interpolate import BSpline
 from papilla.calibration import GaugeSurface, Surface
 from papilla.calibration.surface import Spline
 from papilla.errors import InputError
-from papilla.estimators.softness.surfaces import GaugeSurfaces, SdSurface, distance_curve
+from papilla.estimators.softness.channels import GaugeSurfaces, SdSurface, distance_curve
 
 
 def basis(values, start, step, count, order=0):

@@ -7,8 +7,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
-from papilla.calibration.record import Quadratic
+from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Surface, Uncertainty
 from papilla.errors import InputError
 from papilla.finger import Finger
 from papilla.studies.estimator_bench import touches

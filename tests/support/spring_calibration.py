@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Uncertainty
-from papilla.calibration.record import Quadratic
+from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Uncertainty
 from papilla.calibration.surface import Surface
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)

@@ -3,17 +3,19 @@ columns."""
 
 import math
 from abc import ABC, abstractmethod
-from typing import ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
 
 from papilla.calibration import Calibration, SoftnessStatus
+from papilla.errors import InputError
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.health import in_words
 from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
-from papilla.estimators.softness.creep import WORDS, Creep
 from papilla.estimators.tracking import FusedTracker, TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
+from papilla.references import Prony
 from papilla.status import Status
 from papilla.units import MS_PER_S
 
@@ -25,6 +27,15 @@ LIVELY_S, LIVELIER = 0.1, 4.0
 another gauge is followed."""
 LATE_MS = 1.5
 """Smallest delay that a message mentions; smaller ones are within its error in harsh touch."""
+LEAST_CHANGE = 0.02
+"""Change of that ratio beyond the range from which a touch is called different: 1 to 2 % of S_d."""
+
+CREPT = (
+    "",
+    "loaded faster than the touches that the finger was identified by",
+    "loaded more slowly, held longer or unloaded, unlike the touches that the finger was identified by",
+)
+"""How a touch crept unlike those that identified the finger, in words."""
 _NONE = math.nan
 
 
@@ -45,9 +56,11 @@ def _either(answer: float, other: float, unit: str) -> str:
 
 
 class Output(ABC):
-    """One or more estimators of the pipeline, each with a `state`; statuses : enumeration of their statuses."""
+    """One or more estimators of the pipeline, each with a `state`; statuses : enumeration of their statuses; fills :
+    columns of the pipeline's answer, one after the other."""
 
     statuses: ClassVar[type[Status]]
+    fills: ClassVar[tuple[str, ...]]
 
     def __init__(self, *estimators):
         self._estimators = estimators
@@ -59,19 +72,20 @@ class Output(ABC):
 
     @abstractmethod
     def take(self, row: Row) -> tuple:
-        """The columns of a sample, and last the status: a number, or a tuple that `sentence` understands."""
+        """The columns of a sample, and last the status: a tuple, first its number, last what changes from sample to
+        sample."""
 
-    def sentence(self, status) -> str:
+    def sentence(self, status: tuple) -> str:
         """The status in words."""
-        return self.statuses(status).sentence
+        return self.statuses(status[0]).sentence + status[-1]
 
-    def code(self, status) -> str:
+    def code(self, status: tuple) -> str:
         """The status as a short code, which begins with "ok" if the sentence does."""
-        return self.statuses(status).code
+        return self.statuses(status[0]).code
 
-    def general(self, status):
-        """The status without parts that change from sample to sample; its sentence explains the code."""
-        return status
+    def general(self, status: tuple) -> tuple:
+        """The status without what changes from sample to sample; its sentence explains the code."""
+        return *status[:-1], ""
 
     @property
     def state(self) -> tuple:
@@ -84,6 +98,61 @@ class Output(ABC):
             one.state = own
 
 
+class CreepState(NamedTuple):
+    """Time and force of the last sample, and, for each term, the part of the force (N) that has not relaxed yet."""
+
+    time_s: float
+    force_N: float
+    kept: tuple[float, ...]
+
+
+class Creep:
+    """Creep of the silicone in a touch, compared with the touches that identified the finger.
+
+    The equivalent force is the force that would give the same strain at once; its ratio to the force says how far the
+    silicone has crept (`Prony.strained`, here a sample at a time). If this ratio leaves the range of the identifying
+    touches, readings differ from the calibration, and a remark says so.
+
+    Parameters
+    ----------
+    relaxation : of a calibration's finger: shares, times_s, and crept, the range of that ratio in the touches that it
+        was identified by. least_N : smaller forces are not judged.
+
+    Raises `InputError` for a relaxation that is not of these numbers.
+    """
+
+    def __init__(self, relaxation: Mapping[str, Any], least_N: float):
+        try:
+            series = Prony(tuple(relaxation["shares"]), tuple(relaxation["times_s"]))
+            low, high = map(float, relaxation["crept"])
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(
+                "the calibration's finger.relaxation must have shares, times_s and crept, two numbers"
+            ) from error
+        self._terms, self._least = series.retardation, least_N
+        self._low, self._high = low - LEAST_CHANGE, high + LEAST_CHANGE
+        self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
+
+    def feel(self, time_s: float, force_N: float) -> int:
+        """Take a sample. Returns 0, or the index in `CREPT` of the difference. A sample without a force is not
+        judged."""
+        before = self.state
+        step = time_s - before.time_s
+        if force_N != force_N or step <= 0:
+            return 0
+        kept = (force_N,) * len(self._terms)
+        if step > 0:
+            # The forces kept creep away; of a force that rises linearly over the step, a part has crept already.
+            rise, lost = force_N - before.force_N, [(-math.expm1(-step / tau), tau) for _, tau in self._terms]
+            each = zip(lost, before.kept, strict=True)
+            kept = tuple([one * (1 - share) + rise * tau / step * share for (share, tau), one in each])
+        self.state = CreepState(time_s, force_N, kept)
+        if force_N < self._least:
+            return 0
+        crept = 1.0 + sum([c * (1 - one / force_N) for (c, _), one in zip(self._terms, kept, strict=True)])
+        return 1 if crept < self._low else 2 if crept > self._high else 0
+
+
 class ModulusOutput(Output):
     """modulus_MPa, modulus_sigma_MPa from S_d and, if possible, from every gauge. The status also says which gauge is
     wrong, and whether a touch creeps differently from those that identified the finger.
@@ -92,6 +161,9 @@ class ModulusOutput(Output):
 
     names : of the gauges. Raises `InputError` for an invalid relaxation in the calibration.
     """
+
+    statuses = SoftnessStatus
+    fills = ("modulus_MPa", "modulus_sigma_MPa")
 
     def __init__(
         self, calibration: Calibration, names: tuple[str, ...], by_sd: Softness | PrintedSoftness,
@@ -114,7 +186,7 @@ class ModulusOutput(Output):
 
     def take(self, row):
         """The columns of a sample; last a tuple of the status, whether S_d answered because the gauges contradict each
-        other, the faults of all channels, and the remark on creep."""
+        other, the remark on creep, and the faults of all channels."""
         sample, by_sd, unlike = (row.readings, row.force_N, row.found), False, 0
         modulus, sigma, status, bad = *self._sd.feel(*sample), 0
         if self._every is not None:
@@ -125,34 +197,28 @@ class ModulusOutput(Output):
                     modulus, sigma, status, bad = *found[:2], found.status, int(found.left_out)
         if self._creep is not None:
             unlike = self._creep.feel(row.tick.time_s, row.force_N) * (modulus == modulus)
-        return modulus, sigma, (status, by_sd, bad, unlike)
+        return modulus, sigma, (status, by_sd, unlike, bad)
 
     def sentence(self, status):
         """The status in words."""
-        code, by_sd, bad, unlike = status
-        text = SoftnessStatus(code).sentence
+        code, by_sd, unlike, bad = status
+        text = self.statuses(code).sentence
         if by_sd:
             text = "from S_d, because the gauges contradict each other" + (f": {text}" if text != "ok" else "")
         elif bad:
             text = f"{text}, {in_words(bad, self._names)}"
         if self._in_doubt and text.startswith("ok"):
             text += ", by a calibration that is in doubt"
-        return f"{text}, but {WORDS[unlike]}" if unlike else text
+        return f"{text}, but {CREPT[unlike]}" if unlike else text
 
     def code(self, status):
         """The status as a short code."""
-        code, by_sd, _, unlike = status
-        told = SoftnessStatus(code).code
+        told, (_, by_sd, unlike, _) = super().code(status), status
         if by_sd:
             told = "gauges contradict" if told == "ok" else f"gauges contradict, {told}"
         if self._in_doubt and told.startswith("ok"):
             told += ", calibration in doubt"
         return f"{told}, crept" if unlike else told
-
-    def general(self, status):
-        """The status without the names of gauges."""
-        code, by_sd, _, unlike = status
-        return code, by_sd, 0, unlike
 
 
 class WavelengthOutput(Output):
@@ -161,6 +227,9 @@ class WavelengthOutput(Output):
     gauges : their number, or their places along the movement in mm. The phases between gauges do not depend on the
     velocity, and a status says if they give another wavelength.
     """
+
+    statuses = TrackingStatus
+    fills = ("frequency_Hz", "wavelength_mm", "wavelength_sigma_mm")
 
     def __init__(self, gauges, **options):
         self.tracker, self._stated = FusedTracker(gauges, **options), options.get("latency_s")
@@ -190,17 +259,12 @@ class WavelengthOutput(Output):
 
     def sentence(self, status):
         """The status in words."""
-        code, contradicted, either = status
         remark = ", but the phases between the gauges give another wavelength: the velocity may be wrong"
-        return TrackingStatus(code).sentence + either + remark * contradicted
+        return super().sentence(status) + remark * bool(status[1])
 
     def code(self, status):
         """The status as a short code."""
-        return TrackingStatus(status[0]).code + ", phases differ" * bool(status[1])
-
-    def general(self, status):
-        """The status without the two values."""
-        return *status[:2], ""
+        return super().code(status) + ", phases differ" * bool(status[1])
 
 
 class FrequencyOutput(Output):
@@ -211,6 +275,9 @@ class FrequencyOutput(Output):
     times more.
     """
 
+    statuses = ChirpStatus
+    fills = ("frequency_Hz",)
+
     def __init__(self, gauges: int, rate_Hz: float):
         self._tracker = ChirpTracker(sample_rate_Hz=rate_Hz)
         super().__init__(self._tracker)
@@ -218,7 +285,7 @@ class FrequencyOutput(Output):
         self._followed, self._moments = 0, ((_NONE, 0.0),) * gauges
 
     def take(self, row):
-        """The columns of a sample, and last the status as a number."""
+        """The columns of a sample; last a tuple of the status and the two values of an ambiguous frequency."""
         for _ in range(row.tick.missing):
             self._tracker.update((_NONE,))
         self._moments = tuple(map(self._faded, self._moments, row.readings))
@@ -235,18 +302,9 @@ class FrequencyOutput(Output):
             either = _either(round(frequency, 1), round(self._tracker.other_Hz, 1), "Hz")
         return frequency, (status, either)
 
-    def sentence(self, status):
-        """The status in words."""
-        code, either = status
-        return ChirpStatus(code).sentence + either
-
     def code(self, status):
         """The status as a short code, different from those of a wavelength."""
-        return "frequency alone" + f", {ChirpStatus(status[0]).code}" * bool(status[0])
-
-    def general(self, status):
-        """The status without the two values."""
-        return status[0], ""
+        return "frequency alone" + f", {super().code(status)}" * bool(status[0])
 
     def _faded(self, moments: tuple[float, float], reading: float) -> tuple[float, float]:
         """Fading mean and variance of a gauge after one more reading; a missing one does not change them."""
@@ -270,6 +328,7 @@ class FrictionOutput(Output):
     """mu_kinetic, mu_static with their sigmas; last : the whole answer to the last sample."""
 
     statuses = FrictionStatus
+    fills = ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")
 
     def __init__(self, rate_Hz: float, memory_mm: float | None):
         self._friction = Friction(sample_rate_Hz=rate_Hz, memory_mm=memory_mm)
@@ -277,6 +336,6 @@ class FrictionOutput(Output):
         self.last: FrictionEstimate | None = None
 
     def take(self, row):
-        """The columns of a sample, and last the status as a number."""
+        """The columns of a sample, and last the status."""
         self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
-        return found.mu_kinetic, found.mu_kinetic_sigma, found.mu_static, found.mu_static_sigma, found.status
+        return found.mu_kinetic, found.mu_kinetic_sigma, found.mu_static, found.mu_static_sigma, (found.status, "")

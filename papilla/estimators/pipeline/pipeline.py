@@ -7,22 +7,16 @@ from functools import lru_cache
 from operator import itemgetter
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from papilla import checks
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.estimators import health
 from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
-from papilla.estimators.pipeline.answer import QUANTITIES, PipelineEstimate
+from papilla.estimators.pipeline import outputs
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.pipeline.outputs import (
-    FrequencyOutput,
-    FrictionOutput,
-    ModulusOutput,
-    Output,
-    Row,
-    WavelengthOutput,
-)
 from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
@@ -30,6 +24,8 @@ from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
 from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.units import MS_PER_S
 
+QUANTITIES = ("modulus", "wavelength", "friction")
+"""The quantities that have their own status, in the order of the columns."""
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
@@ -40,9 +36,50 @@ regression of S_d."""
 SLOW_HZ = 200.0
 """Sampling rate below which the steps of usual movements are nearly as long as the wavelengths of usual textures."""
 _NONE = math.nan
-_PLACES = {"modulus": slice(0, 2), "wavelength": slice(2, 5), "frequency": slice(2, 3), "friction": slice(5, 9)}
-"""The columns that each output fills."""
-_NOTHING = (_NONE,) * 9
+
+
+class PipelineEstimate(NamedTuple):
+    """The columns of `papilla estimate`: NaN if there is no answer, and a status that says why.
+
+    modulus_status, wavelength_status, friction_status : a short code for each quantity, which begins with "ok" if the
+    value may be used; `Pipeline.legend` explains it. If only the frequency is known, wavelength_status is the code of
+    the frequency. status : in words, "ok", or what is wrong with the time, the gauges and each estimator, then `no
+    <output>: <why>` for each output that is switched off. Of a block, arrays (n,) and lists of n strings.
+    """
+
+    modulus_MPa: float | np.ndarray
+    modulus_sigma_MPa: float | np.ndarray
+    frequency_Hz: float | np.ndarray
+    wavelength_mm: float | np.ndarray
+    wavelength_sigma_mm: float | np.ndarray
+    mu_kinetic: float | np.ndarray
+    mu_kinetic_sigma: float | np.ndarray
+    mu_static: float | np.ndarray
+    mu_static_sigma: float | np.ndarray
+    modulus_status: str | list[str]
+    wavelength_status: str | list[str]
+    friction_status: str | list[str]
+    status: str | list[str]
+
+    def __repr__(self) -> str:
+        """One line per quantity; for a block, the last row and the number of rows."""
+        rows, last = "", self
+        if isinstance(self.status, list):
+            if not self.status:
+                return "PipelineEstimate(no rows)"
+            rows = f"{len(self.status)} rows, the last: "
+            columns: Any = self
+            last = PipelineEstimate(*(column[-1] for column in columns))
+        told = [
+            f"modulus {last.modulus_MPa:.4g} ± {last.modulus_sigma_MPa:.2g} MPa: {last.modulus_status}",
+            f"wavelength {last.wavelength_mm:.4g} ± {last.wavelength_sigma_mm:.2g} mm, {last.frequency_Hz:.4g} Hz: "
+            f"{last.wavelength_status}",
+            f"friction {last.mu_kinetic:.4g} kinetic, {last.mu_static:.4g} static: {last.friction_status}",
+        ]
+        return f"PipelineEstimate({rows}" + "\n  ".join(told) + ")"
+
+
+_NOTHING = (_NONE,) * PipelineEstimate._fields.index("modulus_status")
 
 
 class PipelineState(NamedTuple):
@@ -134,12 +171,11 @@ class Pipeline(Stream):
         self._gauges, self._names = len(named), named
         self.columns = ("t_s", *named, *columns)
         # The values of `OPTIONAL` in a sample; a missing one points to the NaN that is appended.
-        self._optional = itemgetter(
-            *(self.columns.index(name) if name in columns else len(self.columns) for name in OPTIONAL)
-        )
+        places = {name: place for place, name in enumerate(columns, 1 + len(named))}
+        self._optional = itemgetter(*(places.get(name, len(self.columns)) for name in OPTIONAL))
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self.off: dict[str, str] = {}
-        self._outputs: dict[str, Output] = {}
+        self._outputs: dict[str, outputs.Output] = {}
         self._notes: list[str] = []
         noise = {"gauge_sigma": gauge_sigma, "force_sigma_N": force_sigma_N, "doubts": doubts}
         self._add_modulus(calibration, rate, position_sigma_mm, noise, softness)
@@ -148,11 +184,14 @@ class Pipeline(Stream):
         path["ridge_pitch_mm"] = known if ridge_pitch_mm is None else ridge_pitch_mm
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
-        self._words = lru_cache(maxsize=1024)(self._said)
+        self._words = lru_cache(self._said)
         self.legend: dict[str, dict[str, str]] = {name: {} for name in QUANTITIES}
         self._faults: Counter[tuple[int, tuple[int, ...]]] = Counter()
-        self._running = [(_PLACES[name], output) for name, output in self._outputs.items()]
-        self._codes: tuple[int, ...] = ()
+        # The columns that each output fills, and the output.
+        starts = [PipelineEstimate._fields.index(output.fills[0]) for output in self._outputs.values()]
+        filled = zip(starts, self._outputs.values(), strict=True)
+        self._running = [(slice(start, start + len(output.fills)), output) for start, output in filled]
+        self._codes: tuple[tuple, ...] = ()
         self._new = self.state
 
     def __repr__(self) -> str:
@@ -171,7 +210,7 @@ class Pipeline(Stream):
         if softness not in SURFACES:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             printed = PrintedSoftness(calibration, form=softness, **plain)
-            self._outputs["modulus"] = ModulusOutput(calibration, self._names, printed)
+            self._outputs["modulus"] = outputs.ModulusOutput(calibration, self._names, printed)
             return
         every = None
         for place in dict.fromkeys((position_sigma_mm, None)) if softness != "sd" else ():
@@ -181,35 +220,33 @@ class Pipeline(Stream):
                 instead = "from S_d alone, not from each gauge" if place is None else "of touches at the apex alone"
                 self._notes.append(f"modulus: {instead}: {error}")
         by_sd = Softness(calibration, sample_rate_Hz=rate, **noise)
-        self._outputs["modulus"] = ModulusOutput(calibration, self._names, by_sd, every)
+        self._outputs["modulus"] = outputs.ModulusOutput(calibration, self._names, by_sd, every)
 
     def _add_wavelength(self, rate, wavelengths, path) -> None:
         if not self._gauges:
             self.off["wavelength"] = "no gauges"
             return
-        wavelength = WavelengthOutput(
-            self._places or self._gauges, wavelength_range_mm=wavelengths, sample_rate_Hz=rate, **path
-        )
+        path |= {"wavelength_range_mm": wavelengths, "sample_rate_Hz": rate}
+        wavelength = outputs.WavelengthOutput(self._places or self._gauges, **path)
         if "velocity_mm_s" in self.columns or "position_mm" in self.columns:
             self._outputs["wavelength"] = wavelength
+            note = self._notes.append
             if rate < SLOW_HZ:
-                self._notes.append(
-                    "wavelength: one below two steps of the path is not visible at this rate and may look longer"
-                )
+                note("wavelength: one below two steps of the path is not visible at this rate and may look longer")
             if path["ridge_pitch_mm"] is None:
-                self._notes.append(
+                note(
                     "wavelength: nobody said which ridges the finger has (ridge_pitch_mm, 0 for none): a harmonic that "
                     "they feel louder than the fundamental may pose as a shorter wavelength"
                 )
             if path["scale_sigma"] > 0:
-                self._notes.append(
+                note(
                     f"wavelength: its standard deviation holds {path['scale_sigma']:.1%} for the scale of the path "
                     "(scale_sigma), which is most of it"
                 )
             return
         self.off["wavelength"] = "no column velocity_mm_s or position_mm"
         try:
-            blind = FrequencyOutput(self._gauges, rate)
+            blind = outputs.FrequencyOutput(self._gauges, rate)
         except InputError as error:
             self.off["frequency"] = f"{rate:g} Hz is too slow without a velocity: {error}"
             return
@@ -223,7 +260,7 @@ class Pipeline(Stream):
         if lacking:
             self.off["friction"] = f"no column {', '.join(lacking)}"
             return
-        self._outputs["friction"] = FrictionOutput(rate, memory_mm)
+        self._outputs["friction"] = outputs.FrictionOutput(rate, memory_mm)
         if rate < STATIC_HZ:
             self._notes.append(
                 f"friction: no static coefficient at {rate:g} Hz: a breakaway of 15 ms is seen from {STATIC_HZ:g} Hz on"
@@ -238,13 +275,13 @@ class Pipeline(Stream):
     def lines(self) -> tuple[tuple[float, float, float], ...]:
         """(wavelength_mm, power over the background, chance) of the last search along the path, strongest first."""
         output = self._outputs.get("wavelength")
-        return output.tracker.lines if isinstance(output, WavelengthOutput) else ()
+        return output.tracker.lines if isinstance(output, outputs.WavelengthOutput) else ()
 
     @property
     def friction(self) -> FrictionEstimate | None:
         """The last answer of friction, with its standard deviations; None if there is none yet."""
         output = self._outputs.get("friction")
-        return output.last if self._codes and isinstance(output, FrictionOutput) else None
+        return output.last if self._codes and isinstance(output, outputs.FrictionOutput) else None
 
     @property
     def sentences(self) -> dict[str, str]:
@@ -279,10 +316,8 @@ class Pipeline(Stream):
 
     def _remember(self, state: PipelineState) -> None:
         if [name for name, _ in state.outputs] != list(self._outputs):
-            theirs, ours = ", ".join(name for name, _ in state.outputs), ", ".join(self._outputs)
-            raise InputError(
-                f"the state is of a pipeline for {theirs or 'nothing'}, this one is for {ours or 'nothing'}"
-            )
+            theirs, ours = (", ".join(names) or "nothing" for names in (dict(state.outputs), self._outputs))
+            raise InputError(f"the state is of a pipeline for {theirs}, this one is for {ours}")
         self._clock.state, self._health.state, self._codes = state.clock, state.health, ()
         for name, own in state.outputs:
             self._outputs[name].state = own
@@ -302,7 +337,7 @@ class Pipeline(Stream):
             self._faults[tick.status, found] += 1
         if SATURATED in found:
             readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
-        row, columns, codes = Row(readings, found, force, tangential, tick), list(_NOTHING), []
+        row, columns, codes = outputs.Row(readings, found, force, tangential, tick), list(_NOTHING), []
         for place, output in self._running:
             *columns[place], code = output.take(row)
             codes.append(code)
@@ -321,7 +356,7 @@ class Pipeline(Stream):
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
         live += health.words(gauges, self._names)
         live += [f"{name}: {text}" for name, text in said.items() if not text.startswith("ok")]
-        remarks = [f"{name}: {text[4:]}" for name, text in said.items() if text.startswith("ok, ")]
+        remarks = [f"{name}: {text.removeprefix('ok, ')}" for name, text in said.items() if text.startswith("ok, ")]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
         off = [f"no {output}: {why}" for output, why in self.off.items()]
         return *(self._code(name, told) for name in QUANTITIES), "; ".join([*live, *off])

@@ -8,20 +8,11 @@ from typing import ClassVar, Literal, get_args
 import numpy as np
 
 from papilla import checks
-from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
-from papilla.calibration.compact import Compact, CompactStatus
-from papilla.calibration.published import (
-    PUBLISHED_FORCE_GF,
-    PUBLISHED_FORWARD,
-    PUBLISHED_INVERSE,
-    SPECIMENS_MPA,
-    compare_with_published,
-    exact_inverse,
-)
-from papilla.calibration.record import quadratic
+from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus, published
+from papilla.calibration.readouts import Compact, CompactStatus
 from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
-from papilla.estimators.softness.sd import SoftnessEstimate
+from papilla.estimators.softness import SoftnessEstimate
 from papilla.estimators.stream import Stream
 from papilla.units import gf_to_newton, newton_to_gf
 
@@ -40,7 +31,7 @@ class PrintedSoftness(Stream):
     the printed coefficients, "exact" those of the exact inverse of (9), "quadratic" those refitted for the calibration.
     The unit of S_d is not printed: the first two use the calibration's S_d in microstrain times the factor that brings
     it closest to (9), unless `scale` gives it. "compact" is another regression of five coefficients, which fits
-    presses (`papilla.calibration.compact`), if the calibration contains it.
+    presses (`papilla.calibration.readouts.Compact`), if the calibration contains it.
 
     Use `Softness` or `GaugeSoftness` for reliable values: the published form cannot fit the mechanics. On presses
     of the default finger the refitted one refuses many and misses the rest by tens of per cent (`papilla reproduce
@@ -91,42 +82,36 @@ class PrintedSoftness(Stream):
         self._health = GaugeHealth(self._gauges, saturation, stuck_samples)
         self._clean, self.columns = self._health.state, (*numbered(self._gauges), "force_N")
         self._compact: Compact | None = None
-        if form == "compact" and calibration is not None:
-            self._take_compact(calibration)
-        elif form == "quadratic" and calibration is not None:
-            self._take_refitted(calibration)
+        if refitted and calibration is not None:
+            self._take_refitted(form, calibration)
         else:
             self._take_printed(form, calibration, scale)
 
-    def _take_refitted(self, calibration: Calibration) -> None:
-        inverse = calibration.inverse
-        if inverse.modulus_MPa is None:
-            raise InputError("the calibration's quadratic rises with the modulus nowhere, so it has no inverse")
-        self._inverse, self.scale, self.misfit = inverse, 1.0, calibration.forward.rms
-        self._forward = tuple(map(float, calibration.forward.coefficients))
-        self._range = inverse.modulus_MPa
-        low, high = calibration.domain["force_N"]
-        self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
-
-    def _take_compact(self, calibration: Calibration) -> None:
-        """Use the calibration's compact form; raises `InputError` if there is none."""
-        if calibration.compact is None:
-            raise InputError("the calibration has no compact form: its S_d does not follow it")
-        form = calibration.compact
-        # A specimen at the end of what was fitted scatters beyond it, where the form saturates as the physics does
-        ends = (form.modulus_MPa[0] / BEYOND, BEYOND * form.modulus_MPa[1])
-        self._compact, self.scale, self.misfit = replace(form, modulus_MPa=ends), 1.0, form.sd_rms
-        low, high = form.force_N
-        self._force_gf = float(newton_to_gf(low)), float(newton_to_gf(high))
+    def _take_refitted(self, form: Form, calibration: Calibration) -> None:
+        """Use a regression of the calibration; raises `InputError` if it has none, or one without an inverse."""
+        if form == "compact":
+            own = calibration.compact
+            if own is None:
+                raise InputError("the calibration has no compact form: its S_d does not follow it")
+            # A specimen at the end of what was fitted scatters beyond it, where the form saturates as the physics does
+            ends = (own.modulus_MPa[0] / BEYOND, BEYOND * own.modulus_MPa[1])
+            self._compact, self.misfit, force_N = replace(own, modulus_MPa=ends), own.sd_rms, own.force_N
+        else:
+            inverse, force_N = calibration.inverse, calibration.domain["force_N"]
+            if inverse.modulus_MPa is None:
+                raise InputError("the calibration's quadratic rises with the modulus nowhere, so it has no inverse")
+            self._inverse, self._range, self.misfit = inverse, inverse.modulus_MPa, calibration.forward.rms
+            self._forward = tuple(calibration.forward.coefficients.tolist())
+        self.scale, self._force_gf = 1.0, (float(newton_to_gf(force_N[0])), float(newton_to_gf(force_N[1])))
 
     def _take_printed(self, form: Form, calibration: Calibration | None, scale: float | None) -> None:
-        self._inverse = PUBLISHED_INVERSE if form == "printed" else exact_inverse()
-        self._forward, self._force_gf = PUBLISHED_FORWARD, PUBLISHED_FORCE_GF
+        self._inverse = published.PUBLISHED_INVERSE if form == "printed" else published.exact_inverse()
+        self._forward, self._force_gf = published.PUBLISHED_FORWARD, published.PUBLISHED_FORCE_GF
         # A refitted quadratic through three moduli only interpolates between them, and does not hold beyond.
-        self._range = (0.5 * SPECIMENS_MPA[0], BEYOND * SPECIMENS_MPA[-1])
+        self._range = (0.5 * published.SPECIMENS_MPA[0], BEYOND * published.SPECIMENS_MPA[-1])
         self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
-            ours, theirs, best = compare_with_published(calibration, COMPARED_GF)
+            ours, theirs, best = published.compare_with_published(calibration, COMPARED_GF)
             self.scale = best if scale is None else self.scale
             self.misfit = float(np.sqrt(np.mean((self.scale * ours - theirs) ** 2)))
 
@@ -145,47 +130,46 @@ class PrintedSoftness(Stream):
 
     def feel(self, readings: tuple[float, ...], force_N: float, found: tuple[int, ...]) -> SoftnessEstimate:
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
+        force, (low, high) = float(newton_to_gf(force_N)), self._force_gf
         if not math.isfinite(force_N):
-            return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
-        if force_N < self._contact:
-            return SoftnessEstimate(status=int(SoftnessStatus.NO_CONTACT))
-        if found:
-            return SoftnessEstimate(status=int(SoftnessStatus.BAD_GAUGE))
-        force = float(newton_to_gf(force_N))
-        low, high = self._force_gf
-        if not low * (1 - 1e-9) <= force <= high * (1 + 1e-9):
-            side = SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE
-            return SoftnessEstimate(status=int(side))
-        mean = math.fsum(readings) / self._gauges
-        sd = self.scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
-        return self._evaluate(sd, force)
+            status = SoftnessStatus.BAD_INPUT
+        elif force_N < self._contact:
+            status = SoftnessStatus.NO_CONTACT
+        elif found:
+            status = SoftnessStatus.BAD_GAUGE
+        elif not low * (1 - checks.ROUNDING) <= force <= high * (1 + checks.ROUNDING):
+            status = SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE
+        else:
+            mean = math.fsum(readings) / self._gauges
+            sd = self.scale * math.sqrt(math.fsum((value - mean) ** 2 for value in readings) / self._gauges)
+            evaluated = self._by_quadratic if self._compact is None else self._by_compact
+            modulus, sigma, status = evaluated(sd, force)
+            if math.isfinite(modulus):
+                known = modulus > 0 and sigma <= IDENTIFIABLE * modulus
+                status = SoftnessStatus.OK if known else SoftnessStatus.NOT_IDENTIFIABLE
+            return SoftnessEstimate(modulus, sigma, int(status))
+        return SoftnessEstimate(status=int(status))
 
-    def _evaluate_compact(self, form: Compact, sd: float, force: float) -> SoftnessEstimate:
-        """The modulus behind S_d (microstrain) by the compact form, at a force in gf."""
+    def _by_compact(self, sd: float, force: float) -> tuple[float, float, SoftnessStatus]:
+        """Modulus and sigma behind S_d (microstrain) by the compact form, at a force in gf; NaN, NaN and the side."""
+        form = self._compact
+        assert form is not None
         inside = min(max(gf_to_newton(force), form.force_N[0]), form.force_N[1])
         found = form.answer(sd, inside, self._noise, gf_to_newton(self._force_sigma))
-        if found.status != CompactStatus.OK:
-            harder = found.status == CompactStatus.HARDER
-            return SoftnessEstimate(status=int(SoftnessStatus.HARDER if harder else SoftnessStatus.SOFTER))
-        known = found.sigma_MPa <= IDENTIFIABLE * found.modulus_MPa
-        status = SoftnessStatus.OK if known else SoftnessStatus.NOT_IDENTIFIABLE
-        return SoftnessEstimate(found.modulus_MPa, found.sigma_MPa, int(status))
+        side = SoftnessStatus.HARDER if found.status == CompactStatus.HARDER else SoftnessStatus.SOFTER
+        return found.modulus_MPa, found.sigma_MPa, side
 
-    def _evaluate(self, sd: float, force: float) -> SoftnessEstimate:
-        """The modulus for S_d, in units of the form, at a force in gf."""
-        if self._compact is not None:
-            return self._evaluate_compact(self._compact, sd, force)
+    def _by_quadratic(self, sd: float, force: float) -> tuple[float, float, SoftnessStatus]:
+        """Modulus and sigma behind S_d, in units of the form, at a force in gf; NaN, NaN and the side."""
         per_sd, per_f2, per_f, constant = map(float, self._inverse.coefficients)
         square = per_sd * sd + (per_f2 * force + per_f) * force + constant
         low, high = self._range
         modulus = self._inverse.branch * math.sqrt(square) - self._inverse.shift if square >= 0 else math.nan
         if not low <= modulus <= high:
-            softest = float(quadratic(self._forward, force, low))
-            return SoftnessEstimate(status=int(SoftnessStatus.SOFTER if sd < softest else SoftnessStatus.HARDER))
+            softest = float(published.quadratic(self._forward, force, low))
+            return math.nan, math.nan, SoftnessStatus.SOFTER if sd < softest else SoftnessStatus.HARDER
         # dE = (k0 dS_d + (2 k1 f + k2) df) / (2 sqrt(...)), plus the misfit of S_d to the form
         root = max(math.sqrt(square), 1e-12)
         along_sd, along_force = per_sd / (2 * root), (2 * per_f2 * force + per_f) / (2 * root)
         sigma = math.hypot(along_sd * self.scale * self._noise, along_force * self._force_sigma, along_sd * self.misfit)
-        if not modulus > 0 or sigma > IDENTIFIABLE * modulus:
-            return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.NOT_IDENTIFIABLE))
-        return SoftnessEstimate(modulus, sigma, int(SoftnessStatus.OK))
+        return modulus, sigma, SoftnessStatus.OK

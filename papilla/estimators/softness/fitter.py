@@ -21,44 +21,26 @@ sigma says so (ADR 0016, 0030).
 """
 
 import math
-from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.softness.doubts import SHIFT_POWER, Doubts
-from papilla.estimators.softness.filter_state import BENT_PLACE, FilterState, Linear, NoiseFit, Residuals, Tangent
-from papilla.estimators.softness.surfaces import distance_curve
-from papilla.specimen import THICKNESS_MM
+from papilla.estimators.softness.channels import SLOT, SPREAD_FORCE, Channels, Linear
+from papilla.estimators.spread import Pieces
 
-BESIDE_SHARE = 0.017
-"""All readings fall by this share 1 mm beside the apex across the row of gauges, and with the square of the distance:
-0.4 to 3 % by gauge and load in presses of the default finger (the rest is within the gauges' gains)."""
-SHAPE_ERROR = 0.4
-"""Relative error, per factor of e of the force, of the growth of the effect of the thickness with the force."""
-SPREAD_FORCE = 0.5
-"""Prior standard deviation of a sample's ln force about that of the one before (for the place it is the reach of the
-calibration): so wide that the prior has almost no weight."""
 BENT, NEAR = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
 first a sample is linearised again at its new contact; below the second the linearisation of another sample is used."""
-LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
-"""Samples of a slot lie within LEVEL of the same measure; a tangent is valid for steps FAR times as long; noise alone
-moves a sample by up to JITTER standard deviations."""
 NODE = (0.05, 0.3, 0.3)
 """H is evaluated again after ln force, place (mm) or ln E have changed by this much. Evaluated where noise puts each
 sample, H would create information that no reading holds."""
 CELL, SHAPE = 0.1, 0.5
 """Gains and calibration errors differ from force to force: each cell of ln force, CELL wide, has an error of its own,
 with SHAPE of their standard deviation. It is the same when the cell is pressed again: only its noise averages out."""
-SLOT, SHARE = 64, 8
-"""A slot holds at most SLOT samples, and at most one in SHARE of those learnt so far: a touch that has just begun is
-learnt sample by sample."""
-LEAST_NOISE = 1e-6
-"""Smallest noise relative to the largest reading and force; below it there is only rounding."""
+SHARE = 8
+"""A slot holds at most one in SHARE of the samples learnt so far: a touch that has just begun is learnt one by one."""
 STEPS = 6
 """Largest number of Gauss-Newton steps."""
-ZERO_WALK, CREEP_WALK = 1e-4, 1e-2
-"""Zeros and creep change slowly: after n samples exp(-n WALK / 2) of what was known of them is left."""
 SURE, SLACK = 5.0, 0.05
 """Noise alone explains the readings while its mean squared misfit is below 1 + SLACK by at most SURE standard
 deviations: noise itself is known to some per cent only."""
@@ -66,137 +48,102 @@ STATED = 1.0
 """Weight of the stated standard deviations in `widening`, as a number of squared errors of average size."""
 PRIOR_REACH = 0.25
 """Prior standard deviation of h relative to its range: a first estimate may lie beyond the calibrated moduli."""
+ODD = 20.0
+"""If the squared misfit of a sample is this many times the average one, the sample is examined alone."""
+FIRST_STEPS, STEPS_A_PIECE = 15, 3
+"""Largest number of Gauss-Newton steps for the first sample of a touch, and the number done within one sample."""
+TRIED = 4
+"""Number of sets of suspects, the likeliest first, that are fitted if a first sample fits badly."""
+MODULI, FORCES = 7, 9
+"""Nodes of the table of contacts over h, and over ln force and place, from the best of which Gauss-Newton starts."""
+WIDE = 4.0
+"""How many times further from its node a first sample may lie than a later sample from the one before it."""
 
 
-class Fitter:
-    """Linearises and fits samples (c readings, force).
+class FilterState(NamedTuple):
+    """Everything known of a touch. mean (m,), covariance (m, m) of h and theta; pressed: number of samples learnt in
+    each cell of force; node: contact at which the slopes (c + 1, m) are evaluated; offset: difference of ln force and
+    place between the filter and the fit of noise alone.
 
-    surfaces : what channels read. reading_sigma (microstrain), force_sigma (N, inf for no sensor) : noise. doubts :
-    standard deviations of errors. position_sigma : of the place, mm about the apex; inf where the place is unknown,
-    None at the apex.
+    For the fit of noise alone: ln_force, place_mm: of the last slot; linear: the linearisation near it; information,
+    score, square: of the least squares for h - anchor; freedom: degrees of freedom of `square`; samples: number learnt.
     """
 
-    def __init__(
-        self, surfaces, reading_sigma: float, force_sigma: float, doubts: Doubts, position_sigma: float | None
-    ):
-        self.surfaces, self.doubts = surfaces, doubts
-        c = self.channels = surfaces.channels
-        most = max(
-            abs(surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading).max() for force in surfaces.force_N
-        )
-        floor = LEAST_NOISE * most, LEAST_NOISE * surfaces.force_N[1]
-        self.noise = np.array([max(reading_sigma, floor[0])] * c + [max(force_sigma, floor[1])])
-        self.whiten = 1.0 / self.noise
-        self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
-        self.spread = np.array([SPREAD_FORCE, surfaces.reach])
-        self.low, self.high = map(math.log, surfaces.force_N)
-        self._softest, self._hardest = float(surfaces.ln_nodes[0]), float(surfaces.ln_nodes[-1])
-        self.ln_modulus = lru_cache(maxsize=64)(self._ln_modulus)
-        self._errors = lru_cache(maxsize=1024)(self._errors_near)
-        self._error_at = lru_cache(maxsize=1024)(surfaces.error)
-        self._place_error = lru_cache(maxsize=1024)(lambda place: surfaces.place_error(place))
-        self._faded_by = lru_cache(maxsize=64)(lambda samples: self._faded ** (0.5 * samples))
-        self._middle, self._half = 0.5 * (self.low + self.high), 0.5 * (self.high - self.low)
-        self._shift, self._shift_sigma = doubts.thickness_shift(THICKNESS_MM)
-        self.columns = self._columns()
-        self.curve = distance_curve(*self._distances())
-        self.top = self.curve.values[-1]
+    mean: np.ndarray
+    covariance: np.ndarray
+    pressed: np.ndarray
+    linear: Linear | None = None
+    node: Linear | None = None
+    offset: tuple[float, float] = (0.0, 0.0)
+    place_sigma_mm: float = 0.0
+    ln_force: float = 0.0
+    place_mm: float = 0.0
+    anchor: float = 0.0
+    information: float = 0.0
+    score: float = 0.0
+    square: float = 0.0
+    freedom: float = 0.0
+    samples: float = 0.0
 
-    def _columns(self) -> dict[str, slice]:
-        """Columns of H by the name of their error; the first three columns are those that act like a change of ln E."""
-        c, groups, doubts = self.channels, max(self.surfaces.groups) + 1, self.doubts
-        sizes = {
-            "the thickness of the specimen": 2,
-            "the zero of the gauges": c,
-            "the gain of the gauges": c,
-            "the calibration": 3 * groups,
-            "the calibration beside the apex": c if self.anywhere else 0,
-            "friction": 0 if self.surfaces.friction_known else 1,
-            "creep": 1,
-            "the place across the row of gauges (y)": 1,
-            "the gain of the force": 1,
-            "the offset of the force": 1,
-        }
-        parts, end = {}, 1
-        for name, size in sizes.items():
-            parts[name] = slice(end, end + size)
-            end += size
-        self.size, numbers = end, np.arange(c)
-        _, zero, gain, error, beside, friction, creep, across, self._force_gain, offset = parts.values()
-        self._template, self._of_reading = np.zeros((c + 1, end)), np.zeros((c, end))
-        self._template[numbers, zero.start + numbers] = doubts.zero_microstrain * self.whiten[:-1]
-        self._template[-1, offset] = doubts.force_offset_N * self.whiten[-1]
-        self._of_reading[numbers, gain.start + numbers] = doubts.gauge_gain
-        self._of_reading[:, creep], self._of_reading[:, across] = doubts.creep, -BESIDE_SHARE * doubts.beside_mm**2
-        self._faded = np.ones(end)
-        self._faded[zero], self._faded[creep] = 1 - ZERO_WALK, 1 - CREEP_WALK
-        self._shaped = slice(gain.start, beside.stop)
-        self._error = numbers[:, None], error.start + 3 * np.array(self.surfaces.groups)[:, None] + np.arange(3)
-        self._beside, self._friction = (numbers, beside.start + numbers), friction
-        return parts
+    @property
+    def usual(self) -> float:
+        """Largest squared misfit of a sample that agrees with those before."""
+        return ODD * (1 + self.square / max(self.freedom, 1.0))
 
-    def _distances(self):
-        """dh / d ln E at the calibrated nodes, at the middle force: square root of the information of one sample about
-        ln E."""
-        nodes = self.surfaces.ln_nodes
-        slopes = []
-        for node in nodes.tolist():
-            _, H, (b, _) = self._channels(self._middle, 0.0, node, 1.0, 0.0)
-            a = H[:, 0]
-            # What the change by the sample's own force explains is taken out of the slope: only the rest tells E.
-            slopes.append(math.sqrt(max(a @ a - (a @ b) ** 2 / (b @ b + 1.0), 0.0)))
-        return np.array(slopes), float(nodes[0]), 1 / float(nodes[1] - nodes[0])
 
-    def _ln_modulus(self, h: float) -> tuple[float, float]:
-        """ln E at h, and dh / d ln E there; beyond the calibrated moduli, the values at their end."""
-        values = self.curve.values
-        return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
+class Residuals(NamedTuple):
+    """Residuals r of channels, with covariance S = H P H' + B B' + R: weighted (k,) = S^-1 r, precision (k, k) = S^-1,
+    rows (k,) : numbers of the channels, misfit = r' S^-1 r."""
 
-    def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
-        """(c, m) part of H for errors of calibration and friction, per newton, near a contact: ln force and ln modulus
-        in 1/100, place in 1/50 mm."""
-        H, w, surfaces, ln_force = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces, force / 100
-        ln_force = min(max(ln_force, self.low), self.high)
-        ln_modulus = min(max(modulus / 100, self._softest), self._hardest)
-        z = (ln_force - self._middle) / self._half
-        # The calibration's error is a smooth function of ln force: Legendre polynomials of degree 0, 1 and 2, the
-        # latter two half as large. Gauges that mirror each other share it (`_error`).
-        H[self._error] = (self._error_at(ln_force) * w)[:, None] * (1.0, 0.5 * z, 0.75 * z * z - 0.25)
-        if self.anywhere:
-            H[self._beside] = self._place_error(place / 50) * w
-        if not surfaces.friction_known:
-            # Two standard deviations reach from the calibration's friction to none
-            H[:, self._friction] = (surfaces.without_friction(ln_force, ln_modulus) * (0.5 * w))[:, None]
-        return H
+    weighted: np.ndarray
+    precision: np.ndarray
+    rows: np.ndarray
+    misfit: float
 
-    def linear(self, ln_force: float, place: float, h: float, thickness: float = 0.0) -> Linear:
-        """The channels at the nearest calibrated contact; thickness: its error in standard deviations."""
-        ln_modulus, slope = self.ln_modulus(h)
-        ln_force, place = self.inside(ln_force, place)
-        return Linear((ln_force, place, h, thickness), *self._channels(ln_force, place, ln_modulus, slope, thickness))
+    def misfits_without(self, sets: list[tuple[int, ...]]) -> Pieces[list[float]]:
+        """Misfits of the other channels when each of some sets of channels is left out, computed in one piece."""
+        yield
+        places = [np.searchsorted(self.rows, own) for own in sets]
+        return (self.misfit - shares_of(self.weighted, self.precision, places)).tolist()
 
-    def _channels(self, ln_force: float, place: float, ln_modulus: float, slope: float, thickness: float):
-        """expected, H and B of a `Linear`; slope : dh / d ln E."""
-        # A block of another thickness presses like one of another modulus: the surfaces are read at this apparent ln E.
-        force = math.exp(ln_force)
-        thin = force**SHIFT_POWER
-        effect, moved = self._shift_sigma * thin, (self._shift + self._shift_sigma * thickness) * thin
-        apparent = min(max(ln_modulus + moved, self._softest), self._hardest)
-        r, a, b, d = self.surfaces.at(ln_force, apparent, place)
-        expected, w = np.empty(self.channels + 1), self.whiten[:-1]
-        expected[:-1], expected[-1] = r, force
-        expected *= self.whiten
-        H = self._template.copy()
-        errors = self._errors(round(100 * ln_force), round(100 * apparent), round(50 * place))
-        H[:-1] += expected[:-1, None] * self._of_reading + force * errors
-        H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
-        H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
-        B = np.zeros((2, self.channels + 1))
-        # Readings change with the sample's force directly, and because the effect of the thickness grows with the
-        # force.
-        B[0, :-1], B[0, -1] = (b * force + a * (SHIFT_POWER * moved)) * (SPREAD_FORCE * w), SPREAD_FORCE * expected[-1]
-        B[1, :-1] = d * (self.surfaces.reach * w)
-        return expected, H, B
+    def expected(self, *rows: int) -> tuple[np.ndarray, np.ndarray]:
+        """Difference of these channels from what the others predict, and its variance (whitened)."""
+        at = np.searchsorted(self.rows, rows)
+        covariance = np.linalg.inv(self.precision[np.ix_(at, at)])
+        return covariance @ self.weighted[at], np.diag(covariance)
+
+
+def shares_of(weighted: np.ndarray, precision: np.ndarray, sets: list[np.ndarray]) -> np.ndarray:
+    """(..., s) part of the squared misfits that disappears when each of s sets of channels is left out: weighted (...,
+    k), precision (..., k, k)."""
+    shares = np.empty((*weighted.shape[:-1], len(sets)))
+    for size in {len(own) for own in sets}:
+        which = [number for number, own in enumerate(sets) if len(own) == size]
+        at = np.array([sets[number] for number in which])
+        own = weighted[..., at]
+        solved = np.linalg.solve(precision[..., at[:, :, None], at[:, None]], own[..., None])[..., 0]
+        shares[..., which] = (own * solved).sum(axis=-1)
+    return shares
+
+
+class NoiseFit(NamedTuple):
+    """Fit of a mean of `samples` under the assumption that only noise is present: information, score and square of h -
+    anchor, the square at the best h so far (here), degrees of freedom (own), ln force and place, and the linearisation
+    used."""
+
+    information: float
+    score: float
+    square: float
+    here: float
+    own: int
+    ln_force: float
+    place_mm: float
+    samples: int
+    linear: Linear
+
+
+class Fitter(Channels):
+    """Fits samples (c readings, force), which `Channels` linearises."""
 
     def prior(self, zero_share: float) -> FilterState:
         """The filter before the first sample; `zero_share` is the part of the zeros' standard deviations that is still
@@ -220,17 +167,6 @@ class Fitter:
         new = (own + 1 / before) * (own + 1 / after) * (before * after / samples) if before else plain
         return plain, new, cell
 
-    def bend(self, linear: Linear, ln_force: float, place: float, h: float, thickness: float) -> float:
-        """Distance of a contact from a linearisation, as the squared step of ln force with the same nonlinearity."""
-        at, there, known, thick = linear.at
-        along = (h - known + (thickness - thick) * self._shift_sigma * math.exp(SHIFT_POWER * at)) / self.top
-        return (ln_force - at) ** 2 + (BENT_PLACE * (place - there)) ** 2 + along * along
-
-    def moved(self, linear: Linear, steps) -> tuple[float, float]:
-        """ln force and place after steps from a linearisation; steps are in units of their spread."""
-        at, there, *_ = linear.at
-        return at + SPREAD_FORCE * steps[0], there + self.surfaces.reach * steps[1]
-
     def noise_fit(self, y: np.ndarray, rows: np.ndarray, state: FilterState, count: int = 1) -> NoiseFit:
         """Fit of a mean (c + 1,) of `count` samples of the channels `rows`, assuming noise alone: least squares for its
         own force and place; with these eliminated, the normal equation of h."""
@@ -239,7 +175,7 @@ class Fitter:
         greatest = float(np.abs(white).max()) * math.sqrt(count)
         # Products of slope a by h, residual r, and slopes l, m by the sample's own force and place: all that the least
         # squares need, by one product of matrices.
-        table = np.empty((4, len(rows)))
+        table = np.empty((2 + len(linear.B), len(rows)))
         for _ in range(STEPS):
             table[0] = slope = linear.H[rows, 0]
             table[1] = white - linear.expected[rows] - slope * (h - linear.at[2])
@@ -262,23 +198,6 @@ class Fitter:
         square = here + away * (2 * score + away * information)
         freedom = len(rows) - 1 - self.anywhere
         return NoiseFit(information, score + away * information, square, here, freedom, at, place, count, linear)
-
-    def tangent(self, linear: Linear, rows: np.ndarray) -> Tangent:
-        """The tangent at a linearisation, for some channels."""
-        B, expected = linear.B[:, rows], linear.expected[rows]
-        # Projections of a whitened sample onto its force and place, and onto what neither explains: linear, so both are
-        # one matrix, computed once.
-        own = np.linalg.inv(B @ B.T + np.eye(2) / SLOT)
-        gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
-        split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
-        # Samples may share a slot as long as the curvature between them stays below `LEVEL`, plus what noise alone
-        # moves.
-        bent = math.sqrt(LEVEL / max(float(np.abs(expected).max()), 1.0))
-        slack = bent + JITTER * float(jitter[0]), bent / BENT_PLACE + JITTER * float(jitter[1])
-        (at, there, *_), end = linear.at, self.surfaces.reach
-        ends = zip(slack, ((self.low - at, self.high - at), (-end - there, end - there)), strict=True)
-        reach = tuple([(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in ends])
-        return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)
 
     def slot(self, state: FilterState) -> int:
         """Number of samples that are learnt together."""
@@ -326,12 +245,21 @@ class Fitter:
         # Variance of the place that remains, relative to its prior; for one sample, not for the mean.
         left = 1 - float(B[1] @ residuals.precision @ B[1])
         place_sigma = self.surfaces.reach * math.sqrt(max(samples * left, 0.0))
-        mean, covariance = self._corrected(state, PH, new, samples, keep)
+        # Zeros and creep drift: their knowledge fades and as much of the prior variance comes back.
+        faded = self._faded_by(samples)
+        covariance = state.covariance - PH @ new.precision @ PH.T
+        covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
+        covariance.flat[:: self.size + 1] += 1 - faded * faded
+        if keep < 1.0:
+            forgotten = keep ** (0.25 * samples)
+            covariance[0] /= forgotten
+            covariance[:, 0] /= forgotten
         kept = keep**samples
         pressed = kept * state.pressed
         pressed[cell] += samples
         return first, FilterState(
-            mean, covariance, pressed, fit.linear, state.node, (at - fit.ln_force, place - fit.place_mm),
+            faded * (state.mean + PH @ new.weighted), covariance, pressed, fit.linear, state.node,
+            (at - fit.ln_force, place - fit.place_mm),
             place_sigma, fit.ln_force, fit.place_mm, state.anchor,
             information=kept * state.information + fit.information,
             score=kept * state.score + fit.score,
@@ -365,20 +293,6 @@ class Fitter:
         channels = rows, innovation, H, linear.B[:, rows], state.covariance
         residuals, PH = self.weighed(*channels, R)
         return residuals, PH, residuals if new is R else self.weighed(*channels, new)[0], cell
-
-    def _corrected(
-        self, state: FilterState, PH: np.ndarray, residuals: Residuals, samples: int, keep: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and covariance of x after a Kalman correction and after the drift during its samples."""
-        # Zeros and creep drift: their knowledge fades and as much of the prior variance comes back.
-        faded = self._faded_by(samples)
-        covariance = state.covariance - PH @ residuals.precision @ PH.T
-        covariance = (0.5 * faded[:, None]) * (covariance + covariance.T) * faded
-        covariance.flat[:: self.size + 1] += 1 - faded * faded
-        if keep < 1.0:
-            covariance[0] /= keep ** (0.25 * samples)
-            covariance[:, 0] /= keep ** (0.25 * samples)
-        return faded * (state.mean + PH @ residuals.weighted), covariance
 
     def h_of_noise(self, state: FilterState) -> float:
         """h from the fit of noise alone; before the first sample, the start value."""
@@ -420,20 +334,115 @@ class Fitter:
     def dominant(self, state: FilterState) -> str:
         """The largest contribution to sigma: the error whose knowledge would lower sigma most."""
         P = state.covariance
-        taken = {"noise": 0.0}
+        taken = {"noise": 1 / state.information if state.information else math.inf}
         for name, own in self.columns.items():
             if own.stop > own.start:
                 # Decrease of the variance of h if this error were known exactly.
                 taken[name] = float(P[0, own] @ np.linalg.solve(P[own, own], P[own, 0]))
-        taken["noise"] = 1 / state.information if state.information else math.inf
-        return max(taken, key=lambda name: taken[name])
+        return max(taken, key=taken.__getitem__)
 
-    def least_reading(self) -> np.ndarray:
-        """(c,) smallest |reading| in microstrain at the lowest force, over all moduli."""
-        nodes = self.surfaces.ln_nodes.tolist()
-        return np.abs([self.surfaces.at(self.low, node, 0.0).reading for node in nodes]).min(axis=0)
 
-    def inside(self, ln_force: float, place: float) -> tuple[float, float]:
-        """The nearest calibrated contact, at which to linearise."""
-        reach = self.surfaces.reach
-        return min(max(ln_force, self.low), self.high), min(max(place, -reach), reach)
+Fitted = Pieces[tuple[Residuals, FilterState]]
+
+
+class Start:
+    """The start of a touch: the calibrated contact (force, place, h) that explains a first sample best.
+
+    Readings are curved over modulus and force, so Gauss-Newton from a fixed contact may end in a wrong one. The
+    channels are linearised once at each node of a table, 7 x 9 (x 9 places) contacts. A first sample y has at each node
+    the misfit |L (y - r)|^2, r being the readings expected there and L' L = (H H' + B B' + 1)^-1; one matrix product
+    covers all nodes. Gauss-Newton then starts from the best node. The same table shows which channels, left out, leave
+    a small misfit.
+    """
+
+    def __init__(self, fitter: Fitter):
+        self._fitter = fitter
+        self._known = fitter.anywhere and math.isfinite(fitter.position_sigma)
+        hs, forces = np.linspace(0.0, fitter.top, MODULI), np.linspace(fitter.low, fitter.high, FORCES)
+        reach = fitter.surfaces.reach
+        places = np.linspace(-reach, reach, FORCES) if fitter.anywhere else np.zeros(1)
+        self._nodes = [(force, place, h) for h in hs.tolist() for place in places.tolist() for force in forces.tolist()]
+        found = [fitter.linear(*node) for node in self._nodes]
+        # A contact between nodes must not count as a misfit: h, force and place are free by one step of the table.
+        prior = np.ones(fitter.size)
+        prior[0] = (hs[1] - hs[0]) ** 2
+        narrow = np.array([[(forces[1] - forces[0]) / SPREAD_FORCE], [2 / (FORCES - 1)]])
+        H, B = np.array([linear.H for linear in found]), np.array([linear.B for linear in found]) * narrow
+        self._covariances = (H * prior) @ H.transpose(0, 2, 1) + B.transpose(0, 2, 1) @ B + np.eye(fitter.channels + 1)
+        self._expected = np.array([linear.expected for linear in found])
+        self._tables: dict[tuple[int, ...], tuple[np.ndarray, ...]] = {}
+        self._table(np.arange(fitter.channels + math.isfinite(fitter.noise[-1])))
+
+    def _table(self, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+        """For some channels, at all n nodes: precision (n, k, k), its square root as (n k, k), and the product of this
+        root with the channels expected there (n k,)."""
+        key = tuple(rows.tolist())
+        if key not in self._tables:
+            # With S = G G', the misfit r' S^-1 r is the squared length of G^-1 r.
+            root = np.linalg.inv(np.linalg.cholesky(self._covariances[:, rows[:, None], rows]))
+            precision = root.transpose(0, 2, 1) @ root
+            origin = (root @ self._expected[:, rows, None]).ravel()
+            self._tables[key] = precision, root.reshape(-1, len(rows)), origin
+        return self._tables[key]
+
+    def misfits(self, y: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(n,) squared misfit of a sample at all n nodes of the table."""
+        _, root, origin = self._table(rows)
+        left = (root @ (y * self._fitter.whiten)[rows] - origin).reshape(-1, len(rows))
+        return np.einsum("nk,nk->n", left, left)
+
+    def __call__(self, y: np.ndarray, rows: np.ndarray, prior: FilterState) -> Fitted:
+        """The misfit of a first sample, and the filter that begins with it: Gauss-Newton from the best node of the
+        table for h, force and place, with `prior` for the other unknowns."""
+        return self._settled(y, rows, prior, int(self.misfits(y, rows).argmin()))
+
+    def misfits_without(
+        self, y: np.ndarray, rows: np.ndarray, prior: FilterState, sets: list[tuple[int, ...]]
+    ) -> Pieces[list[float]]:
+        """Squared misfits of the other channels when each of some sets of channels is left out; only the likeliest few
+        are fitted, the others are inf."""
+        precision, left = self._table(rows)[0], self.misfits(y, rows)
+        rest = (y * self._fitter.whiten)[rows] - self._expected[:, rows]
+        weighted = (precision @ rest[..., None])[..., 0]
+        # Misfits of all nodes without each set, by the formula of `gauges`: a cheap ranking, and only the best are
+        # fitted.
+        each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in sets])
+        found = [math.inf] * len(sets)
+        for number in each.min(axis=0).argsort(kind="stable")[:TRIED].tolist():
+            others = np.setdiff1d(rows, sets[number])
+            residuals, _ = yield from self._settled(y, others, prior, int(each[:, number].argmin()))
+            found[number] = residuals.misfit
+        return found
+
+    def _settled(self, y: np.ndarray, rows: np.ndarray, prior: FilterState, node: int) -> Fitted:
+        """Gauss-Newton from a node of the table."""
+        fitter, (at, place, h) = self._fitter, self._nodes[node]
+        white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
+        # A prior of the place counts for this sample and for no later one.
+        wide = np.array([WIDE, fitter.position_sigma / reach if self._known else WIDE])
+        far = np.array([1.0, 1.0 / reach if reach else 0.0])
+        most = max(float(np.abs(white).max()), 1.0)
+        mean, longest = prior.mean.copy(), 1.5 * fitter.top / MODULI
+        mean[0] = 0.0
+        for step in range(FIRST_STEPS):
+            if step % STEPS_A_PIECE == 0:
+                yield
+            linear = fitter.linear(at, place, h)
+            H, B = linear.H[rows], linear.B[:, rows] * wide[:, None]
+            innovation = white - linear.expected[rows] - H @ mean
+            # Its prior is about the apex, not about the present linearisation: shift the innovation accordingly.
+            if self._known:
+                innovation = innovation + B[1] * (place / fitter.position_sigma)
+            residuals, PH = fitter.weighed(rows, innovation, H, B, prior.covariance, 1)
+            # Limited steps: half in ln force, 1 mm, and 1.5 nodes in h. The first linearisation may be far from the
+            # contact.
+            moved = wide * (B @ residuals.weighted)
+            if self._known:
+                moved[1] -= place / reach
+            change = float(PH[0] @ residuals.weighted)
+            h = min(max(h + min(max(change, -longest), longest), 0.0), fitter.top)
+            at, place = fitter.inside(*fitter.moved(linear, moved.clip(np.negative(far), far).tolist()))
+            if fitter.bend(linear, at, place, h, 0.0) * most < BENT:
+                break
+        mean[0] = h
+        return residuals, prior._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)

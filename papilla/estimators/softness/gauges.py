@@ -15,6 +15,7 @@ over a texture, all of them are distrusted for a while instead of blaming one.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -24,12 +25,9 @@ from papilla import checks
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
 from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
-from papilla.estimators.softness.doubts import Doubts
-from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Residuals
-from papilla.estimators.softness.fitter import Fitter
-from papilla.estimators.softness.surfaces import GaugeSurfaces
-from papilla.estimators.softness.touch import RULES as TOUCH_RULES
-from papilla.estimators.softness.touch import Touch
+from papilla.estimators.softness import touch
+from papilla.estimators.softness.channels import Doubts, GaugeSurfaces
+from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Residuals
 from papilla.estimators.spread import Pieces, Spread, completed
 
 
@@ -80,7 +78,7 @@ class Search(NamedTuple):
     def run(self, of: "GaugeSoftness") -> Pieces[tuple]:
         """Returns the status of a force outside the domain; the faults of the channels at fault; and the filter with
         which the sample is learnt, or None if nothing explains it. Nothing of the search is stored before its end."""
-        return of.explained(self)
+        return of._explained(*self)
 
 
 class GaugeEstimate(NamedTuple):
@@ -109,7 +107,7 @@ class GaugeEstimate(NamedTuple):
         return _words(self.status, int(self.left_out), int(self.channels))
 
 
-class GaugeSoftness(Touch):
+class GaugeSoftness(touch.Touch):
     """Online estimate of the modulus from all gauges; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     A force or reading that is NaN is left out of its sample. A gauge is left out as long as it is stuck, saturated or
@@ -136,7 +134,7 @@ class GaugeSoftness(Touch):
         gauge_sigma: float,
         force_sigma_N: float,
         doubts: Doubts | None = None,
-        contact_force_N: float = 0.02,
+        contact_force_N: float = touch.CONTACT_N,
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,
         position_sigma_mm: float | None = None,
@@ -205,16 +203,30 @@ class GaugeSoftness(Touch):
         return self._refused(SoftnessStatus.MISFIT, faults)
 
     def _search(self, search: Spread) -> GaugeEstimate:
-        """Do the next piece of a search. Until its end no sample is learnt and none has an answer."""
+        """Do the next piece of a search, and use its result. Until its end no sample is learnt and none has an
+        answer."""
         found = search.advance(self)
         if found is None:
             return self._refused(SoftnessStatus.MISFIT, search.task.faults)
-        self._memory.search = None
-        return self._conclude(search.task.y, search.task.faults, *found)
+        memory, y, faults, (outside, named, state) = self._memory, search.task.y, search.task.faults, found
+        memory.search = None
+        if outside:
+            return self._refused(outside, faults)
+        if named:
+            memory.faults = tuple([named.get(channel, fault) for channel, fault in enumerate(memory.faults)])
+            faults = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
+        rows = self._of(faults)
+        if state is None:
+            self._distrust()
+            return self._refused(SoftnessStatus.MISFIT, faults)
+        # Explained by a new modulus, not by a fault: this adds to the distrust, because over a texture it happens again
+        # and again.
+        if not named:
+            memory.distrust += RULES.unexplained
+        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
-    def explained(self, search: Search) -> Pieces[tuple]:
+    def _explained(self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, state, known) -> Pieces[tuple]:
         """The result of `Search.run`; see there."""
-        y, faults, residuals, state, known = search
         rows, anew, begun = self._of(faults), residuals, state
         # First: does any modulus explain the sample? Then the specimen may have changed in a lift that nobody saw.
         if known:
@@ -226,7 +238,7 @@ class GaugeSoftness(Touch):
         # If another modulus explains it, a pair of bad channels is the less likely cause: only single channels (and
         # mirrored pairs) are suspected.
         single = known and anew.misfit < RULES.contradicts
-        misfits = residuals.misfits_without if known else self._start.misfits_without(y, rows, self._unknown())
+        misfits = residuals.misfits_without if known else partial(self._start.misfits_without, y, rows, self._unknown())
         blame = yield from self._to_blame(rows, misfits, single=single)
         if blame is None:
             return None, {}, begun if single else None
@@ -246,30 +258,12 @@ class GaugeSoftness(Touch):
         yield
         return None, named, state
 
-    def _conclude(self, y, faults: tuple[int, ...], outside, named: dict[int, int], state) -> GaugeEstimate:
-        """Use the result of a search."""
-        memory = self._memory
-        if outside:
-            return self._refused(outside, faults)
-        if named:
-            memory.faults = tuple([named.get(channel, fault) for channel, fault in enumerate(memory.faults)])
-            faults = tuple([named.get(channel, fault) for channel, fault in enumerate(faults)])
-        rows = self._of(faults)
-        if state is None:
-            self._distrust()
-            return self._refused(SoftnessStatus.MISFIT, faults)
-        # Explained by a new modulus, not by a fault: this adds to the distrust, because over a texture it happens again
-        # and again.
-        if not named:
-            memory.distrust += RULES.unexplained
-        return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
-
     def _trusted(self, samples: int = 0) -> bool:
         """Whether the gauges are trusted, after `samples` more samples without a contradiction."""
         memory = self._memory
         if samples and memory.distrust:
             memory.distrust = max(memory.distrust - samples, 0)
-            memory.patience = memory.patience if memory.distrust else TOUCH_RULES.patience
+            memory.patience = memory.patience if memory.distrust else touch.RULES.patience
         return memory.distrust <= RULES.trusted
 
     def _distrust(self) -> None:
@@ -342,7 +336,7 @@ class GaugeSoftness(Touch):
             return self._refused(outside, faults)
         # The first sample has been judged by its start; there is nothing else to contradict.
         limit = RULES.contradicts if state.samples else math.inf
-        residuals = self._learnt(y, rows, state, fit, limit=limit)
+        residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, limit=limit)
         if residuals.misfit > limit:
             return self._contradict(y, faults, state, residuals)
         self._trusted(fit.samples)
@@ -351,12 +345,12 @@ class GaugeSoftness(Touch):
     def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> GaugeEstimate:
         if not self._trusted():
             return self._refused(SoftnessStatus.MISFIT, faults)
-        known, code = self._modulus(), self._used[faults][1]
-        status = int(SoftnessStatus.LEFT_OUT) if code and known.status == SoftnessStatus.OK else known.status
-        placed = self._anywhere and math.isfinite(known.modulus)
-        where = (place + known.place_mm, known.place_sigma_mm) if placed else ()
-        force, channels = math.exp(ln_force + known.ln_force), self._gauges + 1
-        return GaugeEstimate(known.modulus, known.sigma, force, status, code, channels, *where)
+        (modulus, sigma, status), (further, aside) = self._modulus()
+        code, state = self._used[faults][1], self._memory.filter
+        if code and status == SoftnessStatus.OK:
+            status = int(SoftnessStatus.LEFT_OUT)
+        where = (place + aside, state.place_sigma_mm) if self._anywhere and state and math.isfinite(modulus) else ()
+        return GaugeEstimate(modulus, sigma, math.exp(ln_force + further), status, code, self._gauges + 1, *where)
 
     def _watch_returning(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit) -> None:
         """Use a channel again that has fitted for long enough."""

@@ -1,10 +1,11 @@
-"""Common part of both estimators of softness: contact, zeros in the air, slots of samples, and the answer of a fit.
+"""A touch, and Young's modulus from its S_d and force: contact, zeros in the air, slots of samples, and the answer.
 
-A touch is a filter (`filter_state`, `fitter`) that begins where a first sample fits best (`start`) and lives until
-contact is lost. At 1 kHz most samples repeat the one before, so samples that lie near each other are summed in a slot,
-and the filter learns the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot
-still gets its own answer: a tangent, y - y_0 = B (force, place), gives its force and place by one small matrix product.
-A sample beyond the tangent's reach, or with a large misfit, closes the slot.
+`Touch` is the common part of both estimators of softness, `Softness` the one from S_d alone: one reading instead of
+many. A touch is a filter (`fitter`) that begins where a first sample fits best and lives until contact is lost. At 1
+kHz most samples repeat the one before, so samples that lie near each other are summed in a slot, and the filter learns
+the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot still gets its own
+answer: a tangent, y - y_0 = B (force, place), gives its force and place by one small matrix product. A sample beyond
+the tangent's reach, or with a large misfit, closes the slot.
 
 In the air the readings are zeros. Means of 20 samples are learnt as zeros, each only when the next one agrees, so that
 the beginning of a press is never learnt as a zero. Force and readings together decide whether the finger is in the air,
@@ -13,20 +14,25 @@ because either alone may be a zero that has drifted.
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from papilla import checks
-from papilla.calibration import IDENTIFIABLE, SoftnessStatus
+from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
 from papilla.errors import InputError
-from papilla.estimators.health import GaugeHealth, HealthState, numbered
-from papilla.estimators.softness.filter_state import FilterState, NoiseFit, Residuals, Tangent
-from papilla.estimators.softness.fitter import Fitter
-from papilla.estimators.softness.start import Start
-from papilla.estimators.spread import Spread
+from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
+from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
+from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
+from papilla.estimators.spread import Spread, completed
 from papilla.estimators.stream import Stream
+from papilla.logs.quantities import SAMPLE_RATE_HZ
+
+NOISE_REACH = 4.0
+"""Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
+CONTACT_N = 0.02
+"""Default force below which there may be no contact."""
 
 
 @dataclass(frozen=True)
@@ -78,16 +84,20 @@ class Slot(NamedTuple):
     fit: NoiseFit | None = None
 
 
-class TouchEstimate(NamedTuple):
-    """The modulus and its sigma in MPa (NaN if there is none) and the status; the difference of ln force and place (mm)
-    between the filter and the fit of noise alone; the standard deviation of the place."""
+class SoftnessEstimate(NamedTuple):
+    """modulus_MPa, modulus_sigma_MPa (NaN where there is no answer) and status: the value of a `SoftnessStatus`.
 
-    modulus: float
-    sigma: float
-    status: int
-    ln_force: float
-    place_mm: float
-    place_sigma_mm: float
+    NOT_IDENTIFIABLE may come with a modulus: its sigma is then more than half of it. Of a block, arrays (n,).
+    """
+
+    modulus_MPa: float | np.ndarray = math.nan
+    modulus_sigma_MPa: float | np.ndarray = math.nan
+    status: int | np.ndarray = int(SoftnessStatus.NO_CONTACT)
+
+    @property
+    def sentence(self) -> Any:
+        """The status in words: a string, or a list of them."""
+        return SoftnessStatus.in_words(self.status)
 
 
 @dataclass(eq=False)
@@ -117,11 +127,6 @@ class TouchState:
     dominant: str = ""
     light: int = 0
     search: Spread | None = None
-
-    @property
-    def information(self) -> float:
-        """Information about h in this touch, from noise alone; 0 if there is none."""
-        return self.filter.information if self.filter else 0.0
 
 
 class Touch(Stream):
@@ -210,19 +215,18 @@ class Touch(Stream):
         if memory.filter is not None:
             memory.dominant = self.dominant
             memory.filter, memory.distrust, memory.patience = None, 0, RULES.patience
-        if good:
-            total, samples, before = memory.rest
-            total, samples = total + np.array(sample), samples + 1
-            full = samples == RULES.rest_samples
-            memory.rest = self._rested(total / samples, before) if full else Rest(total, samples, before)
-
-    def _rested(self, mean: np.ndarray, before: np.ndarray | None) -> Rest:
-        """Learn the zeros (g + 1,) from the earlier mean if the next one agrees; returns what is then not yet
-        learnt."""
-        memory, count = self._memory, RULES.rest_samples
+        if not good:
+            return
+        before, count = memory.rest.before, memory.rest.samples + 1
+        total = memory.rest.total + np.array(sample)
+        memory.rest = Rest(total, count, before)
+        if count < RULES.rest_samples:
+            return
+        mean = total / count
+        memory.rest = Rest(before=mean)
         if before is not None:
-            # The earlier mean is learnt, not this one: if this one is the start of a press, it will disagree, and
-            # neither is learnt.
+            # The earlier mean is learnt as zeros (g + 1,), not this one: if this one is the start of a press, it will
+            # disagree, and neither is learnt.
             noise = self._zero_noise**2 / count
             apart = (mean - before) ** 2 / (2 * noise + (RULES.rest_share * self._zero_sigma) ** 2)
             if apart.mean() <= RULES.rest_limit:
@@ -230,7 +234,6 @@ class Touch(Stream):
                 zeros, variance = np.array(memory.zeros), self._zero_sigma**2
                 zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
                 memory.zeros, memory.airborne = tuple(zeros.tolist()), min(memory.airborne + count, RULES.zero_samples)
-        return Rest(before=mean)
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force minus their zeros; plain numbers, because arrays are slower for so few values."""
@@ -313,22 +316,13 @@ class Touch(Stream):
             self._tangent = known = self._fitter.tangent(state.linear, rows)
         return known
 
-    def _learnt(self, y: np.ndarray, rows: np.ndarray, state: FilterState, fit: NoiseFit, **options) -> Residuals:
-        """Learn a mean of samples with the options of `Fitter.learn`; returns its residuals against the filter
-        before."""
-        residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, **options)
-        return residuals
-
-    def _modulus(self) -> TouchEstimate:
-        """The present modulus; it is computed again when the filter has changed."""
-        state = self._memory.filter
-        if state is None or state is not self._estimated[0]:
-            self._estimated = state, self._worked_out(state)
-        return self._estimated[1]
-
-    def _worked_out(self, state: FilterState | None) -> TouchEstimate:
-        fitter = self._fitter
+    def _modulus(self) -> tuple[SoftnessEstimate, tuple[float, float]]:
+        """The present modulus, and the difference of ln force and place (mm) between the filter and the fit of noise
+        alone; both are computed again when the filter has changed."""
+        fitter, state = self._fitter, self._memory.filter
         assert state is not None
+        if state is self._estimated[0]:
+            return self._estimated[1]
         modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.noise_explains(state) else state.offset
         h, sigma_h = fitter.estimate(state)
         if float(state.mean[1:] @ state.mean[1:]) > RULES.largest_errors:
@@ -340,4 +334,93 @@ class Touch(Stream):
             modulus, relative = math.exp(ln_modulus), sigma_h / slope
             sigma = relative * modulus
             status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE else SoftnessStatus.OK
-        return TouchEstimate(modulus, sigma, int(status), *offset, state.place_sigma_mm)
+        found = SoftnessEstimate(modulus, sigma, int(status)), offset
+        self._estimated = state, found
+        return found
+
+
+class Softness(Touch):
+    """Online estimate of the modulus; one sample is (g1, ..., gg, force_N), readings in microstrain.
+
+    Parameters
+    ----------
+    calibration : of the same gauges in the same order.
+    gauge_sigma : standard deviation of a gauge's noise, microstrain, > 0.
+    force_sigma_N : standard deviation of the force's noise, N.
+    doubts : all other uncertain quantities; the modulus' sigma contains them.
+    memory_s : time constant of forgetting; inf remembers until contact is lost.
+    sample_rate_Hz : sampling rate; only used with a finite memory.
+    contact_force_N : with force and readings below it there is no contact, and the touch is forgotten.
+    saturation : |reading| in microstrain from which a gauge is saturated.
+    stuck_samples : a gauge that repeats its reading this often while another moves is stuck.
+
+    Raises `InputError` for unusable values, and for a calibration whose S_d rises with the modulus nowhere.
+    """
+
+    answer = SoftnessEstimate
+
+    def __init__(
+        self,
+        calibration: Calibration,
+        *,
+        gauge_sigma: float,
+        force_sigma_N: float,
+        doubts: Doubts | None = None,
+        memory_s: float = math.inf,
+        sample_rate_Hz: float = SAMPLE_RATE_HZ,
+        contact_force_N: float = CONTACT_N,
+        saturation: float = math.inf,
+        stuck_samples: int = STUCK_SAMPLES,
+    ):
+        gauges = len(calibration.gauges)
+        self._reading_sigma = checks.positive("gauge_sigma (microstrain)", gauge_sigma) / math.sqrt(gauges)
+        self._slack = NOISE_REACH * checks.within("force_sigma_N", force_sigma_N, 0, math.inf)
+        if not memory_s > 0:
+            raise InputError(f"memory_s must be greater than 0, got {memory_s}")
+        self._keep = math.exp(-1 / (memory_s * checks.positive("sample_rate_Hz", sample_rate_Hz)))
+        known = doubts or Doubts()
+        known = replace(known, zero_microstrain=known.zero_microstrain / math.sqrt(gauges))
+        self._surface = SdSurface(calibration)
+        fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, known, None)
+        super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
+
+    def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]) -> SoftnessEstimate:
+        """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
+        if force - force != 0.0:
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_INPUT))
+        *moved, force_N = self._moved((*readings, force))
+        sd = math.nan if found else self._sd(moved)
+        if not self._in_contact(np.array((sd, force_N)), self._all[: 0 if found else 1], (*readings, force), not found):
+            return SoftnessEstimate(status=int(SoftnessStatus.NO_CONTACT))
+        low, high = self._surface.force_N
+        if not low - self._slack <= force_N <= high + self._slack:
+            side = SoftnessStatus.FORCE_BELOW if force_N < low else SoftnessStatus.FORCE_ABOVE
+            return SoftnessEstimate(status=int(side))
+        if found:
+            return SoftnessEstimate(status=int(SoftnessStatus.BAD_GAUGE))
+        if sd > 0:
+            # Noise adds to a standard deviation.
+            sd -= 0.5 * (self._gauges - 2) * self._reading_sigma**2 / sd
+        return self._gather(np.array((sd, force_N)), ())
+
+    def _begin(self, y: np.ndarray, faults: tuple[int, ...]) -> SoftnessEstimate:
+        state = completed(self._start(y, self._all, self._unknown()))[1]
+        return self._follow(y, faults, state, self._fitter.noise_fit(y, self._all, state))
+
+    def _follow(self, y: np.ndarray, faults: tuple[int, ...], state: FilterState, fit: NoiseFit) -> SoftnessEstimate:
+        fitter = self._fitter
+        if outside := self._outside(fit):
+            return SoftnessEstimate(status=int(outside))
+        softest, hardest = self._surface.usable(fit.ln_force)
+        if not softest <= fitter.ln_modulus(fitter.h_of_noise(state))[0] <= hardest:
+            return SoftnessEstimate(status=int(SoftnessStatus.NOT_IDENTIFIABLE))
+        self._memory.filter = fitter.learn(y, self._all, state, fit, keep=self._keep)[1]
+        return self._answer(fit.ln_force, fit.place_mm, faults)
+
+    def _answer(self, ln_force: float, place: float, faults: tuple[int, ...]) -> SoftnessEstimate:
+        return self._modulus()[0]
+
+    def _sd(self, moved: list[float]) -> float:
+        """S_d of the readings minus their zeros, without numpy, which takes several times as long for so few values."""
+        mean = sum(moved) / self._gauges
+        return math.sqrt(sum([(value - mean) ** 2 for value in moved]) / self._gauges)

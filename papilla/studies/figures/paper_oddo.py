@@ -5,9 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from papilla.estimators.published.wavelet import cross_wavelet, morlet, octaves
-from papilla.estimators.published.wavelet.cross import CrossWavelet
-from papilla.estimators.published.wavelet.significance import RedNoise
+from papilla.estimators.published.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
 from papilla.studies.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, dashed, printed
 from papilla.studies.reproduce.experiments import wavelets
 from papilla.studies.reproduce.experiments.wavelets import ASSUMED, PERIODS_MM, RUNS, SCENE, RATE_Hz, phase_deg

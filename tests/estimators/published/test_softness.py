@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.calibration.compact import Compact
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
+from papilla.calibration.readouts import Compact
 from papilla.errors import InputError
 from papilla.estimators import Pipeline, PrintedSoftness
 from papilla.units import gf_to_newton

@@ -1,4 +1,4 @@
-"""The roughness estimators of the papers, exactly as printed and corrected, one module per method."""
+"""The roughness estimators of the papers, exactly as printed and corrected: by impulses and by spectra."""
 
 from papilla._lazy import attach as _attach
 

@@ -1,14 +1,14 @@
 """The names of `papilla.estimators.published.roughness` and the module that defines each."""
 
-from .answer import RoughnessEstimate as RoughnessEstimate
-from .answer import RoughnessStatus as RoughnessStatus
-from .counting_error import expected_error as expected_error
-from .counting_error import optimal_period as optimal_period
-from .impulse_density import ImpulseDensity as ImpulseDensity
-from .interval import ImpulseInterval as ImpulseInterval
-from .okamoto import AmplitudeFit as AmplitudeFit
-from .okamoto import Okamoto as Okamoto
-from .okamoto import fit_amplitude as fit_amplitude
-from .stft import ShortTimeSpectrum as ShortTimeSpectrum
+from .impulses import ImpulseDensity as ImpulseDensity
+from .impulses import ImpulseInterval as ImpulseInterval
+from .impulses import ZeroCrossing as ZeroCrossing
+from .impulses import expected_error as expected_error
+from .impulses import optimal_period as optimal_period
+from .spectra import AmplitudeFit as AmplitudeFit
+from .spectra import Okamoto as Okamoto
+from .spectra import ShortTimeSpectrum as ShortTimeSpectrum
+from .spectra import fit_amplitude as fit_amplitude
+from .stream import RoughnessEstimate as RoughnessEstimate
+from .stream import RoughnessStatus as RoughnessStatus
 from .stream import RoughnessStream as RoughnessStream
-from .zero_crossing import ZeroCrossing as ZeroCrossing

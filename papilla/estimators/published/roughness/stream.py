@@ -9,14 +9,65 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.roughness.answer import NONE, Finding, RoughnessEstimate, RoughnessStatus
 from papilla.estimators.stream import Stream
+from papilla.status import Status
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
+NONE = math.nan
+
+
+class RoughnessStatus(Status):
+    """Status of an answer; `sentence` says it in words."""
+
+    OK = "ok"
+    WARMING_UP = "the window is not full yet"
+    SILENT = "nothing in the window: no texture, a dead gauge, or slower than the window can see"
+    STANDSTILL = "no movement, so the frequency gives no wavelength"
+    NO_VELOCITY = "no finite velocity: frequency only"
+    GAP = "samples are missing in the window; the answer, if any, is from the others"
+    MISSING = "the reading is missing or not finite"
+    SATURATED = "the reading is saturated"
+    ALIASED = "too fast for this sampling rate: what is counted may be an alias"
+    DUPLICATE = "the sample is not later than the one before, and was left out"
+
+
+OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(int, RoughnessStatus)
+
+
+class RoughnessEstimate(NamedTuple):
+    """frequency_Hz, wavelength_mm (NaN where there is no answer), power and status: the value of a `RoughnessStatus`.
+
+    power is that of the spectral line in squared units of the reading times s; NaN for the estimators that count. Of a
+    block, arrays (n,).
+    """
+
+    frequency_Hz: float | np.ndarray
+    wavelength_mm: float | np.ndarray
+    power: float | np.ndarray
+    status: int | np.ndarray
+
+    @property
+    def sentence(self) -> Any:
+        """The status in words: a string, or a list of them."""
+        return RoughnessStatus.in_words(self.status)
+
+
+class Finding(NamedTuple):
+    """Result of a method in its window: status and, if that is OK or GAP, the period.
+
+    frequency in Hz, distance in mm travelled in one period (both NaN if there is none), and power.
+    """
+
+    status: int
+    frequency: float = NONE
+    distance: float = NONE
+    power: float = NONE
 
 
 @dataclass(eq=False)
@@ -115,25 +166,25 @@ class RoughnessStream(Stream):
         if time:
             missing = self._missing_before(time[0])
             if missing < 0:
-                return RoughnessEstimate(NONE, NONE, NONE, RoughnessStatus.DUPLICATE)
+                return RoughnessEstimate(NONE, NONE, NONE, DUPLICATE)
             for _ in range(missing):
                 self._one(NONE, velocity)
         return self._one(reading, velocity)
 
     def _one(self, reading: float, velocity: float) -> RoughnessEstimate:
         """The answer after one more sample, a period after the last."""
-        fault, memory = RoughnessStatus.OK, self._memory
+        fault, memory = OK, self._memory
         if not -self._saturation < reading < self._saturation:
-            fault, reading = RoughnessStatus.SATURATED if reading == reading else RoughnessStatus.MISSING, NONE
+            fault, reading = SATURATED if reading == reading else MISSING, NONE
         memory.seen = min(memory.seen + 1, self._full + 1)
         status, frequency, distance, power = self._find(memory.method, reading, abs(velocity))
         if fault or memory.seen <= self._full:
-            return RoughnessEstimate(NONE, NONE, NONE, fault or RoughnessStatus.WARMING_UP)
-        if status in (RoughnessStatus.OK, RoughnessStatus.GAP) and frequency > 0.0:
+            return RoughnessEstimate(NONE, NONE, NONE, fault or WARMING_UP)
+        if status in (OK, GAP) and frequency > 0.0:
             if not distance < math.inf:
-                distance, status = NONE, RoughnessStatus.NO_VELOCITY
+                distance, status = NONE, NO_VELOCITY
             elif distance <= 0.0:
-                distance, status = NONE, RoughnessStatus.STANDSTILL
+                distance, status = NONE, STANDSTILL
         else:
             distance = NONE
         return RoughnessEstimate(frequency, distance, power, status)

@@ -9,9 +9,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.estimators.published.wavelet.cross import AFTER, BEFORE
-from papilla.estimators.published.wavelet.significance import common_threshold, cross_threshold
-from papilla.estimators.published.wavelet.transform import FOURIER, OMEGA0, octaves
+from papilla.estimators.published.wavelet import cross
 from papilla.estimators.published.window import Window
 from papilla.estimators.stream import Stream
 from papilla.status import Status
@@ -20,15 +18,11 @@ REACH = 3.0
 """Number of scales to either side of an instant that its coefficient uses; there the wavelet has 1 % of its height."""
 HOP_S = 1 / 300
 """Sampling period of the 2011 paper: one instant of the ridge each, so that 20 instants are its window of 67 ms."""
-KEPT = BEFORE + 1 + AFTER
+KEPT = cross.BEFORE + 1 + cross.AFTER
 CHANCE, APART = 0.05, 0.22
 """Probability that red noise passes as a ridge, and octaves over which the largest value counts as one. One frequency
 alone must pass more rarely than the largest over all. 0.22 was measured: white noise passes in 4-6 % of the instants,
-noise of lag-one correlation 0.9 in 2-7 %.
-
-One frequency alone must pass more seldom than the greatest of all. 0.22 was measured: white noise passes in 4-6 % of
-the instants, noise of lag-one correlation 0.9 in 2-7 %.
-"""
+noise of lag-one correlation 0.9 in 2-7 %."""
 NONE = math.nan
 
 
@@ -102,16 +96,16 @@ class CrossRidge(Stream):
         sample_rate_Hz: float = 1000.0,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        self.frequency_Hz = octaves(low_Hz, high_Hz, per_octave)
+        self.frequency_Hz = cross.octaves(low_Hz, high_Hz, per_octave)
         if not high_Hz < 0.5 * rate:
             raise InputError(f"high_Hz must be below half of sample_rate_Hz, got {high_Hz:g} at {rate:g} Hz")
-        scale = FOURIER / self.frequency_Hz[:, None]
+        scale = cross.FOURIER / self.frequency_Hz[:, None]
         reach = math.ceil(REACH * float(scale[0, 0]) * rate)
         self.lag_s = reach / rate
         self._count, self._hop = 2 * reach + 1, max(round(HOP_S * rate), 1)
         self._chance = 1 - (1 - CHANCE) ** (1 / max(math.log2(high_Hz / low_Hz) / APART, 1.0))
         eta = np.arange(-reach, reach + 1) / rate / scale
-        wavelets = np.pi**-0.25 * np.exp(-1j * OMEGA0 * eta - 0.5 * eta**2) / np.sqrt(scale * rate)
+        wavelets = np.pi**-0.25 * np.exp(-1j * cross.OMEGA0 * eta - 0.5 * eta**2) / np.sqrt(scale * rate)
         # Real and imaginary rows in turn, so that a product with them gives complex numbers.
         self._rows = np.stack([wavelets.real, wavelets.imag], axis=1).reshape(-1, self._count)
         self.reset()
@@ -151,8 +145,8 @@ class CrossRidge(Stream):
         best = int(np.abs(products).argmax())
         frequency, product = self.frequency_Hz.item(best), complex(products[best])
         status = RidgeStatus.OK
-        if not abs(product) > cross_threshold(one, two, self._rate, frequency, self._chance):
+        if not abs(product) > cross.cross_threshold(one, two, self._rate, frequency, self._chance):
             status = RidgeStatus.NOT_SIGNIFICANT
-        elif not product.imag**2 > common_threshold(one, two, self._rate, frequency, CHANCE) * abs(product):
+        elif not product.imag**2 > cross.common_threshold(one, two, self._rate, frequency, CHANCE) * abs(product):
             status = RidgeStatus.COMMON
         return status, frequency, product

@@ -4,10 +4,8 @@ import math
 
 import pytest
 
-from papilla.estimators.published.roughness.answer import ALIASED, GAP, OK, SILENT
-from papilla.estimators.published.roughness.counting import ImpulseCount
-from papilla.estimators.published.roughness.impulses import Corpuscle, Threshold, Trigger
-from papilla.estimators.published.roughness.interval import LastInterval
+from papilla.estimators.published.roughness.impulses import Corpuscle, ImpulseCount, LastInterval, Threshold, Trigger
+from papilla.estimators.published.roughness.stream import ALIASED, GAP, OK, SILENT
 
 NAN = math.nan
 

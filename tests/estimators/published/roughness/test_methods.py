@@ -14,7 +14,7 @@ from papilla.estimators.published.roughness import (
     expected_error,
     fit_amplitude,
     optimal_period,
-    stft,
+    spectra,
 )
 from papilla.estimators.published.roughness.impulses import Corpuscle, UpwardCrossings
 
@@ -122,7 +122,7 @@ def test_power_is_the_spectral_density_of_the_line(variant, window_s):
 def test_matrix_and_transform_are_the_same_spectrum(grating, monkeypatch):
     rows = grating(1.8)
     by_matrix = ShortTimeSpectrum(variant="corrected", window_s=0.1).process(rows)
-    monkeypatch.setattr(stft, "BY_MATRIX", 0)
+    monkeypatch.setattr(spectra, "BY_MATRIX", 0)
     by_transform = ShortTimeSpectrum(variant="corrected", window_s=0.1).process(rows)
     np.testing.assert_allclose(by_matrix.frequency_Hz, by_transform.frequency_Hz, rtol=1e-9)
     np.testing.assert_allclose(by_matrix.power, by_transform.power, rtol=1e-9)

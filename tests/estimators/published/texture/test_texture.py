@@ -10,6 +10,7 @@ from papilla.estimators.published.texture import (
     concordance,
     grubbs_critical,
     grubbs_outliers,
+    integral,
     leave_m_out,
     log_band_features,
     matching_band,
@@ -17,7 +18,6 @@ from papilla.estimators.published.texture import (
     printed_bands,
     random_bands,
 )
-from papilla.estimators.published.texture.bands import integral
 
 RATE = 2000.0
 LARGE = [494, 395, 516, 434, 476, 557, 413, 442, 650, 433, 417, 656, 267, 478, 178, 423, 427]

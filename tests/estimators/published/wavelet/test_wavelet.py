@@ -14,7 +14,7 @@ from papilla.estimators.published.wavelet import (
     octaves,
     periods_of_phase,
 )
-from papilla.estimators.published.wavelet.significance import common_threshold
+from papilla.estimators.published.wavelet.cross import common_threshold
 
 RATE = 300.0
 
