@@ -111,7 +111,7 @@ def coated(
 
 def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
     """Thickness and indentation (mm) at which the ball's contact on an incompressible bonded layer has a radius of
-    1 mm, as the meshes are made for, and `chi` thicknesses."""
+    1 mm, as the meshes are made for; `chi` is the root of ball radius times indentation, over the thickness."""
     unit = bonded_layer_sphere(1 / BALL_RADIUS, BALL_RADIUS, 1 / chi, modulus, 0.5)
     return 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
 
