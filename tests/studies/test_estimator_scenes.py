@@ -7,6 +7,7 @@ import pytest
 
 from papilla.errors import InputError
 from papilla.references.bounds import frequency_bound, wavelength_bound
+from papilla.studies.estimator_bench import scene_parts as parts
 from papilla.studies.estimator_bench.scene_parts import HARMONICS, common_period, profile_amplitudes, sheared
 from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
 
@@ -173,6 +174,103 @@ def test_the_bound_of_a_blind_frequency():
 def test_bad_input(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+# ---- Parts by themselves
+
+
+@pytest.fixture
+def draft():
+    """A second at 1 kHz and 100 mm/s, with a texture of 1 on two gauges 0.3 mm apart."""
+    made = parts.Draft(np.random.default_rng(5), False, 1000.0, np.arange(1000) / 1000, np.array([0.0, 0.3]), 1.2)
+    parts.constant(made, 100.0, 0.0)
+    made.texture = np.ones((1000, 2))
+    return made
+
+
+def test_strokes_and_turns_go_to_and_fro(draft):
+    parts.strokes(draft, 80.0, 2.0)
+    assert np.abs(draft.velocity).max() == pytest.approx(80, rel=1e-3)
+    assert np.gradient(draft.position, 1e-3)[1:-1] == pytest.approx(draft.velocity[1:-1], abs=0.1)
+    assert draft.position[[0, 500]] == pytest.approx([0, 0], abs=1e-9)
+    parts.turning(draft, 0.25, 90.0, 0.1)
+    assert draft.velocity.max() == 90 and draft.velocity.min() == -90
+    assert (np.abs(draft.velocity) < 90 - 1e-9).mean() == pytest.approx(0.2, abs=0.02), "half a turn at each end"
+    assert np.diff(draft.position) * 1000 == pytest.approx((draft.velocity[1:] + draft.velocity[:-1]) / 2)
+
+
+def test_the_amplifier_passes_harmonics_below_its_band(draft):
+    """At 100 mm/s over 1.25 mm four harmonics are below 400 Hz; at 400 mm/s only the first is."""
+    draft.asked_mm = 1.25
+    for speed, present in ((100.0, [1, 2, 3, 4]), (400.0, [1])):
+        parts.constant(draft, speed, 0.0)
+        parts.grating(draft)
+        waves = np.exp(2j * np.pi * np.outer(np.arange(1, 6), draft.position) / 1.25)
+        found = waves @ draft.texture / 1000
+        assert (np.flatnonzero(np.abs(found[:, 0]) > 1e-6) + 1).tolist() == present, speed
+        assert found[0, 1] / found[0, 0] == pytest.approx(np.exp(-2j * np.pi * 0.3 / 1.25))
+
+
+@pytest.mark.parametrize(
+    "part, options, expected",
+    [
+        (
+            "motor",
+            {"rms": 1.5, "frequency_Hz": 50.0, "phase": 0.3},
+            lambda t: 1.5 * 2**0.5 * np.sin(100 * np.pi * t + 0.3),
+        ),
+        ("ripple", {"size": 6.0, "wavelength_mm": 20.0}, lambda t: 6 * np.sin(2 * np.pi * 100 * t / 20)),
+        ("drift", {"rate_Hz": 0.5, "phase": 0.2, "size": 2.0}, lambda t: 2 * np.sin(np.pi * t + 0.2)),
+        ("friction", {"size": 3.0, "turn_mm_s": 100.0}, lambda t: np.full(t.size, 3 * math.tanh(1))),
+    ],
+)
+def test_what_is_added_has_its_size_and_phase(draft, part, options, expected):
+    getattr(parts, part)(draft, **options)
+    assert draft.added == pytest.approx(expected(draft.time_s), abs=1e-9) and (draft.texture == 1).all()
+
+
+def test_texture_fades_and_contact_is_lost(draft):
+    parts.fading(draft, 0.5, 0.0, 0.4)
+    assert draft.texture[:, 1] == pytest.approx(1 + 0.4 * np.sin(np.pi * draft.time_s))
+    draft.texture = np.ones((1000, 2))
+    parts.lost(draft, 0.1, 0.5, 0.2, 8.0, 0.004)
+    air = (draft.time_s + 0.1) % 0.5 < 0.2
+    edge = np.abs(np.diff(air.astype(float), prepend=air[0])) > 0
+    settled = np.convolve(edge, np.ones(41), "same") == 0
+    assert np.abs(draft.texture[settled & air]).max() < 1e-3 and np.abs(draft.added[settled & air]).max() < 1e-2
+    assert draft.texture[settled & ~air] == pytest.approx(1, abs=1e-3) and settled.mean() > 0.8
+    assert draft.added[settled & ~air] == pytest.approx(8, abs=1e-2)
+
+
+def test_spikes_steps_and_a_slow_force(draft):
+    parts.spikes(draft, 0.05, 20.0)
+    assert set(np.unique(draft.added)) == {-20.0, 0.0, 20.0} and 0.02 < (draft.added != 0).mean() < 0.1
+    draft.added[:] = 0
+    parts.steps(draft, 0.5, 0.2, (1.5, 4.0), 0.02)
+    levels = draft.added[[150, 500, 900]]
+    assert levels[0] == 0 and (np.abs(np.diff(levels)) >= 1.5).all() and (np.abs(np.diff(levels)) <= 4).all()
+    assert draft.added[210] == pytest.approx(levels[1] / 2) and (draft.added[225:700] == levels[1]).all()
+    draft.added[:] = 0
+    parts.force(draft, 6.0, 0.3, 0.1, 0.1)
+    waver = draft.added / 6
+    assert waver.std() == pytest.approx(1) and np.abs(np.diff(waver)).max() < 0.05
+    assert draft.texture[:, 0] == pytest.approx(np.maximum(1 + 0.3 * waver, 0.1))
+
+
+def test_errors_of_the_clock_and_of_the_velocity(draft):
+    parts.smoothed(draft, 0.02)
+    assert draft.known[19] == pytest.approx(100 * (1 - math.exp(-1))), "a time constant after a step from 0"
+    parts.dropped(draft, 0.0, 0.25, 0.05)
+    assert np.isnan(draft.added).mean() == pytest.approx(0.2, abs=2e-3)
+    parts.stamped(draft, 0.01)
+    assert draft.time_s[[0, 9, 10, 25]] == pytest.approx([0, 0, 0.01, 0.02])
+
+
+def test_a_surface_out_of_range_is_a_grating_without_truth(draft):
+    parts.out_of_range(draft, 12.0)
+    assert np.isnan(draft.wavelength).all()
+    line = [abs(np.mean(draft.texture[:960, 0] * np.exp(2j * np.pi * draft.position[:960] / w))) for w in (12.0, 1.2)]
+    assert line[0] > 0.5 > 0.05 > line[1]
 
 
 # ---- Disturbances
