@@ -140,7 +140,7 @@ def along(name: str, modulus: float, ratio: float, friction: Friction) -> np.nda
         return {"values": np.column_stack([depth / LOADS ** (2 / 3), values.reshape(len(LOADS), -1) / LOADS[:, None]])}
 
     strains = geometry.shape, geometry.finger.strain_sha256
-    key = cache.key(presses_of.__name__, *strains, str(coefficient), modulus, ratio, LOADS)
+    key = cache.key(presses_of.__name__, *strains, str(coefficient), modulus, ratio, LOADS, str(presses_of.GIVEN))
     return cache.fetch("truth", key, make)["values"]
 
 

@@ -19,7 +19,10 @@ import scipy.sparse as sp
 from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
 from papilla.finger import Dome, Finger
+from papilla.specimen import THICKNESS_MM
+from papilla.studies import parameters
 
+GIVEN = parameters.parameters(__name__)
 ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
 """Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
 OUTER, INNER, SPECIMEN = 0, 1, 2
@@ -111,14 +114,14 @@ class Shape:
     there.
     """
 
-    outer: tuple[float, float] = (24.0, 20.0)
-    interface: tuple[float, float] = (21.0, 17.0)
-    bone: tuple[float, float] = (10.0, 6.0)
-    thickness: float = 10.0
-    width: float = 45.0
-    cells: tuple[int, int, int, int] = (40, 5, 7, 8)
-    near: float = 0.22
-    near_share: float = 0.6
+    outer: tuple[float, float] = GIVEN.outer_mm
+    interface: tuple[float, float] = GIVEN.interface_mm
+    bone: tuple[float, float] = GIVEN.bone_mm
+    thickness: float = THICKNESS_MM
+    width: float = GIVEN.width_mm
+    cells: tuple[int, int, int, int] = GIVEN.cells
+    near: float = GIVEN.near
+    near_share: float = GIVEN.near_share
 
     @property
     def finger(self) -> Finger:
@@ -260,7 +263,7 @@ class Bodies:
         return np.concatenate([displacements, 2 * self.nodes + self.pressure_dofs.T], axis=1)
 
 
-FINE = Shape(cells=(220, 12, 10, 16), near=0.2, near_share=0.86)
+FINE = Shape(**GIVEN.fine)
 """Cells with rings of 0.02 mm in the contact."""
 
 

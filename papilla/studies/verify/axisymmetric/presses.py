@@ -17,20 +17,12 @@ from scipy.sparse.linalg import splu
 
 from papilla.errors import SolverError
 from papilla.finger import Gauge
+from papilla.studies import parameters
 from papilla.studies.verify.axisymmetric.bodies import APART, Bodies, quadratic
 from papilla.studies.verify.axisymmetric.contact import Contact
 from papilla.units import TINY
 
-GRID = (9, 5)
-"""Points of the backing along and across the grid."""
-FIRST, GROWTH = 1.7e-3, 1.2
-"""First indentation, over the skin's half axis, and the ratio of the next to it."""
-LARGEST_FIRST = 2.0
-"""Factor by which the first indentation may grow if it does not converge."""
-TOLERANCE, MAX_STEPS = 1e-7, 25
-REACH = 0.35  # Share of the skin's radius up to which it may be touched
-TERMS = 4  # Of the profile sqrt(1 - x^2) (c_0 + c_1 (1 - x^2) + ...)
-FITTED = (0.2, 0.93)  # Share of the contact's radius in which it is fitted: near the edge a ring sees half of itself
+GIVEN = parameters.parameters(__name__)
 
 
 class Readout:
@@ -52,7 +44,7 @@ class Readout:
             s, t = (part.ravel() for part in np.meshgrid(half, offsets * gauge.width_mm / 2, indexing="ij"))
             ends.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
             length, width = (
-                np.linspace(-size / 2, size / 2, n) for size, n in zip(gauge.backing_mm, GRID, strict=True)
+                np.linspace(-size / 2, size / 2, n) for size, n in zip(gauge.backing_mm, GIVEN.grid, strict=True)
             )
             s, t = (part.ravel() for part in np.meshgrid(length, width, indexing="ij"))
             backings.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
@@ -123,7 +115,7 @@ def press_path(
     friction: float = 0.0,
     *,
     first: float | None = None,
-    growth: float = GROWTH,
+    growth: float = GIVEN.growth,
 ) -> Path:
     """Press until a force (N) is passed, each indentation `growth` times the one before, from a `first` (mm) on.
 
@@ -132,7 +124,7 @@ def press_path(
     contact, readout = Contact(bodies, friction), Readout(bodies, gauges)
     rows: list[tuple] = []
     state = before = np.zeros(bodies.unknowns)
-    start = first or FIRST * bodies.shape.outer[0]
+    start = first or GIVEN.first * bodies.shape.outer[0]
     past, now, aim = 0.0, 0.0, start
     smallest = (growth - 1) / 8
     while not rows or rows[-1][1] < force:
@@ -144,7 +136,7 @@ def press_path(
             while not now and contact.begin(found):
                 found = _equilibrium(bodies, contact, found, np.zeros_like(state), aim)
         except SolverError:
-            if not now and aim < LARGEST_FIRST * start:
+            if not now and aim < GIVEN.largest_first * start:
                 # A first contact of a few points may have no equilibrium: a slightly larger one has more points
                 contact, aim = Contact(bodies, friction), aim * growth
                 continue
@@ -166,7 +158,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
     """Equilibrium at an indentation (mm) from a state before it, `ahead` being the change that is expected."""
     free, scale = bodies.free, bodies.scale[bodies.free]
     state, change, turning = state + ahead, ahead[free], False
-    for _ in range(MAX_STEPS):
+    for _ in range(GIVEN.max_steps):
         try:
             inside, tangent = bodies.forces(state)
         except FloatingPointError:
@@ -177,7 +169,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
         push, stiffness = contact.forces(state, turning)
         residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY)
         moved = -depth - state[bodies.table]
-        if contact.settled and not moved.any() and np.linalg.norm(residual) <= TOLERANCE * size:
+        if contact.settled and not moved.any() and np.linalg.norm(residual) <= GIVEN.tolerance * size:
             return state
         turning = bool(np.linalg.norm(residual) < 0.3 * size)
         whole = (tangent + stiffness).tocsc()
@@ -189,7 +181,7 @@ def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -
         state = state.copy()
         state[free] += change
         state[bodies.table] = -depth
-    raise SolverError(f"the axisymmetric press did not converge in {MAX_STEPS} steps at {depth:.3g} mm")
+    raise SolverError(f"the axisymmetric press did not converge in {GIVEN.max_steps} steps at {depth:.3g} mm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,17 +213,18 @@ class Rings:
         """The press by a force in N."""
         pressure, indentation = self._contact(force / (2 * np.pi))
         outermost = self.radius[pressure > 0].max()
-        near = (self.radius > FITTED[0] * outermost) & (self.radius < FITTED[1] * outermost)
+        inner, outer = (share * outermost for share in GIVEN.fitted)
+        near = (self.radius > inner) & (self.radius < outer)
 
         def fit(edge):
             height = np.maximum(1 - (self.radius[near] / edge) ** 2, 0)
-            columns = np.stack([height ** (k + 0.5) for k in range(TERMS)], axis=1)
+            columns = np.stack([height ** (k + 0.5) for k in range(GIVEN.terms)], axis=1)
             return np.linalg.lstsq(columns, pressure[near], rcond=None)[1].sum()
 
-        edge = minimize_scalar(fit, bounds=(0.97 * outermost, 1.06 * outermost), method="bounded").x
-        inside = self.radius < 0.4 * edge
+        edge = minimize_scalar(fit, bounds=[share * outermost for share in GIVEN.edge], method="bounded").x
+        inside = self.radius < GIVEN.middle * edge
         middle = np.polynomial.Polynomial.fit((self.radius[inside] / edge) ** 2, pressure[inside], 2)
-        peak = float(middle(np.linspace(0, 0.16, 50)).max())
+        peak = float(middle(np.linspace(0, GIVEN.middle**2, GIVEN.middle_points)).max())
         values = self.readout(self.bodies.displacement(self.response @ pressure))
         return Found(indentation, float(np.pi * edge**2), peak, values)
 
@@ -258,7 +251,7 @@ class Rings:
         bodies = self.bodies
         places = bodies.mesh.doflocs.T
         edges, masters = bodies.edges(2.0), bodies.edges(APART)
-        edges = edges[places[edges[:, 1], 0] < REACH * bodies.shape.outer[0]]
+        edges = edges[places[edges[:, 1], 0] < GIVEN.reach * bodies.shape.outer[0]]
         s, gauss = np.polynomial.legendre.leggauss(6)
         hats = np.stack([1 - s, 1 + s]) / 2
         shapes, slopes = quadratic(s)
