@@ -1,11 +1,43 @@
 """The table of effects: what is known of each."""
 
 import json
+import math
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from papilla.errors import ContactRangeError
 from papilla.finger import Finger
-from papilla.studies.physics import FORCES_GF, MODULI_MPA, physics
+from papilla.studies.physics import FORCES_GF, MODULI_MPA, Bench, TiltedBlock, physics
+from papilla.units import gf_to_newton
+
+
+def test_a_modulus_is_read_from_the_presses_without_the_effect(monkeypatch):
+    """S_d grows with ln E here: a specimen that presses 10 % harder is read so, and a refused press is none."""
+
+    def sd(force, modulus):
+        return 1000 * force * (10 + math.log(modulus))
+
+    def stiffer(force, modulus):
+        if force > gf_to_newton(50) and modulus > 0.2:
+            raise ContactRangeError("too far")
+        return sd(force, 1.1 * modulus)
+
+    monkeypatch.setattr(Bench, "plain", lambda self, force, modulus: SimpleNamespace(sd=sd(force, modulus)))
+    found = Bench(Finger.default()).effect("harder", "10 %", "nothing", stiffer)
+    expected = np.array([[1 + math.log(1.1) / (10 + math.log(modulus)) for modulus in MODULI_MPA]] * 3)
+    expected[2, 1] = math.nan
+    assert found.sd_ratio == pytest.approx(expected, nan_ok=True)
+    assert found.modulus_ratio == pytest.approx(np.where(np.isnan(expected), math.nan, 1.1), rel=1e-3, nan_ok=True)
+    assert found.worst == pytest.approx(expected[0].max() - 1)
+    shown = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert shown["sd_ratio"][2][1] is None and shown["effect"] == "harder" and shown["size"] == "10 %"
+
+
+def test_a_tilted_block_rises_across_the_finger():
+    points = np.array([[0.0, 3.0], [2.0, 0.0], [-2.0, 1.0]])
+    assert TiltedBlock(0.5, 10.0, tilt_deg=45.0).gap(points) == pytest.approx([0, 2, -2])
 
 
 @pytest.mark.slow
