@@ -242,6 +242,6 @@ def check(
         sentence = found.status.sentence if passed or not known else f"{found.status.sentence}; outside the interval"
         if not known:
             sentence = f"{sentence}: it says nothing about the modulus"
-        answer = (force, modulus, found.modulus_MPa, found.sigma_MPa, low, high)
-        rows.append(CheckedPress(*map(float, answer), passed=passed, sentence=sentence))
+        given = float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa)
+        rows.append(CheckedPress(*given, low, high, passed, sentence))
     return Check(tuple(rows), tolerance)

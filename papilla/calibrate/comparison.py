@@ -27,6 +27,7 @@ from papilla.tables import write_table
 from papilla.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
 from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
+from papilla.workers import Say
 
 NOISE_MICROSTRAIN, FORCE_ERROR = Noise.readings_microstrain, Noise.force
 """Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a
@@ -115,7 +116,7 @@ def candidate(path: str | Path, **how) -> Candidate:
     return Candidate(str(path), calibrate_finger(finger, **how).calibration, finger)
 
 
-def compare(candidates: Sequence[Candidate], progress: Callable[[str], None] = lambda line: None) -> Comparison:
+def compare(candidates: Sequence[Candidate], progress: Say = lambda line: None) -> Comparison:
     """Compare the candidates. Raises `InputError` for fewer than two, or if their calibrations share no domain."""
     if len(candidates) < 2:
         raise InputError("a comparison needs at least two designs or calibrations")
@@ -137,7 +138,7 @@ def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
     return inside[1::2]
 
 
-def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Callable[[str], None]) -> Row:
+def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) -> Row:
     progress(f"comparing {one.name}")
     calibration = one.calibration
     forces, moduli = np.meshgrid(force, modulus, indexing="ij")
@@ -178,7 +179,7 @@ def _press_time(finger: Finger) -> float:
     return _timed(lambda: fem.press(reduced, specimen, force=force))
 
 
-def _reach(finger: Finger, progress: Callable[[str], None]) -> tuple[Reach, ...]:
+def _reach(finger: Finger, progress: Say) -> tuple[Reach, ...]:
     fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
     points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
     corners = points[triangles]

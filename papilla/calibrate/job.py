@@ -30,7 +30,7 @@ from papilla.logs import PressLog
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.specimen import STICK, Friction, friction_coefficient
 from papilla.units import PER_CENT
-from papilla.workers import workers
+from papilla.workers import Say, workers
 
 if TYPE_CHECKING:
     from papilla.calibrate.identification import Diagnosis, Identification
@@ -87,7 +87,7 @@ def calibrate_finger(
     *,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Callable[[str], None] = lambda line: None,
+    progress: Say = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
     processes: int = 1,
     forces: Sequence[float] = DEFAULT_FORCES,
@@ -157,7 +157,7 @@ def calibrate_finger(
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 
-def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Callable[[str], None]) -> Sweep:
+def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Say) -> Sweep:
     """A thin sweep without friction on another mesh."""
     other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
     return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
@@ -169,7 +169,7 @@ def calibrate_bench(
     *,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Callable[[str], None] = lambda line: None,
+    progress: Say = lambda line: None,
     steps: Callable[[int, int], None] | None = None,
     processes: int = 1,
     **table: Any,

@@ -32,11 +32,13 @@ if TYPE_CHECKING:
 
 Depth = Callable[[float, np.ndarray], np.ndarray]
 """Indentation (n,) in mm that a specimen of a modulus (MPa) takes at forces (n,) in N."""
+HERTZ = 2 / 3
+"""Exponent of the force in the depth of a ball."""
 FEWEST = 4
 """Smallest number of points of a series: two unknowns, and some degrees of freedom for their errors."""
 STEP = 1e-4
 
-POWERS, STIFFER = (0.3, 2 / 3, 1.2), (0.3, 1.0, 3.0)
+POWERS, STIFFER = (0.3, HERTZ, 1.2), (0.3, 1.0, 3.0)
 """Lower bound, start and upper bound of the exponent of the force in an elastic response (2/3 for the depth of a ball,
 up to 1 for readings), and of the factor k of a model."""
 
@@ -46,6 +48,13 @@ SHRINKING = 0.02
 RESOLVED = 2.0
 """A relaxation time can be determined if it is at least this many steps of the log, and at most its duration over
 this."""
+
+SPARE = 3
+"""Smallest number of rows beyond the unknowns of a series."""
+
+LEAST_SHARE, SHARES, TIMES = 1e-4, (0.3, 0.95), (1e-3, 10.0)
+"""Lower bound of a share; start value and upper bound of the sum of shares; bounds of a time relative to the log's
+duration."""
 
 STARTS = (0.02, 0.1, 0.5)
 """Start values of the relaxation time of a one-term fit, relative to the log's duration; two terms start from all
@@ -75,7 +84,7 @@ def on_half_space(radius_mm: float, nu: float = 0.5) -> Depth:
     """A rigid ball on a thick and wide specimen: Hertz, d = (3 F / (4 E* sqrt(R)))^(2/3)."""
     radius = checks.positive("radius_mm", radius_mm)
     factor = 0.75 * (1 - checks.poisson("nu", nu) ** 2) / math.sqrt(radius)
-    return lambda modulus, force: (factor * force / modulus) ** (2 / 3)
+    return lambda modulus, force: (factor * force / modulus) ** HERTZ
 
 
 def on_bonded_layer(radius_mm: float, thickness_mm: float, deepest_mm: float, nu: float = 0.5) -> Depth:
@@ -196,14 +205,14 @@ def fit_relaxation(
     if not all(np.isfinite(part).all() for part in (time, force, seen)) or (force <= 0).any():
         raise InputError("time_s, force_N and observed must be finite, and forces greater than 0")
     time, force, seen = (part[: _growing(seen)] for part in (time, force, seen))
-    unknowns = 2 * terms + 3
-    if len(time) < unknowns + 3:
-        raise InputError(
-            f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {unknowns + 3}"
-        )
+    # Shares, times and the exponent (or k), and the linear factor and zero
+    unknowns = (2 * terms + 1) + 2
+    if len(time) < (least := unknowns + SPARE):
+        raise InputError(f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {least}")
     span, (softest, start, stiffest) = float(time[-1] - time[0]), POWERS if elastic is None else STIFFER
-    low = np.array([1e-4] * terms + [np.log(1e-3 * span)] * terms + [softest])
-    high = np.array([0.95 / terms] * terms + [np.log(10 * span)] * terms + [stiffest])
+    (briefest, longest), (begin_share, most) = np.log(np.multiply(TIMES, span)), np.divide(SHARES, terms)
+    low = np.array([LEAST_SHARE] * terms + [briefest] * terms + [softest])
+    high = np.array([most] * terms + [longest] * terms + [stiffest])
     wide = float(np.ptp(seen)) or 1.0
 
     def residuals(vector: np.ndarray) -> np.ndarray:
@@ -216,7 +225,7 @@ def fit_relaxation(
 
     fits = []
     for starts in combinations(STARTS, terms):
-        begin = np.concatenate([[0.3 / terms] * terms, np.log(span * np.array(starts)), [start]])
+        begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(starts)), [start]])
         fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
     best = min(fits, key=lambda one: one.cost)
     # With `wide` the residuals are dimensionless; their scatter is the noise: s^2 = 2 cost / (n - unknowns).

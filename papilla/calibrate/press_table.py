@@ -204,8 +204,10 @@ def sweep(
         if progress is not None:
             progress(len(rows), len(moduli) * len(forces))
     *columns, status = zip(*rows, strict=True)
+    names = (*NUMBERS[:2], "reading", *NUMBERS[2:], "resolved")
+    values: dict = dict(zip(names, map(np.array, columns), strict=True))
     return Sweep(
-        *map(np.array, columns),
+        **values,
         status=status,
         specimen=_in_words(first),
         friction=friction,

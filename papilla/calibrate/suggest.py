@@ -141,8 +141,9 @@ def suggest_presses(
         float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
         for rows in ([], chosen)
     ]
-    best = (tuple(one[chosen].tolist()) for one in (force, modulus))
-    return Suggestion(*best, tuple((x, y) for x, y in place[chosen].tolist()), *spread, criterion)
+    spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
+    best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
+    return Suggestion(*best, spread[0], spread[1], criterion)
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -207,7 +208,7 @@ def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
         nothing = np.zeros((len(presses[0]), 0))
         empty = replace(empty, log=replace(empty.log, readings=nothing, gauge_names=(), stated_sd=presses[0]))
     read = empty.modelled(vector).values
-    measured = {"stated_sd": read[:, 0]} if alone else {"readings": read[:, : len(problem.gauges)]}
+    measured: dict = {"stated_sd": read[:, 0]} if alone else {"readings": read[:, : len(problem.gauges)]}
     return replace(empty, log=replace(empty.log, **measured), robust=np.ones(read.shape)).weighted(vector)
 
 
@@ -236,7 +237,7 @@ def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) ->
             scores = _score(fingers, others, criterion)
             best = int(np.argmin(scores))
             # Equal scores within rounding change nothing, or two equal candidates would take turns for ever.
-            if scores[best] < scores[rows[k]] - 1e-9:
+            if scores[best] < scores[rows[k]] - checks.ROUNDING:
                 rows = [*others[:k], best, *others[k:]]
         if rows == before:
             break

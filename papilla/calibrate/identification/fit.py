@@ -5,7 +5,7 @@ parameters alone (`Problem.projected`); weights follow from the fit before. If t
 finds the shift of a gauge or the tilt that would help most.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import itemgetter
@@ -34,6 +34,7 @@ from papilla.finger_parts import Identified
 from papilla.logs import PressLog
 from papilla.short_repr import html_table
 from papilla.specimen import Friction, Specimen
+from papilla.workers import Say
 
 ROUNDS = 10
 """Largest number of fits; each uses the weights that follow from the one before it."""
@@ -164,7 +165,7 @@ def identify(
     friction: Friction | None = None,
     size_mm: float | None = None,
     processes: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Identification:
     """Identify a finger of known geometry from presses on specimens of known modulus.
 
@@ -192,7 +193,7 @@ def identify(
     return freed(solve(problem, progress), tuple(held), size_mm, progress)
 
 
-def solve(problem: Problem, progress: Callable[[str], None] | None = None) -> Identification:
+def solve(problem: Problem, progress: Say | None = None) -> Identification:
     """Fit a problem from several starts; each fit is repeated with the weights that follow from it."""
     if progress is not None:
         progress("identifying")
@@ -290,9 +291,7 @@ def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identi
     return Identification(problem, vector, covariance, chi_square, freedom, rival)
 
 
-def freed(
-    found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Callable[[str], None] | None
-) -> Identification:
+def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Say | None) -> Identification:
     """The identification after freeing further parameters, if the model did not fit before and fits then.
 
     held : parameters that must not be freed.
@@ -339,7 +338,7 @@ def _misfit(found: Identification) -> bool:
     return found.freedom > 0 and found.chi_square > MISFIT * found.freedom
 
 
-def _moving(problem: Problem, size_mm: float | None, progress: Callable[[str], None] | None) -> Problem:
+def _moving(problem: Problem, size_mm: float | None, progress: Say | None) -> Problem:
     """The problem with the changes by contacts beside the apex and by moved gauges."""
     if all(shape.off_apex is not None for shape in problem.shapes):
         return problem

@@ -1,7 +1,7 @@
 """What follows from the record of an identification: the uncertainty of a calibration of that finger, and the test
 whether new presses are still of it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ from papilla.finger import Finger
 from papilla.finger_parts import Identified
 from papilla.logs import PressLog
 from papilla.units import PER_CENT
+from papilla.workers import Say
 
 ALARM = 0.01
 """Probability of chi-square below which a finger counts as another: the share of false alarms."""
@@ -48,7 +49,7 @@ def problem_of_record(
     free: tuple[str, ...],
     noise: Noise,
     size_mm: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Problem:
     """The problem of presses of an identified finger, with the recorded parameters `free` starting at their recorded
     values. Raises `InputError` if the record has other gauges."""
@@ -76,10 +77,7 @@ def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
 
 
 def with_identification(
-    calibration: Calibration,
-    finger: Finger,
-    progress: Callable[[str], None] | None = None,
-    size_mm: float | None = None,
+    calibration: Calibration, finger: Finger, progress: Say | None = None, size_mm: float | None = None
 ) -> Calibration:
     """The calibration with the covariance of the finger's identification in its surfaces, and the bench's zeros.
 
@@ -118,11 +116,7 @@ def with_identification(
 
 
 def _problem(
-    finger: Finger,
-    record: Identified,
-    calibration: Calibration,
-    progress: Callable[[str], None] | None,
-    size_mm: float | None,
+    finger: Finger, record: Identified, calibration: Calibration, progress: Say | None, size_mm: float | None
 ) -> tuple[Problem, np.ndarray]:
     """The problem of presses over the domain of a calibration, in the parameters that were identified, at their
     recorded values; and their covariance."""
@@ -201,7 +195,7 @@ def compare(
     *,
     noise: Noise | None = None,
     size_mm: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Comparison:
     """Compare new presses of an identified finger with its identification; its covariance is added to the noise.
 

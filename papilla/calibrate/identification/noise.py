@@ -97,7 +97,12 @@ def estimated_noise(problem: "Problem", vector: np.ndarray) -> Noise:
     # The estimate is of S_d or of a gauge, whichever was measured; the noise is stated for a gauge.
     readings = float(found[0]) * problem.noise.readings_microstrain / problem.reading_noise
     depth = float(found[2]) if deep else problem.noise.indentation_mm
-    given = {"readings_microstrain": readings, "force": float(found[1]), "indentation_mm": depth, "repeats": freedom}
+    given: dict = {
+        "readings_microstrain": readings,
+        "force": float(found[1]),
+        "indentation_mm": depth,
+        "repeats": freedom,
+    }
     return replace(problem.noise, **given)
 
 

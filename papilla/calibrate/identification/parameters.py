@@ -75,12 +75,11 @@ to 1 mm."""
 def names_of(finger: Finger) -> tuple[str, ...]:
     """The names of all parameters of a finger and its bench, with one name per gauge where each gauge has its own."""
     gauges = [gauge.name for gauge in finger.gauges]
-    return tuple(
-        name
-        for key, one in PARAMETERS.items()
-        if key not in OF_THE_LOG
-        for name in ([f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key])
-    )
+    found: list[str] = []
+    for key, one in PARAMETERS.items():
+        if key not in OF_THE_LOG:
+            found += [f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key]
+    return tuple(found)
 
 
 def linear_last(names: Iterable[str]) -> tuple[str, ...]:

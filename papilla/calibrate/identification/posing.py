@@ -1,7 +1,7 @@
 """States the problem of a fit, from a log of presses and a design: does the log fit the finger, which parameters are
 free, and which responses are needed?"""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +19,7 @@ from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.finger import Bench, Finger
 from papilla.logs import PressLog
 from papilla.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
-from papilla.workers import workers
+from papilla.workers import Say, workers
 
 SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d differs by 0.6 % at most from that on elements of half the
@@ -51,7 +51,7 @@ def problem_of(
     noise: Noise | None = None,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> Problem:
     """The problem that `identify` solves, not yet weighted; for the arguments see there."""
     refuse(log, finger)
@@ -107,7 +107,7 @@ def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
 
 
 def family_of(
-    finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Callable[[str], None] | None = None
+    finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Say | None = None
 ) -> FingerFamily:
     """The family of a finger's geometry. It is the same for all moduli, gains and levers, so the geometry is reduced
     once."""
@@ -119,7 +119,7 @@ def family_of(
 
 
 def ensure_physics(
-    finger: Finger, friction: Friction | None, *, processes: int = 1, progress: Callable[[str], None] | None = None
+    finger: Finger, friction: Friction | None, *, processes: int = 1, progress: Say | None = None
 ) -> None:
     """Make the tables of large strain that presses of a finger need at any moduli; with and without friction, if the
     friction is not stated."""
@@ -159,7 +159,7 @@ def shapes_of(
     held: Mapping[str, float],
     friction: Friction | None,
     size_mm: float | None,
-    progress: Callable[[str], None] | None,
+    progress: Say | None,
 ) -> tuple[Shape, ...]:
     """The shapes of specimens in a log, each with the responses of a finger's family to it; with and without friction,
     if the friction is not stated and large strain is known for both.
@@ -199,9 +199,7 @@ def shapes_of(
     return with_moves(found, relatives, progress) if moving else found
 
 
-def with_moves(
-    shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Callable[[str], None] | None = None
-) -> tuple[Shape, ...]:
+def with_moves(shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Say | None = None) -> tuple[Shape, ...]:
     """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
     found = []
     for shape in shapes:

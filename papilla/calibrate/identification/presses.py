@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from papilla import checks
 from papilla.calibrate.identification.parameters import MOVES, PARAMETERS
 from papilla.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits, OffApex
@@ -179,7 +180,7 @@ def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None
             if not np.isfinite(limits.rolling[axis]):
                 raise InputError(f"{name} cannot be free: the skin is straight along {'xy'[axis]}")
             left[axis] -= np.radians(PARAMETERS[name].high) * limits.rolling[axis]
-    if (far := np.abs(places(log)) > left + 1e-9).any():
+    if (far := np.abs(places(log)) > left + checks.ROUNDING).any():
         row, axis = (int(one) for one in np.argwhere(far)[0])
         raise InputError(
             f"{'xy'[axis]}_mm is {places(log)[row, axis]:g} in press {row + 1}: contacts are known within "

@@ -58,8 +58,8 @@ def _parameters(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, 
     rows, held = [], _held(found, diagnosis)
     for name, value in found.values.items():
         if name not in held:
-            value, *ends = (number(one, DIGITS) for one in (value, *diagnosis.intervals.get(name, ())))
-            rows.append((name, value, " to ".join(ends) or "held", PARAMETERS[kind(name)].unit))
+            shown, *ends = (number(one, DIGITS) for one in (value, *diagnosis.intervals.get(name, ())))
+            rows.append((name, shown, " to ".join(ends) or "held", PARAMETERS[kind(name)].unit))
     return rows
 
 

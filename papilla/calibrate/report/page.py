@@ -6,7 +6,6 @@ pictures.
 
 import math
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from os import PathLike
 
@@ -33,6 +32,7 @@ from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
 from papilla.units import KPA_PER_MPA, MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import either, environment, image
+from papilla.workers import Say
 
 FORCE_ERROR = Noise.force
 """Relative error of the force whose effect on E is stated: that of a usual bench."""
@@ -106,7 +106,7 @@ def write_report(
     finger: Finger | None = None,
     *,
     seconds: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Say | None = None,
 ) -> None:
     """Write the report of a calibration as one HTML file: no script, no link, pictures inline.
 
@@ -151,7 +151,7 @@ def symbols(text: str) -> Markup:
     return Markup(said.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
 
 
-def _of_the_model(done: Calibrated, finger: Finger | None, progress: Callable[[str], None] | None) -> dict:
+def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None) -> dict:
     """Content that needs the finger's model: figures of its mesh, and the picture of its strain field."""
     if done.reduced is None or finger is None:
         return {"quality": None, "strain_picture": None, "default_finger": False}
@@ -192,26 +192,15 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
         scaled = comparison.published / comparison.scale
         published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
     shown = SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5
+    names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, shown)
+    by_force = calibration.predict(force[:, None], np.array(moduli))
+    by_modulus = calibration.predict(forces[:, None], modulus)
+    found = answers.force_N, answers.modulus_MPa, answers.relative_sigma, answers.identified
     figures = {
-        "sd_against_force": plots.sd_against_force(
-            force, moduli, calibration.predict(force[:, None], np.array(moduli)), published=published
-        ),
-        "sd_against_modulus": plots.sd_against_modulus(
-            modulus, forces.tolist(), calibration.predict(forces[:, None], modulus)
-        ),
-        "gauge_readings": plots.gauge_readings(
-            force,
-            [gauge.name for gauge in calibration.gauges],
-            calibration.predict_readings(force, shown),
-            f"{shown:.3g} MPa",
-        ),
-        "uncertainty_map": plots.uncertainty_map(
-            answers.force_N,
-            answers.modulus_MPa,
-            answers.relative_sigma,
-            answers.identified,
-            (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA),
-        ),
+        "sd_against_force": plots.sd_against_force(force, moduli, by_force, published=published),
+        "sd_against_modulus": plots.sd_against_modulus(modulus, forces.tolist(), by_modulus),
+        "gauge_readings": plots.gauge_readings(force, names, readings, f"{shown:.3g} MPa"),
+        "uncertainty_map": plots.uncertainty_map(*found, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
         "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
     return {name: image(plot, ALT[name]) for name, plot in figures.items()}
@@ -314,10 +303,7 @@ def quadratic_error(calibration: Calibration) -> dict[str, float]:
     modulus = np.geomspace(*form.modulus_MPa, COMPACT_GRID)[None, :]
     errors = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
     known = errors[np.isfinite(errors)]
-    return {
-        "rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan,
-        "answered": known.size / errors.size,
-    }
+    return {"rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan, "answered": known.size / errors.size}
 
 
 _IN_TABLES = (slopes, contacts, force_cost, large_strain, largest_reading, statuses, provenance)
