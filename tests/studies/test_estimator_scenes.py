@@ -325,6 +325,13 @@ def test_the_path_as_it_is_told():
     assert np.abs(off - off.mean()).max() < 0.06 and np.unique(made.known_mm_s).size < 12
 
 
+def test_a_block_holds_the_stated_velocity_or_a_later_one():
+    made = scene("strokes, scale 3 % off", 1.8, seed=4, seconds=0.5, gauge_positions_mm=(0.0, 1.0))
+    assert np.array_equal(made.block(), np.column_stack([made.readings, made.known_mm_s]))
+    late = made.block(delay_samples=7, gain=1.1)[:, 2]
+    assert late[7:] == pytest.approx(1.1 * made.known_mm_s[:-7]) and (late[:7] == 1.1 * made.known_mm_s[0]).all()
+
+
 def test_rough_surfaces_roll_off_and_have_no_line():
     def share_above(name, wavenumber):
         made = scene(name, 1.0, snr_dB=300, seed=2, seconds=4.0)

@@ -9,10 +9,11 @@ import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.finger import Dome, Finger, Layer, Slab
+from papilla.mesh.cells import volumes
 from papilla.references import boussinesq_displacement, hertz_sphere
 from papilla.studies.case import Case, Verdict
 from papilla.studies.verify import bodies, contact, elements, finger, hard, identification, meshes, sliding
-from papilla.studies.verify.structured import cylinder, growing
+from papilla.studies.verify.structured import cube, cylinder, growing
 from papilla.units import MICROSTRAIN
 
 
@@ -164,6 +165,15 @@ def test_a_moved_finger_is_read_row_by_row(monkeypatch):
     assert found.shape == (4, 8) and np.isnan(found[[1, 3]]).all()
     assert found[[0, 2], 0].tolist() == [0.1, 0.5] and (found[0, 1:6] == np.arange(5)).all()
     assert found[0, 6:] == pytest.approx([0.0980665, 7.0])
+
+
+def test_a_flat_cell_is_flat_and_refused(monkeypatch):
+    mesh, seen = cube(4), []
+    assert meshes._refuses_flat_cell(mesh)
+    monkeypatch.setattr(meshes, "refuse_unusable", seen.append)
+    assert not meshes._refuses_flat_cell(mesh)
+    crushed = volumes(seen[0].points, mesh.tets)[len(mesh.tets) // 2]
+    assert crushed == pytest.approx(0, abs=1e-12)
 
 
 # ---- Logs of the identification
