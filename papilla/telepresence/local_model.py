@@ -144,7 +144,8 @@ class LocalModel:
         for oscillator in free:
             oscillator.goal_um = 0.0
         for wavelength, amplitude in wanted:
-            if free and (len(self._oscillators) == self.components or _near(free, wavelength)):
+            near = any(1 / NEAR < one.wavelength_mm / wavelength < NEAR for one in free)
+            if near or free and len(self._oscillators) == self.components:
                 chosen = min(free, key=lambda one: abs(math.log(one.wavelength_mm / wavelength)))
                 free.remove(chosen)
             else:
@@ -240,7 +241,3 @@ class LocalModel:
             status = DisplayStatus.NO_TEXTURE
         wavelength = math.nan if first is None else first.wavelength_mm
         return Shown(displacement, actuator.volts(drive_um), speed / wavelength, wavelength, gain, 0), status
-
-
-def _near(oscillators: list[Oscillator], wavelength: float) -> bool:
-    return any(1 / NEAR < one.wavelength_mm / wavelength < NEAR for one in oscillators)

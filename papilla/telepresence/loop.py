@@ -101,7 +101,7 @@ class DirectEnd:
         self._texture, self._feedback, self.wire = scene.texture, feedback, SimulatedWire(link, link, 2)
         # The force changes a pressed gauge's reading far more than a texture; the amplifier's coupling removes it
         self._coupled = HighPass(RATE_HZ) if scene.soft else float
-        # Of each sample that was sent, by its number: the place, and the time on the hand's clock
+        # Of each sample that is on its way, by its number: the place, and the time on the hand's clock
         self._sensed: dict[int, tuple[float, float]] = {}
         self._shown = math.nan, math.nan
 
@@ -109,12 +109,16 @@ class DirectEnd:
         """displacement_um and status now; for the displayed sample, the wavelength (mm) under the sensor and the time
         (ms) since the hand was there."""
         if sensor.sample is not None:
-            readings = (self._coupled(sensor.sample[1]),)
-            self.wire.send(lambda header: Samples(header, PERIOD_NS, readings))
-            self._sensed[len(self._sensed) + 1] = source.place_mm, source.playing_s
+            reading = self._coupled(sensor.sample[1])
+
+            def sampled(header: Header) -> Samples:
+                self._sensed[header.sequence] = source.place_mm, source.playing_s
+                return Samples(header, PERIOD_NS, (reading,))
+
+            self.wire.send(sampled)
         for received in self.wire.receive():
             assert isinstance(received.message, Samples)
-            place, played = self._sensed[received.message.header.sequence]
+            place, played = self._sensed.pop(received.message.header.sequence)
             self._shown = self._texture.wavelength(place), played
             self._feedback.take_reading(now, *received.message.readings)
         displayed, (wavelength, played) = self._feedback.update(now), self._shown

@@ -157,17 +157,14 @@ def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> lis
 
 def _kept(paper: str, figure: Figure) -> Made:
     """A figure, from the cache if its code and the designs are unchanged."""
-    packed = cache.fetch(KIND, _key(paper, figure), lambda: {"picture": figure.make().packed()})["picture"]
+    designs = [Finger.load(name).sha256 for name in DESIGNS]
+    key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve(), scenes())
+    packed = cache.fetch(KIND, key, lambda: {"picture": figure.make().packed()})["picture"]
     picture = Picture.unpacked(packed)
 
     def draw() -> dict[str, np.ndarray]:
         files = {name: drawing.as_svg(picture, narrow=name == "narrow") for name in ("svg", "narrow")}
         return {name: np.frombuffer(file, np.uint8) for name, file in files.items()}
 
-    drawn = cache.fetch("figure", cache.key(drawing.__name__, packed, SHEET), draw)
+    drawn = cache.fetch(KIND, cache.key(drawing.__name__, packed, SHEET), draw)
     return Made(paper, figure, picture, drawn["svg"].tobytes(), drawn["narrow"].tobytes())
-
-
-def _key(paper: str, figure: Figure) -> str:
-    designs = [Finger.load(name).sha256 for name in DESIGNS]
-    return cache.key(figure.make.__module__, paper, figure.name, designs, read_curve(), scenes())
