@@ -144,8 +144,8 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
         return None
     except OSError:
         return None
-    seal, _, body = content.partition(b"\n")
-    if seal == _seal(kind, key, body):
+    line, end, body = content.partition(b"\n")
+    if line + end == _seal(kind, key, body):
         try:
             with np.load(io.BytesIO(body), allow_pickle=False) as data:
                 return {name: data[name] for name in data.files}
@@ -165,14 +165,14 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
         _make_folders(path)
         with replacing(path) as temporary:
             temporary.touch(PRIVATE)
-            temporary.write_bytes(_seal(kind, key, body) + b"\n" + body)
+            temporary.write_bytes(_seal(kind, key, body) + body)
     except OSError as error:
         _go_on_without(error.__cause__ or error)
 
 
 def _seal(kind: str, key: str, body: bytes) -> bytes:
     """First line of an entry: a hash of its kind, key and body, so that no entry can stand for another."""
-    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode()
+    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
 
 
 @contextmanager
