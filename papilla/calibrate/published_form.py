@@ -186,7 +186,7 @@ def compare(calibration: Calibration, force_gf: ArrayLike = tuple(range(10, 101,
     Raises `InputError` if the calibration does not cover those forces and moduli.
     """
     force = np.asarray(force_gf, float)
-    ours, theirs, scale = compare_with_published(calibration, force)
+    ours, theirs, scale = compare_with_published(calibration.predict, force)
     return Comparison(scale, *_misfits(scale * ours - theirs, theirs, force), force, theirs, scale * ours)
 
 

@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
@@ -19,13 +19,14 @@ from papilla.calibration.readouts import (
     SdSurface,
     Uncertainty,
 )
-from papilla.calibration.record import Calibration
 from papilla.calibration.surface import DEGREE, Axes, Surface
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
 from papilla.sealed import read_sealed
 
 SCHEMA = "papilla.calibration/1"
+
+Record = TypeVar("Record", bound=Any)
 
 FORWARD = {
     "form": "quadratic",
@@ -48,20 +49,24 @@ POSITION = {
 """Description of each part of the file, in words and units."""
 
 
-def read_calibration(path: Path) -> Calibration:
-    """The calibration of a file, with a remark if the file is not as papilla wrote it.
+def read_calibration(makes: type[Record], path: Path) -> Record:
+    """The calibration of a file as the dataclass `makes` (`papilla.Calibration`), with a remark if the file is not as
+    papilla wrote it.
 
     Raises `FileAccessError` or `FileFormatError` (file and key named).
     """
     document, remark = read_sealed(path, SCHEMA, "calibration")
     try:
-        calibration = _FILE.validate_python(document)
+        parts = _FILE.validate_python(document)
     except ValidationError as error:
         raise FileFormatError(f"{path}: {in_words(first_of(error))}") from error
-    return replace(calibration, remark=remark) if remark else calibration
+    domain, calibration = parts.pop("domain"), makes(**parts.pop("softness"), **parts, remark=remark)
+    if domain != calibration.domain:
+        raise FileFormatError(f"{path}: domain differs from that of softness.surface")
+    return calibration
 
 
-def to_document(calibration: Calibration) -> dict[str, Any]:
+def to_document(calibration: Any) -> dict[str, Any]:
     """The calibration as plain values under the documented keys, without a checksum."""
     one, sd, position = calibration, calibration.surface, calibration.position
     softness: dict[str, Any] = {
@@ -164,13 +169,6 @@ def _softness(**parts) -> dict[str, Any]:
     return parts | {"gauges": tuple(parts["gauges"])}
 
 
-def _file(softness, domain, **others) -> Calibration:
-    calibration = Calibration(**softness, **others)
-    if domain != calibration.domain:
-        raise InputError("domain differs from that of softness.surface")
-    return calibration
-
-
 _AT_LEAST_0, _ANY = Annotated[float, Field(ge=0)], _numbers()
 _RANGE, _TEXTS = (Annotated[kind, Field(strict=False)] for kind in (tuple[float, float], tuple[str, ...]))
 _CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
@@ -208,9 +206,9 @@ _PARTS = {
     "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE)],  # type: ignore[misc]
     "position": (table(_position, _POSITION, POSITION) | None, None),
 }
-_FILE: TypeAdapter[Calibration] = TypeAdapter(
+_FILE: TypeAdapter[dict[str, Any]] = TypeAdapter(
     table(
-        _file,
+        dict,
         {
             **dict.fromkeys(("finger", "mesh", "provenance"), dict[str, Any]),
             "softness": table(_softness, _PARTS),

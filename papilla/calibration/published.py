@@ -6,10 +6,9 @@ printed with two digits.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +18,11 @@ from papilla.errors import InputError
 from papilla.short_repr import short_repr
 from papilla.units import gf_to_newton
 
-if TYPE_CHECKING:
-    from papilla.calibration.record import Calibration
-
 FORWARD_TERMS = ("f2", "f", "E2", "E", "1")
 INVERSE_TERMS = ("sd", "f2", "f", "1")
+
+Predict = Callable[[ArrayLike, ArrayLike], np.ndarray]
+"""S_d in microstrain at forces (N) and moduli (MPa): `Calibration.predict`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,13 +133,13 @@ def exact_inverse(digits: int | None = None) -> QuadraticInverse:
     return QuadraticInverse(rounded, float(f"{exact.shift:.{digits - 1}e}"), exact.branch, (-np.inf, np.inf))
 
 
-def compare_with_published(calibration: "Calibration", force_gf: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
-    """S_d of a calibration (k, 3) in microstrain at forces (gf) and the published moduli, that of (9), and the scale.
+def compare_with_published(predict: Predict, force_gf: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
+    """S_d that `predict` gives (k, 3) in microstrain at forces (gf) and the published moduli, that of (9), and the scale.
 
     scale : published S_d per microstrain that fits best. Raises `InputError` if the calibration does not cover them.
     """
     force = np.asarray(force_gf, float)[:, None]
-    ours = calibration.predict(gf_to_newton(force), np.array(SPECIMENS_MPA)[None, :])
+    ours = predict(gf_to_newton(force), np.array(SPECIMENS_MPA)[None, :])
     if not np.isfinite(ours).all():
         raise InputError("the calibration does not cover the published forces and moduli (10-100 gf, 0.089-0.72 MPa)")
     theirs = published_sd(force, np.array(SPECIMENS_MPA)[None, :])

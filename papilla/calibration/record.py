@@ -126,7 +126,7 @@ class Calibration:
         # Imported here: pydantic is slow to import, and an estimator that receives a calibration does not need it.
         from papilla.calibration.document import read_calibration
 
-        calibration = read_calibration(Path(path))
+        calibration = read_calibration(cls, Path(path))
         if calibration.remark:
             warnings.warn(f"{path}: {calibration.remark}", stacklevel=2)
         return calibration

@@ -38,12 +38,12 @@ def test_rounding_the_coefficients_costs_what_their_digits_are_worth():
 
 
 def test_the_scale_is_that_of_least_squares():
-    ours, theirs, scale = compare_with_published(calibration(), FORCE_GF)
+    ours, theirs, scale = compare_with_published(calibration().predict, FORCE_GF)
     assert ours.shape == theirs.shape == (4, 3)
     best = np.linalg.lstsq(ours.reshape(-1, 1), theirs.ravel(), rcond=None)[0][0]
     assert scale == pytest.approx(best, rel=1e-12)
     with pytest.raises(InputError, match="does not cover"):
-        compare_with_published(calibration(), [200.0])
+        compare_with_published(calibration().predict, [200.0])
 
 
 @pytest.mark.parametrize("half, shift", [(0.1, 0.01), (0.1, -0.2), (0.02, 1.0)])

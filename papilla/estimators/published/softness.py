@@ -111,7 +111,7 @@ class PrintedSoftness(Stream):
         self._range = (0.5 * published.SPECIMENS_MPA[0], BEYOND * published.SPECIMENS_MPA[-1])
         self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
-            ours, theirs, best = published.compare_with_published(calibration, COMPARED_GF)
+            ours, theirs, best = published.compare_with_published(calibration.predict, COMPARED_GF)
             self.scale = best if scale is None else self.scale
             self.misfit = float(np.sqrt(np.mean((self.scale * ours - theirs) ** 2)))
 

@@ -259,7 +259,7 @@ def spread() -> Picture:
     calibration = softness.calibrated(fem.prepare(Finger.default()))
     force, moduli, specimens = even(SOFT.force_gf), by_factors(SOFT.modulus_MPa), np.array(SPECIMENS_MPA)
     some = force[:: SOFT.every]
-    ours, theirs, scale = compare_with_published(calibration, np.array(softness.SCENE.compared_gf))
+    ours, theirs, scale = compare_with_published(calibration.predict, np.array(softness.SCENE.compared_gf))
     off = float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
     over_force, over_modulus = [], []
     for color, modulus in enumerate(SPECIMENS_MPA):
