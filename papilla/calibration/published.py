@@ -134,7 +134,7 @@ def exact_inverse(digits: int | None = None) -> QuadraticInverse:
 
 
 def compare_with_published(predict: Predict, force_gf: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
-    """S_d that `predict` gives (k, 3) in microstrain at forces (gf) and the published moduli, that of (9), and the scale.
+    """S_d that `predict` gives (k, 3) in microstrain at forces (gf) and published moduli, that of (9), and the scale.
 
     scale : published S_d per microstrain that fits best. Raises `InputError` if the calibration does not cover them.
     """
