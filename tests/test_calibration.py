@@ -337,24 +337,12 @@ OF_SD = ("softness", "surface", "uncertainty")
         ),
         (lambda d: put(d, {}, "softness", "gauges"), "softness.gauges must be a valid list"),
         (lambda d: put(d, [0.05, 2.0], "domain", "force_N"), "domain differs"),
-        (
-            lambda d: put(d, -1e-4, *OF_SD, "fit_rms"),
-            "fit_rms must be greater than or eq",
-        ),
-        (
-            lambda d: put(d, [-0.1, 0.1], *OF_SD, "scatter"),
-            "scatter must not be negative",
-        ),
+        (lambda d: put(d, -1e-4, *OF_SD, "fit_rms"), "fit_rms must be greater than or eq"),
+        (lambda d: put(d, [-0.1, 0.1], *OF_SD, "scatter"), "scatter must not be negative"),
         (lambda d: put(d, -1, *OF_SD, "scatter_factor"), "scatter_factor must be great"),
         (lambda d: put(d, 0.9, *OF_SD, "level"), "level must be 0.95, got 0.9"),
-        (
-            lambda d: put(d, "sd_microstrain", "softness", "surface", "quantity"),
-            "quantity must be 'ln\\(sd_micr",
-        ),
-        (
-            lambda d: put(d, "reading", "softness", "gauges", 1, "quantity"),
-            r"\[1\].quantity must be 'reading_mic",
-        ),
+        (lambda d: put(d, "sd_microstrain", "softness", "surface", "quantity"), "quantity must be 'ln\\(sd_micr"),
+        (lambda d: put(d, "reading", "softness", "gauges", 1, "quantity"), r"\[1\].quantity must be 'reading_mic"),
         (lambda d: put(d, "B-spline", "softness", "gauges", 0, "form"), r"gauges\[0\].form must be 'uniform bicubic"),
         (lambda d: put(d, [-1, 1, 1, 1, 1], "softness", "forward", "stderr"), "stderr must not be negative"),
         (lambda d: put(d, {"f": "N"}, "softness", "forward", "units"), "softness.forward.units must be {'f': 'gf'"),

@@ -219,11 +219,7 @@ def test_a_card_changes_the_hash_and_only_then(load):
         ("", "mu_MPa = 1", "outer.material: Unable to extract tag using discriminator 'model'"),
         ("", 'model = "yeoh"', "key outer.material.c1_MPa is missing"),
         ("", 'model = "ogden", mu_MPa = 0.1, alpha = 0', "outer.material: Ogden alpha must not be 0"),
-        (
-            "",
-            'model = "ogden", mu_MPa = -1, alpha = 2',
-            "outer.material: Ogden mu (MPa) must be greater",
-        ),
+        ("", 'model = "ogden", mu_MPa = -1, alpha = 2', "outer.material: Ogden mu (MPa) must be greater"),
         ("", 'model = "ogden", mu = 0.1, alpha = 2', "unknown key outer.material.mu"),
         ("", 'model = "neo-hookean", mu_MPa = "soft"', "outer.material.mu_MPa must be a valid number, got 'soft'"),
     ],

@@ -28,11 +28,7 @@ SCHEMA = "papilla.calibration/1"
 
 Record = TypeVar("Record", bound=Any)
 
-FORWARD = {
-    "form": "quadratic",
-    "terms": list(FORWARD_TERMS),
-    "units": {"f": "gf", "E": "MPa", "sd": "microstrain"},
-}
+FORWARD = {"form": "quadratic", "terms": list(FORWARD_TERMS), "units": {"f": "gf", "E": "MPa", "sd": "microstrain"}}
 INVERSE = {"form": "E = branch * sqrt(terms) - shift", "terms": list(INVERSE_TERMS)}
 SPLINE = {"form": "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"}
 SD = SPLINE | {"quantity": "ln(sd_microstrain)"}

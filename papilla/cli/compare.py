@@ -4,15 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import (
-    PROCESSES,
-    FrictionOption,
-    argument,
-    keep_inputs,
-    option,
-    read_friction,
-    surface_files,
-)
+from papilla.cli.options import PROCESSES, FrictionOption, argument, keep_inputs, option, read_friction, surface_files
 from papilla.cli.output import Answer, progress, show_rows, tell
 
 if TYPE_CHECKING:

@@ -43,9 +43,7 @@ class SuggestOptions:
         None, "Moduli of the specimens at hand, MPa.  [default: those of the log]", metavar="E,E,..."
     )
     places: str | None = option(
-        None,
-        "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]",
-        metavar="'X,Y X,Y ...'",
+        None, "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]", metavar="'X,Y X,Y ...'"
     )
     criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
 

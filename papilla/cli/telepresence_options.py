@@ -70,9 +70,7 @@ class SoftOptions:
     )
     friction: float | None = option(None, f"Its coefficient of friction, {FRICTION} unless stated.", **SOFTNESS)
     thickness: float | None = option(
-        None,
-        "Thickness (mm) of the specimen, if the sensor's side knows it; else sigma is larger.",
-        **SOFTNESS,
+        None, "Thickness (mm) of the specimen, if the sensor's side knows it; else sigma is larger.", **SOFTNESS
     )
 
     def soft(self) -> "Soft | None":

@@ -16,14 +16,7 @@ def train(
     logs: list[str] = argument(..., "Logs and what they are of.", metavar="LABEL=LOG.csv ..."),
     out: Path = option(..., "Model file to write (JSON)."),
     window: float = option(100.0, "Path (mm) that one answer takes."),
-    wavelengths: tuple[float, float] = option(
-        (
-            1.0,
-            50.0,
-        ),
-        "Wavelengths (mm) that count.",
-        metavar="LO HI",
-    ),
+    wavelengths: tuple[float, float] = option((1.0, 50.0), "Wavelengths (mm) that count.", metavar="LO HI"),
     bands: int = option(8, "Bands of wavelength."),
     log_map: MapOption = None,
 ) -> Answer:

@@ -10,9 +10,7 @@ if TYPE_CHECKING:
     from papilla.studies.verify import Case
 
 
-def verify(
-    only: list[str] | None = option(None, "Run this family of cases alone (may be repeated)."),
-) -> Answer:
+def verify(only: list[str] | None = option(None, "Run this family of cases alone (may be repeated).")) -> Answer:
     """Check papilla against closed forms, exact solutions, second methods and hard cases.
 
     Each case has a bound; exit code 1 means that a case exceeds its bound.

@@ -6,6 +6,7 @@ An objective is a function of a `DesignInScene` and a row of the table at the en
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -95,8 +96,8 @@ def _neighbours(design: DesignInScene) -> Iterator[DesignInScene]:
         factor = (1 + limits.moduli) ** side
         if limits.moduli:
             for name, layer in (("outer", finger.outer), ("inner", finger.inner)):
-                softer = replace(layer, modulus=factor * layer.modulus)
-                yield replace(design, finger=replace(finger, **{name: softer}))
+                softer: Any = {name: replace(layer, modulus=factor * layer.modulus)}
+                yield replace(design, finger=replace(finger, **softer))
     # A thicker and a thinner skin are other geometries
     for change in (limits.thickness_mm, -limits.thickness_mm) if limits.thickness_mm else ():
         skin = {"shape.skin_mm": float(finger.shape.outer[-1]) - float(finger.shape.interface[-1]) + change}

@@ -134,11 +134,7 @@ class _Scan:
         step *= 1 - bunched * self.counts["duplicates"] / self.counts["rows"]
         beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
         shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
-        notes = (
-            *shared[: int(bunched)],
-            *beyond[: self.counts["unbelievable"]],
-            *self._reader.notes,
-        )
+        notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
         sizes = tuple(self.sizes.remarks(self._reader.called))
         return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, sizes=sizes, **self.counts)
 

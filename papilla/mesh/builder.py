@@ -56,11 +56,7 @@ NEAREST = 100  # Number of cells closest to the apex, whose size is that at the 
 
 
 def build(
-    finger: Finger,
-    size_mm: float = DEFAULT_SIZE_MM,
-    *,
-    variant: int = 0,
-    progress: Progress | None = None,
+    finger: Finger, size_mm: float = DEFAULT_SIZE_MM, *, variant: int = 0, progress: Progress | None = None
 ) -> LayeredMesh:
     """The layered mesh of a finger.
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from operator import itemgetter
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -16,7 +17,7 @@ from papilla.view import style
 
 CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
 SPREAD, SHARES = "viridis", (0.05, 0.78)  # Colours of curves in an order, and the part of them that is dark enough
-BLANK = {"hatch": "////", "facecolor": "#eceff3"}  # A region without an identified modulus
+BLANK: Any = {"hatch": "////", "facecolor": "#eceff3"}  # A region without an identified modulus
 SIGMA_LEVELS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, CEILING)  # Ends of the shades of an uncertainty, %
 LOW_FIGURE = 3.2  # Height of a figure of residuals, inches
 DOT, MARGIN = 90, 1.08  # Area of a dot, square points; factor of axes beyond the last dots
@@ -124,10 +125,8 @@ def uncertainty_map(
         handles = [Patch(**BLANK, edgecolor=style.MUTED, label="not identifiable")]
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked
-            size, edge = (
-                (high_force - low_force, high_modulus - low_modulus),
-                {"fill": False, "edgecolor": style.ACCENTS[0]},
-            )
+            size = high_force - low_force, high_modulus - low_modulus
+            edge: Any = {"fill": False, "edgecolor": style.ACCENTS[0]}
             axes.add_patch(Rectangle((low_force, low_modulus), *size, linewidth=style.THICK, **edge))
             handles.append(Patch(**edge, label="where recovery was checked"))
         axes.legend(handles=handles, loc="lower right")

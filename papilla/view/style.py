@@ -121,7 +121,8 @@ def _stack(figure: Figure) -> float:
         lines = textwrap.wrap(text.get_text(), letters)
         text.set(text="\n".join(lines), position=(MARGIN_IN / wide, 1 - top / tall))
         top += LINE * size * len(lines)
-    figure.get_layout_engine().set(rect=(0, 0, 1, 1 - top / tall))
+    layout: Any = figure.get_layout_engine()
+    layout.set(rect=(0, 0, 1, 1 - top / tall))
     return top
 
 

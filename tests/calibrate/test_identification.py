@@ -144,11 +144,7 @@ def test_noise_must_be_positive():
 
 @pytest.mark.parametrize(
     "change, named",
-    [
-        ({}, None),
-        ({"zero_microstrain.g1": 400.0}, "zero_microstrain.g1"),
-        ({"reading of g3": 0.6}, "reading of g3"),
-    ],
+    [({}, None), ({"zero_microstrain.g1": 400.0}, "zero_microstrain.g1"), ({"reading of g3": 0.6}, "reading of g3")],
 )
 def test_a_later_press_tells_whether_it_is_the_same_finger(smooth, change, named):
     log, truth = made(smooth, 11)

@@ -132,16 +132,8 @@ def _multiaxial(files: dict[str, str]) -> MaterialTests:
     return MaterialTests.join([MaterialTests(*table.T, mode) for table, mode in tables])
 
 
-MEUNIER = {
-    "Meunier_uniax.csv": "uniaxial",
-    "Meunier_equbiax.csv": "equibiaxial",
-    "Meunier_shear.csv": "pure_shear",
-}
-TRELOAR = {
-    "treloar_uni.csv": "uniaxial",
-    "treloar_equibi.csv": "equibiaxial",
-    "treloar_pure_shear.csv": "pure_shear",
-}
+MEUNIER = {"Meunier_uniax.csv": "uniaxial", "Meunier_equbiax.csv": "equibiaxial", "Meunier_shear.csv": "pure_shear"}
+TRELOAR = {"treloar_uni.csv": "uniaxial", "treloar_equibi.csv": "equibiaxial", "treloar_pure_shear.csv": "pure_shear"}
 
 
 def test_meunier_silicone_in_all_modes_at_once():

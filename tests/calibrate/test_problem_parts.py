@@ -290,9 +290,7 @@ def test_a_block_has_a_response_for_each_thickness_that_may_be_and_for_friction_
     monkeypatch.setattr(posing, "family_of", lambda *_, **__: None)
     monkeypatch.setattr(posing, "ensure_physics", lambda *_, **__: None)
     monkeypatch.setattr(
-        posing,
-        "response",
-        lambda _, one, *, friction, **__: SimpleNamespace(block=one, friction=known, mu=friction),
+        posing, "response", lambda _, one, *, friction, **__: SimpleNamespace(block=one, friction=known, mu=friction)
     )
     log = problem(force=np.geomspace(0.1, 0.9, 6)).log
     (shape,) = posing.shapes_of(log, Block(1.0, 12.0), FINGER, free, {}, friction, None, None)

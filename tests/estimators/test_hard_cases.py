@@ -73,8 +73,7 @@ def error_of(found, truth, rows=slice(1000, None)):
 
 
 @pytest.mark.parametrize(
-    "name, case",
-    [(name, case) for case in ("hum", "jitter", "two", "counts", "clean", "steps") for name in EXACT],
+    "name, case", [(name, case) for case in ("hum", "jitter", "two", "counts", "clean", "steps") for name in EXACT]
 )
 def test_disturbed_readings(name, case):
     """The texture's wavelength is found beside what is not texture."""

@@ -10,11 +10,7 @@ from papilla.fem.reduction.patch import quadrature
 from papilla.references import uniform_disc_mean_displacement
 
 TRIANGLES = np.array(
-    [
-        [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
-        [[0.3, -0.2], [-0.9, 0.4], [0.5, 1.6]],
-        [[0.0, 0.0], [3.0, 0.1], [1.4, 0.3]],
-    ]
+    [[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], [[0.3, -0.2], [-0.9, 0.4], [0.5, 1.6]], [[0.0, 0.0], [3.0, 0.1], [1.4, 0.3]]]
 )
 PLACES = {
     "centroid": [1 / 3, 1 / 3, 1 / 3],

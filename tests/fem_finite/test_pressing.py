@@ -249,11 +249,7 @@ def test_elongation_keeps_the_digits_of_a_small_change():
 @pytest.mark.parametrize(
     "change, error, message",
     [
-        (
-            {"specimen": Grating(1, 1, 1)},
-            InputError,
-            "a press takes a HalfSpace, .* or another Specimen, got Grating",
-        ),
+        ({"specimen": Grating(1, 1, 1)}, InputError, "a press takes a HalfSpace, .* or another Specimen, got Grating"),
         ({"indentation": 1.0}, InputError, "give exactly one of force and indentation"),
         ({"force": None}, InputError, "give exactly one of force and indentation"),
         ({"force": -1.0}, InputError, r"force \(N\) must be greater than 0, got -1"),

@@ -76,15 +76,9 @@ def test_what_no_shipped_mesh_reaches_goes_to_the_mesher_with_a_line(name):
 @pytest.mark.parametrize(
     "make, message",
     [
-        (
-            lambda: Dome((24.0, 30.0, 20.0), (24.0, 30.0, 17.0), BONE),
-            "interface semi-axis x 24 mm must be smaller",
-        ),
+        (lambda: Dome((24.0, 30.0, 20.0), (24.0, 30.0, 17.0), BONE), "interface semi-axis x 24 mm must be smaller"),
         (lambda: Slab((24.0, 20.0), (24.0, 17.0), (10.0, 6.0)), "interface semi-axis x 24 mm must be smaller"),
-        (
-            lambda: build(shaped(MOVED["semi-axes of 1 mm"][0])),
-            "0.83 mm tall must lie between 0.00415 and 0.2075",
-        ),
+        (lambda: build(shaped(MOVED["semi-axes of 1 mm"][0])), "0.83 mm tall must lie between 0.00415 and 0.2075"),
         (
             lambda: build(shaped(Dome((500.0, 625.0, 416.0), (437.0, 562.0, 354.0), (208.0, 333.0, 125.0))), 50.0),
             r"longest side of the finger \(mm\) must lie between 1 and 1000, got 1250",

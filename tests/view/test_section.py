@@ -7,14 +7,7 @@ import pytest
 
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
-from papilla.view.section import (
-    cell_values,
-    contact_outline,
-    cut,
-    half_skin,
-    specimen_solid,
-    strain_along_layers,
-)
+from papilla.view.section import cell_values, contact_outline, cut, half_skin, specimen_solid, strain_along_layers
 
 pytestmark = pytest.mark.slow
 

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -96,8 +97,8 @@ def measure_large_strain(
         rows.append((*scaled, _values(linear, inner), _values(finite, inner)))
     if len(rows) < LEAST_PRESSES:
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    return LargeStrain(finger.outer.modulus / inner, *columns, coefficient)
+    columns: Any = [np.array(column) for column in zip(*rows, strict=True)]
+    return LargeStrain(finger.outer.modulus / inner, *columns, friction=coefficient)
 
 
 def finite_presses(

@@ -236,11 +236,7 @@ class OffApex:
 
 
 def off_apex_change(
-    family: FingerFamily,
-    specimen: Specimen,
-    friction: Friction,
-    *,
-    progress: Callable[[str], None] | None = None,
+    family: FingerFamily, specimen: Specimen, friction: Friction, *, progress: Callable[[str], None] | None = None
 ) -> OffApex:
     """Change of the gauges' values by moved contacts and gauges, for the presses of a family on one shape of specimen;
     kept in the cache.

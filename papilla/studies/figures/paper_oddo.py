@@ -251,7 +251,7 @@ def expected() -> Picture:
     beside them.
     """
     known = {(period, speed): f"{value:g}" for period, speed, value in SHOWN.expected.printed}
-    rows = []
+    rows: list[tuple[str | float, ...]] = []
     for period in PERIODS_MM:
         micrometres = round(UM_PER_MM * period)
         cells = [(speed / period, known.get((micrometres, n), "")) for n, speed in enumerate(wavelets.SPEEDS_MM_S)]
@@ -300,7 +300,7 @@ def active_table() -> Picture:
     65.9); its other numbers are lost in the text at hand.
     """
     table = wavelets.table_3(_runs())
-    rows = [
+    rows: list[tuple[str | float, ...]] = [
         (f"{UM_PER_MM * period:.0f} µm", name, *_in_Hz(table[k, pair]))
         for k, period in enumerate(PERIODS_MM)
         for pair, name in enumerate(PAIRS)
@@ -323,7 +323,7 @@ def neighbours() -> Picture:
         for one in SCENE.spreads
     }
     printed = dict(SHOWN.neighbours.printed)
-    rows = [
+    rows: list[tuple[str | float, ...]] = [
         (
             f"{left}",
             f"{RUNS - left // len(PERIODS_MM)}",

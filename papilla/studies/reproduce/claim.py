@@ -24,11 +24,7 @@ option or file; none."""
 TESTED = EVIDENCE[:2]
 """Evidence that could have failed: without its cause such a row must lose its verdict."""
 
-VERDICTS = {
-    Verdict.WITHIN: "reproduced",
-    Verdict.OUTSIDE: "not reproduced",
-    Verdict.UNTESTED: "not testable here",
-}
+VERDICTS = {Verdict.WITHIN: "reproduced", Verdict.OUTSIDE: "not reproduced", Verdict.UNTESTED: "not testable here"}
 """Words for the verdicts on a published claim."""
 
 ROUNDING = 1e-9

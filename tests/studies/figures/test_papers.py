@@ -3,14 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.studies.figures import (
-    Picture,
-    paper_2006,
-    paper_2007,
-    paper_oddo,
-    paper_okamoto,
-    paper_textiles,
-)
+from papilla.studies.figures import Picture, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla.studies.figures.runner import PAPERS
 
 

@@ -88,12 +88,7 @@ class CrossRidge(Stream):
     answer = RidgeEstimate
 
     def __init__(
-        self,
-        *,
-        low_Hz: float = 10.0,
-        high_Hz: float = 100.0,
-        per_octave: int = 12,
-        sample_rate_Hz: float = 1000.0,
+        self, *, low_Hz: float = 10.0, high_Hz: float = 100.0, per_octave: int = 12, sample_rate_Hz: float = 1000.0
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
         self.frequency_Hz = cross.octaves(low_Hz, high_Hz, per_octave)
