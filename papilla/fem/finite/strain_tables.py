@@ -97,8 +97,8 @@ def measure_large_strain(
         rows.append((*scaled, _values(linear, inner), _values(finite, inner)))
     if len(rows) < LEAST_PRESSES:
         raise InputError(f"only {len(rows)} of {len(forces) * len(moduli)} presses at finite strain can be made")
-    columns: Any = [np.array(column) for column in zip(*rows, strict=True)]
-    return LargeStrain(finger.outer.modulus / inner, *columns, friction=coefficient)
+    force, modulus, small, large = map(np.array, zip(*rows, strict=True))
+    return LargeStrain(finger.outer.modulus / inner, force, modulus, small, large, coefficient)
 
 
 def finite_presses(

@@ -273,7 +273,8 @@ def passive_table() -> Picture:
     Eight runs a grating as in figure 2; 200 samples (667 ms) at each speed, of the pairs (S4, S1) and (S1, S2). The
     paper's deviations are at most 1.6 % of the mean (0.4 Hz of 25.0); its other numbers are lost in the text at hand.
     """
-    rows, worst = [], 0.0
+    rows: list[tuple[str | float, ...]] = []
+    worst = 0.0
     own, frequencies = SHOWN.passive_table, octaves(*SHOWN.octaves_Hz)
     reached = zip((wavelets.PASSIVE.rest_s, STEP_S), own.after_s, strict=True)
     begins = [round((at + after) * RATE_Hz) for at, after in reached]
