@@ -40,7 +40,6 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
     columns = 1 if narrow else picture.columns
     rows = -(-len(picture.panels) // columns)
     with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < MANY))) as figure:
-        figure.set_layout_engine("constrained")
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
             _panel(figure, axes, panel, wide=columns == 1 and not narrow)
@@ -124,6 +123,7 @@ def _table(table: Table) -> Figure:
     """The table as a picture: heads above a line, a row each."""
     cells = [[literal(cell if isinstance(cell, str) else f"{cell:.4g}") for cell in row] for row in table.rows]
     with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
+        figure.set_layout_engine("none")  # The table fills the figure
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()
         heads = [literal(head) for head in table.heads]
