@@ -300,8 +300,8 @@ class _Runner:
 
 @dataclass(frozen=True)
 class Price:
-    """Designs and geometries of a study; seconds of a design and of a geometry, measured here; None if a geometry came
-    from the cache, so that nothing was measured."""
+    """Designs and geometries of a study, places of gauges, seconds of a design and of a geometry, measured here, and
+    whether the geometry came from the cache."""
 
     designs: int
     geometries: int
@@ -311,9 +311,8 @@ class Price:
     cached: bool
 
     def seconds(self, workers: int) -> float:
-        """Approximate duration of the study with `workers` workers; known geometries cost almost nothing."""
-        fresh = self.geometries - 1 if self.geometries > 1 or self.cached else 0
-        return (fresh * self.per_geometry + self.designs * self.per_design) / workers
+        """Approximate duration of the study with `workers` workers; the geometry that was measured is in the cache."""
+        return ((self.geometries - 1) * self.per_geometry + self.designs * self.per_design) / workers
 
 
 def price(study: Study, say: Callable[[str], None]) -> Price:

@@ -349,3 +349,12 @@ def test_killed_workers(study_file, tmp_path, error, said):
         runner._take({future: [(0, {}, "k"), (1, {}, "l")]})
         assert [(row[0], row[3].status) for row in stored] == [(k, "its worker was killed 3 times") for k in (0, 1)]
         assert runner.tally.batches == 1
+
+
+# ---- What a study costs
+
+
+@pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
+def test_the_geometry_that_was_measured_costs_nothing_more(geometries, workers, seconds):
+    price = running.Price(100, geometries, sites=5, per_design=0.2, per_geometry=8.0, cached=False)
+    assert price.seconds(workers) == pytest.approx(seconds)
