@@ -30,7 +30,7 @@ class Spread:
         self._pieces: Pieces | None = None
 
     def __reduce__(self):
-        """What a copy is made from."""
+        """A copy starts the task again and repeats the pieces that are done: a generator cannot be copied."""
         return Spread, (self.task, self.done)
 
     def advance(self, *owner: Any) -> Any:

@@ -68,7 +68,7 @@ class Endpoint:
         self._socket.close()
 
     def now_ns(self) -> int:
-        """Our clock, in ns."""
+        """Time in ns on the clock of this end."""
         return self._clock()
 
     def send(self, make: Callable[[Header], Message]) -> None:

@@ -415,7 +415,7 @@ class Start:
         return found
 
     def _settled(self, y: np.ndarray, rows: np.ndarray, prior: FilterState, node: int) -> Fitted:
-        """Gauss-Newton from a node of the table."""
+        """The fit of ln force, place and h to one sample by Gauss-Newton steps that start at a node of the table."""
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
         # A prior of the place counts for this sample and for no later one.

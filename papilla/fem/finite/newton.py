@@ -214,7 +214,7 @@ def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> 
 
 
 def _free(body: Body, state: State) -> np.ndarray:
-    """Unknowns (free,) of a state."""
+    """The unknowns (free,) of a state: free displacements, then free pressures."""
     return np.concatenate([state.displacement.ravel(), state.pressure])[body.free]
 
 

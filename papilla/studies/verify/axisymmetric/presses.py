@@ -155,7 +155,8 @@ def press_path(
 
 
 def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -> np.ndarray:
-    """Equilibrium at an indentation (mm) from a state before it, `ahead` being the change that is expected."""
+    """The state in equilibrium at an indentation of `depth` mm, by Newton steps from `state + ahead`: the state of the
+    step before and its expected change."""
     free, scale = bodies.free, bodies.scale[bodies.free]
     state, change, turning = state + ahead, ahead[free], False
     for _ in range(GIVEN.max_steps):
