@@ -36,11 +36,10 @@ def write(folder: Path) -> None:
 
 @contextmanager
 def _axes(height: float = HEIGHT) -> Iterator[tuple[Figure, Axes]]:
-    """A figure of this height (inches) and its axes, fitted to it at the end."""
+    """A figure of this height (inches) and its axes."""
     with styled(WIDTH, height) as figure:
         axes = figure.subplots()
         yield figure, axes
-        figure.tight_layout()
 
 
 def section(finger: Finger, _) -> Figure:
@@ -189,7 +188,6 @@ def bounds(_, reduced) -> Figure:
         for axis in (left.xaxis, left.yaxis, right.xaxis, right.yaxis):
             plain_log(axis)
         right.legend()
-        figure.tight_layout()
     return figure
 
 

@@ -14,15 +14,20 @@ from papilla.cli import (
     estimate_summary,
     identify,
     output,
+    press,
     slide,
     telepresence,
     telepresence_ends,
+    telepresence_options,
     texture,
     verify,
 )
 from papilla.cli.options import SpecimenOptions
 from papilla.errors import InputError
 from papilla.finger import Finger
+from papilla.logs import read_time_log
+from papilla.telepresence import LocalModel
+from papilla.textures import MeasuredProfile
 
 INVERSE = {"coefficients": [0.5, 0.25, -2.0, 3.0], "shift": 0.6, "branch": 1, "modulus_MPa": [0.1, 2.0]}
 QUADRATIC = {"coefficients": [-1.5, 20.0, 3.0, 40.0, -5.0], "stderr": [0.25, None, 1.0, 2.0, 3.0]}
@@ -154,6 +159,7 @@ def test_a_simulated_link_in_words(capsys):
     ):  # fmt: skip
         assert part in said, (part, said)
     assert "new texture after" not in said and "c " not in said.split("a 2 ±")[1]
+    assert "true nan" not in said
     assert captured.err.strip() == "local, 25.0 % of the time: silence"
 
 
@@ -290,3 +296,69 @@ def test_json_has_no_nan_and_text_no_control_characters():
     assert output.plain("a\n\tb\x1b[2J") == "a b\\x1b[2J"
     cut = output.plain("x" * 2500)
     assert cut.startswith("x" * 1000 + " ... (500 characters) ... ") and len(cut) < 2100
+
+
+def test_a_held_parameter_is_a_name_and_a_number():
+    assert identify._held(["lever_mm = 0.5", "gain.g1=1"]) == {"lever_mm": 0.5, "gain.g1": 1.0}
+    for text, said in [("lever_mm", "--fix takes NAME=VALUE, got 'lever_mm'"), ("lever_mm=x", "must be a number")]:
+        with pytest.raises(InputError, match=said):
+            identify._held([text])
+
+
+@pytest.mark.parametrize("speed, first", [(20.0, 12.0), (-20.0, 58.0)])
+def test_a_motion_on_a_profile_begins_inside_it(speed, first):
+    profile = MeasuredProfile(np.linspace(10.0, 60.0, 51), np.zeros(51))
+    moved = slide.MotionOptions(speed, None, 0.5, 1000.0).moved(profile, 2.0)
+    assert moved.position_mm[0] == pytest.approx(first) and np.sign(np.diff(moved.position_mm)).mean() == np.sign(speed)
+    with pytest.raises(InputError, match="--speed needs --seconds"):
+        slide.MotionOptions(speed, None, None, 1000.0).moved(profile, 2.0)
+
+
+def test_a_slide_is_written_with_null_for_what_is_not_finite(tmp_path):
+    time = np.arange(3) / 1000
+    found = SimpleNamespace(
+        amplified=np.arange(6.0).reshape(3, 2), force_N=np.full(3, 0.3), tangential_N=np.zeros(3),
+        motion=SimpleNamespace(t_s=time, velocity_mm_s=np.ones(3), position_mm=time),
+    )  # fmt: skip
+    slide._write(tmp_path / "l.csv", tmp_path / "t.json", found, 0.0, 1, {"a": math.nan, "b": 2.5, "c": math.inf})
+    assert json.loads((tmp_path / "t.json").read_text()) == {"a": None, "b": 2.5, "c": None}
+    log = read_time_log(tmp_path / "l.csv")
+    assert log.readings.tolist() == [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0]] and log.force_N.tolist() == [0.3] * 3
+
+
+def test_a_touch_over_time_is_air_loading_and_hold(tmp_path):
+    def pressed(force: float) -> SimpleNamespace:
+        return SimpleNamespace(force=force, indentation=2 * force, reading=np.array([100 * force, -50 * force]))
+
+    press.write_touch_log(tmp_path / "touch.csv", pressed(0.5), pressed, lambda _: None)
+    log = read_time_log(tmp_path / "touch.csv")
+    assert len(log) == 1200 and log.sample_rate_Hz == pytest.approx(1000.0)
+    assert not log.force_N[:200].any() and not log.readings[:200].any()
+    assert log.force_N[450] == pytest.approx(0.25) and log.force_N[705:].tolist() == [0.5] * 495
+    assert log.readings == pytest.approx(np.outer(log.force_N, [100.0, -50.0]))
+    assert log.force_N[log.force_N > 0].min() >= press.LIGHTEST_N
+
+
+def test_a_run_over_a_texture_has_its_speed_place_and_readings(tmp_path):
+    time = np.arange(500) / 1000
+    table = np.column_stack([time, np.sin(time), 20 * time])
+    np.savetxt(tmp_path / "l.csv", table, delimiter=",", header="t_s,g1,position_mm", comments="")
+    speed, place, readings = texture._run(tmp_path / "l.csv", None)
+    assert speed == pytest.approx(20.0) and place == pytest.approx(20 * time) and readings.shape == (500, 1)
+
+
+def test_a_display_is_a_model_and_what_it_is():
+    options = {"components": 2, "actuator": "piezo", "stroke_um": None, "rule": "measured", "curve": None}
+    model, described = telepresence_options.DisplayOptions(**options).model()
+    assert isinstance(model, LocalModel) and described["amplitude"] == {"rule": "measured"}
+    assert described["stroke_um"] == model.actuator.stroke_um == 55.0
+    own, said = telepresence_options.DisplayOptions(**options | {"actuator": "icpf", "stroke_um": 80.0}).model()
+    assert own.actuator.stroke_um == said["stroke_um"] == 80.0
+    by_curve, said = telepresence_options.DisplayOptions(**options | {"rule": "g_A"}).model()
+    assert said["amplitude"]["rule"] == "g_A" and 0 < said["amplitude"]["r_squared"] <= 1
+
+
+def test_a_stopwatch_starts_at_zero():
+    watch = output.Stopwatch()
+    first = watch.seconds
+    assert 0 <= first <= watch.seconds < 600
