@@ -5,6 +5,7 @@ import pytest
 
 from papilla.studies.figures import Picture, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla.studies.figures.runner import PAPERS
+from papilla.units import INCH_MM
 
 
 def curves(picture: Picture, panel: int) -> dict:
@@ -137,7 +138,7 @@ class TestSlides:
 
     def test_textiles(self):
         made = paper_textiles.vibration()
-        halves = [10 / (2 * one.pitch_mm) for one in paper_textiles.FABRICS.values()]
+        halves = [10 / (2 * INCH_MM / one.yarns[0]) for one in paper_textiles.FABRICS.values()]
         tops = [one.x[10:][np.argmax(one.y[10:])] for one in made.panels[1].curves]
         assert sum(abs(top / line - 1) < 0.1 for top, line in zip(tops[1:3], halves[1:3], strict=True)) >= 1
         for panel in paper_textiles.bands().panels:
