@@ -4,6 +4,7 @@ Displacement unknowns are numbered 3 * node + component; pressures, if an elemen
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
@@ -62,7 +63,7 @@ def parity_signs(parity: tuple[int, int], images: np.ndarray | tuple[int, int]) 
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
+class Space(ABC):
     """Displacements whose components all use one scalar element, on the cell of a mesh. Matrices are lower
     triangles."""
 
@@ -76,12 +77,12 @@ class Space:
     pressures = 0
     """Number of pressure unknowns."""
 
+    @abstractmethod
     def matrix(self, layers: Mapping[int, Layer]) -> sp.csc_matrix:
         """Lower triangle of the matrix for the given layers, in N/mm (displacement block).
 
         It is a combination of parts that are assembled once, so other moduli cost only one pass over the entries.
         """
-        raise NotImplementedError
 
     def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
         """One part of the matrix, at its place: "shear" of a layer, and further parts of the element."""
