@@ -24,9 +24,11 @@ SESSION_BITS = 62
 """Length of a session's random number: it stays below the largest number of a message."""
 FRESH_NS = 5 * NS_PER_S
 """Largest age of an echo that proves that a session is current."""
+UNEVEN_NS, CONTRADICTIONS = 5_000_000, 3
+"""A trip contradicts the offset if both differ by this many ns more than half of both trips, far more than clocks drift
+meanwhile; and number of consecutive contradictions after which the peer's clock counts as having jumped."""
 SHORTEST_TRIPS = 64
-"""Number of round trips of which the shortest gives the offset of the clocks: about a second of messages, in which
-clocks do not drift; so long an offset is wrong after the peer's clock has jumped."""
+"""Number of round trips of which the shortest gives the offset of the clocks."""
 
 
 @dataclass(eq=False)
@@ -51,17 +53,28 @@ class Counts:
 class Offset:
     """Offset of the peer's clock from ours, from the shortest of the last round trips (as in NTP, RFC 5905).
 
-    The shortest trip waited least in queues. The error of the offset is at most half of that round trip, and zero if
-    both ways take equally long. Only ages that are reported depend on it.
+    The error is at most half of that round trip, and zero if both ways take equally long. If three consecutive trips
+    contradict the offset, the peer's clock has jumped, and the offset is learnt again.
     """
 
     def __init__(self) -> None:
         self._trips: deque[tuple[int, int]] = deque(maxlen=SHORTEST_TRIPS)
+        self._contradicted = 0
 
     def learn(self, round_trip_ns: int, offset_ns: int) -> None:
         """Use the round trip of one message."""
-        if 0 <= round_trip_ns <= FRESH_NS:
-            self._trips.append((round_trip_ns, offset_ns))
+        if not 0 <= round_trip_ns <= FRESH_NS:
+            return
+        if self._trips:
+            # The shortest trip waited least in queues, so it knows the offset best. Others may differ by half of both
+            # trips.
+            shortest, known = min(self._trips)
+            apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + UNEVEN_NS
+            self._contradicted = self._contradicted + 1 if apart else 0
+            if self._contradicted >= CONTRADICTIONS:
+                self._trips.clear()
+                self._contradicted = 0
+        self._trips.append((round_trip_ns, offset_ns))
 
     @property
     def round_trip_ns(self) -> float:

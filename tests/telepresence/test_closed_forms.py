@@ -27,7 +27,7 @@ from papilla.telepresence import (
 )
 from papilla.telepresence import record as records
 from papilla.telepresence.direct import HighPass
-from papilla.telepresence.gate import Counts
+from papilla.telepresence.gate import Counts, Offset
 from papilla.telepresence.local_model import DisplayStatus
 from papilla.telepresence.messages import Header, Parameters, Trust, decode, encode, lines_of
 from papilla.telepresence.motion import WANDER_HZ
@@ -207,6 +207,19 @@ def test_codes_and_counts_are_those_of_files_and_messages():
     assert [int(status) for status in DisplayStatus] == list(range(10))
     assert [int(trust) for trust in Trust] == list(range(4)) and Trust.DOUBTED == 3
     assert set(vars(Counts()).values()) == {0} and Counts().dropped == 0
+
+
+@pytest.mark.parametrize("beyond_ns, known", [(0, True), (1, False)])
+@pytest.mark.parametrize("truth", [7_000_000, -7_000_000])
+def test_an_offset_is_contradicted_by_more_than_half_both_trips_and_5_ms_three_times(truth, beyond_ns, known):
+    offset = Offset()
+    offset.learn(2_000, truth)
+    seen = truth + (2_000 + 4_000) // 2 + 5_000_000 + beyond_ns
+    for _ in range(2):
+        offset.learn(4_000, seen)
+        assert offset.offset_ns == truth
+    offset.learn(4_000, seen)
+    assert (offset.offset_ns == truth) == known
 
 
 def test_a_session_is_never_zero_which_means_none(monkeypatch):
