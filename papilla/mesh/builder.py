@@ -52,6 +52,7 @@ TOO_LARGE_EVERYWHERE = 1.2
 0.95 to 1.2 of the wanted one, like that of new meshes."""
 STRETCHED = 0.55  # Share of the longest edge that counts as a cell's size; usual: up to 1.8 edges of a regular cell
 HALVINGS = 60  # Number of bisections of t in [0, 1] by which a point is mapped: beyond double precision
+KEPT = 16  # Number of shipped meshes that a process keeps in memory
 NEAREST = 100  # Number of cells closest to the apex, whose size is that at the contact
 
 
@@ -227,7 +228,7 @@ def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
     return TaggedCells(cell.points, cell.tets, cell.layer, surfaces, planes)
 
 
-@lru_cache
+@lru_cache(KEPT)
 def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
     """A shipped mesh, or the quarter that its mirrors repeat."""
     with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
@@ -246,7 +247,7 @@ def _reference_finger(kind: str) -> Finger:
     return replace(finger, shape=Slab(outer, interface, bone, depth=10.0))
 
 
-@lru_cache
+@lru_cache(KEPT)
 def _own_sizing(kind: str, size_mm: float) -> Sizing:
     return asked(_reference_finger(kind), size_mm)[1]
 

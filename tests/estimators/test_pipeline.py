@@ -290,3 +290,17 @@ def test_a_long_stream_keeps_its_size_and_its_wavelength():
     fresh = Pipeline(gauges=1, columns=("velocity_mm_s",)).process(rows).wavelength_mm
     errors = [float(np.sqrt(np.nanmean((own[5000:] / 1.2 - 1) ** 2))) for own in (np.concatenate(answered), fresh)]
     assert errors[0] < 5e-3 and errors[0] < 2 * errors[1]
+
+
+def test_a_gauge_named_like_a_column_does_not_stand_for_it():
+    """The velocity is the column behind the gauges, whatever these are called."""
+    time = np.arange(2000) / 1000
+    velocity = np.full(len(time), 40.0)
+    texture = 20 * np.sin(2 * np.pi * 40.0 * time / 1.6)
+    block = np.column_stack([time, texture, velocity])
+    odd, usual = (
+        Pipeline(None, gauges=(name,), columns=("velocity_mm_s",), sample_rate_Hz=1000.0).process(block)
+        for name in ("velocity_mm_s", "g1")
+    )
+    assert np.array_equal(odd.wavelength_mm, usual.wavelength_mm, equal_nan=True)
+    assert odd.wavelength_mm[-1] == pytest.approx(1.6, rel=1e-2)

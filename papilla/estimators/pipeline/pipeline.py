@@ -35,6 +35,8 @@ SOFTNESS = (*SURFACES, "compact", "quadratic", "printed", "exact")
 regression of S_d."""
 SLOW_HZ = 200.0
 """Sampling rate below which the steps of usual movements are nearly as long as the wavelengths of usual textures."""
+WORDS_KEPT = 1024
+"""Combinations of codes and faults whose words are kept, so that a sample does not put them together again."""
 _NONE = math.nan
 
 
@@ -184,7 +186,7 @@ class Pipeline(Stream):
         path["ridge_pitch_mm"] = known if ridge_pitch_mm is None else ridge_pitch_mm
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
-        self._words = lru_cache(self._said)
+        self._words = lru_cache(WORDS_KEPT)(self._said)
         self.legend: dict[str, dict[str, str]] = {name: {} for name in QUANTITIES}
         self._faults: Counter[tuple[int, tuple[int, ...]]] = Counter()
         # The columns that each output fills, and the output.
