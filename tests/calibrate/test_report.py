@@ -29,6 +29,7 @@ from papilla.finger import Finger
 from papilla.specimen import Block
 from papilla.view.page import number, percent, plain
 
+DIAGRAMS = ("sd_against_force", "sd_against_modulus", "gauge_readings", "uncertainty_map", "recovery_map")
 VOID = {"meta", "img", "source", "br"}
 
 
@@ -94,6 +95,12 @@ def sweep_page(read, swept) -> Reader:
     return read(swept, seconds=2.5)
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave the diagrams out: drawing them takes most of the time of a page, and few tests look at them."""
+    monkeypatch.setattr(page, "_plots", lambda *_: dict.fromkeys(DIAGRAMS, ""))
+
+
 def test_the_largest_reading_of_a_sweep_is_a_strain(made_up):
     reading = np.array(made_up.reading)
     reading[3, 1], reading[5, 0] = -0.25e6, np.nan
@@ -135,6 +142,7 @@ def test_the_cost_of_a_force_error_is_that_of_one_per_cent(sweep_page, swept):
     assert f"{number(100 * sigma / 0.51, 2)} % at 0.51 MPa" in sweep_page.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_no_error_without_the_share_of_answers(read, swept):
     """Where no press is answered there is no error, not one of 0 %."""
     none = Recovery(swept.recovery.force_N, swept.recovery.modulus_MPa, np.full(len(swept.recovery.error), np.nan))
@@ -159,6 +167,7 @@ def doubted(swept):
     return replace(known, surface=replace(surface, uncertainty=replace(surface.uncertainty, friction=friction)))
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_what_is_not_identifiable_is_the_first_card_with_what_would_help(read, swept, doubted, sweep_page):
     text, share = read(replace(swept, calibration=doubted)).text, AnswerMap.of(doubted).share
     card = f"{percent(1 - share, 2)} of the domain (in ln force and ln modulus) is not identifiable"
@@ -186,6 +195,7 @@ def test_the_printed_inverse_is_shown_to_be_off(sweep_page):
     assert "by up to +0.046 MPa" in sweep_page.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_name_from_a_file_cannot_break_the_page(read, swept):
     nasty = '<script>alert("1")</script>&'
     named = replace(swept, calibration=replace(swept.calibration, finger={"name": nasty, "sha256": "0"}))
@@ -267,6 +277,7 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     from papilla.calibrate.report import page
 
@@ -290,6 +301,7 @@ def test_a_model_shows_its_field_and_its_mesh(swept, read, monkeypatch):
     assert "Outer layer 0.136 MPa, inner layer 0.034 MPa" in found.text and "The papers give no moduli" in found.text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_folder_that_is_not_there_is_refused_in_one_line(swept, tmp_path):
     with pytest.raises(FileAccessError, match="cannot write"):
         write_report(tmp_path / "missing" / "report.html", swept)
@@ -390,6 +402,7 @@ def test_the_page_declares_language_charset_and_viewport(swept, tmp_path):
     assert "<title>Calibration of made up</title>" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration, read):
     force, modulus = np.array([0.3, 0.5, 0.3]), np.array([0.1, 0.3, 0.1])
     sd = np.asarray(calibration.predict(force, modulus)) * [0.999, 0.999, 1.03]
@@ -406,13 +419,12 @@ def test_the_first_card_is_the_error_against_physics(swept, made_up, calibration
 
 def test_the_diagrams_have_forces_and_moduli_of_the_calibration(monkeypatch, swept, calibration):
     drawn, answers = {}, AnswerMap.of(calibration)
-    names = ("sd_against_force", "sd_against_modulus", "gauge_readings", "uncertainty_map", "recovery_map")
-    for name in names:
+    for name in DIAGRAMS:
         monkeypatch.setattr(
             page.view.plots, name, lambda *parts, name=name, **more: drawn.setdefault(name, (parts, more))
         )
     monkeypatch.setattr(page, "image", lambda plot, words: plot)
-    assert set(page._plots(swept, answers, None)) == set(names)
+    assert set(page._plots(swept, answers, None)) == set(DIAGRAMS)
     force, moduli, sd = drawn["sd_against_force"][0]
     assert sd == pytest.approx(calibration.predict(force[:, None], np.array(moduli)[None, :]))
     assert (force[0], force[-1]) == pytest.approx(calibration.domain["force_N"])
