@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+SHARED_CACHE = "PAPILLA_TEST_CACHE"
+"""Environment variable with the folder of a cache that several sessions share, such as quick and slow tests."""
+
 MESH_TESTS = Path(__file__).parent / "mesh"
 
 
@@ -17,7 +20,7 @@ def cache_folder(tmp_path_factory):
     # The processes of pytest-xdist have folders of their own side by side in that of the session
     base = tmp_path_factory.getbasetemp()
     base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
-    folder = base / "papilla-cache"
+    folder = Path(os.environ.get(SHARED_CACHE) or base / "papilla-cache")
     folder.mkdir(mode=0o700, exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PAPILLA_CACHE", str(folder))
@@ -25,6 +28,13 @@ def cache_folder(tmp_path_factory):
         # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
         patch.setattr("papilla.cache.PATIENCE_S", 600.0)
         yield folder
+
+
+def pytest_collection_finish():
+    """Take all that collection has made out of the garbage collector's sight: it stays, and to visit it takes a quarter
+    of a second each time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
