@@ -21,8 +21,7 @@ from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
-from papilla.logs.quantities import SAMPLE_RATE_HZ
-from papilla.units import MS_PER_S
+from papilla.units import MS_PER_S, SAMPLE_RATE_HZ
 
 QUANTITIES = ("modulus", "wavelength", "friction")
 """The quantities that have their own status, in the order of the columns."""

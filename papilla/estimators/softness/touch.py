@@ -27,7 +27,7 @@ from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
 from papilla.estimators.spread import Spread, completed
 from papilla.estimators.stream import Stream
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import SAMPLE_RATE_HZ
 
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""

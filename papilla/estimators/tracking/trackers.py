@@ -14,7 +14,7 @@ from papilla.errors import InputError
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.follower import Follower, Memory
 from papilla.estimators.tracking.search_task import TrackingStatus, checked
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
