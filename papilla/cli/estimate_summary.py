@@ -242,7 +242,10 @@ class Summary:
                 found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE), return_counts=True)
                 self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
         if self._moves:
-            self._keep(block)
+            self._tail.append(block)
+            self._kept += len(block)
+            while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
+                self._kept -= len(self._tail.popleft())
         return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
 
     def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
@@ -257,13 +260,6 @@ class Summary:
         """The worst of the three codes: a doubt or a fault, then a quantity that the log lacks, then ok."""
         off = {why.split(",")[0] for why in self._pipeline.off.values()}
         return max(codes, key=lambda code: (not code.startswith("ok") and (2 if code in off else 3)) or code != "ok")
-
-    def _keep(self, block: "np.ndarray") -> None:
-        """Keep the rows as long as they may be needed."""
-        self._tail.append(block)
-        self._kept += len(block)
-        while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
-            self._kept -= len(self._tail.popleft())
 
     def check(self) -> None:
         """Raise `InputError` if no row has an answer and a column seems to be in another unit."""
