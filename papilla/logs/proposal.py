@@ -26,7 +26,7 @@ from papilla.logs.log_map import (
     quantity_of,
     split_number,
     split_unit,
-)  # fmt: skip
+)
 from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
 from papilla.tables import TableReader
 

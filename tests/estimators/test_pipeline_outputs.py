@@ -13,7 +13,7 @@ from papilla.estimators.pipeline.outputs import FrequencyOutput, ModulusOutput, 
 from papilla.estimators.softness.gauges import GaugeEstimate
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.chirp import ChirpEstimate
-from papilla.estimators.tracking.search_task import Finding
+from papilla.estimators.tracking.memory import Finding
 from papilla.estimators.tracking.trackers import FusedEstimate
 
 ROW = Row((1.0, 2.0), (), 0.3, math.nan, Tick(0, 0, 1.0, 50.0, 50.0, 3.0))

@@ -8,7 +8,7 @@ import pytest
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, Tangent
 from papilla.estimators.softness.fitter import SHAPE, FilterState, Residuals
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
 DOUBTS = Doubts(gauge_gain=0.03, creep=0.02, zero_microstrain=150.0, force_gain=0.04, force_offset_N=0.006,

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.softness.channels import SLOT, SPREAD_FORCE, Channels, Linear
-from papilla.estimators.spread import Pieces
+from papilla.estimators.stream import Pieces
 
 BENT, NEAR = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the

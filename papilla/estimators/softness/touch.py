@@ -25,8 +25,7 @@ from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
-from papilla.estimators.spread import Spread, completed
-from papilla.estimators.stream import Stream
+from papilla.estimators.stream import Spread, Stream, completed
 from papilla.units import SAMPLE_RATE_HZ
 
 NOISE_REACH = 4.0

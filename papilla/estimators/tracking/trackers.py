@@ -13,7 +13,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.follower import Follower, Memory
-from papilla.estimators.tracking.search_task import TrackingStatus, checked
+from papilla.estimators.tracking.memory import TrackingStatus, checked
 from papilla.units import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
