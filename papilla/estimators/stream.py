@@ -52,14 +52,10 @@ class Stream(ABC):
     def _remember(self, memory) -> None:
         self._memory = memory
 
-    def _snapshot(self) -> Any:
-        """All that is remembered, where it is."""
-        return self._memory
-
     @property
     def state(self) -> Any:
         """All that is remembered, to be kept or to be set again."""
-        return copy.deepcopy(self._snapshot())
+        return copy.deepcopy(self._memory)
 
     @state.setter
     def state(self, state) -> None:

@@ -175,6 +175,7 @@ class Pipeline(Stream):
         places = {name: place for place, name in enumerate(columns, 1 + len(named))}
         self._optional = itemgetter(*(places.get(name, len(self.columns)) for name in OPTIONAL))
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
+        self._healthy = self._health.fresh
         self.off: dict[str, str] = {}
         self._outputs: dict[str, outputs.Output] = {}
         self._notes: list[str] = []
@@ -308,9 +309,15 @@ class Pipeline(Stream):
             doubted.append(f"time: packets of samples share one time every {MS_PER_S * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
-    def _snapshot(self) -> PipelineState:
+    @property
+    def state(self) -> PipelineState:
+        """All that is remembered, to be kept or to be set again."""
         states = tuple((name, output.state) for name, output in self._outputs.items())
-        return PipelineState(self._clock.state, self._health.state, states)
+        return PipelineState(self._clock.state, self._healthy, states)
+
+    @state.setter
+    def state(self, state: PipelineState) -> None:
+        self._remember(state)
 
     def _fresh(self) -> PipelineState:
         return self._new
@@ -319,7 +326,8 @@ class Pipeline(Stream):
         if [name for name, _ in state.outputs] != list(self._outputs):
             theirs, ours = (", ".join(names) or "nothing" for names in (dict(state.outputs), self._outputs))
             raise InputError(f"the state is of a pipeline for {theirs}, this one is for {ours}")
-        self._clock.state, self._health.state, self._codes = state.clock, state.health, ()
+        self._health.fits(state.health)
+        self._clock.state, self._healthy, self._codes = state.clock, state.health, ()
         for name, own in state.outputs:
             self._outputs[name].state = own
 
@@ -333,7 +341,7 @@ class Pipeline(Stream):
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
         readings = known[1 : 1 + self._gauges]
-        found = self._health.check(readings)
+        found, self._healthy = self._health.check(readings, self._healthy)
         if found or tick.status:
             self._faults[tick.status, found] += 1
         if SATURATED in found:
