@@ -69,7 +69,7 @@ class Stream(ABC):
         sample = sample if hasattr(sample, "__len__") else (sample,)
         if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
             raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
-        return self._take(tuple(value if abs(value) <= LARGEST else math.nan for value in map(float, sample)))
+        return self._take(tuple([value if abs(value) <= LARGEST else math.nan for value in map(float, sample)]))
 
     def process(self, block):
         """Estimates after each row of a block (n, columns), or (n,) of single values, as arrays (n,); bit for bit

@@ -115,8 +115,9 @@ class _Scan:
         found |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST)).sum()}
         for name, count in found.items():
             self.counts[name] += int(count)
-        self.noise.add(believable(rows))
-        self.sizes.add(believable(rows))
+        rows = believable(rows)
+        self.noise.add(rows)
+        self.sizes.add(rows)
 
     def finish(self) -> tuple[float, LogReport]:
         """Sampling rate in Hz and the counts; raises `FileFormatError` if there is no rate."""

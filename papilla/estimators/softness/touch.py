@@ -265,19 +265,20 @@ class Touch(Stream):
         """The answer after one more sample. Most samples resemble the one before, and wait until their slot is full."""
         memory, rows, flushed = self._memory, self._of(faults), False
         state, slot = memory.filter, memory.slot
+        tangent: Tangent | None = None
         steps: tuple[float, float] | None = None
         if slot and state:
-            if not slot.fit and slot.faults == faults:
-                steps = self._steps(y, rows, state, slot.reach)
+            if not slot.fit and slot.faults == faults and (tangent := self._near(state, rows)):
+                steps = tangent.steps(y, slot.reach, state.usual)
             if steps is None:
                 memory.slot = None
                 self._follow(slot.total / slot.samples, slot.faults, state, slot.fit or self._fit_of(slot, state))
                 state, slot, flushed = memory.filter, None, True
         if state is None:
             return self._begin(y, faults)
-        if slot is None:
-            steps = self._steps(y, rows, state)
-        if steps is None:
+        if slot is None and (tangent := self._near(state, rows)):
+            steps = tangent.steps(y, tangent.reach, state.usual)
+        if tangent is None or steps is None:
             fit = self._fitter.noise_fit(y, rows, state)
             odd = fit.here > state.usual or self._outside(fit)
             if odd or not flushed or self._fitter.channels == 1:
@@ -285,7 +286,6 @@ class Touch(Stream):
             # It is learnt with the next sample, so that no sample has to do the work of two.
             memory.slot = Slot(y, 1, (), faults, fit)
             return self._answer(fit.ln_force, fit.place_mm, faults)
-        tangent = self._near(state, rows)
         if slot:
             slot = slot._replace(total=slot.total + y, samples=slot.samples + 1)
         else:
@@ -297,19 +297,13 @@ class Touch(Stream):
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
-    def _steps(self, y, rows: np.ndarray, state: FilterState, reach=None) -> tuple[float, float] | None:
-        """Steps from the tangent to a sample that fits into a slot of this reach, or begins one; None for any other
-        sample."""
-        if self._fitter.slot(state) <= 1:
-            return None
-        tangent = self._near(state, rows)
-        return tangent.steps(y, reach or tangent.reach, state.usual)
-
     def _fit_of(self, slot: Slot, state: FilterState) -> NoiseFit:
         return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), state, slot.samples)
 
-    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent:
-        """The tangent of a touch for these channels."""
+    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent | None:
+        """The tangent of a touch for these channels; None as long as samples are learnt one by one."""
+        if self._fitter.slot(state) <= 1:
+            return None
         known = self._tangent
         if known is None or known.linear is not state.linear or known.rows is not rows:
             assert state.linear is not None
