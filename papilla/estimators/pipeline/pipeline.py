@@ -378,8 +378,8 @@ class Pipeline(Stream):
         if source not in told:
             self.legend[quantity][why.split(",")[0]] = why
             return why.split(",")[0]
-        output = self._outputs[source]
-        code = output.code(told[source])
-        sentence = output.sentence(output.general(told[source]))
+        output, status = self._outputs[source], told[source]
+        # A code is explained without what changes from sample to sample, which stands last.
+        code, sentence = output.code(status), output.sentence((*status[:-1], ""))
         self.legend[quantity][code] = f"{why}; the frequency: {sentence}" if why else sentence
         return code

@@ -317,8 +317,7 @@ class Touch(Stream):
         assert state is not None
         if state is self._estimated[0]:
             return self._estimated[1]
-        modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.noise_explains(state) else state.offset
-        h, sigma_h = fitter.estimate(state)
+        modulus, sigma, (h, sigma_h, offset) = math.nan, math.nan, fitter.estimate(state)
         if float(state.mean[1:] @ state.mean[1:]) > RULES.largest_errors:
             status = SoftnessStatus.MISFIT
         elif not 0.0 <= h <= fitter.top:

@@ -11,6 +11,7 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.health import numbered
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.follower import Follower, Memory
 from papilla.estimators.tracking.memory import TrackingStatus, checked
@@ -129,7 +130,7 @@ class FusedTracker(Stream):
         self._limit = checks.positive("saturation", saturation)
         options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm)
         self._follower, self._dt = Follower(number, options), 1 / options.rate_Hz
-        self.columns = (*(f"g{n}" for n in range(1, number + 1)), "velocity_mm_s")
+        self.columns = (*numbered(number), "velocity_mm_s")
         self.reset()
 
     @property
