@@ -31,6 +31,8 @@ MILLI, MICRO, NANO, KILO, MEGA = 1e-3, 1e-6, 1e-9, 1e3, 1e6
 S_PER_MIN, S_PER_H = 60.0, 3600.0
 CM = 10.0
 """One centimetre in mm."""
+SAMPLE_RATE_HZ = 1000.0
+"""Samples a second of readings whose rate is not stated, as in Okamoto et al. 2011, section 3."""
 N_PER_MN = 1e-3
 """N of one mN."""
 

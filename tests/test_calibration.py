@@ -408,7 +408,8 @@ def test_the_checksum_is_of_the_values_not_of_the_layout(tmp_path):
 
 
 def test_estimators_do_without_the_library_of_files():
-    code = "import sys, papilla.calibration; print('pydantic' in sys.modules)"
+    imports = "import sys, papilla.calibration; from papilla.estimators import Pipeline"
+    code = f"{imports}; print(bool({{'pydantic', 'papilla.logs'}} & {{*sys.modules}}))"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "False"
 
 

@@ -7,9 +7,8 @@ import pytest
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
 from papilla.logs import TimeLogFile, read_presses, read_time_log
-from papilla.logs.log_map import Column, LogMap
+from papilla.logs.log_map import Column, LogMap, column_meant, split_unit
 from papilla.logs.proposal import propose
-from papilla.logs.quantities import column_meant, split_unit
 from papilla.units import gf_to_newton
 
 GF = gf_to_newton(1.0)

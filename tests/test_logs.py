@@ -9,7 +9,7 @@ import pytest
 
 from papilla import tables
 from papilla.errors import FileAccessError, FileFormatError
-from papilla.logs import TimeLogFile, read_presses, read_time_log, spread, white_noise
+from papilla.logs import TimeLogFile, read_presses, read_time_log, statistics, white_noise
 from papilla.specimen import Block, HalfSpace, Sphere
 from papilla.tables import TableReader, write_table
 
@@ -177,18 +177,17 @@ def test_missing_file_and_folder(read, tmp_path):
 def test_medians_in_bounded_memory_are_exact_up_to_a_limit_and_near_beyond(monkeypatch):
     rng = np.random.default_rng(3)
     values = np.concatenate([rng.lognormal(0, 0.5, 300_000), np.full(900, 0.25), np.zeros(100)])
-    exact, grouped = spread.Magnitudes(), spread.Magnitudes()
+    exact, grouped = statistics.Magnitudes(), statistics.Magnitudes()
     exact.add(values)
     assert exact.median() == np.median(values)
-    assert exact.mean_up_to(2.0) == values[values <= 2].mean()
-    monkeypatch.setattr(spread, "KEPT", 100_000)
+    assert exact.split(2.0) == (values[values <= 2].mean(), (values > 2).sum())
+    monkeypatch.setattr(statistics, "KEPT", 100_000)
     for part in np.array_split(values, 50):
         grouped.add(part)
     assert len(grouped._all()[0]) < 100_000, "grouped"
     assert grouped.median() == pytest.approx(np.median(values), rel=1e-4)
-    assert grouped.mean_up_to(2.0) == pytest.approx(values[values <= 2].mean(), rel=1e-3)
-    assert grouped.above(2.0) == pytest.approx((values > 2).sum(), rel=1e-3)
-    assert np.isnan(spread.Magnitudes().median())
+    assert grouped.split(2.0) == pytest.approx((values[values <= 2].mean(), (values > 2).sum()), rel=1e-3)
+    assert np.isnan(statistics.Magnitudes().median())
 
 
 @pytest.fixture

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from papilla.logs import thinned
-from papilla.logs.thinned import Thinned
+from papilla.logs import statistics
+from papilla.logs.statistics import Thinned
 
 
 @pytest.mark.parametrize("blocks", [1, 7, 40])
 def test_extremes_survive_and_bins_stay_few(monkeypatch, blocks):
-    monkeypatch.setattr(thinned, "BINS", 50)
+    monkeypatch.setattr(statistics, "BINS", 50)
     rng = np.random.default_rng(2)
     rows = np.column_stack([np.arange(3001.0), rng.normal(size=3001), np.full(3001, np.nan)])
     rows[1234, 1], rows[2345, 1], rows[:40, 1] = 9.0, -9.0, np.nan

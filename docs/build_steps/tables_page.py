@@ -24,8 +24,8 @@ from papilla.estimators.tracking.chirp import ChirpStatus
 from papilla.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.finger_parts import Identified
 from papilla.logs import log_map
+from papilla.logs.log_map import GAUGE, QUANTITIES
 from papilla.logs.presses import PRESS_OPTIONAL, SPECIMENS
-from papilla.logs.quantities import GAUGE, QUANTITIES
 from papilla.logs.time_log import TIME_OPTIONAL
 from papilla.materials import MATERIALS
 

@@ -1,6 +1,5 @@
 """`papilla estimate`: the estimators over a log, one row of answers per row of the log."""
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -60,13 +59,14 @@ class EstimatorOptions:
     def pipeline(self, record: "Calibration | None", recorded: "TimeLogFile", noise: dict[str, Any]) -> "Pipeline":
         """The pipeline for a log; raises `InputError`."""
         from papilla.estimators import Doubts, Pipeline
+        from papilla.finger import Finger
 
         chosen: dict[str, Any] = {
             "wavelength_range_mm": self.wavelength_range,
             "saturation": self.saturation,
             "friction_memory_mm": self.friction_memory,
             "softness": self.softness,
-            "ridge_pitch_mm": _ridge_pitch(self.finger),
+            "ridge_pitch_mm": Finger.load(self.finger).ridge_pitch_mm if self.finger else None,
             "doubts": None if self.thickness is None else Doubts(thickness_mm=self.thickness),
         }
         if self.softness == "force-depth":
@@ -95,6 +95,8 @@ def estimate(
     as_json: JsonOption = False,
 ) -> None:
     """Estimate softness, wavelength and friction row by row of a log, and list the spectral lines of the whole."""
+    from papilla.calibration import Calibration
+    from papilla.calibration.document import read_calibration
     from papilla.cli.estimate_summary import Summary, show, write_pictures
     from papilla.estimators.pipeline import PipelineEstimate
     from papilla.files import check_writable
@@ -103,7 +105,8 @@ def estimate(
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
     more = (DEPTH,) if estimators.softness == "force-depth" else ()
-    record = _load(calibration) if calibration else None
+    # Not `Calibration.load`, which warns of a changed file: the pipeline's messages do.
+    record = read_calibration(Calibration, calibration) if calibration else None
     covered = record and record.domain["force_N"][1]
     with (
         progress() as bar,
@@ -115,7 +118,7 @@ def estimate(
         pipeline = estimators.pipeline(record, recorded, noise)
         by_depth = DepthModulus(calibration, recorded, pipeline) if more else None
         summary = Summary(recorded, pipeline)
-        picture = _picture(recorded, pipeline, plot, html)
+        picture = _picture(recorded, pipeline, plot) if plot or html else None
         if beside:
             check_writable(out.parent)
         with estimates_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
@@ -127,8 +130,7 @@ def estimate(
                 write([block[:, 0], *answer[:-1], summary.add(block, answer)])
                 if picture:
                     picture.add(block, answer)
-                bar.line("estimating")
-                bar.steps(summary.rows, max(summary.rows, recorded.report.rows))
+                bar.stage("estimating", summary.rows, max(summary.rows, recorded.report.rows))
             summary.check()
         found = summary.finish(estimators.wavelength_range)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
@@ -140,12 +142,8 @@ def estimate(
     show(found, recorded.report.notes, as_json)
 
 
-def _picture(
-    recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None, html: Path | None
-) -> "LogPicture | None":
-    """Collects the rows for a picture, if one is requested; raises `InputError` for an unknown kind of file."""
-    if plot is None and html is None:
-        return None
+def _picture(recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None) -> "LogPicture":
+    """Collects the rows for a picture; raises `InputError` for an unknown kind of file."""
     from papilla.view.log_picture import LogPicture
     from papilla.view.style import kind_of
 
@@ -176,16 +174,6 @@ def _opened(log: Path, bar: Progress, **how: Any) -> "TimeLogFile":
     return TimeLogFile(log, reading, **how)
 
 
-def _load(path: Path) -> "Calibration":
-    """The calibration of a file, without its warnings, which the pipeline repeats."""
-    from papilla.calibration import Calibration
-
-    with warnings.catch_warnings():
-        # The pipeline's messages contain it.
-        warnings.simplefilter("ignore", UserWarning)
-        return Calibration.load(path)
-
-
 def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFile") -> None:
     """Raise `InputError` for a calibration of other gauges than the log has."""
     from papilla.logs.log_map import GAUGE_COLUMN
@@ -198,13 +186,6 @@ def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFi
         raise InputError(
             f"{recorded.path} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}"
         )
-
-
-def _ridge_pitch(design: Path | None) -> float | None:
-    """Pitch (mm) of a design's ridges, None without a design."""
-    from papilla.finger import Finger
-
-    return Finger.load(design).ridge_pitch_mm if design else None
 
 
 def _zeros(record: "Calibration | None") -> "np.ndarray":

@@ -2,7 +2,7 @@
 codes."""
 
 import math
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -196,13 +196,6 @@ ALIKE = 0.02
 LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
 
 
-class _Combinations(dict[tuple[str, str, str], int]):
-    """Numbers of the occurring combinations of the three codes, so that a row needs one look-up."""
-
-    def __missing__(self, codes: tuple[str, str, str]) -> int:
-        return self.setdefault(codes, len(self))
-
-
 class Summary:
     """The summary of a log and its estimates.
 
@@ -214,7 +207,10 @@ class Summary:
         self._columns = ("t_s", *recorded.gauge_names, *recorded.optional)
         self._moves = bool({"velocity_mm_s", "position_mm"} & {*recorded.optional})
         self._tail: deque[np.ndarray] = deque()
-        self._numbers, self._counts = _Combinations(), Counter[int]()
+        # Each combination of the three codes gets the next number when it first occurs: a row needs one look-up.
+        self._numbers: defaultdict[tuple[str, str, str], int] = defaultdict()
+        self._numbers.default_factory = self._numbers.__len__
+        self._counts = Counter[int]()
         self._answered = {names[0]: 0 for *_, names in LAST.values()}
         self._wavelengths: Counter[int] = Counter()
         self._last: dict[str, dict | None] = dict.fromkeys(LAST)
@@ -242,7 +238,10 @@ class Summary:
                 found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE), return_counts=True)
                 self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
         if self._moves:
-            self._keep(block)
+            self._tail.append(block)
+            self._kept += len(block)
+            while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
+                self._kept -= len(self._tail.popleft())
         return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
 
     def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
@@ -257,13 +256,6 @@ class Summary:
         """The worst of the three codes: a doubt or a fault, then a quantity that the log lacks, then ok."""
         off = {why.split(",")[0] for why in self._pipeline.off.values()}
         return max(codes, key=lambda code: (not code.startswith("ok") and (2 if code in off else 3)) or code != "ok")
-
-    def _keep(self, block: "np.ndarray") -> None:
-        """Keep the rows as long as they may be needed."""
-        self._tail.append(block)
-        self._kept += len(block)
-        while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
-            self._kept -= len(self._tail.popleft())
 
     def check(self) -> None:
         """Raise `InputError` if no row has an answer and a column seems to be in another unit."""

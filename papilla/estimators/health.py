@@ -70,7 +70,7 @@ class HealthState(NamedTuple):
 
 class GaugeHealth:
     """Watches g readings: |reading| >= saturation is saturated; a gauge that repeats its reading `stuck_samples` times
-    while another moves is stuck."""
+    while another moves is stuck. fresh : the state before the first sample."""
 
     def __init__(self, gauges: int, saturation: float, stuck_samples: int = STUCK_SAMPLES):
         if not saturation > 0:
@@ -79,29 +79,22 @@ class GaugeHealth:
             raise InputError(f"stuck_samples must be at least 2, got {stuck_samples}")
         self._gauges, self._saturation, self._stuck = gauges, saturation, stuck_samples
         self._moving = (0,) * gauges
-        self.state = HealthState((math.nan,) * gauges, self._moving)
+        self.fresh = HealthState((math.nan,) * gauges, self._moving)
 
-    @property
-    def state(self) -> HealthState:
-        """The state, to be kept or to be set again."""
-        return self._state
-
-    @state.setter
-    def state(self, state: HealthState) -> None:
+    def fits(self, state: HealthState) -> None:
+        """Raise `InputError` for a state of another number of gauges."""
         if len(state.last) != self._gauges or len(state.repeats) != self._gauges:
             raise InputError(f"the state is of {len(state.last)} gauges, this pipeline has {self._gauges}")
-        self._state = state
 
-    def check(self, readings: tuple[float, ...]) -> tuple[int, ...]:
-        """The `Fault` of each gauge now; an empty tuple when all are good."""
+    def check(self, readings: tuple[float, ...], state: HealthState) -> tuple[tuple[int, ...], HealthState]:
+        """The `Fault` of each gauge now, an empty tuple when all are good, and the state after this sample."""
         if not readings:
-            return ()
-        (last, repeats), limit = self._state, self._saturation
+            return (), state
+        (last, repeats), limit = state, self._saturation
         repeated = True in map(eq, readings, last)
         # The sum is finite only if every reading is, so one test covers nearly all samples.
         if not repeated and -limit < min(readings) and max(readings) < limit and math.isfinite(sum(readings)):
-            self._state = HealthState(readings, self._moving)
-            return ()
+            return (), HealthState(readings, self._moving)
         finite = [-math.inf < new < math.inf for new in readings]
         moved = any(known and new != old == old for new, old, known in zip(readings, last, finite, strict=True))
         counts = self._moving
@@ -109,10 +102,9 @@ class GaugeHealth:
             counted = zip(readings, last, repeats, strict=True)
             counts = tuple([min(count + moved, self._stuck) if new == old else 0 for new, old, count in counted])
         held = tuple([new if known else old for new, old, known in zip(readings, last, finite, strict=True)])
-        self._state = HealthState(held, counts)
         faults = zip(readings, finite, counts, strict=True)
         found = tuple([
             MISSING if not known else SATURATED if not -limit < new < limit else STUCK * (count == self._stuck)
             for new, known, count in faults
         ])  # fmt: skip
-        return found if any(found) else ()
+        return (found if any(found) else ()), HealthState(held, counts)

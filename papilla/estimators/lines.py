@@ -14,7 +14,7 @@ from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.fundamental import SLACK, fundamental_of
 from papilla.estimators.spectrum import FEWEST_STEPS, Line, Spectrum, Strokes, background, spectrum_of, strokes_of
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.units import TINY
 
 FALSE_ALARM = 0.01

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spread import Pieces
+from papilla.estimators.stream import Pieces
 from papilla.units import TINY
 
 CYCLE = 2j * np.pi

@@ -1,9 +1,15 @@
-"""What every streaming estimator is: `update` one sample, `process` a block, `reset`, and a `state` to keep or set."""
+"""What every streaming estimator is: `update` one sample, `process` a block, `reset`, and a `state` to keep or set; and
+long computations that are spread over many samples, so that none of them waits long.
+
+A long computation is a generator that yields after each piece of work. A generator cannot be copied or pickled, but a
+state must be: `Spread` remembers how many pieces are done, and a copy does them again when it goes on.
+"""
 
 import copy
 import math
 from abc import ABC, abstractmethod
-from typing import Any, ClassVar
+from collections.abc import Generator
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -12,6 +18,10 @@ from papilla.errors import InputError
 
 WHOLE = ("status", "gauges", "left_out", "channels")
 """Which values of an estimate are whole numbers."""
+
+Result = TypeVar("Result")
+Pieces = Generator[None, None, Result]
+"""A computation in pieces of less than a tenth of a millisecond each, which returns its result at the end."""
 
 
 class Stream(ABC):
@@ -42,14 +52,10 @@ class Stream(ABC):
     def _remember(self, memory) -> None:
         self._memory = memory
 
-    def _snapshot(self) -> Any:
-        """All that is remembered, where it is."""
-        return self._memory
-
     @property
     def state(self) -> Any:
         """All that is remembered, to be kept or to be set again."""
-        return copy.deepcopy(self._snapshot())
+        return copy.deepcopy(self._memory)
 
     @state.setter
     def state(self, state) -> None:
@@ -63,7 +69,7 @@ class Stream(ABC):
         sample = sample if hasattr(sample, "__len__") else (sample,)
         if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
             raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
-        return self._take(tuple(value if abs(value) <= LARGEST else math.nan for value in map(float, sample)))
+        return self._take(tuple([value if abs(value) <= LARGEST else math.nan for value in map(float, sample)]))
 
     def process(self, block):
         """Estimates after each row of a block (n, columns), or (n,) of single values, as arrays (n,); bit for bit
@@ -89,3 +95,39 @@ class Stream(ABC):
         """What a sample is, in words."""
         needed = len(self.columns) - self.optional
         return ", ".join(self.columns[:needed]) + "".join(f"[, {name}]" for name in self.columns[needed:])
+
+
+def completed(pieces: Pieces[Result]) -> Result:
+    """The result of a computation, all pieces at once."""
+    while True:
+        try:
+            next(pieces)
+        except StopIteration as end:
+            return end.value
+
+
+class Spread:
+    """A computation under way. task : an object whose `run` returns its `Pieces`, and that does not change meanwhile;
+    done : pieces that are done."""
+
+    def __init__(self, task: Any, done: int = 0):
+        self.task, self.done = task, done
+        self._pieces: Pieces | None = None
+
+    def __reduce__(self):
+        """A copy starts the task again and repeats the pieces that are done: a generator cannot be copied."""
+        return Spread, (self.task, self.done)
+
+    def advance(self, *owner: Any) -> Any:
+        """Do the next piece of `task.run(*owner)`: the result after the last one, None before. The owner is what the
+        task needs and a state does not hold."""
+        if self._pieces is None:
+            self._pieces = self.task.run(*owner)
+            for _ in range(self.done):
+                next(self._pieces)
+        self.done += 1
+        try:
+            next(self._pieces)
+        except StopIteration as end:
+            return end.value
+        return None

@@ -4,7 +4,7 @@ Readings are in microstrain, with one column per gauge (`g1`, `g2`, ...). Other 
 """
 
 from papilla.logs.presses import PressLog, read_presses
-from papilla.logs.spread import white_noise
+from papilla.logs.statistics import white_noise
 from papilla.logs.time_log import TIME_OPTIONAL, LogReport, TimeLog, TimeLogFile, read_time_log
 
 __all__ = [

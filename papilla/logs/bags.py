@@ -19,14 +19,8 @@ from papilla.logs.frames import FrameReader
 from papilla.tables import BLOCK, Table
 from papilla.units import NS_PER_S, S_PER_NS
 
-SUFFIXES = (".bag", ".mcap", ".db3")
 MOST_CELLS = 64
 """Largest number of elements of an array in a message that become columns."""
-
-
-def is_bag(path: Path) -> bool:
-    """Whether a path is a ROS 1 bag, an MCAP file, or the folder of a ROS 2 bag."""
-    return path.suffix in SUFFIXES or (path / "metadata.yaml").is_file()
 
 
 class BagReader(FrameReader):

@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.bags import BagReader, is_bag
+from papilla.logs.bags import BagReader
 from papilla.logs.frames import PARQUET, FrameReader, parquet
-from papilla.logs.log_map import GAUGE_COLUMN, Column, LogMap
-from papilla.logs.quantities import ISO, column_meant, quantity_of, split_unit
+from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, quantity_of, split_unit
 from papilla.tables import BLOCK, Reader, Table, TableReader, closest
 
 TORQUE = "torque_Nmm"
@@ -27,6 +26,7 @@ SD_ALONE = (
     "microstrain. What all gauges have in common papilla identify finds from S_d, too; "
     "papilla.calibrate.published_form.fit_quadratic fits the published quadratic to it"
 )
+BAGS = (".bag", ".mcap", ".db3")  # Suffixes of ROS 1 bags, MCAP files and the files of ROS 2 bags
 MOST_NAMED = 40  # Largest number of columns that a message lists
 
 
@@ -50,8 +50,13 @@ def open_log(
         log_map = LogMap.load(log_map)
     elif log_map is None and isinstance(source, Path):
         log_map = LogMap.beside(source)
-    reader = opened(source, lambda name: name in known or GAUGE_COLUMN.fullmatch(name) is not None, words, log_map)
+
+    def wanted(name: str) -> bool:
+        return name in known or GAUGE_COLUMN.fullmatch(name) is not None
+
+    reader = unmapped(source, wanted, words, log_map or LogMap())
     try:
+        reader = _mapped(reader, wanted, words, log_map)
         return reader, _gauges(reader, needed, known, instead)
     except BaseException:
         reader.__exit__()
@@ -172,27 +177,19 @@ class MappedReader(Reader):
             yield "gauges and forces count from their mean over {:g} to {:g} s, in the air".format(*self._map.air_s)
 
 
-def opened(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> Reader:
-    """A reader of a log (path or frame), with its map, with the units in its column names, or without conversion.
-
-    Raises what `TableReader` raises, and `FileFormatError` for a map that does not fit the log.
-    """
+def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> Reader:
+    """A log with papilla's names and units, by its map or the units in its column names; the reader itself if it has
+    them. Raises `FileFormatError` for a map that does not fit the log."""
     given = log_map or LogMap()
-    reader = unmapped(source, wanted, words, given)
-    path = reader.path
-    try:
-        chosen = replace(given, columns=by_name(path, reader.header, wanted) | dict(given.columns))
-        absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
-        if absent is not None:
-            raise FileFormatError(f"{given.path}: the log {path} has no {_lacking(absent, reader.header)}")
-        if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
-            return reader
-        text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO]
-        reader.want({column.name for column in chosen.columns.values()}.__contains__, tuple(text))
-        return MappedReader(reader, chosen, wanted)
-    except BaseException:
-        reader.__exit__()
-        raise
+    chosen = replace(given, columns=by_name(reader.path, reader.header, wanted) | dict(given.columns))
+    absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
+    if absent is not None:
+        raise FileFormatError(f"{given.path}: the log {reader.path} has no {_lacking(absent, reader.header)}")
+    if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
+        return reader
+    text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO]
+    reader.want({column.name for column in chosen.columns.values()}.__contains__, tuple(text))
+    return MappedReader(reader, chosen, wanted)
 
 
 def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], how: LogMap) -> Reader:
@@ -205,6 +202,11 @@ def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...],
         return BagReader(source, wanted)
     dialect = {"delimiter": how.delimiter, "decimal": how.decimal}
     return TableReader(source, wanted, words, **dialect, header_line=how.header_line)
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path is a ROS 1 bag, an MCAP file, or the folder of a ROS 2 bag."""
+    return path.suffix in BAGS or (path / "metadata.yaml").is_file()
 
 
 def _lacking(column: Column, header: Sequence[str]) -> str:

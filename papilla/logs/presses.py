@@ -14,7 +14,7 @@ import numpy as np
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
-from papilla.logs.sizes import of_presses
+from papilla.logs.statistics import of_presses
 from papilla.short_repr import short_repr
 from papilla.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.tables import Table, write_table

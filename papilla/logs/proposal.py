@@ -14,12 +14,20 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.bags import is_bag
-from papilla.logs.columns import unmapped
+from papilla.logs.columns import is_bag, unmapped
 from papilla.logs.frames import PARQUET
-from papilla.logs.log_map import LogMap
-from papilla.logs.quantities import BRIDGES, GAUGE, ISO, QUANTITIES, column_meant, quantity_of, split_number, split_unit
-from papilla.logs.sizes import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
+from papilla.logs.log_map import (
+    BRIDGES,
+    GAUGE,
+    ISO,
+    QUANTITIES,
+    LogMap,
+    column_meant,
+    quantity_of,
+    split_number,
+    split_unit,
+)
+from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
 from papilla.tables import TableReader
 
 HEAD = 2000

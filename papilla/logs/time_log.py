@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,8 +15,7 @@ from papilla.checks import LARGEST, believable
 from papilla.errors import FileFormatError
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
-from papilla.logs.sizes import Sizes
-from papilla.logs.spread import Magnitudes, Noise
+from papilla.logs.statistics import Magnitudes, Noise, Sizes
 from papilla.short_repr import short_repr
 from papilla.tables import Reader, Table
 
@@ -109,14 +109,15 @@ class _Scan:
             raise block.fault(at + 1 + len(time) - len(with_last), "t_s", problem)
         self._last = time[-1]
         self._steps.add(steps[steps > 0])
-        rows = np.column_stack([column_of(block, name, self._lever) for name in self.used])
+        rows = rows_of(block, self.used, self._lever)
         bad = ~np.isfinite(rows)
         found = {"rows": len(rows), "nan_rows": bad.any(axis=1).sum(), "nan_cells": bad.sum()}
         found |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST)).sum()}
         for name, count in found.items():
             self.counts[name] += int(count)
-        self.noise.add(believable(rows))
-        self.sizes.add(believable(rows))
+        rows = believable(rows)
+        self.noise.add(rows)
+        self.sizes.add(rows)
 
     def finish(self) -> tuple[float, LogReport]:
         """Sampling rate in Hz and the counts; raises `FileFormatError` if there is no rate."""
@@ -126,7 +127,7 @@ class _Scan:
         longest = GAP_STEPS * self._steps.median()
         if math.isnan(longest):
             raise FileFormatError(f"{path}: all rows have the time {self._last:g} s, so there is no sampling rate")
-        step = self._steps.mean_up_to(longest)
+        step, gaps = self._steps.split(longest)
         if not SHORTEST_STEP_S <= step <= LONGEST_STEP_S:
             raise FileFormatError(f"{path}: steps of t_s of {step:g} s on average; are these times in s?")
         # Rows of a packet share its time: the sampling rate is the rate of the rows.
@@ -136,7 +137,7 @@ class _Scan:
         shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
         notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
         sizes = tuple(self.sizes.remarks(self._reader.called))
-        return 1 / step, LogReport(gaps=self._steps.above(longest), notes=notes, sizes=sizes, **self.counts)
+        return 1 / step, LogReport(gaps=gaps, notes=notes, sizes=sizes, **self.counts)
 
 
 class TimeLogFile:
@@ -163,9 +164,9 @@ class TimeLogFile:
         covered_N: float | None = None,
     ):
         self._reader, self.gauge_names = open_log(path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
-        self._more, self._covered = more, covered_N
         try:
             self._lever = _lever(self._reader, lever_mm)
+            self._scan = partial(_Scan, self._reader, self.gauge_names, self._lever, more, covered_N)
             scan = self._scan()
             for block in self._reader.blocks():
                 scan.add(block)
@@ -207,7 +208,7 @@ class TimeLogFile:
             self._reader.once()
         names = ("t_s", *self.gauge_names, *self.optional)
         for block in blocks:
-            rows = believable(np.column_stack([column_of(block, name, self._lever) for name in names]))
+            rows = believable(rows_of(block, names, self._lever))
             if self.live:
                 scan.add(block)
                 yield rows
@@ -218,15 +219,13 @@ class TimeLogFile:
                 return
         self.report = scan.finish()[1] if self.live else self.report
 
-    def _scan(self) -> _Scan:
-        return _Scan(self._reader, self.gauge_names, self._lever, self._more, self._covered)
 
-
-def column_of(block: Table, name: str, lever_mm: float | None) -> np.ndarray:
-    """A column (n,) of a block. With a lever arm (mm), tangential_N is computed: torque (N mm) / lever arm, in N."""
-    if name == "tangential_N" and lever_mm is not None:
-        return block.columns[TORQUE] / lever_mm
-    return block.columns[name]
+def rows_of(block: Table, names: tuple[str, ...], lever_mm: float | None) -> np.ndarray:
+    """Rows (n, columns) of a block; with a lever arm in mm, tangential_N is torque (N mm) / lever arm, in N."""
+    columns = dict(block.columns)
+    if lever_mm is not None:
+        columns["tangential_N"] = columns[TORQUE] / lever_mm
+    return np.column_stack([columns[name] for name in names])
 
 
 def _lever(reader: Reader, lever_mm: float | None) -> float | None:

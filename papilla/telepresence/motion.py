@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla import checks
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import SAMPLE_RATE_HZ
 
 HAND_HZ, RATE_HZ = 250.0, SAMPLE_RATE_HZ
 """Positions and control periods per second: Okamoto et al. 2011, section 3."""

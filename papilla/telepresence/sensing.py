@@ -23,11 +23,11 @@ from numpy.typing import ArrayLike
 from papilla.errors import FileFormatError, InputError
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
-from papilla.estimators.tracking.search_task import TrackingStatus
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.estimators.tracking.memory import TrackingStatus
 from papilla.tables import TableReader
 from papilla.telepresence import messages
 from papilla.telepresence.messages import Component, Header, Parameters, Trust, quantity
+from papilla.units import SAMPLE_RATE_HZ
 
 WINDOW_S = 0.2
 """Time over which amplitudes are measured."""

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from papilla.checks import ROUNDING
-from papilla.logs.thinned import Thinned
+from papilla.logs.statistics import Thinned
 from papilla.units import PER_CENT
 from papilla.view.style import ACCENTS, INK, MUTED, THIN, literal, plain_log, styled, titled
 

@@ -11,7 +11,7 @@ from papilla.estimators.lags import _scatter as scatter_of
 from papilla.estimators.lags import channel_lags, phasors
 from papilla.estimators.lines import find_lines, order_of
 from papilla.estimators.spectrum import Level, Line, Spectrum, background, vertex
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 
 
 def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size=1.0):

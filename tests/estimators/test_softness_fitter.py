@@ -8,7 +8,7 @@ import pytest
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, Tangent
 from papilla.estimators.softness.fitter import SHAPE, FilterState, Residuals
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
 DOUBTS = Doubts(gauge_gain=0.03, creep=0.02, zero_microstrain=150.0, force_gain=0.04, force_offset_N=0.006,
@@ -246,14 +246,15 @@ def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     """Then h is its best, score over information from the anchor; else the filter's. Sigma is the filter's."""
     h = 0.5 * own.top
     state = belief_of(own, own.linear(math.log(FORCE), 0.0, h))._replace(
-        anchor=h - 0.2, information=400.0, score=100.0, freedom=1001.0
+        anchor=h - 0.2, information=400.0, score=100.0, freedom=1001.0, offset=(0.1, 0.2)
     )
     for misfit, noise_explains in ((1000.0, True), (1200.0, True), (1320.0, False)):
         known = state._replace(square=misfit + 25.0)
         assert own.noise_explains(known) == noise_explains
-        best, sigma = own.estimate(known)
+        best, sigma, offset = own.estimate(known)
         assert best == pytest.approx(h - 0.2 + 0.25 if noise_explains else state.mean[0])
         assert sigma == pytest.approx(math.sqrt(state.covariance[0, 0]))
+        assert offset == ((0.0, 0.0) if noise_explains else state.offset)
         assert own.h_of_noise(known) == pytest.approx(h + 0.05)
     assert not own.noise_explains(state._replace(information=0.0))
     assert own.h_of_noise(state._replace(information=0.0)) == pytest.approx(h - 0.2)

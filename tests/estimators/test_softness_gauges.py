@@ -11,7 +11,7 @@ from papilla.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.channels import distance_curve
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)

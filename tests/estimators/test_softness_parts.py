@@ -11,7 +11,7 @@ from papilla.estimators.health import MISSING, STUCK, Fault
 from papilla.estimators.softness.channels import SPREAD_FORCE
 from papilla.estimators.softness.fitter import FilterState, NoiseFit
 from papilla.estimators.softness.touch import TouchState
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.estimators.tracking.search_task import TrackingStatus
+from papilla.estimators.tracking.memory import TrackingStatus
 from papilla.telepresence import Trust
 from papilla.telepresence.sensing import Sensing
 

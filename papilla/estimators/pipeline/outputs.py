@@ -83,10 +83,6 @@ class Output(ABC):
         """The status as a short code, which begins with "ok" if the sentence does."""
         return self.statuses(status[0]).code
 
-    def general(self, status: tuple) -> tuple:
-        """The status without what changes from sample to sample; its sentence explains the code."""
-        return *status[:-1], ""
-
     @property
     def state(self) -> tuple:
         """The state of the estimators, to be kept or to be set again."""

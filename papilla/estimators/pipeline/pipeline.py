@@ -21,8 +21,7 @@ from papilla.estimators.published.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
-from papilla.logs.quantities import SAMPLE_RATE_HZ
-from papilla.units import MS_PER_S
+from papilla.units import MS_PER_S, SAMPLE_RATE_HZ
 
 QUANTITIES = ("modulus", "wavelength", "friction")
 """The quantities that have their own status, in the order of the columns."""
@@ -176,6 +175,7 @@ class Pipeline(Stream):
         places = {name: place for place, name in enumerate(columns, 1 + len(named))}
         self._optional = itemgetter(*(places.get(name, len(self.columns)) for name in OPTIONAL))
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
+        self._healthy = self._health.fresh
         self.off: dict[str, str] = {}
         self._outputs: dict[str, outputs.Output] = {}
         self._notes: list[str] = []
@@ -309,9 +309,15 @@ class Pipeline(Stream):
             doubted.append(f"time: packets of samples share one time every {MS_PER_S * packet:.3g} ms: spread evenly")
         return (*(f"no {output}: {why}" for output, why in self.off.items()), *self._notes, *doubted)
 
-    def _snapshot(self) -> PipelineState:
+    @property
+    def state(self) -> PipelineState:
+        """All that is remembered, to be kept or to be set again."""
         states = tuple((name, output.state) for name, output in self._outputs.items())
-        return PipelineState(self._clock.state, self._health.state, states)
+        return PipelineState(self._clock.state, self._healthy, states)
+
+    @state.setter
+    def state(self, state: PipelineState) -> None:
+        self._remember(state)
 
     def _fresh(self) -> PipelineState:
         return self._new
@@ -320,7 +326,8 @@ class Pipeline(Stream):
         if [name for name, _ in state.outputs] != list(self._outputs):
             theirs, ours = (", ".join(names) or "nothing" for names in (dict(state.outputs), self._outputs))
             raise InputError(f"the state is of a pipeline for {theirs}, this one is for {ours}")
-        self._clock.state, self._health.state, self._codes = state.clock, state.health, ()
+        self._health.fits(state.health)
+        self._clock.state, self._healthy, self._codes = state.clock, state.health, ()
         for name, own in state.outputs:
             self._outputs[name].state = own
 
@@ -334,7 +341,7 @@ class Pipeline(Stream):
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
         readings = known[1 : 1 + self._gauges]
-        found = self._health.check(readings)
+        found, self._healthy = self._health.check(readings, self._healthy)
         if found or tick.status:
             self._faults[tick.status, found] += 1
         if SATURATED in found:
@@ -371,8 +378,8 @@ class Pipeline(Stream):
         if source not in told:
             self.legend[quantity][why.split(",")[0]] = why
             return why.split(",")[0]
-        output = self._outputs[source]
-        code = output.code(told[source])
-        sentence = output.sentence(output.general(told[source]))
+        output, status = self._outputs[source], told[source]
+        # A code is explained without what changes from sample to sample, which stands last.
+        code, sentence = output.code(status), output.sentence((*status[:-1], ""))
         self.legend[quantity][code] = f"{why}; the frequency: {sentence}" if why else sentence
         return code

@@ -80,7 +80,7 @@ class PrintedSoftness(Stream):
         self._force_sigma = float(newton_to_gf(checks.within("force_sigma_N", force_sigma_N, 0, math.inf)))
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(self._gauges, saturation, stuck_samples)
-        self._clean, self.columns = self._health.state, (*numbered(self._gauges), "force_N")
+        self._memory, self.columns = self._health.fresh, (*numbered(self._gauges), "force_N")
         self._compact: Compact | None = None
         if refitted and calibration is not None:
             self._take_refitted(form, calibration)
@@ -115,18 +115,17 @@ class PrintedSoftness(Stream):
             self.scale = best if scale is None else self.scale
             self.misfit = float(np.sqrt(np.mean((self.scale * ours - theirs) ** 2)))
 
-    def _snapshot(self) -> HealthState:
-        return self._health.state
-
     def _remember(self, memory: HealthState) -> None:
-        self._health.state = memory
+        self._health.fits(memory)
+        self._memory = memory
 
     def _fresh(self) -> HealthState:
-        return self._clean
+        return self._health.fresh
 
     def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
-        *readings, force_N = sample
-        return self.feel(tuple(readings), force_N, self._health.check(tuple(readings)))
+        readings, force_N = sample[:-1], sample[-1]
+        found, self._memory = self._health.check(readings, self._memory)
+        return self.feel(readings, force_N, found)
 
     def feel(self, readings: tuple[float, ...], force_N: float, found: tuple[int, ...]) -> SoftnessEstimate:
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.estimators.softness.channels import SLOT, SPREAD_FORCE, Channels, Linear
-from papilla.estimators.spread import Pieces
+from papilla.estimators.stream import Pieces
 
 BENT, NEAR = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
@@ -308,13 +308,13 @@ class Fitter(Channels):
                 return state
         return state._replace(node=linear)
 
-    def estimate(self, state: FilterState) -> tuple[float, float]:
-        """h and its standard deviation."""
-        h, sigma = float(state.mean[0]), self.widening(state) * math.sqrt(max(float(state.covariance[0, 0]), 0.0))
+    def estimate(self, state: FilterState) -> tuple[float, float, tuple[float, float]]:
+        """h, its standard deviation, and the difference of its ln force and place from the fit of noise alone."""
+        sigma = self.widening(state) * math.sqrt(max(float(state.covariance[0, 0]), 0.0))
         # The value with the smaller error; sigma stays that of the filter.
         if self.noise_explains(state):
-            h = state.anchor + state.score / state.information
-        return h, sigma
+            return state.anchor + state.score / state.information, sigma, (0.0, 0.0)
+        return float(state.mean[0]), sigma, state.offset
 
     def widening(self, state: FilterState) -> float:
         """Factor by which sigma grows if readings contradict each other more than the stated errors of gains and

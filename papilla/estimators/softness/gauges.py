@@ -28,7 +28,7 @@ from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_w
 from papilla.estimators.softness import touch
 from papilla.estimators.softness.channels import Doubts, GaugeSurfaces
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Residuals
-from papilla.estimators.spread import Pieces, Spread, completed
+from papilla.estimators.stream import Pieces, Spread, completed
 
 
 @dataclass(frozen=True)

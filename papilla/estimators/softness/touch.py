@@ -25,9 +25,8 @@ from papilla.errors import InputError
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
-from papilla.estimators.spread import Spread, completed
-from papilla.estimators.stream import Stream
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.estimators.stream import Spread, Stream, completed
+from papilla.units import SAMPLE_RATE_HZ
 
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
@@ -142,7 +141,6 @@ class Touch(Stream):
         self.columns = (*numbered(gauges), "force_N")
         self._contact = checks.positive("contact_force_N", contact_force_N)
         self._health = GaugeHealth(gauges, saturation, stuck_samples)
-        self._healthy = self._health.state
         self._low = max(self._contact, fitter.surfaces.force_N[0])
         self._lowest = fitter.least_reading() * (self._contact / fitter.surfaces.force_N[0])
         # S_d has the noise and the zero error of a gauge divided by the root of the number of gauges.
@@ -153,24 +151,21 @@ class Touch(Stream):
         self.reset()
 
     def _take(self, sample: tuple[float, ...]):
-        *readings, force = sample
-        return self.feel(tuple(readings), force, self._health.check(tuple(readings)))
+        readings, force = sample[:-1], sample[-1]
+        found, self._memory.health = self._health.check(readings, self._memory.health)
+        return self.feel(readings, force, found)
 
     @abstractmethod
     def feel(self, readings: tuple[float, ...], force: float, found: tuple[int, ...]):
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
 
     def _fresh(self) -> TouchState:
-        return TouchState(self._healthy, (0.0,) * (self._gauges + 1), faults=self._clean, returning=self._clean)
-
-    def _snapshot(self) -> TouchState:
-        self._memory.health = self._health.state
-        return self._memory
+        return TouchState(self._health.fresh, (0.0,) * (self._gauges + 1), faults=self._clean, returning=self._clean)
 
     def _remember(self, memory: TouchState) -> None:
         if len(memory.zeros) != self._gauges + 1:
             raise InputError(f"the state is of {len(memory.zeros) - 1} gauges, the calibration has {self._gauges}")
-        self._health.state, self._memory = memory.health, memory
+        self._memory = memory
         self._estimated: tuple[FilterState | None, Any] = (None, None)
         self._tangent: Tangent | None = None
 
@@ -268,17 +263,22 @@ class Touch(Stream):
 
     def _gather(self, y: np.ndarray, faults: tuple[int, ...]):
         """The answer after one more sample. Most samples resemble the one before, and wait until their slot is full."""
-        memory, flushed = self._memory, False
+        memory, rows, flushed = self._memory, self._of(faults), False
         state, slot = memory.filter, memory.slot
-        if slot and state and (slot.fit or slot.faults != faults or not self._steps(y, faults, state, slot)):
-            memory.slot = None
-            self._follow(slot.total / slot.samples, slot.faults, state, slot.fit or self._fit_of(slot, state))
-            state, slot, flushed = memory.filter, None, True
+        tangent: Tangent | None = None
+        steps: tuple[float, float] | None = None
+        if slot and state:
+            if not slot.fit and slot.faults == faults and (tangent := self._near(state, rows)):
+                steps = tangent.steps(y, slot.reach, state.usual)
+            if steps is None:
+                memory.slot = None
+                self._follow(slot.total / slot.samples, slot.faults, state, slot.fit or self._fit_of(slot, state))
+                state, slot, flushed = memory.filter, None, True
         if state is None:
-            memory.slot = slot
             return self._begin(y, faults)
-        steps, rows = self._steps(y, faults, state, slot), self._of(faults)
-        if steps is None:
+        if slot is None and (tangent := self._near(state, rows)):
+            steps = tangent.steps(y, tangent.reach, state.usual)
+        if tangent is None or steps is None:
             fit = self._fitter.noise_fit(y, rows, state)
             odd = fit.here > state.usual or self._outside(fit)
             if odd or not flushed or self._fitter.channels == 1:
@@ -286,7 +286,6 @@ class Touch(Stream):
             # It is learnt with the next sample, so that no sample has to do the work of two.
             memory.slot = Slot(y, 1, (), faults, fit)
             return self._answer(fit.ln_force, fit.place_mm, faults)
-        tangent = self._near(state, rows)
         if slot:
             slot = slot._replace(total=slot.total + y, samples=slot.samples + 1)
         else:
@@ -298,18 +297,13 @@ class Touch(Stream):
         at, place, *_ = tangent.linear.at
         return self._answer(at + steps[0], place + steps[1], faults)
 
-    def _steps(self, y, faults: tuple[int, ...], state: FilterState, slot: Slot | None) -> tuple[float, float] | None:
-        """Steps from the tangent to a sample that fits into the slot or begins one; None for any other sample."""
-        if self._fitter.slot(state) <= 1:
-            return None
-        tangent = self._near(state, self._of(faults))
-        return tangent.steps(y, slot.reach if slot else tangent.reach, state.usual)
-
     def _fit_of(self, slot: Slot, state: FilterState) -> NoiseFit:
         return self._fitter.noise_fit(slot.total / slot.samples, self._of(slot.faults), state, slot.samples)
 
-    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent:
-        """The tangent of a touch for these channels."""
+    def _near(self, state: FilterState, rows: np.ndarray) -> Tangent | None:
+        """The tangent of a touch for these channels; None as long as samples are learnt one by one."""
+        if self._fitter.slot(state) <= 1:
+            return None
         known = self._tangent
         if known is None or known.linear is not state.linear or known.rows is not rows:
             assert state.linear is not None
@@ -323,8 +317,7 @@ class Touch(Stream):
         assert state is not None
         if state is self._estimated[0]:
             return self._estimated[1]
-        modulus, sigma, offset = math.nan, math.nan, (0.0, 0.0) if fitter.noise_explains(state) else state.offset
-        h, sigma_h = fitter.estimate(state)
+        modulus, sigma, (h, sigma_h, offset) = math.nan, math.nan, fitter.estimate(state)
         if float(state.mean[1:] @ state.mean[1:]) > RULES.largest_errors:
             status = SoftnessStatus.MISFIT
         elif not 0.0 <= h <= fitter.top:

@@ -23,15 +23,13 @@ import numpy as np
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.spectrum import FEWEST_ROWS
-from papilla.estimators.spread import Spread
-from papilla.estimators.stream import Stream
+from papilla.estimators.stream import Spread, Stream
 from papilla.estimators.tracking import motion_fit
 from papilla.estimators.tracking.chirp_memory import FIRST_LIVELY, WANDER, ChirpEstimate, ChirpMemory, ChirpStatus, Step
 from papilla.estimators.tracking.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
+from papilla.estimators.tracking.memory import WIDEST
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
-from papilla.estimators.tracking.search_task import WIDEST
-from papilla.logs.quantities import SAMPLE_RATE_HZ
-from papilla.units import TINY
+from papilla.units import SAMPLE_RATE_HZ, TINY
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Length of the window of the fit, and of that of a search, in periods of the lowest frequency."""

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spread import Spread
+from papilla.estimators.stream import Spread
 from papilla.estimators.tracking.frequency_search import STIFFNESS
 from papilla.estimators.tracking.motion_fit import SHAPE, Design, MotionFit
 from papilla.status import Status

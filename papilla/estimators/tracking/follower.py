@@ -20,11 +20,20 @@ import numpy as np
 
 from papilla.errors import InputError
 from papilla.estimators.spectrum import FEWEST_STEPS, size_of, slope
-from papilla.estimators.spread import Pieces, Spread
+from papilla.estimators.stream import Pieces, Spread
 from papilla.estimators.tracking.line_search import LineSearch
-from papilla.estimators.tracking.memory import Cells, Memory
+from papilla.estimators.tracking.memory import (
+    GRID,
+    LEADING,
+    SAME,
+    Cells,
+    Finding,
+    Memory,
+    Options,
+    Task,
+    TrackingStatus,
+)
 from papilla.estimators.tracking.refine import LOST, SURE, share_kept
-from papilla.estimators.tracking.search_task import GRID, LEADING, SAME, Finding, Options, Task, TrackingStatus
 from papilla.units import MS_PER_S, TINY
 
 

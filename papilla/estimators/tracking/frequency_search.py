@@ -18,7 +18,7 @@ import numpy as np
 
 from papilla.estimators.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
 from papilla.estimators.spectrum import CYCLE, highest_shown, longest_strokes, middle, size_of, spectrum_of, strokes_of
-from papilla.estimators.spread import Pieces, completed
+from papilla.estimators.stream import Pieces, completed
 from papilla.estimators.tracking import motion_fit
 from papilla.estimators.tracking.motion_fit import BAND, KNOTS, SHAPE, TREND, MotionFit
 
@@ -153,7 +153,7 @@ class SubharmonicTest(NamedTuple):
         rows, begin = window
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
-        # On a grid finer than the samples there would be images of the lines (`tracking.search_task.Task`).
+        # On a grid finer than the samples there would be images of the lines (`tracking.memory.Task`).
         step, shown = max(STEP, middle(np.abs(np.diff(strokes.place)))), highest_shown(strokes.place, STEP)
         longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))

@@ -24,9 +24,9 @@ import numpy as np
 from papilla.estimators import fundamental as periods
 from papilla.estimators.fundamental import CONFIRMED, HARMONICS, SLACK, SUBHARMONICS, Period
 from papilla.estimators.spectrum import Line, share_of, slope, spectrum_of, strokes_of
-from papilla.estimators.spread import Pieces
+from papilla.estimators.stream import Pieces
+from papilla.estimators.tracking.memory import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
 from papilla.estimators.tracking.refine import BENT, KNOWN_NEAR, Refinement
-from papilla.estimators.tracking.search_task import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
 from papilla.estimators.tracking.time_lines import credits_of, silenced
 from papilla.units import TINY
 

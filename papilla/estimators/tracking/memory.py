@@ -1,16 +1,198 @@
-"""What the follower remembers: the latest path in cells, and what searches in it found.
+"""What trackers of a path remember: the latest path in cells, a search for lines in them, and what searches found.
 
-A cell holds the means of time, place and readings of neighbouring samples; the ends of strokes are numbers of cells.
+A cell holds the means of time, place and readings of neighbouring samples; the ends of strokes are numbers of cells. A
+search is given a `Task`, rows of cells and what is known of them, and returns a `Finding`.
 """
 
 import math
 from dataclasses import dataclass, field
 from operator import add, eq
+from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.spread import Spread
-from papilla.estimators.tracking.search_task import Finding, TrackingStatus
+from papilla import checks
+from papilla.errors import InputError
+from papilla.estimators.spectrum import highest_shown, longest_strokes, middle, spectrum_of, strokes_of
+from papilla.estimators.stream import Pieces, Spread
+from papilla.status import Status
+
+LEADING = 3
+"""Columns of a row of the path before the readings: time, place, number of samples."""
+MAINS_HZ = (50.0, 60.0)
+MOST_LINES = 8
+"""Of a search, strongest first."""
+LATEST_S = 0.1
+"""Largest delay of a path that may be stated."""
+GRID = 4
+"""Grid points in the shortest wavelength: aliases from beyond are then weaker than a third, and none is a sum of
+lines."""
+WIDEST = 100
+"""Largest ratio of the ends of a range that is searched."""
+SAME = 0.02
+"""Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
+FEWEST_WAVES = 4.0
+"""Number of shortest wavelengths that the longest stroke must contain."""
+
+
+class TrackingStatus(Status):
+    """Status of an answer; those that begin with "ok" may be used."""
+
+    OK = "ok"
+    SEARCHING = "no wavelength stands out yet: a value, if there is one, is a guess"
+    STANDSTILL = "no movement: the wavelength is held"
+    MISSING = "the reading is missing, not finite or saturated: the wavelength is held"
+    NO_VELOCITY = "no finite velocity or position: the wavelength is held, the frequency is not known"
+    ALIASED = "too fast for this sampling rate and wavelength: the wavelength is held"
+    NO_TEXTURE = "the line is no longer there: the wavelength is the last one seen"
+    TIME_LOCKED = "the line keeps its frequency, or is at one of the mains or a resonance: it may not be the surface's"
+    CONSTANT_SPEED = "ok, constant speed: a vibration of that frequency is not excluded"
+    OUT_OF_RANGE = "the lines are harmonics of a wavelength outside the search range"
+    INCOHERENT = "the line is smeared: no single wavelength, or the path is wrong"
+    VAGUE = "the standard deviation of the wavelength is too large"
+    AMBIGUOUS = "ambiguous: a line stands out, but it may be a harmonic: the value is a guess"
+    LONE = "a line of 25 to 90 Hz at a constant speed, without harmonics: it may be a motor's, not the surface's"
+
+
+class Options(NamedTuple):
+    """low, high : wavelengths in mm. rate_Hz : of the samples. scale_sigma : relative standard deviation of the path's
+    scale. latency_s : delay of the path; None means that it is estimated. hums_Hz : frequencies below half the rate
+    that a line over time may have. ridge_pitch_mm : of the finger's own ridges, 0 for none or an unknown one."""
+
+    low: float
+    high: float
+    rate_Hz: float
+    scale_sigma: float
+    latency_s: float | None
+    hums_Hz: tuple[float, ...]
+    ridge_pitch_mm: float
+
+
+def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
+    """The options, or `InputError` for unusable ones: a range must span a factor of 1.5 to 100."""
+    low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
+    if not 1.5 * low <= high <= WIDEST * low:
+        raise InputError(f"wavelength_range_mm must span a factor 1.5 to {WIDEST}, got {low:g} to {high:g} mm")
+    rate = checks.positive("sample_rate_Hz", rate_Hz)
+    hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
+    hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
+    late = None if latency_s is None else checks.within("latency_s", latency_s, -LATEST_S, LATEST_S)
+    pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
+    return Options(low, high, rate, checks.within("scale_sigma", scale_sigma, 0, 0.2), late, tuple(sorted(hums)), pitch)
+
+
+class Task(NamedTuple):
+    """rows (m, `LEADING` + g) of time, place, samples, readings; breaks : rows at which strokes begin.
+
+    step, size : the grid; late_s : delay of the path behind the readings, and its variance (0: known); before : the
+    known wavenumber, 0 for none; proved : the one on which many searches agreed, 0 for none. known_hums_Hz :
+    frequencies of lines over time that were found recently.
+    """
+
+    rows: np.ndarray
+    breaks: tuple[int, ...]
+    options: Options
+    step: float
+    size: int
+    late_s: float
+    late_variance: float
+    before: float
+    proved: float
+    known_hums_Hz: tuple[float, ...]
+
+    def highest(self, place: np.ndarray) -> float:
+        """The highest wavenumber of the range that the distance of these places can show."""
+        return min(1 / self.options.low, highest_shown(place))
+
+    def grid(self, place: np.ndarray) -> float:
+        """Step of the grid in mm: that of the path if it is longer. Even steps make images of a line; with this grid
+        they fall on the line itself, and not beside it, where they would look like another texture."""
+        return max(self.step, middle(np.abs(np.diff(place))))
+
+    def sharpness(self, late_s: float) -> Pieces[float]:
+        """Power over the background of the sharpest line if the path were late by `late_s`; 0 if there is none.
+
+        With a wrong delay T the place is off by v T. Where the speed v changes within a stroke, that smears a line; the
+        right delay makes it sharp again. At a constant speed a line is equally sharp at any delay, and nothing is
+        learnt.
+        """
+        window = window_of(self, late_s)
+        if window is None:
+            return 0.0
+        strokes = yield from strokes_of(window.place, window.readings, window.begin)
+        spectrum = yield from spectrum_of(strokes, self.grid(window.place), self.size)
+        lines = yield from spectrum.lines(1 / self.options.high, self.highest(window.place), MOST_LINES)
+        return max((line.ratio for line in lines), default=0.0)
+
+
+@dataclass
+class Finding:
+    """Result of a search.
+
+    status : of this search alone. wavenumber (1/mm) and its sigma, 0 before the first; extent : mm of path that was
+    used.
+
+    lines : (wavelength_mm, ratio, chance) of the lines in the range, strongest first. late_s, late_variance : of the
+    path. phase, phase_sigma : per gauge, cycles of the fundamental at path 0, NaN where unknown. amplitude, noise : of
+    the fundamental in the last stroke, from path 0 on, and variance of a sample about it. kept : share of the amplitude
+    that is left in the newest periods, and its sigma. hums_Hz : lines over time; mixed : True if a louder line that was
+    not removed may be one. other : other possible wavenumber of the surface, 0 for none.
+    """
+
+    status: TrackingStatus = TrackingStatus.SEARCHING
+    wavenumber: float = 0.0
+    sigma: float = 0.0
+    extent: float = 0.0
+    lines: tuple[tuple[float, float, float], ...] = ()
+    late_s: float = 0.0
+    late_variance: float = 0.0
+    phase: tuple[float, ...] = ()
+    phase_sigma: tuple[float, ...] = ()
+    amplitude: tuple[complex, ...] = ()
+    noise: tuple[float, ...] = ()
+    kept: float = 1.0
+    kept_sigma: float = 0.0
+    score: float = 0.0
+    hums_Hz: tuple[float, ...] = ()
+    mixed: bool = False
+    other: float = 0.0
+
+
+class Window(NamedTuple):
+    """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : first row of each stroke;
+    readings (m, g)."""
+
+    time: np.ndarray
+    place: np.ndarray
+    samples: np.ndarray
+    stroke: np.ndarray
+    begin: np.ndarray
+    readings: np.ndarray
+
+
+def window_of(task: Task, late_s: float) -> Window | None:
+    """The strokes of a task that are long enough; None if there are none.
+
+    The path is late: at a time t the finger is where the path says at t + late.
+    """
+    rows = task.rows
+    time, place = rows[:, 0], rows[:, 1]
+    breaks = np.array(task.breaks, int)
+    if late_s:
+        at = time + late_s
+        known = (at >= time[0]) & (at <= time[-1])
+        # Where the stated path turned at t + late, the finger turned at t.
+        breaks = np.searchsorted(at, time[breaks]) - int(known.argmax())
+        rows, place, time = rows[known], np.interp(at[known], time, place), time[known]
+    found = longest_strokes(
+        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.options.low
+    )
+    if found is None:
+        return None
+    index, begin = found
+    stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
+    # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
+    return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING:])
 
 
 @dataclass(eq=False)

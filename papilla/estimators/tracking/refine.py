@@ -19,8 +19,8 @@ import numpy as np
 
 from papilla.estimators.fundamental import HARMONICS, no_multiples
 from papilla.estimators.spectrum import CYCLE, Line, Spectrum, Strokes, background, middle, slope, strokes_of
-from papilla.estimators.spread import Pieces
-from papilla.estimators.tracking.search_task import GRID, Finding, Task, TrackingStatus, window_of
+from papilla.estimators.stream import Pieces
+from papilla.estimators.tracking.memory import GRID, Finding, Task, TrackingStatus, window_of
 from papilla.estimators.tracking.time_lines import forward, levelled, silenced
 from papilla.units import TINY
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from papilla.estimators.fundamental import HARMONICS
 from papilla.estimators.spectrum import CYCLE, Line, Spectrum, Strokes
-from papilla.estimators.spread import Pieces
+from papilla.estimators.stream import Pieces
 from papilla.units import TINY
 
 FOREIGN = 0.7

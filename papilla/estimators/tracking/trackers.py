@@ -11,10 +11,11 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
+from papilla.estimators.health import numbered
 from papilla.estimators.stream import Stream
 from papilla.estimators.tracking.follower import Follower, Memory
-from papilla.estimators.tracking.search_task import TrackingStatus, checked
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.estimators.tracking.memory import TrackingStatus, checked
+from papilla.units import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015
@@ -129,7 +130,7 @@ class FusedTracker(Stream):
         self._limit = checks.positive("saturation", saturation)
         options = checked(wavelength_range_mm, sample_rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm)
         self._follower, self._dt = Follower(number, options), 1 / options.rate_Hz
-        self.columns = (*(f"g{n}" for n in range(1, number + 1)), "velocity_mm_s")
+        self.columns = (*numbered(number), "velocity_mm_s")
         self.reset()
 
     @property

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
-from papilla.logs.quantities import SAMPLE_RATE_HZ
+from papilla.units import SAMPLE_RATE_HZ
 
 RATE_HZ = SAMPLE_RATE_HZ
 MOST_SAMPLES = 2_000_000

@@ -14,11 +14,11 @@ import numpy as np
 
 from papilla import checks
 from papilla.errors import InputError
-from papilla.logs.quantities import SAMPLE_RATE_HZ
 from papilla.references.bounds import wavelength_bound
 from papilla.studies import parameters
 from papilla.studies.estimator_bench import scene_parts as parts
 from papilla.studies.estimator_bench.scene_parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
+from papilla.units import SAMPLE_RATE_HZ
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
 CLAIMS = 100

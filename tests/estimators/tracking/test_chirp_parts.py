@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.estimators.tracking.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
 from papilla.estimators.tracking.frequency_search import (
     CHIRPS,

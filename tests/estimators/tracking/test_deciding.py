@@ -9,8 +9,7 @@ from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 from papilla.estimators.fundamental import fundamental_of, lone
 from papilla.estimators.spectrum import Line
 from papilla.estimators.tracking import TrackingStatus
-from papilla.estimators.tracking.memory import Cells
-from papilla.estimators.tracking.search_task import Finding
+from papilla.estimators.tracking.memory import Cells, Finding
 from papilla.estimators.tracking.trackers import wavelength_between
 
 

@@ -6,11 +6,11 @@ import pytest
 from papilla.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
 from papilla.estimators.spectrum import spectrum_of, strokes_of
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.estimators.tracking import TrackingStatus
 from papilla.estimators.tracking.follower import Follower
+from papilla.estimators.tracking.memory import checked
 from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.search_task import checked
 from papilla.estimators.tracking.time_lines import credits_of
 from papilla.studies.estimator_bench.scenes import scene
 

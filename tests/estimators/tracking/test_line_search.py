@@ -5,9 +5,9 @@ import pytest
 
 from papilla.estimators.fundamental import hints
 from papilla.estimators.spectrum import Line
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.estimators.tracking.line_search import LineSearch
-from papilla.estimators.tracking.search_task import Options, Task, TrackingStatus, window_of
+from papilla.estimators.tracking.memory import Options, Task, TrackingStatus, window_of
 from papilla.estimators.tracking.time_lines import credits_of, forward
 from papilla.studies.estimator_bench.scene_parts import sheared
 

@@ -19,7 +19,7 @@ from papilla.estimators.spectrum import (
     spectrum_of,
     strokes_of,
 )
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
 from papilla.estimators.tracking.time_lines import silenced
 from papilla.estimators.tracking.trackers import wavelength_between

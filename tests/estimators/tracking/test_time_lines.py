@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.spectrum import Line, Strokes, spectrum_of, strokes_of
-from papilla.estimators.spread import completed
+from papilla.estimators.stream import completed
 from papilla.estimators.tracking.time_lines import credits_of, levelled, silenced
 
 TIME = np.arange(900) / 1000
