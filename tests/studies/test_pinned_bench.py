@@ -20,9 +20,11 @@ from papilla.errors import ContactRangeError
 from papilla.finger import Finger
 from papilla.studies import physics, telepresence
 from papilla.studies.bench import measure, runner
+from papilla.studies.bench.peers import runner as peer_runner
 from papilla.studies.estimator_bench import cost, scene_parts, scenes, touches
 from papilla.studies.reproduce.experiments import telepresence as experiment
 from papilla.studies.reproduce.experiments import wavelets
+from papilla.studies.verify.structured import cube
 from papilla.telepresence.messages import Parameters
 
 KEPT = Path(__file__).with_name("pinned_bench.json")
@@ -342,6 +344,49 @@ def _wavelets(patch):
     return [wavelets.run(lambda text: None, cause) for cause in (True, False)], asked
 
 
+def _peers(patch):
+    """Two libraries that settle, on a quarter and on the whole."""
+    calls = itertools.count(1)
+
+    class Library:
+        def __init__(self, scene, threads):
+            self.unknowns, self.size = 100 * threads, scene.size
+
+        def press(self, penalty):
+            seconds = 2.0 + (next(calls) * 7) % 5
+            force = self.size * (1 - 0.3 / penalty)
+            times = {"seconds": seconds, "seconds_assembly": 0.1 * seconds}
+            return SimpleNamespace(force=force, displacement=penalty, systems=4, **times)
+
+    def scene(model, indentation):
+        size = 5.0 + len(model.mesh.mirrors)
+        return SimpleNamespace(size=size, sd=lambda displacement: 1000 * indentation + displacement + size)
+
+    class Model:
+        def __init__(self, design, mesh):
+            self.mesh = mesh
+
+        def reduce(self):
+            return made_up_finger.prepare()
+
+    names, told = ("one", "other"), []
+    peers = [SimpleNamespace(name=name, missing=None, prepare=Library) for name in names]
+    peers.append(SimpleNamespace(name="absent", missing="absent is not installed"))
+    patch.setattr(peer_runner, "FingerModel", Model)
+    patch.setattr(peer_runner, "PeerScene", scene)
+    patch.setattr(peer_runner, "press", made_up_finger.press)
+    mirrored = replace(cube(2), mirrors=("x", "y"))
+    rows = [*peer_runner.run_peers(Finger.default(), mirrored, peers=peers, progress=told.append)]
+    rows += peer_runner.run_peers(Finger.default(), cube(2), peers=peers[:1], threads=3)
+    return (
+        rows,
+        told,
+        rows[0].to_json(),
+        peer_runner.missing_peers(peers),
+        peer_runner.run_peers(None, None, peers=peers[2:]),
+    )
+
+
 PARTS = {
     "measure": _measure,
     "drawn presses": _drawn_presses,
@@ -353,6 +398,7 @@ PARTS = {
     "effects": _effects,
     "scenes": _scenes,
     "wavelets": _wavelets,
+    "peers": _peers,
 }
 
 

@@ -15,7 +15,17 @@ import pinned
 import pytest
 
 from papilla import fem
-from papilla.studies.reproduce.experiments import counts, fitted, presses, softness, specimens, spectra, toolkit
+from papilla.studies.reproduce.experiments import (
+    counts,
+    fitted,
+    presses,
+    softness,
+    specimens,
+    spectra,
+    textiles,
+    toolkit,
+)
+from papilla.studies.verify.structured import cube
 
 KEPT = Path(__file__).with_name("pinned_experiments.json")
 
@@ -131,6 +141,26 @@ def _spectra(patch):
     return spectra.run(silent), spectra._finest(False)
 
 
+def _textiles(patch, cause=True):
+    """The search of bands, of which a made-up one answers by its records."""
+
+    def match(records, rate, scores, bands):
+        low, high = bands[int(1e3 * abs(records[0, 0])) % len(bands)][1:]
+        return SimpleNamespace(low_Hz=low + scores[0], high_Hz=high)
+
+    patch.setattr(textiles, "SEEDS", range(1))
+    patch.setattr(textiles.texture, "matching_band", match)
+    patch.setattr(textiles, "_chance", lambda rng, bands, cause: rng.uniform(0.5, 1.0))
+    return textiles.run(silent, cause) if cause else textiles._searches(textiles.texture.printed_bands(), False)
+
+
+def _written(patch):
+    """A field that is written and read again."""
+    mesh = cube(2)
+    strain = np.zeros((len(mesh.tets), 3, 3))
+    return toolkit._exported(fem.Field(mesh, 0.1 * mesh.points, strain, strain))
+
+
 PARTS = {
     "softness": _softness,
     "softness without cause": _without_cause,
@@ -146,6 +176,9 @@ PARTS = {
     "toolkit": _toolkit,
     "counts": _counts,
     "spectra": _spectra,
+    "textiles": _textiles,
+    "textiles without cause": lambda patch: _textiles(patch, False),
+    "field that is written": _written,
 }
 
 

@@ -45,7 +45,7 @@ def press(reduced, specimen, **how):
 
 def pressed_by(reduced, force_gf, specimen=finger.BLOCK):
     """The nodal contact under a force in gf, which is refused from 150 gf on."""
-    if force_gf > 150:
+    if force_gf > 150 or reduced.stiff > 1.2:
         raise ContactRangeError("too far")
     return press(reduced, specimen, force=float(gf_to_newton(force_gf)))
 
@@ -325,7 +325,14 @@ def _identification(patch):
         return SimpleNamespace(verdict="bounded", cut_off_by=(), lower=low, upper=high)
 
     patch.setattr(identification, "profile", profile)
-    return [*identification._against_minuit("made up", found)]
+    cases, asked = [*identification._against_minuit("made up", found)], []
+    patch.setattr(identification, "family_of", lambda design, size_mm: (design.name, size_mm))
+    patch.setattr(identification, "response", lambda family, block: (family, repr(block)))
+    patch.setattr(identification, "_log", lambda smooth, rng, **presses: [smooth, rng.integers(1000), repr(presses)])
+    patch.setattr(identification, "identify", lambda log, design, **how: [log, design.name, repr(how)])
+    patch.setattr(identification, "_against_minuit", lambda *given: asked.append(given) or iter([]))
+    assert [*identification.identification()] == []
+    return cases, asked
 
 
 def _elements(patch):
