@@ -283,6 +283,14 @@ def test_a_press_off_the_apex_and_one_that_is_too_coarse_say_so(made_up_parts):
     assert strain_field.shown_words("zz") == "stress zz (kPa): red is tension, blue compression"
 
 
+@pytest.mark.parametrize("y, side", [(-0.5, -1), (0.0, 1), (0.5, 1)])
+def test_the_half_with_the_touch_is_seen_from_the_other_side(made_up_parts, y, side):
+    found, one = reduced(at=(2.0, y))
+    assert strain_field.side_of(found) == side
+    figure = view.strain_figure(None, found, one, SPECIMEN, FINGER)
+    assert ("seen from +y" in words(figure)) == (side < 0)
+
+
 def test_two_presses_have_their_facts_above_them(made_up_parts):
     found, one = reduced()
     beside = view.Scene(None, press(modulus=0.9, sd=99.0), SimpleNamespace(modulus=0.9, words="ball"))
