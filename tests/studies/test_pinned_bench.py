@@ -104,7 +104,7 @@ def _drawn_presses(patch):
 
 
 def _bench(patch):
-    plan, told, built = runner.SHORT, [], []
+    plan, told, built = replace(runner.SHORT, finite_sizes_mm=runner.SHORT.sizes_mm), [], []
 
     def apart(design, size, element, forces):
         how = {"hertz": 0.03, "contact": 0.01, "finite": 0.02}
@@ -237,7 +237,7 @@ def _telepresence(patch):
         asked.append([texture, *hand, scene.seconds, links, scene.noise_microstrain, scene.seed, rule])
         size = getattr(scene.texture, "wavelength_mm", 1.5)
         time = np.arange(4000) / 1000
-        wave = size * np.sin(2 * np.pi * 40 * time)
+        wave = np.sin(2 * np.pi * 40 * time) / (1 + 20 * (size - 1.4) ** 2)
         late = (
             float(scene.downlink.one_way_ms > 0) + 0.1 * float(scene.uplink.one_way_ms > 0) + 0.01 * scene.downlink.loss
         )
@@ -265,7 +265,15 @@ def _displays(patch):
 
 
 def _effects(patch):
-    bench = physics.Bench(Finger.default(), 2.0)
+    bench, asked = physics.Bench(Finger.default(), 2.0), []
+    with pytest.MonkeyPatch.context() as inner:
+        model = SimpleNamespace(reduce=lambda *at: asked.append(at) or "reduced")
+        inner.setattr(physics, "FingerModel", lambda design, mesh: asked.append((design.name, mesh)) or model)
+        inner.setattr(physics, "build", lambda design, size_mm: ("mesh", size_mm))
+        inner.setattr(physics, "contact_press", lambda reduced, block, *given: asked.append((repr(block), *given)))
+        assert (bench.reduced, bench.whole) == ("reduced", "reduced")
+        bench.plain(0.3, 0.2)
+        bench = physics.Bench(Finger.default(), 2.0)
     own = made_up_finger.prepare()
     whole = replace(own, stiff=1.1)
     patch.setattr(physics.Bench, "reduced", own)
@@ -302,7 +310,7 @@ def _effects(patch):
     patch.setattr(physics, "_effects", lambda bench: [
         ("one", "a", "b", lambda force, E: 1.01 * bench.plain(force, E).sd),
         ("two", "c", "d", lambda force, E: 1.02 * bench.plain(force, E).sd)])  # fmt: skip
-    return rows, made, physics.physics(Finger.default(), 2.5, told.append), told
+    return rows, made, physics.physics(Finger.default(), 2.5, told.append), told, asked
 
 
 def _scenes(patch):

@@ -1,4 +1,4 @@
-"""Estimators that are compared, their rows, drawn figures and structured meshes are what they were.
+"""Estimators that are compared, their rows, drawn figures, elements and structured meshes are what they were.
 
 `python tests/studies/test_pinned_rows.py [part ...]` (with tests/support on the path) writes the present numbers, for a
 change that moves them on purpose.
@@ -9,16 +9,20 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pinned
 import pytest
+import scipy.sparse as sp
 from artists import shown
 
 from papilla.studies.estimator_bench import comparison, methods, scenes
 from papilla.studies.figures import drawing
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table, as_csv, dashed, printed
+from papilla.studies.figures.runner import PAPERS
 from papilla.studies.reproduce import claim, page
+from papilla.studies.verify import elements
 from papilla.studies.verify.structured import cube, cylinder, growing, shell
 
 KEPT = Path(__file__).with_name("pinned_rows.json")
@@ -29,6 +33,25 @@ def _meshes(patch):
     made = [cube(3), cube(4, jitter=0.1, split=True), shell(np.array([1.0, 1.4, 2.0]), 3)]
     made.append(cylinder(np.array([0.0, 0.5, 1.2, 2.0, 3.0]), np.array([0.0, 0.4, 1.0, 2.0]), 2, 3))
     return made, growing(0.2, 1.3, 5.0), growing(0.1, 2.0, 1.0)
+
+
+def _elements(patch):
+    found = {
+        "flat": [elements._errors(cube(2), name, nu, False) for name, nu in (("P1", 0.3), ("Taylor-Hood", 0.5))],
+        "curved": elements._errors(shell(np.linspace(1, 2, 2), 2), "Taylor-Hood", 0.4, True),
+    }
+    patch.setattr(elements, "_meshes", lambda boundary, element: [4, 8])
+    sizes = lambda mesh, element, nu, curved: (0.1 * mesh**-1.9, (0.3 + curved) * mesh**-1.1)  # noqa: E731
+    patch.setattr(elements, "_errors", sizes)
+    found["cases"] = [*elements.manufactured()]
+    patch.setattr(elements, "build", lambda finger: cube(2))
+    rows = sp.csr_matrix(np.linspace(-1, 2, 125 * 2).reshape(2, 125))
+    patch.setattr(elements, "strain_functional", lambda *_: SimpleNamespace(points=None, weights=np.ones((2, 3))))
+    patch.setattr(
+        elements, "curvature_functional", lambda *_: SimpleNamespace(points=None, weights=np.ones((2, 3)) * 2)
+    )
+    patch.setattr(elements, "interpolation", lambda space, points: rows)
+    return found | {"rigid": [*elements._rigid_motions()]}
 
 
 def _answers(patch):
@@ -160,12 +183,16 @@ def _words(patch):
     series = (claim.Series("a", x, x), claim.Series("b", x, 2 * x, "points"), claim.Series("c", x, x, "points"),
               claim.Series("d", ["u", "v", "w"], x, "bars"), claim.Series("e", x, 3 * x))  # fmt: skip
     named = [claim.named(*one) for one in (("edge_mm", 0.5), ("speed_mm_s", 2), ("snr_dB", "loud"), ("friction", 0.25))]
+    # What is allowed beyond a printed value for rounding, in units of 1e-9
+    rounding = [round(1e9 * (accept(near)[1] - near), 2) for near in (2.0, 7.0)]
+    stems = [one.stem for paper in PAPERS.values() for one in paper.figures]
     counted = [len(claim.read_claims()), [one.key for one in claim.read_claims()][::20]]
-    return intervals, page.picture(claim.Found({}, "t", "x", "y", series, "x")), named, counted
+    return intervals, page.picture(claim.Found({}, "t", "x", "y", series, "x")), named, counted, rounding, stems
 
 
 PARTS = {
     "meshes": _meshes,
+    "elements": _elements,
     "answers": _answers,
     "rows": _rows,
     "compared": _compared,

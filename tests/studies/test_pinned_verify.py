@@ -23,7 +23,6 @@ from papilla.studies.case import Case
 from papilla.studies.verify import (
     bodies,
     contact,
-    elements,
     finger,
     hard,
     identification,
@@ -32,7 +31,7 @@ from papilla.studies.verify import (
     revolution,
     sliding,
 )
-from papilla.studies.verify.structured import cube, shell
+from papilla.studies.verify.structured import cube
 from papilla.units import gf_to_newton
 
 KEPT = Path(__file__).with_name("pinned_verify.json")
@@ -176,6 +175,21 @@ def _hard(patch):
     patch.setattr(hard, "default_model", lambda size_mm=1.4: model)
     patch.setattr(hard.finger, "default_adjoints", lambda: adjoints)
     found += [*hard.loads(), *hard.places(), *hard._finger()]
+
+    class Body(Model):
+        space = SimpleNamespace(nodes=2)
+
+        def factor(self):
+            return np.arange(9) != 1, SimpleNamespace(matrix=self.given[1:])
+
+    def factorise(matrix, pressures, engine):
+        Model.told.append([repr(matrix), pressures, engine])
+        return SimpleNamespace(solve=lambda loads: np.cumsum(loads, axis=0) * (1 + 1e-9 * (engine == "rslab")))
+
+    patch.setattr(hard, "cylinder", lambda *given: Model.told.append(given))
+    patch.setattr(bodies, "FlatModel", Body)
+    patch.setattr(hard, "factorise", factorise)
+    found += [*hard.engines()]
     return found, Model.told
 
 
@@ -335,25 +349,6 @@ def _identification(patch):
     return cases, asked
 
 
-def _elements(patch):
-    found = {
-        "flat": [elements._errors(cube(2), name, nu, False) for name, nu in (("P1", 0.3), ("Taylor-Hood", 0.5))],
-        "curved": elements._errors(shell(np.linspace(1, 2, 2), 2), "Taylor-Hood", 0.4, True),
-    }
-    patch.setattr(elements, "_meshes", lambda boundary, element: [4, 8])
-    sizes = lambda mesh, element, nu, curved: (0.1 * mesh**-1.9, (0.3 + curved) * mesh**-1.1)  # noqa: E731
-    patch.setattr(elements, "_errors", sizes)
-    found["cases"] = [*elements.manufactured()]
-    patch.setattr(elements, "build", lambda finger: cube(2))
-    rows = sp.csr_matrix(np.linspace(-1, 2, 125 * 2).reshape(2, 125))
-    patch.setattr(elements, "strain_functional", lambda *_: SimpleNamespace(points=None, weights=np.ones((2, 3))))
-    patch.setattr(
-        elements, "curvature_functional", lambda *_: SimpleNamespace(points=None, weights=np.ones((2, 3)) * 2)
-    )
-    patch.setattr(elements, "interpolation", lambda space, points: rows)
-    return found | {"rigid": [*elements._rigid_motions()]}
-
-
 def _flat_bodies(patch):
     """How flat bodies are meshed."""
     made = []
@@ -421,7 +416,6 @@ PARTS = {
     "revolution": _revolution,
     "sliding": _sliding,
     "identification": _identification,
-    "elements": _elements,
     "flat bodies": _flat_bodies,
     "default finger": _default,
     "self-test": _self_test,
