@@ -5,15 +5,19 @@ tests/studies/test_pinned_axisymmetric.py` (with tests/support on the path) writ
 that moves them on purpose.
 """
 
+import itertools
 import math
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pinned
 import pytest
 
+from papilla.errors import SolverError
+from papilla.studies.verify.axisymmetric import presses
 from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
 from papilla.studies.verify.axisymmetric.contact import Contact, nearest
 from papilla.studies.verify.axisymmetric.presses import Rings, press_path
@@ -64,6 +68,49 @@ def _nearest(patch):
     return nearest(points, places, masters)
 
 
+def _steps(patch):
+    """Which indentations are tried where some have no equilibrium: a first one, and some on the way."""
+    asked, refused = [], iter([True, False, False, False, False, True, True, False, True, False])
+
+    def equilibrium(bodies, contact, state, ahead, aim):
+        asked.append((aim, float(ahead.sum()), contact.friction))
+        if next(refused, False):
+            raise SolverError("no equilibrium")
+        return np.full(4, 0.01 * aim)
+
+    class Made:
+        slave, touches, reference = np.array([0, 1, 1]), np.array([True, False]), np.array([[0.5, 0], [0.7, 0]])
+
+        def __init__(self, body, friction):
+            self.friction, self.begun = friction, 0
+
+        def expect(self, aim):
+            asked.append(("expected", aim))
+
+        def begin(self, found):
+            self.begun += 1
+            return self.begun < 3
+
+        def commit(self, state, now):
+            asked.append(("committed", now))
+
+        def forces(self, state):
+            return [state]
+
+        def shear_moment(self, state):
+            return float(state[0])
+
+    patch.setattr(presses, "_equilibrium", equilibrium)
+    patch.setattr(presses, "Contact", Made)
+    patch.setattr(presses, "Readout", lambda body, gauges: lambda moved: moved[:1])
+    body = SimpleNamespace(unknowns=4, nodes=2, shape=SimpleNamespace(outer=(24.0, 20.0)), displacement=np.copy)
+    found = press_path(body, GAUGES, 0.012, 0.3, first=0.01, growth=1.5)
+    refused = itertools.repeat(True)
+    with pytest.raises(SolverError):
+        press_path(body, GAUGES, 0.02, 0.0, growth=1.5)
+    return found, asked
+
+
 PARTS = {
     "without friction": lambda patch: _path(0.0),
     "slipping": lambda patch: _path(0.1),
@@ -71,6 +118,7 @@ PARTS = {
     "rings": _rings,
     "anchors": _anchors,
     "nearest": _nearest,
+    "steps": _steps,
 }
 
 

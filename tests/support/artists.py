@@ -31,6 +31,7 @@ def shown_axes(axes) -> list[str]:
         f"y {axes.get_yscale()} {numbers(axes.get_ylim())} {axes.get_ylabel()!r}, aspect {axes.get_aspect()}, "
         f"on {axes.axison}, visible {axes.get_visible()}, "
         f"grid {_grid(axes.xaxis)} {_grid(axes.yaxis)}, "
+        f"frame {' '.join(name for name, spine in axes.spines.items() if spine.get_visible())}, "
         f"names {axes.xaxis.get_tick_params().get('labelbottom', True)}"
     ]
     frame = {id(one) for one in (*axes.spines.values(), axes.xaxis, axes.yaxis, axes.patch)}
