@@ -138,7 +138,7 @@ class LogPicture:
 
     def _draw_codes(self, axes: Axes, time: np.ndarray, high: np.ndarray) -> None:
         """A strip for each quantity, in the colour of the worst code of each bin."""
-        shades = {number: OK if number < _RANK else REMARK for number in self._codes.values() if number < 2 * _RANK}
+        shades = {number: OK if number < _RANK else REMARK for number in self._codes.values()}
         doubts = [number for number in self._codes.values() if number >= 2 * _RANK]
         shades |= {number: DOUBTS[k % len(DOUBTS)] for k, number in enumerate(doubts)}
         edges = np.append(time, time[-1] + (time[-1] - time[0]) / max(len(time) - 1, 1))

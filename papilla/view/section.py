@@ -177,12 +177,13 @@ def specimen_solid(
         solid = pv.Sphere(radius=specimen.radius, center=centre, **fine).clean()
     else:
         thickness = min(getattr(specimen, "thickness", DRAWN_THICKNESS), DRAWN_THICKNESS)
-        x, y, level = np.meshgrid(*[np.linspace(-half_width, half_width, POINTS)] * 2, [0.0, 1.0], indexing="ij")
-        skin = _skin_height(field, frame, scale)(x[:, :, 0], y[:, :, 0])
-        height = specimen.gap(np.column_stack([x[:, :, 0].ravel(), y[:, :, 0].ravel()])).reshape(skin.shape)
-        face = np.fmin(np.fmax(height - approach, skin), thickness - approach)
-        z = np.where(level > 0, thickness - approach, face[:, :, None])
-        solid = pv.StructuredGrid(x, y, z).extract_surface(algorithm="dataset_surface").triangulate().clean()
+        x, y = np.meshgrid(*[np.linspace(-half_width, half_width, POINTS)] * 2, indexing="ij")
+        skin = _skin_height(field, frame, scale)(x, y)
+        height = specimen.gap(np.column_stack([x.ravel(), y.ravel()])).reshape(skin.shape)
+        top = np.full_like(skin, thickness - approach)
+        z = np.dstack([np.fmin(np.fmax(height - approach, skin), top), top])
+        grid = pv.StructuredGrid(np.dstack([x, x]), np.dstack([y, y]), z)
+        solid = grid.extract_surface(algorithm="dataset_surface").triangulate().clean()
     solid.points = solid.points @ frame.axes + frame.origin
     return solid
 

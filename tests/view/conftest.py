@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 
+import made_up_press
 import pytest
 
 from papilla import fem
 from papilla.finger import Finger
 from papilla.mesh import build
 from papilla.specimen import Block
+from papilla.view import strain_field, turning
 
 
 @dataclass(frozen=True)
@@ -30,3 +32,23 @@ def scene() -> Scene:
     reduced = fem.prepare(finger)
     press = fem.press(reduced, specimen, force=0.588, fidelity="contact")
     return Scene(finger, model, reduced, specimen, press, fem.recover(model, reduced, press))
+
+
+@pytest.fixture
+def cube():
+    """A field on a cube of side 2."""
+    return made_up_press.cube()
+
+
+@pytest.fixture
+def bump():
+    """Fields of five gauges on a dome of points."""
+    return made_up_press.bump()
+
+
+@pytest.fixture
+def made_up_parts(monkeypatch):
+    """Made-up geometry of every scene, for `strain_figure` and `strain_html`, which then draw without VTK."""
+    monkeypatch.setattr(strain_field, "drawn", made_up_press.drawn)
+    monkeypatch.setattr(turning, "drawn", made_up_press.drawn)
+    monkeypatch.setattr(strain_field, "use_offscreen_window", lambda: False)

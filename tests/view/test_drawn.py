@@ -6,42 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
+from made_up_press import AREA, FINGER, SPECIMEN, press, reduced
 from matplotlib.text import Text
 
 from papilla import view
 from papilla.errors import InputError
-from papilla.finger import Finger
 from papilla.specimen import Sphere
 from papilla.view import contact_map, receptive_field, render, section, strain_field, turning
 from papilla.view.render import Part, View, fitted
-
-FINGER = Finger.default()
-AREA = math.pi * 4.0 * 2.0
-"""Of the made-up contact: an ellipse of 4 mm along y and 2 mm along x."""
-
-
-def press(**changes):
-    """A press of 0.5 N with five readings."""
-    reading = np.array([-100.0, 250.0, 1500.0, 250.0, -100.0])
-    given = {
-        "force": 0.5, "modulus": 0.2, "friction": 0.0, "sd": 577.0, "reading": reading, "strain": reading * 1e-6,
-        "indentation": 0.75, "contact_area": AREA, "peak_pressure": 1.5 * 0.5 / AREA, "fidelity": "hertz",
-        "resolved": True, "status": "a made-up press",
-    }  # fmt: skip
-    return SimpleNamespace(**given | changes)
-
-
-def reduced(at=(0.0, 0.0), sharpness=0.5):
-    """A quarter of a patch with Hertz's pressure over the ellipse, and its press."""
-    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(0, 6, 61), np.linspace(0, 6, 61)))
-    pressure = np.maximum(1 - (x / 2) ** 2 - (y / 4) ** 2, 0) ** sharpness
-    mass = 0.01 * np.where(x == 0, 0.5, 1.0) * np.where(y == 0, 0.5, 1.0)
-    images = np.array([(1, 1), (-1, 1), (1, -1), (-1, -1)])
-    triangles = np.array([(0, 1, 61), (1, 62, 61)])
-    patch = SimpleNamespace(xy=np.column_stack([x, y]), triangles=triangles, mass=mass, images=images)
-    scale = 0.5 / (4 * mass @ pressure)
-    found = SimpleNamespace(patch=patch, multiplicity=4, at=at, finger_sha256=FINGER.sha256)
-    return found, press(pressure=scale * pressure, peak_pressure=scale)
 
 
 def texts(figure) -> list[str]:
@@ -170,22 +142,6 @@ def test_two_contacts_have_one_scale():
 # ---- The cut: a cube of tetrahedra
 
 
-@pytest.fixture
-def cube():
-    """A field on a cube of side 2 around the origin, 3 x 3 x 3 points, moved by (0.1 z, 0, 0.05 x)."""
-    grid = pv.ImageData(dimensions=(3, 3, 3), origin=(-1, -1, -1)).to_tetrahedra(5)
-    points, tets = np.array(grid.points), grid.cells.reshape(-1, 5)[:, 1:]
-    faces = pv.UnstructuredGrid({pv.CellType.TETRA: tets}, points).extract_surface(algorithm="dataset_surface")
-    skin = faces.point_data["vtkOriginalPointIds"][faces.regular_faces]
-    top = skin[(points[skin][:, :, 2] == 1).all(axis=1)]
-    mesh = SimpleNamespace(
-        points=points, tets=tets, layer=np.where(points[tets].mean(axis=1)[:, 2] > 0, 0, 1),
-        boundaries={"skin": skin, "interface": top},
-    )  # fmt: skip
-    moved = np.column_stack([0.1 * points[:, 2], 0 * points[:, 0], 0.05 * points[:, 0]])
-    return SimpleNamespace(mesh=mesh, displacement=moved)
-
-
 def test_nodal_values_of_a_linear_function_are_near_its_own(cube):
     points, whole = cube.mesh.points, np.ones(len(cube.mesh.tets), bool)
     values = 3.0 + points[cube.mesh.tets].mean(axis=1) @ [1.0, -2.0, 0.5]
@@ -281,30 +237,6 @@ def test_the_bone_of_a_dome_is_half_an_ellipse():
 # ---- The strain picture
 
 
-@pytest.fixture
-def made_up_parts(monkeypatch):
-    """A cut with one face, bars of gauges, a block, and a contact, for `strain_figure` and `strain_html`."""
-    points = np.array([[-10.0, 0, 0], [10, 0, 0], [0, 0, 10]])
-    faces = (section.Face(points, np.array([[0, 1, 2]]), np.array([-1.0, 2.0, 4.6])),)
-    bars = np.array([[[x - 1, 0, 5], [x + 1, 0, 5]] for x in (-6.0, -3.0, 0.0, 3.0, 6.0)])
-    ring = np.array([[-2.0, 0, 0], [2, 0, 0], [0, 0, 2]])
-    cut = section.Section(faces, {"skin": [points[[0, 2, 1]]], "interface": [bars[:, 0]]}, [ring], bars)
-    solid = pv.Box((-4, 4, 0, 4, 10, 14)).triangulate()
-    outline = [np.array([[-2.0, 0, 10], [2, 0, 10]])]
-
-    def drawn(scene, reduced, finger, shown="strain", scale=1.0):
-        touched = None if not any(reduced.at) else np.array([1.0, 0, 9.0])
-        return strain_field.Drawn(cut, pv.Sphere(radius=3.0), solid, outline, touched)
-
-    monkeypatch.setattr(strain_field, "drawn", drawn)
-    monkeypatch.setattr(turning, "drawn", drawn)
-    monkeypatch.setattr(strain_field, "use_offscreen_window", lambda: False)
-    return cut
-
-
-SPECIMEN = SimpleNamespace(modulus=0.2, words="block 4 mm thick")
-
-
 def test_the_strain_picture_names_values_and_scale(made_up_parts):
     found, one = reduced()
     figure = view.strain_figure(None, found, one, SPECIMEN, FINGER)
@@ -349,6 +281,14 @@ def test_a_press_off_the_apex_and_one_that_is_too_coarse_say_so(made_up_parts):
     assert len(marks) == 1
     assert strain_field.shown_words("mises") == "von Mises stress (kPa)"
     assert strain_field.shown_words("zz") == "stress zz (kPa): red is tension, blue compression"
+
+
+@pytest.mark.parametrize("y, side", [(-0.5, -1), (0.0, 1), (0.5, 1)])
+def test_the_half_with_the_touch_is_seen_from_the_other_side(made_up_parts, y, side):
+    found, one = reduced(at=(2.0, y))
+    assert strain_field.side_of(found) == side
+    figure = view.strain_figure(None, found, one, SPECIMEN, FINGER)
+    assert ("seen from +y" in words(figure)) == (side < 0)
 
 
 def test_two_presses_have_their_facts_above_them(made_up_parts):
@@ -413,19 +353,6 @@ def test_the_turning_page_has_all_presses_and_shows_the_last(made_up_parts, monk
 
 
 # ---- Receptive fields
-
-
-@pytest.fixture
-def bump():
-    """Fields on a dome of points: a bump above g2, stretched by 2e-4 per newton times 1e3."""
-    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-20, 20, 21), np.linspace(-25, 25, 21)))
-    outer = np.array(FINGER.shape.outer)
-    points = np.column_stack([x, y, outer[2] * np.sqrt(np.maximum(1 - (x / outer[0]) ** 2 - (y / outer[1]) ** 2, 0))])
-    triangles = pv.PolyData(points).delaunay_2d().regular_faces
-    fields = np.array([sign * 0.25 * np.exp(-((x - at) ** 2 + y**2) / 20) for sign, at in
-                       ((1, -16), (1, -8), (-1, 0), (1, 8), (1, 16))])  # fmt: skip
-    mesh = SimpleNamespace(points=points, boundaries={"skin": triangles})
-    return SimpleNamespace(mesh=mesh, vertices=np.arange(len(points)), strain_per_newton=fields)
 
 
 def test_a_receptive_field_is_in_microstrain_per_millinewton(bump, monkeypatch):

@@ -97,7 +97,7 @@ def test_a_bar_of_signed_values_is_symmetric_and_below():
     assert list(bar.get_ticks()) == [-3.0, -1.5, 0.0, 1.5, 3.0]
     own, above = bar.ax.get_position(), axes.get_position()
     assert own.y1 < above.y0 and own.x0 + own.x1 == pytest.approx(above.x0 + above.x1, abs=0.02)
-    assert 0.4 < own.width / above.width < 0.6
+    assert own.width / above.width == pytest.approx(0.5, abs=0.03)
 
 
 def test_the_kind_of_a_picture_is_the_ending_of_its_name():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
+from skfem import Basis, ElementTriP2, ElementVector, MeshTri
 
 from papilla.errors import InputError
 from papilla.view import slide_movie
@@ -47,6 +48,28 @@ def test_signals_of_the_last_quarter_of_a_second():
     assert axes.get_xlim() == pytest.approx((0.0, 0.1))
 
 
+def test_fields_of_a_slide_are_those_of_its_forces():
+    """A section whose answer is the forces' sum times (x + 2 y, 3 y): strain along x is that sum."""
+    mesh = MeshTri().refined(1)
+    scalar, whole = Basis(mesh, ElementTriP2()), Basis(mesh, ElementVector(ElementTriP2()))
+    component = whole.split_indices()
+    unit = np.zeros(whole.N)
+    (x, y), places = whole.doflocs[:, component[0]], whole.doflocs[:, component[1]]
+    unit[component[0]], unit[component[1]] = x + 2 * y, 3 * places[1]
+    weights = np.eye(6)
+    model = SimpleNamespace(
+        patch_weights=(weights, None), solve=lambda loads: np.outer(unit, loads.sum(axis=0)), scalar=scalar, mesh=mesh,
+        component=component,
+    )  # fmt: skip
+    found = slide()
+    found.rubbing = np.outer(np.arange(60), [0.0, 1.0, 0.0])
+    moved, strain = slide_movie._fields(model, found, np.array([3, 50]))
+    sums = found.pressing[[3, 50]].sum(axis=1) + [3, 50]
+    assert strain == pytest.approx(np.repeat(sums[:, None], mesh.nelements, axis=1))
+    x, y = mesh.p
+    assert moved == pytest.approx(np.multiply.outer(sums, np.stack([x + 2 * y, 3 * y], axis=-1)))
+
+
 def test_the_texture_lies_where_the_slide_has_come_to():
     axes, found = Figure().subplots(), slide()
     slide_movie._draw_texture(axes, TEXTURE, found, 20, 8.0, 6.0)
@@ -82,7 +105,7 @@ def test_frames_are_evenly_spaced_samples(tmp_path, monkeypatch):
     slide_movie.write_slide_movie(path, None, TEXTURE, slide(), frames=4)
     assert asked == [False, [0, 20, 39, 59]]
     with Image.open(path) as movie:
-        assert movie.n_frames == 4 and movie.size == (648, 540)
+        assert movie.n_frames == 4 and movie.size == (648, 540) and movie.info["duration"] == 80
         shown = []
         for frame in range(4):
             movie.seek(frame)

@@ -16,7 +16,7 @@ from papilla.studies.reproduce.experiments import gratings, impulses, presses, s
 from papilla.studies.reproduce.scenes import by_factors, even
 from papilla.studies.reproduce.signals import SHARED, answers_to, correlation, lag_ms, listed, noisy_scene, times
 from papilla.textures import MeasuredProfile
-from papilla.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
+from papilla.units import KPA_PER_MPA, gf_to_newton, newton_to_gf
 from papilla.view.contact_map import contact_profile
 
 SHOWN, SOFT = impulses.SCENE.figures, softness.SCENE.figures
@@ -259,8 +259,8 @@ def spread() -> Picture:
     calibration = softness.calibrated(fem.prepare(Finger.default()))
     force, moduli, specimens = even(SOFT.force_gf), by_factors(SOFT.modulus_MPa), np.array(SPECIMENS_MPA)
     some = force[:: SOFT.every]
-    ours, theirs, scale = compare_with_published(calibration.predict, np.array(softness.SCENE.compared_gf))
-    off = float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
+    ours, theirs, _ = compare_with_published(calibration.predict, softness.COMPARED_GF)
+    scale, off = softness.scaled_to_9(ours)
     over_force, over_modulus = [], []
     for color, modulus in enumerate(SPECIMENS_MPA):
         sd = np.asarray(calibration.predict(gf_to_newton(force), modulus))
@@ -276,7 +276,7 @@ def spread() -> Picture:
         ]
     (soft, middle, hard), (printed_soft, printed_middle, printed_hard) = ours[-1], theirs[-1]
     found = (
-        f"One factor of {scale:.4g} joins (9) and the model within {PER_CENT * off:.1f} % rms. At 100 gf the hardest "
+        f"One factor of {scale:.4g} joins (9) and the model within {off:.1f} % rms. At 100 gf the hardest "
         f"specimen has {hard / middle:.3f} and the softest {soft / middle:.3f} of the middle one's S_d; (9) has "
         f"{printed_hard / printed_middle:.3f} and {printed_soft / printed_middle:.3f}."
     )

@@ -40,7 +40,8 @@ def wavelengths() -> Picture:
     motion, section, felt = fem.Motion(time, place, float(RATE_Hz)), fem.prepare_section(Finger.default()), []
     for one in own.gratings_mm:
         slid = gratings.default_slide(gratings.grating(one), motion, depth=SHOWN.depth_mm, section=section)
-        output = slid.amplified[:, gratings.MIDDLE] - slid.amplified[:, gratings.MIDDLE].mean()  # Balanced in contact
+        # The mean is taken away, as by a bridge that is balanced when the finger rests on the grating
+        output = slid.amplified[:, gratings.MIDDLE] - slid.amplified[:, gratings.MIDDLE].mean()
         noise = share_of_noise(SHARED.snr_dB[PAPER]) * output.std()
         output = output + noise * np.random.default_rng(own.seed).standard_normal(len(output))
         told = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)

@@ -12,6 +12,7 @@ def curves(picture: Picture, panel: int) -> dict:
     return {one.label: one for one in picture.panels[panel].curves}
 
 
+@pytest.mark.slow
 def test_two_grooves_give_two_impulses_at_their_entries():
     made = paper_2006.two_grooves()
     impulses, printed = made.panels[4].curves
@@ -40,6 +41,7 @@ def test_an_active_rub_is_felt_by_one_row_before_the_other():
     assert all(one.curves[0].label == "t_MP" for one in panels[3:]) and len(panels) == 5
 
 
+@pytest.mark.slow
 def test_gratings_are_clusters_and_a_nearest_neighbour_names_them():
     made = paper_oddo.clusters()
     centres = [one.x.mean() for one in made.panels[0].curves if one.label]
