@@ -1,4 +1,4 @@
-"""Experiments on the presses of a made-up finger give the numbers that they gave when their claims were judged.
+"""Experiments on the presses of a made-up finger give the numbers that they gave when the pins were written.
 
 Finite elements would take minutes, and what they give is tested elsewhere; here it is what is made of it.
 `python tests/studies/test_pinned_experiments.py [part ...]` (with tests/support on the path) writes the present

@@ -1,4 +1,9 @@
-"""Results in a form that JSON holds, and their comparison with those that a file keeps."""
+"""Pinned results: what functions gave when a file was written, and the comparison with what they give now.
+
+A pin proves nothing: it notices that a number moved. Other tests compare with closed forms, independent code and
+published values; pins cover the arithmetic between them, on made-up inputs that cost milliseconds. Whoever moves a
+number on purpose writes the file anew and reads the difference.
+"""
 
 import dataclasses
 import enum
@@ -8,21 +13,24 @@ from pathlib import Path
 
 import numpy as np
 
+LINE = 400
+"""Largest length of a line of a file: a curve stands on one line."""
 
-def told(value):
+
+def plain(value):
     """Words and numbers; of an array how many numbers it has, its ends and a sum that weights each one differently."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: told(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, dict):
-        return {str(name): told(one) for name, one in value.items()}
+        return {str(name): plain(one) for name, one in value.items()}
     if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
         flat = value.ravel().astype(float)
         if flat.size <= 3:
             return flat.tolist()
         return {"n": list(value.shape), "ends": flat[[0, -1]].tolist(), "sum": weighted(flat)}
     if isinstance(value, list | tuple | range | np.ndarray):
-        plain = [told(one) for one in value]
-        return told(np.array(plain)) if len(plain) > 3 and all(isinstance(one, float) for one in plain) else plain
+        parts = [plain(one) for one in value]
+        return plain(np.array(parts)) if len(parts) > 3 and all(isinstance(one, float) for one in parts) else parts
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, enum.Enum):
@@ -58,7 +66,7 @@ def differences(found, kept, at: str = "") -> list[str]:
 def same(found, file: Path, name: str) -> list[str]:
     """Where a result differs from what a file keeps under a name."""
     kept = json.loads(file.read_text(encoding="utf-8"))
-    return differences(json.loads(json.dumps(told(found))), kept[name])
+    return differences(json.loads(json.dumps(plain(found))), kept[name])
 
 
 def update(parts: dict, file: Path, only: list[str]) -> None:
@@ -69,14 +77,14 @@ def update(parts: dict, file: Path, only: list[str]) -> None:
     for name, part in parts.items():
         if not only or name in only:
             with pytest.MonkeyPatch.context() as patch:
-                kept[name] = told(part(patch))
+                kept[name] = plain(part(patch))
     file.write_text(_laid_out({name: kept[name] for name in parts}) + "\n", encoding="utf-8")
 
 
 def _laid_out(value, deep: int = 0) -> str:
-    """JSON with each short part on a line of its own."""
+    """JSON with each part of a line's length on a line of its own."""
     line = json.dumps(value, ensure_ascii=False)
-    if len(line) + deep < 110 or not isinstance(value, dict | list):
+    if len(line) + deep < LINE or not isinstance(value, dict | list):
         return line
     lead = " " * (deep + 1)
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Pictures of made-up results show what they showed when a person last looked at them.
+"""Pictures of made-up results draw what they drew when the pins were written (`support/pinned.py` says what for).
 
 The other tests of this folder compare data, limits and words with values found another way. These pin everything that
 is drawn: places, colours, widths and sizes. `python tests/view/test_pinned_pictures.py` (with tests/support on the
