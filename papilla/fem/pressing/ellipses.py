@@ -15,6 +15,7 @@ fails if no ellipse fits on the patch, or if the skin is not convex.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -149,14 +150,9 @@ def _family(
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
     i, j = np.array(powers).T
     stretches = np.array(STRETCHES)[:, None, None]
-
-    def make() -> dict[str, np.ndarray]:
-        """Ellipses of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
-        time."""
-        return {"pressure": np.array([_ellipses(patch, tabulated, aspect) for aspect in aspects])}
-
-    key = cache.key(__name__, patch, smallest, largest, aspects)
-    ellipses = cache.fetch("ellipses", key, make)["pressure"]
+    # Ellipses of each aspect depend on the patch alone, not on moduli, and take most of the computing time
+    key, each = cache.key(__name__, patch, smallest, largest, aspects), partial(_ellipses, patch, tabulated)
+    ellipses = cache.fetch("ellipses", key, lambda: {"pressure": np.array([*map(each, aspects)])})["pressure"]
     flat, finger, specimen = (
         np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
     )
