@@ -130,11 +130,9 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     return EllipseFamily(**_family(*parts))
 
 
-def _family(
-    patch: Patch, curvature: tuple[float, float], matrices: tuple[np.ndarray, ...], rows: np.ndarray
-) -> dict[str, np.ndarray]:
-    """The arrays of `EllipseFamily`, for a specimen's curvature (1/mm) and the compliances (n, n) of half-space, finger
-    and specimen."""
+def _family(patch: Patch, curvature: tuple[float, float], matrices: tuple, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """The arrays of `EllipseFamily`, for the curvatures (1/mm) of a specimen, the compliances (n, n) of half-space,
+    finger and specimen, and the rows (q, g, n) of the gauges."""
     gap_radii = _radii(patch, curvature)
     round_ = hertz_ellipse(1.0, *gap_radii, 1.0)
     aspects = round_.b / round_.a * np.exp(STRETCHES)
@@ -153,9 +151,7 @@ def _family(
     # Ellipses of each aspect depend on the patch alone, not on moduli, and take most of the computing time
     key, each = cache.key(__name__, patch, smallest, largest, aspects), partial(_ellipses, patch, tabulated)
     ellipses = cache.fetch("ellipses", key, lambda: {"pressure": np.array([*map(each, aspects)])})["pressure"]
-    flat, finger, specimen = (
-        np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
-    )
+    flat, finger, specimen = (np.stack([_energies(one, shapes) for shapes in ellipses], axis=1) for one in matrices)
     # Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa.
     long, short = np.maximum(aspects, 1.0), np.minimum(aspects, 1.0)
     return {
@@ -207,9 +203,7 @@ def _measured_radii(patch: Patch, aspects: np.ndarray) -> tuple[float, float]:
     return min(SMALLEST * edge, largest / 4), largest
 
 
-def _influences(
-    patch: Patch, rows: np.ndarray, ellipses: np.ndarray, tabulated: np.ndarray, radius: np.ndarray
-) -> list[np.ndarray]:
+def _influences(patch: Patch, rows, ellipses: np.ndarray, tabulated: np.ndarray, radius) -> list[np.ndarray]:
     """Response of the gauges (k, q g) per newton to each pressure term of the `ellipses` of `tabulated` radii, at radii
     (k,)."""
     from scipy.interpolate import PchipInterpolator

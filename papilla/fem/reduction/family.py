@@ -118,6 +118,7 @@ def family(
     low, high = np.log(RATIOS)
     nodes = np.exp((low + high) / 2 + (high - low) / 2 * points)
 
+    # Made when the first model is asked for: a family from the cache needs none
     first = lru_cache(partial(FingerModel, unit, mesh))
 
     # Moduli enter as multiples of the inner one, so what is stored for an inner layer of 1 MPa serves all.
