@@ -117,7 +117,10 @@ class Finger:
         """The design as plain nested values for JSON; a `Surfaces` shape is described by its file names."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
         own = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
-        own["gauges"] = tuple(map(_describe_gauge, self.gauges))
+        # Without a `moved_mm` of zero, so that the hashes of older designs stay the same
+        own["gauges"] = tuple(
+            {key: value for key, value in gauge.items() if key != "moved_mm" or any(value)} for gauge in own["gauges"]
+        )
         return {**own, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
@@ -153,11 +156,6 @@ class Finger:
         if not isinstance(self.shape, Surfaces):
             return {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}
         return {"kind": "surfaces", **{key: _file_digest(path) for key, path in asdict(self.shape).items()}}
-
-
-def _describe_gauge(gauge: Gauge) -> dict:
-    """A gauge as plain values, without a `moved_mm` of zero, so that the hashes of older designs stay the same."""
-    return {key: value for key, value in asdict(gauge).items() if key != "moved_mm" or any(value)}
 
 
 def _describe(layer: Layer | None) -> dict | None:

@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import PROCESSES, FingerOption, keep_inputs, option
-from papilla.cli.output import Answer, Stopwatch, plain, progress, say, show_rows, tell
+from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
 from papilla.errors import InputError
 from papilla.units import MS_PER_S, PER_CENT
 
@@ -124,7 +125,7 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
 
     if out is not None:
         check_writable(out)
-    watch = Stopwatch()
+    began = perf_counter()
     calibration: Calibration | None = None
     touches: tuple[TouchRow, ...] = ()
     with progress() as shown:
@@ -146,9 +147,8 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
     tables: dict[str, Sequence[Any]] = {"scenes": rows, "softness": touches, "costs": priced}
     facts: dict[str, Any] = {name: [asdict(row) for row in table] for name, table in tables.items()}
     facts |= {"short": short, "plots": [str(out / HONESTY_PLOT)] if out else []}
-    return Answer(
-        facts, partial(_print_estimators, rows, touches, priced, out, f"{watch.seconds:.0f} s" + SHORT_REMARK * short)
-    )
+    last = f"{perf_counter() - began:.0f} s" + SHORT_REMARK * short
+    return Answer(facts, partial(_print_estimators, rows, touches, priced, out, last))
 
 
 def _print_estimators(

@@ -5,6 +5,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.checks import positive
@@ -22,7 +23,7 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, Answer, Progress, Stopwatch, print_table, progress, show_table, tell
+from papilla.cli.output import CHECK_FAILED, Answer, Progress, print_table, progress, show_table, tell
 from papilla.errors import InputError
 from papilla.units import PER_CENT
 
@@ -122,7 +123,7 @@ def calibrate(
     The table "shape" of a design names three closed surface files beside it, as papilla/data/surfaces_finger.toml does:
     kind = "surfaces", outer_file = "skin.stl", interface_file = "interface.stl", bone_file = "bone.stl"
     """
-    watch = Stopwatch()
+    began = perf_counter()
     if size_mm is not None:
         positive("--size-mm", size_mm)
     rubbing, table = read_friction(friction), swept.table()
@@ -158,11 +159,11 @@ def calibrate(
             with about(check):
                 found = recovered(done.calibration, presses)
         header = None if export_c is None else c_header(done.calibration)
-        _write(done, design, paths, watch, shown)
+        _write(done, design, paths, perf_counter() - began, shown)
         if export_c is not None and header is not None:
             write_text(export_c, header)
     more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
-    summary = _summary(done, paths, watch.seconds) | more
+    summary = _summary(done, paths, perf_counter() - began) | more
     code = CHECK_FAILED if found is not None and not found.passed else 0
     return Answer(summary, partial(_print, summary, found, check), code)
 
@@ -185,7 +186,7 @@ def _calibrated(
     return job.calibrate_bench(log, design, **how)
 
 
-def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], watch: Stopwatch, shown: Progress) -> None:
+def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: Progress) -> None:
     """Write all results, or none."""
     from papilla.calibrate.report.page import write_report
     from papilla.files import replacing_set
@@ -195,7 +196,7 @@ def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], watch: 
     with replacing_set(list(paths.values())) as (calibration, sweep, report, *identified):
         done.calibration.save(calibration)
         done.presses.to_csv(sweep)
-        write_report(report, done, finger, seconds=watch.seconds, progress=shown.line)
+        write_report(report, done, finger, seconds=seconds, progress=shown.line)
         for path in identified:
             finger.save(path)
 

@@ -3,10 +3,11 @@
 import os
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from papilla.cli.options import PROCESSES, argument, keep_inputs, option
-from papilla.cli.output import Answer, Stopwatch, progress, say, show_rows, tell
+from papilla.cli.output import Answer, progress, say, show_rows, tell
 from papilla.errors import InputError
 from papilla.units import MS_PER_S
 
@@ -32,7 +33,7 @@ def design(
     Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: free, fixed and
     coupled parameters, the scene, objectives, constraints, and a sampler; docs/design_studies.md explains it.
     """
-    watch = Stopwatch()
+    began = perf_counter()
     if workers is not None and not 1 <= workers <= 4 * (os.cpu_count() or 1):
         raise InputError(f"--workers must be from 1 to {4 * (os.cpu_count() or 1)}, got {workers}")
     if workers is not None and scheduler is not None:
@@ -56,7 +57,7 @@ def design(
             read, out, resume=resume, workers=count, scheduler=scheduler, say=shown.line, stage=shown.stage
         )
     result = summary(found)
-    return Answer(result, partial(_show, read, found, result, watch.seconds))
+    return Answer(result, partial(_show, read, found, result, perf_counter() - began))
 
 
 def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:

@@ -1,9 +1,10 @@
 """`papilla figures`: the papers' figures, computed."""
 
 from pathlib import Path
+from time import perf_counter
 
 from papilla.cli.options import option
-from papilla.cli.output import Answer, Stopwatch, progress, tell
+from papilla.cli.output import Answer, progress, tell
 
 
 def figures(
@@ -19,12 +20,13 @@ def figures(
     from papilla.studies.figures.runner import figures as compute
     from papilla.studies.runner import fitting_processes
 
-    watch = Stopwatch()
+    began = perf_counter()
     chosen(paper)
     check_writable(out)
     with progress() as shown:
         made = compute(paper, processes=fitting_processes(), progress=shown.stage)
-    paths = write(out, made, watch.seconds)
+    seconds = perf_counter() - began
+    paths = write(out, made, seconds)
     rows = [
         {
             "paper": one.paper,
@@ -43,6 +45,6 @@ def figures(
             tell(f"{row['paper']} {row['name']}: {row['title']}")
             if row["found"]:
                 tell(f"    {row['found']}")
-        tell(f"{len(made)} figures in {watch.seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
+        tell(f"{len(made)} figures in {seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
 
     return Answer({"figures": rows, "page": str(paths["page"])}, show)

@@ -11,12 +11,13 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
 from papilla.checks import positive
-from papilla.cli.output import Answer, Stopwatch, print_json, say
+from papilla.cli.output import Answer, print_json, say
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -107,14 +108,14 @@ def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
     @wraps(command)
     def called(**values: Any) -> None:
         """Fill the groups, run the command, print its answer or its JSON, and end with its exit code."""
-        watch, as_json = Stopwatch(), answers and values.pop("as_json")
+        began, as_json = perf_counter(), answers and values.pop("as_json")
         filled = {
             name: kind(**{field.name: values.pop(field.name) for field in fields(kind)})
             for name, kind in groups.items()
         }
         found = command(**values, **filled)
         if found is not None:
-            print_json({"seconds": watch.seconds} | {**found.facts}) if as_json else found.show()
+            print_json({"seconds": perf_counter() - began} | {**found.facts}) if as_json else found.show()
             if found.code:
                 raise typer.Exit(found.code)
 

@@ -2,10 +2,11 @@
 
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 from papilla.cli.options import option
-from papilla.cli.output import Answer, Stopwatch, plain, progress, show_table, tell
+from papilla.cli.output import Answer, plain, progress, show_table, tell
 
 if TYPE_CHECKING:
     from papilla.studies.reproduce.runner import Result
@@ -27,15 +28,16 @@ def reproduce(
     from papilla.studies.reproduce.runner import by_evidence, head, results, summary
     from papilla.studies.runner import fitting_processes
 
-    watch = Stopwatch()
+    began = perf_counter()
     if out is not None:
         check_writable(out)
     with progress() as shown:
         found = results(only, processes=fitting_processes(), progress=shown.stage)
+    seconds = perf_counter() - began
     if out is not None:
         from papilla.studies.reproduce.page import write_page
 
-        write_page(out / PAGE, found, watch.seconds)
+        write_page(out / PAGE, found, seconds)
     answers = [answer for result in found for answer in result.answers]
     rows = [
         answer.to_json() | {"noise": result.experiment.noise, "seeds": result.experiment.seeds}
@@ -43,7 +45,7 @@ def reproduce(
         for answer in result.answers
     ]
     facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers)}
-    last = [f"{head(answers)}; {watch.seconds:.0f} s", *([] if out is None else [f"Wrote {out / PAGE}"])]
+    last = [f"{head(answers)}; {seconds:.0f} s", *([] if out is None else [f"Wrote {out / PAGE}"])]
     return Answer(facts | {"page": None if out is None else str(out / PAGE)}, partial(_print, found, last))
 
 

@@ -47,6 +47,7 @@ def prepare(
         bench=finger.bench,
         tangential_source=partial(_cached_tangential, finger, mesh, (x, y)),
         strain_source=partial(_strain_table, finger, progress),
+        cached=True,
     )
 
 

@@ -65,11 +65,6 @@ def image(figure: Figure, alt: str) -> Markup:
 
 def either(pictures: Iterable[bytes], alt: str, kind: str) -> Markup:
     """A wide and a narrow picture of the same, of a kind ("png", "svg+xml"): a page shows the one for its screen."""
-    wide, small = pictures
+    wide, small = (f"data:image/{kind};base64,{base64.b64encode(one).decode('ascii')}" for one in pictures)
     shown = '<picture><source media="(max-width: 600px)" srcset="{}"><img alt="{}" src="{}"></picture>'
-    return Markup(shown).format(data_uri(small, kind), alt, data_uri(wide, kind))
-
-
-def data_uri(content: bytes, kind: str) -> str:
-    """The data address that contains an image of a kind ("png", "svg+xml")."""
-    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+    return Markup(shown).format(small, alt, wide)

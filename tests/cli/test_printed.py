@@ -356,9 +356,3 @@ def test_a_display_is_a_model_and_what_it_is():
     assert own.actuator.stroke_um == said["stroke_um"] == 80.0
     by_curve, said = telepresence_options.DisplayOptions(**options | {"rule": "g_A"}).model()
     assert said["amplitude"]["rule"] == "g_A" and 0 < said["amplitude"]["r_squared"] <= 1
-
-
-def test_a_stopwatch_starts_at_zero():
-    watch = output.Stopwatch()
-    first = watch.seconds
-    assert 0 <= first <= watch.seconds < 600

@@ -1,10 +1,13 @@
 """The `hertz` rung: Hertz's own result on a half-space, its limits, and its agreement with contact where both hold."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from papilla.errors import ContactRangeError
 from papilla.fem import press
+from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.ellipses import ellipse_family
 from papilla.fem.pressing.hertz import _stretch, hertz_table
 from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
@@ -46,6 +49,26 @@ def test_ellipses_are_tabulated_from_a_thousandth_of_the_smallest_to_the_rim(hal
     smallest = min(2.0 * finger.patch.finest_edge, largest / 4)
     assert len(family.radius) == 40 + 400 - 1 and (np.diff(family.radius) > 0).all()
     assert family.radius[[0, 39, -1]] == pytest.approx([1e-3 * smallest, smallest, largest], rel=5e-3)
+
+
+def test_the_ellipses_of_a_cached_finger_are_computed_once_for_all_processes(half_space, tmp_path, monkeypatch):
+    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
+    finger, block = half_space[0], Block(0.3, 10.0)
+
+    def cached(**changed):
+        return dataclasses.replace(finger, cached=True, **changed)
+
+    made, kept = press(finger, block, force=0.1, fidelity="hertz"), press(cached(), block, force=0.1, fidelity="hertz")
+    monkeypatch.setattr(ellipses, "_radii", None)  # As a process that must not compute them
+    found = press(cached(), block, force=0.1, fidelity="hertz")
+    for other in (kept, found):
+        assert (other.values == made.values).all() and other.indentation == made.indentation
+    press(cached(), Block(0.9, 10.0), force=0.1, fidelity="hertz")
+    for another in (cached(rows=2 * finger.rows), cached(compliance=2 * finger.compliance)):
+        with pytest.raises(TypeError):
+            press(another, block, force=0.1, fidelity="hertz")
+    with pytest.raises(TypeError):
+        press(cached(), Block(0.3, 9.0), force=0.1, fidelity="hertz")
 
 
 @pytest.mark.parametrize("indentation", [0.05, 0.1, 0.4])

@@ -15,6 +15,7 @@ fails if no ellipse fits on the patch, or if the skin is not convex.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -88,14 +89,13 @@ class EllipseFamily:
     """What the tables of one finger and one shape of specimen share; m measured radii, k tabulated radii, t terms of ln
     E*.
 
-    gap_radii : (2,) mm. outer_modulus : MPa. aspects : (3,) b / a of the stretches. radius : (k,) semi-axes a, mm.
+    gap_radii : (2,) mm. aspects : (3,) b / a of the stretches. radius : (k,) semi-axes a, mm.
     finger, specimen : (3 pairs, 3 aspects, m) compliances under unit ellipses, relative to a half-space of 1 MPa, for a
     specimen of 1 MPa. fit : (t, 3 m) from ln E* to its terms. terms, slopes : (3, k, t) of them, and by a.
     half_space : (3,) energies. influence : (3 aspects, 2 terms, k, q g) response of the gauges per newton.
     """
 
-    gap_radii: tuple[float, float]
-    outer_modulus: float
+    gap_radii: np.ndarray
     aspects: np.ndarray
     radius: np.ndarray
     finger: np.ndarray
@@ -113,17 +113,30 @@ class EllipseFamily:
 
 @kept()
 def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
-    """The ellipses of a finger on specimens of one shape, given as `Specimen.unit`; the latest result is kept.
+    """The ellipses of a finger on specimens of one shape, given as `Specimen.unit`; the latest results are kept. If the
+    finger lies in the cache, what serves specimens of any modulus is kept there, too.
 
     Raises `ContactRangeError` if the skin is not convex, no ellipse fits on the patch, or the specimen has no
     curvature.
     """
     if unit.curvature is None:
         raise ContactRangeError(f"hertz fidelity needs a specimen with a curvature; a {unit.words} has none")
-    gap_radii = _radii(reduced, unit.curvature)
+    # Energies of the same nodal pressures on half-space, finger and specimen. Their ratios are compliances relative to
+    # the half-space, so errors of the mesh nearly cancel.
+    matrices = reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit)
+    parts = reduced.patch, unit.curvature, matrices, reduced.rows
+    if reduced.cached and unit.elastic:
+        return EllipseFamily(**cache.fetch("ellipse_family", cache.key(__name__, *parts), lambda: _family(*parts)))
+    return EllipseFamily(**_family(*parts))
+
+
+def _family(patch: Patch, curvature: tuple[float, float], matrices: tuple, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """The arrays of `EllipseFamily`, for the curvatures (1/mm) of a specimen, the compliances (n, n) of half-space,
+    finger and specimen, and the rows (q, g, n) of the gauges."""
+    gap_radii = _radii(patch, curvature)
     round_ = hertz_ellipse(1.0, *gap_radii, 1.0)
     aspects = round_.b / round_.a * np.exp(STRETCHES)
-    smallest, largest = _measured_radii(reduced, aspects)
+    smallest, largest = _measured_radii(patch, aspects)
     share = smallest / largest
     # Geometric below the smallest measured ellipse, where presses are light; evenly spaced above.
     radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
@@ -135,42 +148,30 @@ def ellipse_family(reduced: ReducedFinger, unit: Specimen) -> EllipseFamily:
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
     i, j = np.array(powers).T
     stretches = np.array(STRETCHES)[:, None, None]
-    # Energies of the same nodal pressures on half-space, finger and specimen. Their ratios are compliances relative to
-    # the half-space, so errors of the mesh nearly cancel.
-    matrices = (reduced.half_space, reduced.compliance, reduced.specimen_compliance(unit))
-
-    def make() -> dict[str, np.ndarray]:
-        """Ellipses of each aspect. They depend on the patch alone, not on moduli, and take most of the computing
-        time."""
-        return {"pressure": np.array([_ellipses(reduced.patch, tabulated, aspect) for aspect in aspects])}
-
-    key = cache.key(__name__, reduced.patch, smallest, largest, aspects)
-    ellipses = cache.fetch("ellipses", key, make)["pressure"]
-    flat, finger, specimen = (
-        np.stack([_energies(matrix, shapes) for shapes in ellipses], axis=1) for matrix in matrices
-    )
+    # Ellipses of each aspect depend on the patch alone, not on moduli, and take most of the computing time
+    key, each = cache.key(__name__, patch, smallest, largest, aspects), partial(_ellipses, patch, tabulated)
+    ellipses = cache.fetch("ellipses", key, lambda: {"pressure": np.array([*map(each, aspects)])})["pressure"]
+    flat, finger, specimen = (np.stack([_energies(one, shapes) for shapes in ellipses], axis=1) for one in matrices)
     # Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa.
     long, short = np.maximum(aspects, 1.0), np.minimum(aspects, 1.0)
-    half_space = 0.8 * 1.5 / np.pi * ellipk(1 - (short / long) ** 2) / long
-    return EllipseFamily(
-        gap_radii,
-        reduced.outer_modulus,
-        aspects,
-        radius,
-        finger / flat,
-        specimen / flat,
-        np.linalg.pinv((measured[:, None] ** i * stretches**j).reshape(-1, len(powers))),
-        (radius[:, None] / largest) ** i * stretches**j,
-        i / largest * (radius[:, None] / largest) ** (i - 1) * stretches**j,
-        half_space,
-        np.array([_influences(reduced, shapes, tabulated, radius) for shapes in ellipses]),
-    )
+    return {
+        "gap_radii": np.array(gap_radii),
+        "aspects": aspects,
+        "radius": radius,
+        "finger": finger / flat,
+        "specimen": specimen / flat,
+        "fit": np.linalg.pinv((measured[:, None] ** i * stretches**j).reshape(-1, len(powers))),
+        "terms": (radius[:, None] / largest) ** i * stretches**j,
+        "slopes": i / largest * (radius[:, None] / largest) ** (i - 1) * stretches**j,
+        "half_space": 0.8 * 1.5 / np.pi * ellipk(1 - (short / long) ** 2) / long,
+        "influence": np.array([_influences(patch, rows, shapes, tabulated, radius) for shapes in ellipses]),
+    }
 
 
-def moduli(family: EllipseFamily, specimen: Specimen) -> tuple[np.ndarray, np.ndarray, float]:
+def moduli(family: EllipseFamily, outer_modulus: float, specimen: Specimen) -> tuple[np.ndarray, np.ndarray, float]:
     """ln E* (MPa) of finger and specimen minus its value at a = 0 (3 pairs of pressure terms, 3 aspects, k); the
-    derivative by a; and the value at a = 0."""
-    limit = -math.log(1 / family.outer_modulus + 1 / specimen.contact_modulus)
+    derivative by a; and the value at a = 0, which is that of the outer layer (`ReducedFinger.outer_modulus`)."""
+    limit = -math.log(1 / outer_modulus + 1 / specimen.contact_modulus)
     compliance = family.finger + family.specimen * (1 / specimen.modulus if specimen.elastic else 1.0)
     if not (compliance > 0).all():
         raise ContactRangeError("hertz fidelity: finger and specimen have no positive compliance on this patch")
@@ -187,13 +188,13 @@ def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     return np.array([((left @ matrix) * right).sum(axis=1) for left, right in pairs])
 
 
-def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float, float]:
+def _measured_radii(patch: Patch, aspects: np.ndarray) -> tuple[float, float]:
     """Smallest and largest semi-axis a (mm) at which ellipses of these aspects are measured on the patch."""
     # Ellipses must lie inside the patch's outline, whether the skin continues beyond it or ends there
-    x, y = reduced.patch.xy[reduced.patch.outline].T
+    x, y = patch.xy[patch.outline].T
     largest = float(np.hypot(x, y / aspects[:, None]).min())
     shorter = largest * min(1.0, aspects.min())
-    edge = reduced.patch.finest_edge
+    edge = patch.finest_edge
     if shorter < SMALLEST * edge:
         raise ContactRangeError(
             "hertz fidelity needs a patch that contains its ellipse: "
@@ -202,15 +203,15 @@ def _measured_radii(reduced: ReducedFinger, aspects: np.ndarray) -> tuple[float,
     return min(SMALLEST * edge, largest / 4), largest
 
 
-def _influences(reduced, ellipses: np.ndarray, tabulated: np.ndarray, radius: np.ndarray) -> list[np.ndarray]:
+def _influences(patch: Patch, rows, ellipses: np.ndarray, tabulated: np.ndarray, radius) -> list[np.ndarray]:
     """Response of the gauges (k, q g) per newton to each pressure term of the `ellipses` of `tabulated` radii, at radii
     (k,)."""
     from scipy.interpolate import PchipInterpolator
 
-    rows = reduced.rows.reshape(-1, len(reduced.patch.xy))
+    rows = rows.reshape(-1, len(patch.xy))
     found = []
     for shapes in ellipses:
-        load = reduced.multiplicity * shapes @ reduced.patch.mass
+        load = len(patch.images) * shapes @ patch.mass
         # On a coarse patch the smallest ellipses fall between the quadrature points
         caught = load > 0
         per_force = (shapes @ rows.T)[caught] / load[caught, None]
@@ -234,9 +235,8 @@ def _ellipses(patch: Patch, tabulated: np.ndarray, aspect: float) -> np.ndarray:
     return np.linalg.solve(mass, hats.T @ loads.T).T.reshape(2, len(inside), -1)
 
 
-def _radii(reduced: ReducedFinger, curvature: tuple[float, float]) -> tuple[float, float]:
+def _radii(patch: Patch, curvature: tuple[float, float]) -> tuple[float, float]:
     """Radii of curvature (mm) of the gap to a specimen along x and y of the contact plane, fitted near touch-down."""
-    patch = reduced.patch
     points, weights, hats = quadrature(patch, subdivisions=ELLIPSE_SUBDIVISIONS)
     distance = np.hypot(*patch.xy.T)
     reach = float(distance.max())

@@ -172,18 +172,15 @@ def including_large_strain(
     if specimen.curvature != (0.0, 0.0):
         return None
     if found.friction in (0, math.inf):
-        return with_large_strain(reduced, found, found.friction > 0, beyond=beyond)
+        return with_large_strain(reduced, found, beyond=beyond)
 
     def linear(friction: float) -> Press:
         """The same press with another friction."""
         return _contact(reduced, specimen, friction, (found.force, None))
 
-    free, held = linear(0.0), linear(math.inf)
-    free_large = with_large_strain(reduced, free, beyond=beyond)
-    held_large = with_large_strain(reduced, held, stuck=True, beyond=beyond)
-    if free_large is None or held_large is None:
-        return None
-    return between_ends(reduced, found, (free, held), (free_large, held_large), linear)
+    ends = linear(0.0), linear(math.inf)
+    free, held = (with_large_strain(reduced, one, beyond=beyond) for one in ends)
+    return None if free is None or held is None else between_ends(reduced, found, ends, (free, held), linear)
 
 
 def _contact(reduced: ReducedFinger, specimen: Specimen, friction: float, load: Load) -> Press:

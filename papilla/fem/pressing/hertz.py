@@ -158,7 +158,7 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     curvature.
     """
     family = ellipse_family(reduced, specimen.unit)
-    branches = _branches(family, *moduli(family, specimen))
+    branches = _branches(family, *moduli(family, reduced.outer_modulus, specimen))
     # The three aspects are tabulated at the same forces, so that parabolas through them compare like with like.
     root = min(roots[-1] for roots, _ in branches) * family.radius / family.radius[-1]
     columns = np.stack([_through(*branch, root) for branch in branches])

@@ -237,16 +237,14 @@ def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -
     return tuple(zip(tables, weights.tolist(), strict=True))
 
 
-def with_large_strain(
-    reduced: ReducedFinger, found: Press, stuck: bool = False, *, beyond: bool = False
-) -> Press | None:
+def with_large_strain(reduced: ReducedFinger, found: Press, *, beyond: bool = False) -> Press | None:
     """A linear press, without friction or stuck, with the change by large strain; None if no table covers it.
 
     The pressure stays the linear one: force, nodes and the integral of the pressure are the same. A press that is
     harder or lighter than those of the tables, by `FURTHER` at most, is changed like the nearest one, and its status
     says so. beyond : treat every other press like this, too, instead of returning None.
     """
-    tables = tables_of(reduced, stuck)
+    tables = tables_of(reduced, stuck=found.friction > 0)
     if not tables:
         return None
     force = found.force / reduced.layers[1, 1]

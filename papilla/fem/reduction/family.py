@@ -8,7 +8,7 @@ theorem 8.2).
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
@@ -118,12 +118,13 @@ def family(
     low, high = np.log(RATIOS)
     nodes = np.exp((low + high) / 2 + (high - low) / 2 * points)
 
-    first = FingerModel(unit, mesh)
+    # Made when the first model is asked for: a family from the cache needs none
+    first = lru_cache(partial(FingerModel, unit, mesh))
 
     # Moduli enter as multiples of the inner one, so what is stored for an inner layer of 1 MPa serves all.
     def model(ratio: float) -> FingerModel:
         member = FingerModel(with_moduli(finger, ratio * inner, inner), mesh)
-        member.space = first.space  # The assembled parts hold for all ratios
+        member.space = first().space  # The assembled parts hold for all ratios
         return member
 
     def members(ratios, tangential: bool) -> Iterator:

@@ -97,6 +97,8 @@ class ReducedFinger:
     bench : of the finger: its friction is the default of presses, its specimen the default of sweeps.
     facets : distance (mm) of the facets of a triangulated skin from the smooth surface that they approximate.
     element : with which the finger was solved.
+    cached : whether it lies in the cache; what a press computes from it for specimens of any modulus is then kept
+        there, too.
     """
 
     finger_name: str
@@ -118,6 +120,7 @@ class ReducedFinger:
     element: str = "Taylor-Hood"
     tangential_source: Callable[[], tuple[np.ndarray, np.ndarray]] | None = None
     strain_source: Callable[[bool], object] | None = None
+    cached: bool = False
 
     def __repr__(self) -> str:
         return (
@@ -251,7 +254,7 @@ class ReducedFinger:
 
 _TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
-_NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source")
+_NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source", "cached")
 
 
 @kept()
