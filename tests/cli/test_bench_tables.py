@@ -77,7 +77,9 @@ def measured(monkeypatch):
         peers, "run_peers", lambda design, mesh, threads, progress: calls.append((mesh, threads)) or (peer,)
     )
     monkeypatch.setattr(peers, "missing_peers", lambda: ["a library is missing"])
-    monkeypatch.setattr(study_plots, "price_figure", lambda rows, reference: calls.append((rows, reference)) or "figure")
+    monkeypatch.setattr(
+        study_plots, "price_figure", lambda rows, reference: calls.append((rows, reference)) or "figure"
+    )
     monkeypatch.setattr(style, "write_png", lambda figure, path: calls.append((figure, path)))
     return calls
 

@@ -84,7 +84,18 @@ def fitted(monkeypatch, tmp_path):
 
 
 def test_the_options_of_an_identification_reach_the_fit(papilla, fitted, tmp_path):
-    options = ("--fix", "lever_mm=0.5", "--fix", "gain.g1 = 2", "--free", "thickness_mm", "--noise", 3, "--thickness", 7)
+    options = (
+        "--fix",
+        "lever_mm=0.5",
+        "--fix",
+        "gain.g1 = 2",
+        "--free",
+        "thickness_mm",
+        "--noise",
+        3,
+        "--thickness",
+        7,
+    )
     files = ("--out", "f.toml", "--report", "r.html")
     scene = ("--force-error", 0.05, "--friction", "stick", "--finger", "published")
     answer = papilla("identify", "log.csv", *options, *scene, *files, "--json")

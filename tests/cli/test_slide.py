@@ -221,7 +221,9 @@ def test_the_options_of_a_slide_reach_it_and_its_signals_the_log(papilla, made, 
     assert log.velocity_mm_s == pytest.approx([30.0] * 4)
 
 
-@pytest.mark.parametrize("state, since, share", [([[0, 0]] * 4, None, 0), ([[0, 2], [2, 1], [1, 1], [1, 1]], 0.004, 0.5)])
+@pytest.mark.parametrize(
+    "state, since, share", [([[0, 0]] * 4, None, 0), ([[0, 2], [2, 1], [1, 1], [1, 1]], 0.004, 0.5)]
+)
 def test_sliding_begins_when_nothing_sticks_any_more(papilla, made, state, since, share):
     made.changed["state"] = np.array(state)
     answer = papilla(*SCENE, "--seconds", 0.2, "--json")

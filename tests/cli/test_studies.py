@@ -79,7 +79,9 @@ def test_the_page_of_claims_is_written_and_named(papilla, monkeypatch, asked, cl
 
     claims.append(untested())
     written = []
-    monkeypatch.setattr(page, "write_page", lambda path, found, seconds: written.append((str(path), len(found), seconds)))
+    monkeypatch.setattr(
+        page, "write_page", lambda path, found, seconds: written.append((str(path), len(found), seconds))
+    )
     answer = papilla("reproduce", "--only", "X2", "--out", "here")
     assert answer.out.endswith("Wrote here/reproduce.html\n")
     facts = json.loads(papilla("reproduce", "--only", "X2", "--out", "here", "--json").out)
@@ -122,7 +124,9 @@ def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused,
         press_ms=3.456, to_json=lambda: {"name": "a"},
     )  # fmt: skip
     other = SimpleNamespace(**vars(row) | {"name": "b", "press_ms": None})
-    made = SimpleNamespace(rows=[row, other], verdicts=["a is better"], force_N=[0.1, 0.5, 0.9], modulus_MPa=[0.02, 5.0])
+    made = SimpleNamespace(
+        rows=[row, other], verdicts=["a is better"], force_N=[0.1, 0.5, 0.9], modulus_MPa=[0.02, 5.0]
+    )
     found = SimpleNamespace(finger=Finger.default())
     monkeypatch.setattr(comparison, "candidate", lambda name, **how: asked.append((name, how)) or found)
     monkeypatch.setattr(comparison, "compare", lambda given, say: asked.append(given) or made)

@@ -15,6 +15,7 @@ from papilla.errors import InputError
 from papilla.telepresence import processes
 from papilla.telepresence.udp import Address
 
+
 class Gate(SimpleNamespace):
     """An endpoint that has sent and received something."""
 

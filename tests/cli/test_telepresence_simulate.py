@@ -99,7 +99,9 @@ def test_a_scene_is_what_its_options_say(papilla, simulated):
 
 
 def test_a_hand_at_constant_speed_needs_all_its_path(papilla, simulated):
-    answer = papilla("telepresence", "simulate", "--strokes", 0, "--speed", 50, "--seconds", 4, "--second-wavelength", 2)
+    answer = papilla(
+        "telepresence", "simulate", "--strokes", 0, "--speed", 50, "--seconds", 4, "--second-wavelength", 2
+    )
     assert answer.code == 0 and simulated[0][0].texture.border_mm == 100.0
     assert "local, 25.0 % of the time: silence" in answer.err and "ok" not in answer.err
 

@@ -78,7 +78,9 @@ def test_runs_are_trained_with_the_features_that_are_stated(papilla, tmp_path, m
     answer = papilla("texture", "train", *logs, *options, "--json")
     assert answer.code == 0, answer.err
     runs, features = asked[0]
-    assert features == texture.Features(40.0, 2.0, 10.0, 5) and [run[0] for run in runs] == ["fine"] * 2 + ["coarse"] * 2
+    assert (
+        features == texture.Features(40.0, 2.0, 10.0, 5) and [run[0] for run in runs] == ["fine"] * 2 + ["coarse"] * 2
+    )
     assert runs[0][1] == runs[3][1] != runs[1][1] == runs[2][1]
     assert runs[1][2] == pytest.approx(60 * np.arange(4000) / 1000, abs=0.1) and runs[1][3].shape == (4000, 3)
     found = json.loads(answer.out)
