@@ -22,7 +22,9 @@ LEGEND = {
 
 
 def summary_of(optional=("force_N",), off=None, faults=None, messages=(), report=REPORT) -> Summary:
-    log = SimpleNamespace(gauge_names=("g1", "g2"), optional=optional, report=report, sample_rate_Hz=1000.0, path="l.csv")
+    log = SimpleNamespace(
+        gauge_names=("g1", "g2"), optional=optional, report=report, sample_rate_Hz=1000.0, path="l.csv"
+    )
     pipeline = SimpleNamespace(off=off or {}, faults=faults or {}, messages=messages, legend=LEGEND)
     return Summary(log, pipeline)
 
@@ -139,10 +141,12 @@ def test_lines_are_of_the_latest_rows_and_count_the_rows_that_agree(monkeypatch,
     assert asked["readings"].tolist() == [[12, 20], [13, 21], [14, 20], [15, 21]] and asked["range"] == (1.0, 5.0)
     # A velocity counts from the first row that is kept
     begin = 0.0 if moving == "velocity_mm_s" else 10.0
-    assert np.diff(asked["place"]) == pytest.approx([5.0] * 3) and asked["place"][-1] - 15.0 == pytest.approx(begin, abs=5.1)
+    assert np.diff(asked["place"]) == pytest.approx([5.0] * 3) and asked["place"][-1] - 15.0 == pytest.approx(
+        begin, abs=5.1
+    )
     assert found["lines"][0] == {
-        "wavelength_mm": 1.5, "wavelength_sigma_mm": 0.01, "strength": 3.0, "power_over_background": 40.0, "chance": 1e-6,
-        "harmonic": 1, "fundamental_mm": 1.5, "gauges": ["g2", "g1"], "ok_rows": 3,
+        "wavelength_mm": 1.5, "wavelength_sigma_mm": 0.01, "strength": 3.0, "power_over_background": 40.0,
+        "chance": 1e-6, "harmonic": 1, "fundamental_mm": 1.5, "gauges": ["g2", "g1"], "ok_rows": 3,
     }  # fmt: skip
     assert [line["ok_rows"] for line in found["lines"]] == [3, 3, 0] and found["searched_mm"] == [0.5, 9.0]
     assert one.spectrum is spectrum

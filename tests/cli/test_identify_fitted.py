@@ -40,10 +40,9 @@ class Found(SimpleNamespace):
 def found_of(log) -> Found:
     shape = SimpleNamespace(specimen=Block(1.0, 7.0), friction="not told", physics="block 7 mm thick")
     noise = Noise(4.0, 0.02)
-    return Found(
-        problem=SimpleNamespace(log=log, noise=noise, shapes=[shape]), values={"outer_modulus_MPa": 0.2, "lever_mm": 0.5},
-        names=("outer_modulus_MPa",), chi_square=12.0, freedom=10.0,
-    )  # fmt: skip
+    problem = SimpleNamespace(log=log, noise=noise, shapes=[shape])
+    values = {"outer_modulus_MPa": 0.2, "lever_mm": 0.5}
+    return Found(problem=problem, values=values, names=("outer_modulus_MPa",), chi_square=12.0, freedom=10.0)
 
 
 @pytest.fixture

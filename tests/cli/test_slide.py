@@ -177,7 +177,7 @@ def made(monkeypatch):
         motion = Motion(np.arange(4) / 500, 5.0 + 30 * np.arange(4) / 500, 500.0)
         signals = np.array([[1.0, -2.0], [3.0, -2.0], [5.0, 2.0], [7.0, 2.0]])
         state = np.array([[0, 2], [0, 1], [1, 1], [1, 1]])
-        fields = dict.fromkeys((field.name for field in dataclasses.fields(Slide)))
+        fields = dict.fromkeys(field.name for field in dataclasses.fields(Slide))
         fields |= {
             "motion": motion, "gauge_names": ("left", "right"), "readings": 2 * signals, "amplified": signals,
             "force_N": np.array([0.1, 0.2, 0.3, 0.6]), "tangential_N": np.array([0.0, 0.1, 0.1, 0.1]),

@@ -1,4 +1,4 @@
-"""The ends of the link: what a sensor and a display are made of, and what they leave behind, without a second process."""
+"""The ends of the link: what a sensor and a display are made of and what they leave behind, in one process."""
 
 import csv
 import json

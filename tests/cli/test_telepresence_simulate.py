@@ -87,7 +87,8 @@ def test_a_scene_is_what_its_options_say(papilla, simulated):
     assert model.components == 2 and direct.actuator == model.actuator
     found = json.loads(answer.out)
     expected = {
-        "lag_ms": {"local": 10.0, "direct": 20.0, "round_trip": 119.0}, "wavelength_error": {"local": 0.01, "direct": 0.02},
+        "lag_ms": {"local": 10.0, "direct": 20.0, "round_trip": 119.0},
+        "wavelength_error": {"local": 0.01, "direct": 0.02},
         "bytes_per_s": {"local": 500.0, "direct": 3000.0}, "bytes_per_s_with_headers": {"local": 900.0},
         "silent": {"local": 0.1, "direct": 0.2}, "change_ms": {"local": 100.0, "direct": 200.0},
         "stale_ms": {"local": 1000.0, "direct": 2000.0}, "lost": {"local": 0.25}, "seconds": 4.0, "seed": 9,

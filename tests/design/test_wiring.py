@@ -276,16 +276,16 @@ def test_a_scheduler_that_does_not_answer_is_one_line(dask, monkeypatch):
         raise OSError("timed out")
 
     monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=silent, LocalCluster=Cluster))
-    with pytest.raises(InputError, match="no Dask scheduler answers at tcp://host:1: timed out"):
-        with running.pool(1, "tcp://host:1"):
-            pass
+    said = "no Dask scheduler answers at tcp://host:1: timed out"
+    with pytest.raises(InputError, match=said), running.pool(1, "tcp://host:1"):
+        pass
 
 
 def test_a_worker_of_another_version_is_named(dask, monkeypatch):
     monkeypatch.setattr(running, "version", lambda: "9.9 (other)")
-    with pytest.raises(InputError, match=r"worker tcp://one has papilla .*, this client has 9.9 \(other\): install"):
-        with running.pool(1, None):
-            pass
+    said = r"worker tcp://one has papilla .*, this client has 9.9 \(other\): install"
+    with pytest.raises(InputError, match=said), running.pool(1, None):
+        pass
     assert Client.made[0].closed and Client.made[0].cluster.closed
 
 
