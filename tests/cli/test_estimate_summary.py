@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.calibration.readouts import SoftnessStatus
 from papilla.cli import estimate, estimate_summary
 from papilla.cli.estimate_summary import Summary
 from papilla.errors import InputError
@@ -280,3 +281,81 @@ def test_reading_a_long_log_is_said_after_each_100_000_rows(monkeypatch):
         reading(rows)
     assert (path, how) == ("log.csv", {"lever_mm": 2.0})
     assert said == ["reading the log, 100,001 rows", "reading the log, 2,000,000 rows"]
+
+
+def test_a_picture_collects_all_rows_and_is_written_with_the_summary(papilla, tmp_path, monkeypatch):
+    rng = np.random.default_rng(1)
+    rows = np.column_stack([np.arange(300) / 1000, rng.normal(0, 2, (300, 2)), np.full(300, 0.5)])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t_s,g1,g2,force_N", comments="")
+    made, asked = [], []
+
+    class Picture:
+        def __init__(self, gauges, optional, off):
+            self.given, self.rows = (gauges, optional, sorted(off)), 0
+            made.append(self)
+
+        def add(self, block, answer):
+            self.rows += len(block)
+            assert len(answer.modulus_MPa) == len(block)
+
+    monkeypatch.setattr("papilla.view.log_picture.LogPicture", Picture)
+    monkeypatch.setattr(estimate_summary, "write_pictures", lambda *given: asked.append(given))
+    answer = papilla("estimate", "log.csv", "--out", "e.csv", "--plot", "p.svg", "--json")
+    assert answer.code == 0, answer.err
+    (one,) = made
+    assert one.given == (("g1", "g2"), ("force_N",), ["friction", "modulus", "wavelength"]) and one.rows == 300
+    ((found, notes, picture, spectrum, plot, html),) = asked
+    assert picture is one and (str(plot), html, spectrum) == ("p.svg", None, None) and not notes
+    told = json.loads(answer.out)
+    assert told["rows"] == found["rows"] == 300 and (told["log"], told["estimates"]) == ("log.csv", "e.csv")
+    assert told["summary"] == "e.summary.json" and told["gauge_noise_microstrain"] is None is told["force_noise_N"]
+    assert papilla("estimate", "log.csv", "--out", "e.csv", "--html", "p.html").code == 0
+    assert str(asked[1][5]) == "p.html" and asked[1][4] is None
+    assert papilla("estimate", "log.csv", "--out", "e.csv").code == 0 and len(made) == len(asked) == 2
+    said = papilla("estimate", "log.csv", "--out", "-", "--json")
+    assert said.code == 2 and "--out - and --json both want standard output" in said.err
+
+
+def test_the_errors_of_a_depth_are_those_of_the_log_and_not_below_a_floor(tmp_path, monkeypatch):
+    from papilla.estimators.published import force_depth
+
+    floor, asked = force_depth.DepthErrors(), []
+    rows = np.array([[f, e, 1.0, 0.5 * f / e] for f in (0.1, 0.2, 0.4) for e in (0.1, 0.2, 0.4)])
+    header = "force_N,modulus_MPa,g1,indentation_mm"
+    np.savetxt(tmp_path / "sweep.csv", rows, delimiter=",", header=header, comments="")
+    status = SoftnessStatus.OK
+
+    class Model:
+        def __init__(self, *given):
+            self.given = given
+
+        def process(self, force, depth, errors):
+            asked.append((force.tolist(), depth.tolist(), errors))
+            return force + 1, depth + 2, [status] * len(force)
+
+    monkeypatch.setattr(force_depth, "ForceDepth", Model)
+    legend = {"": "none", "old": "an old one"}
+    pipeline = SimpleNamespace(legend={"modulus": legend}, off={"modulus": "no calibration", "friction": "none"})
+    log = SimpleNamespace(
+        gauge_names=("g1", "g2"), optional=("velocity_mm_s", "force_N", "indentation_mm"),
+        noise={"indentation_mm": 10 * floor.depth_mm, "force_N": 0.1 * floor.force_N},
+    )  # fmt: skip
+    one = estimate.DepthModulus(tmp_path / "calibration.json", log, pipeline)
+    assert [part.tolist() for part in one._model.given] == rows.T[[0, 1, 3]].tolist() and list(pipeline.off) == [
+        "friction"
+    ]
+    given = answer(["", ""], ["ok"] * 2, ["ok"] * 2)
+    found = one.added(np.arange(12.0).reshape(2, 6), given)
+    ((force, depth, errors),) = asked
+    assert (force, depth) == ([4.0, 10.0], [5.0, 11.0])
+    assert (errors.depth_mm, errors.force_N) == (10 * floor.depth_mm, floor.force_N)
+    assert found.modulus_MPa.tolist() == [5.0, 11.0] and found.modulus_sigma_MPa.tolist() == [7.0, 13.0]
+    assert found.modulus_status == ["ok", "ok"] and legend == {"old": "an old one", "ok": "ok"}
+    assert found.wavelength_status == ["ok", "ok"]
+    log.optional = ("indentation_mm",)
+    with pytest.raises(InputError, match=r"needs --calibration with its sweep\.csv, and force_N in the log"):
+        estimate.DepthModulus(tmp_path / "calibration.json", log, pipeline)
+    np.savetxt(tmp_path / "sweep.csv", rows[:, :3], delimiter=",", header=header[:24], comments="")
+    log.optional = ("force_N", "indentation_mm")
+    with pytest.raises(InputError, match=r"sweep\.csv has no column indentation_mm"):
+        estimate.DepthModulus(tmp_path / "calibration.json", log, pipeline)
