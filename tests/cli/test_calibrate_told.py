@@ -57,6 +57,7 @@ def asked(monkeypatch, tmp_path):
     write = lambda path, done, finger, seconds, progress: path.write_text(f"{finger.name} {seconds > 0}")  # noqa: E731
     monkeypatch.setattr("papilla.calibrate.report.page.write_report", write)
     (tmp_path / "log.csv").write_text(LOG)
+    (tmp_path / "log.csv").chmod(0o444)
     return calls
 
 

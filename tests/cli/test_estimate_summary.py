@@ -91,6 +91,15 @@ def test_a_quantity_without_an_ok_row_has_its_reason_and_advice():
     assert many._broken()[0].count(" rows") == 4
 
 
+def test_a_fault_is_worse_than_what_the_log_lacks_and_that_worse_than_a_remark():
+    one = summary_of(off={"modulus": "no calibration, and no force"})
+    codes = (["no calibration"] * 3, ["searching", "ok, constant speed", "ok"], ["ok", "ok", "one way"])
+    assert one.add(block(3), answer(*codes)) == ["searching", "no calibration", "one way"]
+    assert one.add(block(2), answer(["ok"] * 2, ["ok", "ok, constant speed"], ["ok, x", "ok"])) == [
+        "ok, x", "ok, constant speed",
+    ]  # fmt: skip
+
+
 def test_numbers_in_another_unit_are_an_error_if_no_row_is_ok():
     report = LogReport(3, 0, 0, 0, 0, 0, (), ("t_s looks like ms",))
     for codes, refused in ((["searching"] * 3, True), (["searching", "frequency alone", "searching"], False)):
@@ -130,8 +139,8 @@ def test_lines_are_of_the_latest_rows_and_count_the_rows_that_agree(monkeypatch,
     monkeypatch.setattr(lines, "latest_stretch", lambda place, wavelengths: 0)
     monkeypatch.setattr(estimate_summary, "LONGEST_ROWS", 4)
     one = summary_of(optional=("force_N", moving))
-    # The wavelength in steps of 2 %: its own step and both beside it agree
-    near = [1.5, 1.5 * math.exp(0.02), 1.5 * math.exp(-0.02), 1.5 * math.exp(0.05)]
+    # In steps of 2 % of the logarithm: the step of 1.5 mm, from 0.39 to 0.41, and both beside it agree
+    near = [1.5, math.exp(0.4285), math.exp(0.3715), math.exp(0.3685)]
     for first in (0, 2, 4):
         rows = block(2, first, 5)
         rows[:, 1:3] = [[10 + first, 20], [11 + first, 21]]

@@ -52,6 +52,7 @@ def fitted(monkeypatch, tmp_path):
     from papilla.calibrate.report import identification_page
 
     (tmp_path / "log.csv").write_text(LOG)
+    (tmp_path / "log.csv").chmod(0o444)
     asked = SimpleNamespace(presses=None, design=None, how=None, page=None, suggested=[], touch=None)
     diagnosis = SimpleNamespace(
         intervals={"outer_modulus_MPa": (0.1, 0.3)}, status="fine", condition=3.0, influence=np.array([0.5, 0.25, 0.1]),
@@ -166,6 +167,7 @@ def test_a_protocol_without_a_log_is_of_the_design(papilla, fitted):
 
 
 def test_relaxation_is_fitted_to_the_whole_log(papilla, fitted, tmp_path):
+    (tmp_path / "log.csv").chmod(0o644)
     rows = ["t_s,force_N,modulus_MPa,g1,g2", "0,0.1,0.5,1,2", "1,0.4,0.5,2,3", "2,0.4,0.5,3,4"]
     (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
     answer = papilla("identify", "log.csv", "--out", "f.toml", "--relaxation", 2, "--json")

@@ -228,6 +228,7 @@ def test_a_map_of_a_log_has_a_row_for_each_column(papilla, tmp_path, monkeypatch
     asked = []
     monkeypatch.setattr("papilla.logs.proposal.propose", lambda path: asked.append(str(path)) or found)
     (tmp_path / "log.csv").write_text("x")
+    (tmp_path / "log.csv").chmod(0o444)
     answer = papilla("log", "map", "log.csv", "--out", "m.toml")
     assert asked == ["log.csv"] and (tmp_path / "m.toml").read_text() == "a map" and answer.err == "which unit?\n"
     rows = [" ".join(line.replace("│", " ").split()) for line in answer.out.splitlines()]

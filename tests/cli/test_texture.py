@@ -73,6 +73,7 @@ def test_runs_are_trained_with_the_features_that_are_stated(papilla, tmp_path, m
     monkeypatch.setattr(texture, "train", lambda runs, features: asked.append((runs, features)) or model)
     for name, speed in (("a", 30.0), ("b", 60.0)):
         write(tmp_path / f"{name}.csv", 1.5, speed, 0)
+        (tmp_path / f"{name}.csv").chmod(0o444)
     logs = ("fine=a.csv", "fine=b.csv", "coarse=b.csv", "coarse=a.csv")
     options = ("--window", 40, "--wavelengths", 2, 10, "--bands", 5, "--out", "m.json")
     answer = papilla("texture", "train", *logs, *options, "--json")

@@ -132,7 +132,10 @@ def test_the_options_of_a_study_reach_it_and_its_results_the_table(papilla, stud
     monkeypatch.setattr("papilla.design.job.run_study", lambda study, out, **how: asked.append((out, how)) or found)
     monkeypatch.setattr("papilla.design.results.summary", lambda outcome: result)
     monkeypatch.setattr("papilla.design.results.first_words", lambda outcome: ["first words"])
-    code, out, _ = papilla(study_file(), "--out", tmp_path / "o", "--resume", "--workers", 1)
+    path = study_file()
+    path.chmod(0o444)
+    code, out, _ = papilla(path, "--out", tmp_path / "o", "--resume", "--workers", 1)
+    path.chmod(0o644)
     folder, how = asked[0]
     assert (
         code == 0 and folder == tmp_path / "o" and (how["resume"], how["workers"], how["scheduler"]) == (True, 1, None)
