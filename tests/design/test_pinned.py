@@ -6,13 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papilla.design import influence
 from papilla.design.geometry import GeometryMap, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.influence import Influence
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.placement import UNKNOWN, place, problem
 from papilla.design.places import Places
-from papilla.design.scene import Scene, Unknowns
+from papilla.design.scene import Scene, Tolerances, Unknowns
+from papilla.design.study import Limit, Sampler
 from papilla.finger import Finger, Gauge
 
 FINGER = Finger.default()
@@ -61,6 +63,8 @@ PINNED = {
         "specimens_told_apart": 2.075944,
     },
 }
+READ = (0.057143456, 0.11253581, 1.1692128, 2.25034)
+BY_MODULUS = (-0.0081159281, -0.16975841, -0.10563963, -3.3317724)
 ERRORS = (0.01009567, 901.1603, 1334.122, 2450.846, 1334.122, 901.1603)
 PLACED = {
     "friction and place unknown": [0.4803677, 0.2442321, 0.1451313],
@@ -98,3 +102,30 @@ def test_sigma_of_placed_gauges():
         one = problem(found, Scene(), friction=friction, place=somewhere)
         sigma[name] = [one.sigma(chosen) for chosen in place(one, 3)]
     assert sigma == {name: pytest.approx(values, rel=1e-5) for name, values in PLACED.items()}
+
+
+def test_defaults_of_a_study():
+    """What a study file leaves out, pinned."""
+    scene, tolerances = vars(Scene()), vars(Tolerances())
+    scene = {name: value for name, value in scene.items() if name not in ("unknown", "tolerances")}
+    assert scene == {
+        "force_N": (0.2, 0.98), "modulus_MPa": (0.05, 0.72), "forces": 3, "moduli": 5, "over": "worst", "samples": 100,
+        "gauge_noise_microstrain": 5.0, "force_noise_N": 0.005, "depth_noise_mm": 0.005, "depth_zero_mm": 0.02,
+        "depth_mm": 0.5, "place_mm": 1.0,
+    }  # fmt: skip
+    assert tolerances == {"gauge_mm": 0.3, "gauge_deg": 3.0, "thickness_mm": 0.2, "moduli": 0.3}
+    assert Unknowns().friction == "unknown" and Unknowns().doubts.thickness_mm == 10.0
+    assert vars(Sampler()) == {"kind": "sobol", "designs": 256, "geometries": 8, "seed": 0}
+    assert (Limit().least, Limit().most) == (-np.inf, np.inf)
+
+
+def test_readings_between_presses_of_a_power_law():
+    """A law that the polynomial of the presses does not hold exactly: pinned with its terms."""
+    scene = Scene((0.1, 2.0), (0.02, 4.0), forces=2, moduli=2)
+    force, modulus = scene.grid
+    values = (np.exp(np.sin(2 * np.log(force)) * np.cos(np.log(modulus))))[:, None]
+    found = influence._everywhere(
+        [Gauge("a", angle_deg=0.0)], FINGER, scene, lambda x, y: np.array([values, values]), lambda line: None
+    )
+    assert found.reading[:4, 0] == pytest.approx(READ, rel=1e-5)
+    assert found.slopes[0, :4, 0] == pytest.approx(BY_MODULUS, rel=1e-5)
