@@ -1,11 +1,13 @@
 """Tables on a narrow terminal: numbers stay whole, words wrap; and where layouts are fixed."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
 from papilla.calibrate.checking import Check, CheckedPress
 from papilla.cli import calibrate, estimate_summary, output, reproduce, verify
+from papilla.studies.case import Case
 from papilla.studies.reproduce.claim import Answer
 from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, Result
 
@@ -66,6 +68,31 @@ def test_rows_of_claims_follow_each_other_closely(capsys, monkeypatch):
     assert all(line.strip() for line in table), "no empty lines between rows"
     key = len(CLAIMS[0].key)
     assert rows[0][key : key + 1] == " " != rows[0][key + 1], "one space between columns"
+
+
+def test_numbers_and_verdicts_stay_whole_where_nothing_fits(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "12")
+    letters = " ".join("abcdefghijklmnopqrst")
+    case = SimpleNamespace(what=letters, cause=letters, value=2e-3, bound=1e-2, passed=False, seconds=1e8)
+    verify._print([case])
+    assert any("2.0e-03 │ 1e-02 │ MISSED │ 100000000.0" in line for line in lines(capsys))
+    output.show_rows(["name", "1.5 ± 0.25 mm"], [["a long name", "1.25 ± 0.125 N"]])
+    assert any("a long name │ 1.25 ± 0.125 N" in line for line in lines(capsys))
+    answer = Answer.untested(CLAIMS[0], EXPERIMENTS[0].name, "no sensor")
+    reproduce._print([Result(EXPERIMENTS[0], (answer,) * 13, None)], [])
+    assert sum("not testable here" in line for line in lines(capsys)) == 13
+    claim = replace(CLAIMS[0], published=letters, unit=letters, source=letters, claim=letters)
+    case = Case("", "", 123456.0, (0.0, 1.0))
+    reproduce._print([Result(EXPERIMENTS[0], (Answer(claim, "x", case),) * 13, None)], [])
+    assert sum(" 1.235e+05 " in line for line in lines(capsys)) == 13
+
+
+def test_published_words_and_units_are_folded_at_14_letters(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "150")
+    claim = replace(CLAIMS[0], published="p" * 15, unit="u" * 15)
+    reproduce._print([Result(EXPERIMENTS[0], (Answer.untested(claim, "x", "no sensor"),), None)], [])
+    said = " ".join(" ".join(lines(capsys)).split())
+    assert f" {'p' * 14} – {'u' * 14} not testable here" in said and "p" * 15 not in said and "u" * 15 not in said
 
 
 def test_a_stage_is_said_again_after_five_seconds(monkeypatch, capsys):

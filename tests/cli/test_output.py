@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,6 +16,15 @@ def test_json_has_no_numbers_that_are_none_and_no_control_characters():
     assert json.loads(text) == {"a": [1.5, None, [None, 2]], "b": {"c": None, "d": "µ\x7f"}, "e": True}
     assert text.isascii() and "\\u007f" in text
     assert '"µ\\u007f"' in output.json_text({"d": "µ\x7f"}, ascii_only=False)
+
+
+@pytest.mark.parametrize("encoding, printed", [("utf-8", "µ"), ("UTF8", "µ"), ("cp1252", "\\u00b5"), (None, "\\u00b5")])
+def test_json_has_escapes_where_the_output_is_not_utf_8(monkeypatch, encoding, printed):
+    said = []
+    stream = type("Stream", (), {"encoding": encoding, "write": lambda self, text: said.append(text)})()
+    monkeypatch.setattr("sys.stdout", stream)
+    output.print_json({"a": "µ"})
+    assert "".join(said) == f'{{"a": "{printed}"}}\n'
 
 
 @pytest.mark.parametrize("length", [1999, 2000, 2001, 5000])
@@ -146,6 +157,34 @@ def test_a_warning_is_one_line(papilla, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         assert papilla().err == "papilla: warning: first second\n"
+
+
+def test_closed_streams_are_opened_and_others_escape_what_they_lack(monkeypatch):
+    opened, asked = os.open(os.devnull, os.O_RDWR), []
+    for name in ("stdin", "stdout", "stderr"):
+        monkeypatch.setattr(main.sys, name, None)
+    main._open_what_is_closed()
+    assert (main.sys.stdin.mode, main.sys.stdout.mode, main.sys.stderr.mode) == ("r", "w", "w")
+    assert main.sys.stdin.read() == "" and main.sys.stdout.write("a") == 1
+    for name in ("stdin", "stdout", "stderr"):
+        getattr(main.sys, name).close()
+        stream = type("Stream", (), {"reconfigure": lambda self, own=name, **how: asked.append((own, how))})()
+        monkeypatch.setattr(main.sys, name, stream)
+    main._open_what_is_closed()
+    assert asked == [("stdout", {"errors": "backslashreplace"}), ("stderr", {"errors": "backslashreplace"})]
+    again = os.open(os.devnull, os.O_RDWR)
+    os.close(again)
+    os.close(opened)
+    assert again == opened + 1, "no descriptor is left open"
+
+
+def test_the_three_standard_descriptors_are_filled_and_no_other(monkeypatch):
+    free, closed = iter([1, 2, 3]), []
+    system = SimpleNamespace(open=lambda *given: next(free), close=closed.append, devnull=os.devnull, O_RDWR=0)
+    with monkeypatch.context() as patched:
+        patched.setattr(main, "os", system)
+        main._open_what_is_closed()
+    assert closed == [3] and next(free, None) is None
 
 
 # ---- Options
