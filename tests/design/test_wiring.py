@@ -161,7 +161,8 @@ def test_the_best_designs_and_the_own_finger_are_confirmed(study_file, tmp_path,
 
     monkeypatch.setattr(job, "confirm", confirm)
     monkeypatch.setattr(job, "write_page", lambda path, outcome, say: None)
-    study = read_study(study_file(('name = "made up"', 'name = "made up"\nconfirm = 2')))
+    few = ("designs = 12", "designs = 4")
+    study = read_study(study_file(('name = "made up"', 'name = "made up"\nconfirm = 2'), few))
     found = job.run_study(study, page, workers=0, say=said.append)
     best = [found.results.free[row][0] for row in found.results.chosen]
     assert confirmed == [
