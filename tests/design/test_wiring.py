@@ -76,6 +76,8 @@ def test_a_geometry_that_fails_is_the_reason_of_all_its_designs(monkeypatch):
     done = evaluate(Batch((half, half, half), FINGER, places, Scene(), ("sigma_sd",), version()))
     assert done.records == (Record({}, "no mesh"),) * 3 and done.version == version() and done.spent == {}
     assert asked == [(with_sites(half, places), with_sites(FINGER, places))] and 10 < done.memory_MB < 1e5
+    alone = evaluate(Batch((half,), FINGER, places, Scene(), ("sigma_sd",), version()))
+    assert alone.records == (Record({}, "no mesh"),)
 
 
 def test_the_depth_of_a_slab_is_a_length_too():
