@@ -20,6 +20,25 @@ if TYPE_CHECKING:
     from papilla.studies.physics import Effect
 
 PLOT, HONESTY_PLOT = "speed_against_error.png", "estimators.png"
+COST_SECONDS = 4.0
+SHORT_REMARK = "; one run per scene is not enough for a verdict"
+_WAVELENGTH = {
+    "asked %": "asked", "answered %": "answered", "false %": "false", "steady %": "false_steady",
+    "settled %": "false_settled",
+    "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "> 5 % off: %": "over_5",
+    "RMS %": "rms", "x bound": "over_bound", "first right s": "first_right_s", "us": "us",
+}  # fmt: skip
+_TOUCH = {
+    "estimator": "method", "answered %": "answered", "false confident %": "false_confident",
+    "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "RMS %": "rms",
+    "x bound": "over_bound",
+}  # fmt: skip
+_COST = {
+    "us a row of a block": "block_us", "an update, median": "update_us", "mean": "update_mean_us",
+    "p99.9": "update_p999_us", "p99.9 of one run": "loop_p999_us",
+}  # fmt: skip
+SHORT_MM = 2.0
+"""Element size of --short; light presses are inaccurate on it."""
 
 
 def bench(
@@ -90,25 +109,6 @@ def _print(found: "Bench", peers: list[dict[str, Any]], plot: Path) -> None:
             f"papilla's set-up and 1000 scenes take {peer['ratio']:.3g} of it"
         )
     tell(f"plot: {plot}")
-
-
-COST_SECONDS = 4.0
-SHORT_REMARK = "; one run per scene is not enough for a verdict"
-_WAVELENGTH = {
-    "asked %": "asked", "answered %": "answered", "false %": "false", "steady %": "false_steady",
-    "settled %": "false_settled",
-    "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "> 5 % off: %": "over_5",
-    "RMS %": "rms", "x bound": "over_bound", "first right s": "first_right_s", "us": "us",
-}  # fmt: skip
-_TOUCH = {
-    "estimator": "method", "answered %": "answered", "false confident %": "false_confident",
-    "in 2 sigma %": "covered", "error / sigma": "over_sigma", "median %": "median", "RMS %": "rms",
-    "x bound": "over_bound",
-}  # fmt: skip
-_COST = {
-    "us a row of a block": "block_us", "an update, median": "update_us", "mean": "update_mean_us",
-    "p99.9": "update_p999_us", "p99.9 of one run": "loop_p999_us",
-}  # fmt: skip
 
 
 def bench_estimators(short: bool, out: Path | None) -> Answer:
@@ -194,10 +194,6 @@ def _shown(column: str, value: Any) -> str:
     if isinstance(value, str):
         return value
     return "" if value != value else f"{PER_CENT * value if '%' in column else value:.3g}"
-
-
-SHORT_MM = 2.0
-"""Element size of --short; light presses are inaccurate on it."""
 
 
 def bench_physics(finger: Path | None, short: bool) -> Answer:

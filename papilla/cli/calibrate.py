@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from papilla.specimen import Friction
 
 DEFAULT_OUT = Path("calibration")
+_OPTIONS = {"forces": "force-range (N)", "moduli": "moduli (MPa)"}
+MOST_ROWS = 20
+"""Largest number of presses in the table; the JSON has all."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +97,6 @@ class SweepOptions:
         if len(moduli) < 2:
             raise InputError("--moduli needs the two ends of a range, or three or more moduli")
         return moduli
-
-
-_OPTIONS = {"forces": "force-range (N)", "moduli": "moduli (MPa)"}
 
 
 def calibrate(
@@ -338,10 +338,6 @@ def _inverse_in_words(inverse: dict) -> str:
     low, high = inverse["modulus_MPa"]
     root = f"E = {sign}sqrt({sd:.4g} S_d {f2:+.4g} f² {f:+.4g} f {one:+.4g}) {-inverse['shift']:+.4g}"
     return f"Inverse: {root}, where it rises: {low:.3g} to {high:.3g} MPa (full precision in the file)."
-
-
-MOST_ROWS = 20
-"""Largest number of presses in the table; the JSON has all."""
 
 
 def _print_check(found: "Check", path: Any) -> None:

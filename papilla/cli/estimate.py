@@ -22,6 +22,8 @@ GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 DEPTH = "indentation_mm"
 SILENT_ROWS = 100_000
 """Number of rows between two lines of progress."""
+SWEEP = "sweep.csv"
+"""Name of the table of presses in the folder of a calibration, which contains their depths."""
 
 
 @dataclass(frozen=True)
@@ -209,10 +211,6 @@ def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
         "gauge_sigma": max([*(noise for noise in gauges if noise == noise), GAUGE_NOISE_FLOOR]),
         "force_sigma_N": max(force, FORCE_NOISE_FLOOR_N) if force == force else FORCE_NOISE_FLOOR_N,
     }
-
-
-SWEEP = "sweep.csv"
-"""Name of the table of presses in the folder of a calibration, which contains their depths."""
 
 
 class DepthModulus:

@@ -26,6 +26,27 @@ REASONS = 2
 """Number of codes, the most frequent ones, that explain rows without an answer for a quantity."""
 SIGMAS = 1.96
 """Half width of a 95 % interval, in standard deviations."""
+LAST = {
+    "last_answer": ("modulus", "MPa", ("modulus_MPa", "modulus_sigma_MPa")),
+    "last_frequency": ("frequency", "Hz", ("frequency_Hz",)),
+    "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
+    "last_friction": ("friction", "", ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")),
+}
+"""Keys of the last answers: quantity, unit and columns; each value is from the last row whose status is ok for the
+quantity."""
+ADVICE = {
+    "modulus": "state the thickness (--thickness), press harder and hold the press",
+    "wavelength": "slide over a longer path at changing speed, which separates a texture from hum and motors, and look "
+    "at the units of t_s, velocity_mm_s and position_mm",
+    "friction": "slide both ways, and lift the finger off for half a second, which shows the zero of tangential_N",
+}
+"""Advice if no row of a quantity is ok."""
+FREQUENCY_ALONE = "frequency alone"
+CONSTANT_SPEED = "ok, constant speed"
+ALIKE = 0.02
+"""Relative difference of wavelength up to which a row agrees with a line of the whole log."""
+
+LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
 
 
 def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
@@ -171,29 +192,6 @@ def _lines(summary: dict) -> list[tuple[str, ...]]:
 
 def _share(rows: int, summary: dict) -> str:
     return f"{PER_CENT * rows / max(summary['rows'], 1):.3g} %"
-
-
-LAST = {
-    "last_answer": ("modulus", "MPa", ("modulus_MPa", "modulus_sigma_MPa")),
-    "last_frequency": ("frequency", "Hz", ("frequency_Hz",)),
-    "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
-    "last_friction": ("friction", "", ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")),
-}
-"""Keys of the last answers: quantity, unit and columns; each value is from the last row whose status is ok for the
-quantity."""
-ADVICE = {
-    "modulus": "state the thickness (--thickness), press harder and hold the press",
-    "wavelength": "slide over a longer path at changing speed, which separates a texture from hum and motors, and look "
-    "at the units of t_s, velocity_mm_s and position_mm",
-    "friction": "slide both ways, and lift the finger off for half a second, which shows the zero of tangential_N",
-}
-"""Advice if no row of a quantity is ok."""
-FREQUENCY_ALONE = "frequency alone"
-CONSTANT_SPEED = "ok, constant speed"
-ALIKE = 0.02
-"""Relative difference of wavelength up to which a row agrees with a line of the whole log."""
-
-LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
 
 
 class Summary:

@@ -33,6 +33,10 @@ if TYPE_CHECKING:
     from papilla.logs import PressLog
     from papilla.specimen import Specimen
 
+_UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
+MOST_NAMED = 4
+"""Largest number of explanations that are printed; the JSON has all."""
+
 
 @dataclass(frozen=True)
 class SuggestOptions:
@@ -239,9 +243,6 @@ def _print(summary: dict) -> None:
     _print_suggestion(summary)
 
 
-_UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
-
-
 def suggested(found: "Suggestion") -> dict:
     """A suggestion as plain values."""
     presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
@@ -313,10 +314,6 @@ def _print_relaxation(summary: dict) -> None:
     )
     for doubt in fitted["doubts"]:
         tell(f"Doubt: {doubt}.")
-
-
-MOST_NAMED = 4
-"""Largest number of explanations that are printed; the JSON has all."""
 
 
 def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object) -> Answer:

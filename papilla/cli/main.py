@@ -145,7 +145,7 @@ def _exit_code(arguments: list[str]) -> int:
     except PapillaError as error:
         return _refuse(str(error))
     except MemoryError as error:
-        return _refuse(f"not enough memory for this job ({error or 'no detail'})")
+        return _refuse(f"not enough memory for this job ({str(error) or 'no detail'})")
     except (KeyboardInterrupt, typer.Abort):
         print("papilla: interrupted", file=sys.stderr)
         return INTERRUPTED

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from papilla.logs import PressLog
     from papilla.specimen import Friction, Specimen
 
+PROCESSES = min(2, os.cpu_count() or 1)
+"""Number of processes for long jobs; each takes up to 1 GB."""
+
 
 def option(default: Any, text: str, *names: str, **more: Any) -> Any:
     """An option of a command, used as the default of a parameter; `...` as default means that it is required."""
@@ -41,9 +44,6 @@ def as_written(text: str) -> str:
     """A help text whose brackets are shown: rich would treat "[default: 10]" as markup and drop it."""
     return text.replace("[", r"\[")
 
-
-PROCESSES = min(2, os.cpu_count() or 1)
-"""Number of processes for long jobs; each takes up to 1 GB."""
 
 SpecimenKind = Literal["half-space", "block", "sphere"]
 

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 CHECK_FAILED, BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 2, 70, 130, 141, 143
 """Exit codes besides 0 (done)."""
+LONGEST = 2000
+"""Largest number of characters shown of a line: longer ones quote a damaged file, and would hide the message."""
+REPEAT_S = 5.0
+"""Seconds after which a long stage reports again, in a pipe or file, that it is running."""
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.table import Table
-
-
-LONGEST = 2000
-"""Largest number of characters shown of a line: longer ones quote a damaged file, and would hide the message."""
 
 
 class Answer(NamedTuple):
@@ -101,10 +101,6 @@ def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | 
     for row in rows:
         table.add_row(*(Text(plain(cell)) for cell in row))
     show_table(table)
-
-
-REPEAT_S = 5.0
-"""Seconds after which a long stage reports again, in a pipe or file, that it is running."""
 
 
 class Progress:

@@ -28,6 +28,12 @@ if TYPE_CHECKING:
 
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
+RATE_HZ = 1000
+AIR_S, LOADING_S, HELD_S = 0.2, 0.5, 0.5
+"""Durations: the air gives the estimators the zero of the gauges; a hand loads a finger in about half a second."""
+LIGHTEST_N = 0.01
+"""Smallest force of a press: half of the force from which the estimators see contact."""
+
 
 def press(
     specimen: SpecimenOptions,
@@ -145,13 +151,6 @@ def _print(found: "Press", named: dict, gauges: list[str], written: dict[str, Pa
     tell(found.status)
     for path in written.values():
         tell(f"Wrote {path}")
-
-
-RATE_HZ = 1000
-AIR_S, LOADING_S, HELD_S = 0.2, 0.5, 0.5
-"""Durations: the air gives the estimators the zero of the gauges; a hand loads a finger in about half a second."""
-LIGHTEST_N = 0.01
-"""Smallest force of a press: half of the force from which the estimators see contact."""
 
 
 def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"], said: Callable[[str], None]) -> None:

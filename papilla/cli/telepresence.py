@@ -35,6 +35,15 @@ if TYPE_CHECKING:
 
 BOTH = ("local", "direct")
 """The displays that are simulated: the local model, and direct feedback."""
+ROWS = (
+    ("lag_ms", "lag behind the hand", 1, ".1f", "ms", "not known at a steady speed"),
+    ("wavelength_error", "wavelength error", PER_CENT, ".2f", "%", "nothing is displayed"),
+    ("silent", "silent", PER_CENT, ".1f", "%", ""),
+    ("bytes_per_s", "sent down", 1, ".0f", "bytes/s", ""),
+    ("stale_ms", "old texture stays", 1, ".0f", "ms", ""),
+    ("change_ms", "new texture after", 1, ".0f", "ms", ""),
+)
+"""Rows of the printed table: key, name, factor, format, unit, and words for NaN; without words there is then no row."""
 
 
 @dataclass(frozen=True)
@@ -202,17 +211,6 @@ def _last_message(record: "Record", scene) -> dict[str, dict]:
         for name, one, truth in quantities
         if one is not None
     }
-
-
-ROWS = (
-    ("lag_ms", "lag behind the hand", 1, ".1f", "ms", "not known at a steady speed"),
-    ("wavelength_error", "wavelength error", PER_CENT, ".2f", "%", "nothing is displayed"),
-    ("silent", "silent", PER_CENT, ".1f", "%", ""),
-    ("bytes_per_s", "sent down", 1, ".0f", "bytes/s", ""),
-    ("stale_ms", "old texture stays", 1, ".0f", "ms", ""),
-    ("change_ms", "new texture after", 1, ".0f", "ms", ""),
-)
-"""Rows of the printed table: key, name, factor, format, unit, and words for NaN; without words there is then no row."""
 
 
 def _print(found: dict) -> None:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 MODULUS_MPA, FRICTION = 0.3, 0.5
 """Defaults of the simulated specimen."""
+GRATING = ("wavelength", "second_wavelength", "amplitude", "noise")
+"""Options of the simulated texture."""
 QUANTITIES = {
     "modulus": ("modulus_MPa", "modulus_sigma_MPa", "modulus_status"),
     "area": ("contact_area_mm2", "contact_area_sigma_mm2", "contact_area_status"),
@@ -134,9 +136,6 @@ class DisplayOptions:
             }
         described = {"actuator": actuator.name, "stroke_um": actuator.stroke_um, "band_Hz": actuator.band_Hz}
         return LocalModel(actuator, rule, components=self.components), {**described, "amplitude": amplitude}
-
-
-GRATING = ("wavelength", "second_wavelength", "amplitude", "noise")
 
 
 def refuse_with_log(context: typer.Context, log: Path | None, *names: str) -> None:

@@ -99,7 +99,7 @@ class Results:
         found = np.zeros(len(self.numbers), bool)
         rows = np.flatnonzero(self.feasible)
         kept = np.zeros((0, self.costs.shape[1]))
-        for row in rows[np.lexsort(self.costs[rows].T[::-1])]:
+        for row in rows[np.lexsort(self.costs[rows].T)]:
             cost = self.costs[row]
             if not ((kept <= cost).all(axis=1) & (kept < cost).any(axis=1)).any():
                 found[row] = True

@@ -56,6 +56,7 @@ def test_neither_overwrites_what_is_read(refused, made):
 
 def test_a_stored_calibration_is_exported_as_c(papilla, refused, tmp_path):
     with_compact(calibration()).save(tmp_path / "c.json")
+    (tmp_path / "c.json").chmod(0o444)
     assert papilla("export-c", "c.json", "--out", "f.h", "--real", "float").code == 0
     text = (tmp_path / "f.h").read_text()
     assert "typedef float papilla_real;" in text and "papilla_softness" in text

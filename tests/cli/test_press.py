@@ -1,10 +1,12 @@
 """`papilla press`: the documented JSON, the table, and options that must not be ignored."""
 
 import json
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
+from papilla.finger import Finger
 from papilla.logs import read_time_log
 
 KEYS = {
@@ -212,3 +214,96 @@ def test_another_field_file_is_refused(refused):
     assert "linear press" in refused(
         "press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--export", "field.vtu"
     )
+
+
+@dataclass(frozen=True)
+class Made:
+    """A press in place of one that takes seconds; its numbers are those of its load."""
+
+    force: float
+    friction: float = 0.0
+    indentation: float = 0.54321
+    contact_area: float = 12.345
+    peak_pressure: float = 0.0987
+    sd: float = 1234.56
+    force_balance: float = 2e-12
+    fidelity: str = "contact"
+    status: str = "contact: made up"
+    large_strain: bool = True
+    reading: tuple = (1.04, -2.0, 3.0, 4.0, 5.0)
+
+    def to_json(self) -> dict:
+        return {"force_N": self.force}
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Presses are made up; returns what was asked for."""
+    asked = []
+
+    def press(reduced, touched, *, force, indentation=None, **how):
+        asked.append((reduced, touched, force, indentation, how))
+        return Made(1.0 if force is None else force)
+
+    prepared = lambda design, size_mm, at, progress: (design.name, size_mm, at)  # noqa: E731
+    monkeypatch.setattr("papilla.fem.preparing.prepare", prepared)
+    monkeypatch.setattr("papilla.fem.pressing.fidelity.press", press)
+    return asked
+
+
+def test_the_options_of_a_press_reach_it_and_its_numbers_the_table(papilla, made, tmp_path, monkeypatch):
+    saved = []
+    monkeypatch.setattr("papilla.view.pictures.fields", lambda *given, progress: [given])
+    monkeypatch.setattr("papilla.fem.fields.save_field", lambda field, path: saved.append((field, path)))
+    scene = ("press", "--modulus", 0.5, "--force", 0.4, "--at", 1, 2, "--size-mm", 1.3, "--friction", 0.25)
+    answer = papilla(*scene, "--thickness", 7, "--finger", "published", "--export", "f.vtu")
+    assert answer.code == 0, answer.err
+    ((reduced, touched, force, indentation, how),) = made
+    assert reduced == ("human-finger-mimetic sensor as published", 1.3, (1.0, 2.0))
+    assert (touched.modulus, touched.thickness, force, indentation) == (0.5, 7.0, 0.4, None)
+    assert how == {"fidelity": "auto", "friction": 0.25}
+    (((design, whole, presses), path),) = saved
+    assert (design.name, whole, presses, str(path)) == (reduced[0], reduced, [Made(0.4)], "f.vtu")
+    said = " ".join(answer.out.replace("│", " ").split())
+    for part in (
+        "block (modulus_MPa 0.5, thickness_mm 7, nu 0.495) on human-finger-mimetic sensor as published",
+        "force 0.4 N", "indentation 0.5432 mm", "contact area 12.35 mm²", "peak pressure 0.0987 MPa",
+        "reading g1 1.0 µε", "reading g5 5.0 µε", "S_d (population sd) 1234.6 µε", "force balance 2.0e-12",
+        "fidelity contact", "Pressed on: block 7 mm thick, friction 0.0, large strain included",
+        "contact: made up Wrote f.vtu",
+    ):  # fmt: skip
+        assert part in said, (part, said)
+    facts = json.loads(papilla("press", "--modulus", 0.5, "--indentation", 0.3, "--fidelity", "hertz", "--json").out)
+    assert made[-1][2:] == (None, 0.3, {"fidelity": "hertz", "friction": None}) and made[-1][0][1] == 0.7
+    assert (facts["force_N"], facts["at_mm"], facts["friction"]) == (1.0, [0.0, 0.0], 0.0) and "log" not in facts
+
+
+def test_a_log_of_a_press_is_of_presses_of_the_same_scene(papilla, made, tmp_path):
+    scene = ("press", "--modulus", 0.5, "--force", 0.4, "--fidelity", "contact", "--log", "touch.csv")
+    answer = papilla(*scene)
+    assert answer.code == 0 and answer.out.endswith("Wrote touch.csv\n")
+    assert "loading, 0 of 500 presses" in answer.err
+    first, *others = made
+    assert all((one[0], one[1], one[4]) == (first[0], first[1], first[4]) for one in others) and len(others) > 400
+    assert [one[2] for one in others] == sorted((one[2] for one in others), reverse=True)
+    force = read_time_log(tmp_path / "touch.csv").force_N
+    # In steps of 0.4 N over 500: the first above 0.01 N
+    assert force[-1] == 0.4 and force[force > 0].min() == pytest.approx(0.0104)
+
+
+@pytest.mark.parametrize("stated, bench, friction", [("0.3", None, 0.3), (None, 0.2, 0.2), (None, None, "stick")])
+def test_a_press_on_the_whole_mesh_sticks_unless_a_friction_is_stated(papilla, monkeypatch, stated, bench, friction):
+    asked = []
+
+    def press_finite(design, mesh, touched, *, friction, progress, **scene):
+        asked.append((mesh, touched.modulus, friction, scene))
+        return Made(0.1, fidelity="finite")
+
+    design = replace(Finger.default(), bench=replace(Finger.default().bench, friction=bench))
+    monkeypatch.setattr(Finger, "load", lambda name: design)
+    monkeypatch.setattr("papilla.mesh.build", lambda design, size, progress: size)
+    monkeypatch.setattr("papilla.fem.finite.press_finite", press_finite)
+    more = [] if stated is None else ["--friction", stated]
+    answer = papilla("press", "--modulus", 0.5, "--indentation", 0.1, "--fidelity", "finite", "--at", 0, 1, *more)
+    assert answer.code == 0, answer.err
+    assert asked == [(0.7, 0.5, friction, {"at": (0.0, 1.0), "force": None, "indentation": 0.1})]

@@ -19,7 +19,7 @@ from papilla.design.study import Free, Limit, Study, probes, read_study
 from papilla.errors import InputError, SolverError
 from papilla.fem.finite.strain_tables import SPANNING
 from papilla.fem.reduction.family import RATIOS
-from papilla.finger import Finger, Gauge, Slab
+from papilla.finger import Finger, Gauge, Ridges, Slab
 from papilla.mesh.body import narrowest_mm
 
 FINGER = Finger.default()
@@ -72,6 +72,14 @@ def test_names_of_parameters():
         refuse_unknown("outer.modulus", known, "free")
     with pytest.raises(InputError, match="^free: unknown 'qqqq'$"):
         refuse_unknown("qqqq", known, "free")
+
+
+def test_a_row_is_of_the_first_gauge_and_ridges_grow_with_the_body():
+    gauges = tuple(replace(one, lever_mm=0.1 * k, y_mm=1.0) for k, one in enumerate(FINGER.gauges, start=1))
+    row = made(replace(FINGER, gauges=gauges), {"gauges.count": 3}).gauges
+    assert [(one.lever_mm, one.y_mm, one.direction_deg) for one in row] == [(0.1, 0.0, 0.0)] * 3
+    ridged = made(replace(FINGER, ridges=Ridges(1.2, 0.4, 0.2)), {"shape.scale": 0.5})
+    assert ridged.ridges == Ridges(0.6, 0.2, 0.1)
 
 
 # ---- Ranges

@@ -1,0 +1,219 @@
+"""Fronts, chosen designs, effects and summaries of results that are made up."""
+
+import math
+from collections import defaultdict
+from dataclasses import replace
+from itertools import pairwise
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from papilla.design import batch, geometry, running
+from papilla.design.batch import Batch, evaluate, version
+from papilla.design.confirming import Confirmed
+from papilla.design.places import Places
+from papilla.design.results import Effect, Outcome, Results, first_words, summary
+from papilla.design.running import Tally
+from papilla.design.scene import Scene
+from papilla.design.study import read_study
+from papilla.finger import Finger
+
+FINGER = Finger.default()
+
+
+@pytest.fixture
+def results_of(study_file):
+    """Results of designs with these values of sigma_sd (less is better) and signal_over_noise (more is)."""
+    study = read_study(study_file())
+
+    def make(found, free=None, feasible=None, numbers=None, failures=None) -> Results:
+        found, count = np.array(found, float), len(found)
+        spread = np.linspace(0.1, 0.6, count), np.linspace(20, 50, count)
+        free = np.column_stack(spread) if free is None else np.array(free, float)
+        feasible = np.ones(count, bool) if feasible is None else np.array(feasible)
+        numbers = np.arange(count) if numbers is None else np.array(numbers)
+        return Results(study, numbers, free, found, feasible, failures or {})
+
+    return make
+
+
+@pytest.mark.parametrize(
+    "found, feasible, front",
+    [
+        # The second is worse in both, the third better in one, the fourth equal in one and worse in the other
+        ([(0.2, 5), (0.3, 4), (0.4, 6), (0.2, 4)], [True] * 4, [True, False, True, False]),
+        ([(0.3, 4), (0.2, 5), (0.2, 6)], [True] * 3, [False, False, True]),
+        ([(0.2, 5), (0.2, 5), (0.3, 5)], [True] * 3, [True, True, False]),
+        ([(0.2, 5), (0.3, 4), (0.4, 3)], [False, True, True], [False, True, False]),
+        ([(0.2, 5)], [False], [False]),
+        ([(0.2, -5)], [True], [True]),
+    ],
+)
+def test_the_front_holds_what_is_beaten_by_none_that_meets_all_limits(results_of, found, feasible, front):
+    assert results_of(found, feasible=feasible).front.tolist() == front
+
+
+def test_chosen_designs_are_the_best_three_that_differ(results_of):
+    """By more than 5 % of the range of a parameter, which is in the logarithm for the modulus, 0.1 to 0.6 MPa."""
+    step = 6**0.01
+    free = [(0.1, 20.0), (0.1 * step**4.9, 20.0), (0.1 * step**5.1, 20.0), (0.1, 21.4), (0.1, 21.6), (0.6, 50.0)]
+    found = [(0.1 + 0.01 * k, 5.0) for k in range(6)]
+    assert results_of(found, free).chosen == [0, 2, 4]
+    assert results_of(found[::-1], free).chosen == [5, 4, 2]
+    assert results_of(found, free, [False, True, True, False, False, True]).chosen == [1, 5]
+    assert results_of(found, free, [False] * 6).chosen == []
+
+
+def test_effects_are_those_of_least_squares_with_the_intervals_of_student(results_of):
+    rng = np.random.default_rng(2)
+    free = np.column_stack([0.1 * 6 ** rng.random(12), 20 + 30 * rng.random(12)])
+    found = np.column_stack([np.exp(rng.normal(0, 0.3, 12)), rng.normal(0, 1, 12)])
+    effects = results_of(found, free).effects
+    shares = np.column_stack([np.ones(12), np.log(free[:, 0] / 0.1) / math.log(6), (free[:, 1] - 20) / 30])
+    half = stats.t.ppf(0.975, 9)
+    assert [(one.objective, one.parameter, one.factor) for one in effects] == [
+        ("sigma_sd", "outer.modulus_MPa", True), ("sigma_sd", "gauges.spread_deg", True),
+        ("signal_over_noise", "outer.modulus_MPa", False), ("signal_over_noise", "gauges.spread_deg", False),
+    ]  # fmt: skip
+    assert [(one.low, one.high) for one in effects[:2]] == [(0.1, 0.6), (20.0, 50.0)]
+    for goal, values in enumerate((np.log(found[:, 0]), found[:, 1])):
+        slopes, rest, *_ = np.linalg.lstsq(shares, values)
+        sigma = np.sqrt(rest[0] / 9 * np.diag(np.linalg.inv(shares.T @ shares)))
+        for k in (1, 2):
+            one = effects[2 * goal + k - 1]
+            ends = slopes[k] + sigma[k] * half * np.array([0, -1, 1])
+            ends = np.exp(ends) if one.factor else ends
+            assert (one.change, *one.interval) == pytest.approx(ends)
+
+
+@pytest.mark.parametrize("count, effects", [(5, 0), (6, 4), (7, 4)])
+def test_effects_need_three_degrees_of_freedom(results_of, count, effects):
+    rng = np.random.default_rng(2)
+    free = np.column_stack([0.1 * 6 ** rng.random(count), 20 + 30 * rng.random(count)])
+    assert len(results_of(rng.random((count, 2)), free).effects) == effects
+    free[:, 0] = 0.3
+    held = results_of(rng.random((count, 2)), free).effects
+    assert {one.parameter for one in held} == {"gauges.spread_deg"} and len(held) == 2
+    free[:, 1] = 30.0
+    assert results_of(rng.random((count, 2)), free).effects == []
+
+
+def test_effects_are_sure_where_their_interval_leaves_out_none():
+    one = Effect("a", "b", 0.0, 1.0, 1.0, (1.0, 1.2), True)
+    assert [replace(one, interval=ends).sure for ends in ((1.0, 1.2), (1.01, 1.2), (0.8, 1.0), (0.8, 0.99))] == [
+        False, True, False, True,
+    ]  # fmt: skip
+    other = replace(one, factor=False)
+    assert [replace(other, interval=ends).sure for ends in ((0.0, 1.2), (0.01, 1.2), (-0.8, 0.0), (-0.8, -0.1))] == [
+        False, True, False, True,
+    ]  # fmt: skip
+
+
+def test_a_study_as_plain_values(results_of):
+    results = results_of([(0.3, 4.0), (0.2, 5.0)], numbers=[3, 7], failures={4: "broken", 5: "torn", 6: "broken"})
+    spent = defaultdict(float, geometry=1.0, ratio=2.0, gauges=4.0, scenes=8.0)
+    tally = Tally(designs=5, reused=1, seconds=9.5, spent=spent, memory_MB=300.0, workers=2, notes=["a note"])
+    ones = np.ones((3, 5))
+    confirmed = [
+        Confirmed("finger_1.toml", {"S_d": 0.2 * ones}, {"S_d": 0.25 * ones}, Scene()),
+        Confirmed("own", {}, {}, Scene(), "no mesh"),
+    ]
+    base = {"sigma_sd": 0.4, "signal_over_noise": 3.0}
+    written = {"tables": ["d.csv"], "fingers": ["f1.toml", "f2.toml"], "page": ["p.html"]}
+    told = summary(Outcome(results.study, results, tally, base, confirmed, written))
+    best = told["best"]
+    assert [(one["design"], one["finger"]) for one in best] == [(7, "f1.toml"), (3, "f2.toml")]
+    assert best[0]["free"] == {"outer.modulus_MPa": 0.6, "gauges.spread_deg": 50.0}
+    assert best[0]["objectives"] == {"sigma_sd": 0.2, "signal_over_noise": 5.0}
+    expected = {
+        "study": "made up", "designs": 5, "failed": 3, "reused": 1, "feasible": 2, "front": 1, "base": base,
+        "objectives": ["sigma_sd", "signal_over_noise"], "effects": [], "notes": ["a note"], "written": written,
+        "confirmed": [
+            {"finger": "finger_1.toml", "failed": "", "S_d": {"predicted": 0.2, "calibrated": 0.25}},
+            {"finger": "own", "failed": "no mesh"},
+        ],
+        "cost": {
+            "seconds": 9.5, "seconds_geometry": 3.0, "seconds_designs": 12.0, "processor_seconds": dict(spent),
+            "workers": 2, "worker_memory_MB": 300.0,
+        },
+    }  # fmt: skip
+    assert {name: told[name] for name in expected} == expected
+    outcome = Outcome(results.study, results, tally, base, [], written)
+    first, sd, signal = first_words(outcome)
+    assert outcome.failed_share == 0.6 and first == "3 of 5 designs failed (60 %), most often: broken"
+    assert sd.endswith(f"over the scene: best 0.2, {FINGER.name} 0.4")
+    assert signal.endswith(f": best 5, {FINGER.name} 3")
+    rng = np.random.default_rng(3)
+    many = results_of(np.column_stack([1 + rng.random(9), rng.normal(0, 1, 9)]))
+    free = np.column_stack([0.1 * 6 ** rng.random(9), 20 + 30 * rng.random(9)])
+    many = replace(many, free=free)
+    fingers = {"fingers": ["f"] * len(many.chosen)}
+    told = summary(Outcome(many.study, many, tally, base, [], fingers))["effects"]
+    assert told[0] == {
+        "parameter": "outer.modulus_MPa", "objective": "sigma_sd", "from": 0.1, "to": 0.6,
+        "factor": many.effects[0].change, "interval": list(many.effects[0].interval),
+    }  # fmt: skip
+    assert told[2]["difference"] == many.effects[2].change and "factor" not in told[2]
+
+
+@pytest.mark.parametrize("failed, said", [(1, 2), (2, 3)])
+def test_failures_are_said_first_above_a_tenth(results_of, failed, said):
+    results = results_of([(0.3, 4.0)] * 9, failures={k: "broken" for k in range(20, 20 + failed)})
+    outcome = Outcome(results.study, results, Tally(), {"sigma_sd": 1.0, "signal_over_noise": 1.0}, [], {})
+    assert len(first_words(outcome)) == said
+    none = replace(results, feasible=np.zeros(9, bool))
+    outcome = Outcome(none.study, none, Tally(), {}, [], {})
+    assert first_words(outcome)[-1] == f"no design of {9 + failed} keeps all constraints"
+
+
+# ---- Costs
+
+
+def test_seconds_of_a_batch_are_those_of_its_stages_and_the_rest(made_up, monkeypatch):
+    """Each stage takes a second of a clock that ticks when it is read, the whole batch 7 s."""
+    ticks, ends = iter(range(100)), iter([10.0, 17.0])
+    monkeypatch.setattr(geometry, "process_time", lambda: float(next(ticks)))
+    monkeypatch.setattr(batch, "process_time", lambda: next(ends))
+    usage = SimpleNamespace(ru_maxrss=300 * 1024)
+    monkeypatch.setattr(batch.resource, "getrusage", lambda who: usage)
+    geometry.SPENT["gauges"] = 50.0
+    done = evaluate(Batch((FINGER, FINGER), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version()))
+    assert done.spent == {"gauges": 2.0, "scenes": 5.0} and done.memory_MB == 300.0
+
+
+@pytest.mark.parametrize("seconds, cached", [(0.9, True), (1.1, False)])
+def test_a_price_is_measured_on_five_designs(study_file, made_up, monkeypatch, seconds, cached):
+    tried, based, said = [], [], []
+    ends = iter([5.0, 5.0 + seconds, 20.0, 22.0])
+    monkeypatch.setattr(running, "perf_counter", lambda: next(ends))
+    monkeypatch.setattr(running, "judged", lambda design, asked: tried.append((design.finger, asked)))
+    monkeypatch.setattr(running, "measure_base", lambda *given: based.append(given))
+    study = read_study(study_file(('"signal_over_noise"]', '"signal_over_noise", "sigma_gauges"]')))
+    price = running.price(study, said.append)
+    assert (price.designs, price.geometries, price.sites) == (12, 1, 17) and price.cached == cached
+    assert price.per_geometry == pytest.approx(seconds) and price.per_design == pytest.approx(0.4)
+    assert [finger.outer.modulus for finger, _ in tried] == pytest.approx(
+        [math.sqrt(0.06), 0.1, 0.6, *[math.sqrt(0.06)] * 2]
+    )
+    assert {asked for _, asked in tried} == {("sigma_gauges", "sigma_sd", "signal_over_noise")}
+    assert said == ["reducing one geometry"] and based[0][1] == 1 and len(based[0][0].gauges) == 17
+
+
+def test_the_time_that_is_left_is_that_of_the_designs_that_were_not_known(study_file, monkeypatch):
+    clock, stages = [100.0], []
+    monkeypatch.setattr(running, "perf_counter", lambda: clock[0])
+    study = read_study(study_file(("designs = 12", "designs = 120")))
+    store = SimpleNamespace(add=lambda sha, rows: None)
+    runner = running._Runner(study, store, Tally(reused=20), lambda *given: stages.append(given), None)
+    rows = [(k, {}, f"k{k}", batch.Record({}, "ok" if k % 10 else "broken")) for k in range(120)]
+    for first, last, now in ((0, 20, 101.0), (20, 60, 108.0), (60, 120, 120.0)):
+        clock[0] = now
+        runner._store(rows[first:last])
+    runner._store([])
+    assert [line for line, *_ in stages] == [
+        "designs, 20 of 120", "designs, 60 of 120, about 12 s left", "designs, 120 of 120",
+    ]  # fmt: skip
+    assert [(done, total) for _, done, total in stages] == [(20, 120), (60, 120), (120, 120)]
+    assert runner.tally.failed == 12 and all(a < b for a, b in pairwise([0, *(one[1] for one in stages)]))
