@@ -3,7 +3,7 @@
 import pytest
 
 from papilla import cache
-from papilla.fem import FingerModel, press, press_finite
+from papilla.fem import press, press_finite
 from papilla.fem.pressing import pricing
 from papilla.fem.pressing.prices import FORMAT, QUANTITIES, SHIPPED, Prices, known_prices
 from papilla.fem.pressing.pricing import FORCES, SPECIMEN, loss, price
@@ -18,10 +18,9 @@ def shipped() -> Prices:
 
 
 @pytest.fixture(scope="module")
-def presses():
+def presses(reference):
     """Presses of the default finger on its reference mesh, on a linear rung."""
-    reduced = FingerModel(Finger.default(), build(Finger.default())).reduce()
-    return lambda rung: [press(reduced, SPECIMEN, force=force, fidelity=rung) for force in FORCES]
+    return lambda rung: [press(reference, SPECIMEN, force=force, fidelity=rung) for force in FORCES]
 
 
 def test_the_shipped_error_of_hertz_is_what_is_measured(shipped, presses):

@@ -25,7 +25,12 @@ def relatives():
 
 @pytest.fixture(scope="module")
 def smooth(relatives):
-    return response(relatives, Block(1.0, 10.0))
+    """Made of a quarter of the presses, over the same range."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, count in (("FORCES", 10), ("MODULI", 8)):
+            values = getattr(module, name)
+            patch.setattr(module, name, np.geomspace(values[0], values[-1], count))
+        return response(relatives, Block(1.0, 10.0))
 
 
 FORCE, MODULUS = np.array([0.1, 0.3, 0.6, 1.0, 1.0]), np.array([0.3, 0.089, 0.5, 0.72, 0.089])
