@@ -2,7 +2,7 @@
 
 import json
 import warnings
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -32,6 +32,20 @@ def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
         assert before.dtype == after.dtype and np.array_equal(before, after), item.name
     first, second = (press(which, Block(0.5, 10), force=0.3) for which in (coarse, loaded))
     assert (first.reading == second.reading).all() and first.indentation == second.indentation
+
+
+def test_gains_and_levers_are_the_weights_of_strain_and_curvature(coarse):
+    weights = np.array([[1.0, 2.0, 3.0, 4.0, 5.0], [0.1, 0.2, 0.3, 0.4, 0.5]])
+    finger = replace(coarse, weights=weights, rows=coarse.rows * np.array([1.0, 7.0])[:, None, None])
+    assert finger.gains.tolist() == weights[0].tolist() and finger.levers.tolist() == weights[1].tolist()
+    assert (finger.strain_rows == coarse.rows[0]).all()
+
+
+def test_a_press_says_what_it_is_and_how_its_indentation_is_shared(coarse):
+    found = replace(press(coarse, Block(0.5, 10), force=0.3), indentation=0.6, finger_share=0.75)
+    assert (found.finger_indentation, found.specimen_indentation) == pytest.approx((0.45, 0.15))
+    assert "0.3 N, 0.6 mm" in repr(found) and f"readings {found.reading[0]:.5g}, " in repr(found)
+    assert f"{len(coarse.patch.xy)} nodes, gauges g1, g2, g3, g4, g5" in repr(coarse)
 
 
 def test_the_file_holds_no_pickle(saved):

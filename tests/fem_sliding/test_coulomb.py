@@ -84,6 +84,13 @@ def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
     assert set(found.state) == {OPEN, STICK, RIGHT}
 
 
+@pytest.mark.parametrize("drift", [0.0, -0.1])
+def test_without_friction_no_node_sticks(cylinder, drift):
+    x, C, rise = cylinder
+    found = rub(laws(C, rise, load=2e-3, drift=drift), np.zeros(len(x), dtype=int))
+    assert set(found.state) == {OPEN, RIGHT} and not found.force[: len(x)].any()
+
+
 def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
     x, C, _ = cylinder
     n, half = len(x), 1.0 + 1e-9
