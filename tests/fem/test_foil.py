@@ -103,3 +103,16 @@ def test_weight_is_what_a_body_force_does(coarse):
     direct = 1e6 * (gauge_weights(model.finger) * values.reshape(2, -1)).sum(axis=0)
     assert np.abs(direct).max() > 10
     assert found == pytest.approx(direct, rel=1e-6)
+
+
+def test_a_backing_covers_what_lies_on_it_and_nothing_on_the_far_side(foiled):
+    """Inside of its rectangle, down to its longer side below its site: there the interface of a slim finger returns."""
+    model = foiled(0.0, 0.0)
+    gauge, frame = model._frames[2]
+    length, width = gauge.backing_mm
+    assert length > width
+    places = [(0, 0, 0), (0.49, 0, 0), (0.51, 0, 0), (0, 0.49, 0), (0, 0.51, 0), (0, 0, -0.99), (0, 0, -1.01)]
+    points = np.array([frame.site + length * a * frame.along + width * b * frame.across + length * c * frame.normal
+                       for a, b, c in places])  # fmt: skip
+    # A gauge on both mirror planes covers its middle once by each of its four images
+    assert (model._cover(points.T[:, :, None])[:, 0] / 4).tolist() == [1, 1, 0, 1, 0, 1, 0]

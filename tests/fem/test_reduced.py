@@ -2,15 +2,17 @@
 
 import json
 import warnings
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError
+from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
+from papilla.fem.reduction.finger_model import model_of
 from papilla.fem.reduction.patch import Patch
-from papilla.specimen import Block
+from papilla.fem.reduction.reduced import kept
+from papilla.specimen import Block, HalfSpace
 
 
 @pytest.fixture
@@ -120,3 +122,53 @@ def test_a_missing_file_or_folder_is_named(tmp_path, coarse):
     with pytest.raises(FileAccessError, match="cannot write .*: Not a directory"):
         coarse.save(tmp_path / "file" / "finger.npz")
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file"]
+
+
+def test_the_latest_results_are_kept_with_their_owner_and_so_is_a_refusal():
+    asked = []
+
+    class Owner:
+        pass
+
+    @kept(2)
+    def doubled(owner, number):
+        asked.append(number)
+        if number < 0:
+            raise ContactRangeError("negative")
+        return 2 * number
+
+    one, other = Owner(), Owner()
+    assert [doubled(one, number) for number in (1, 2, 1, 3, 1)] == [2, 4, 2, 6, 2] and asked == [1, 2, 3]
+    assert doubled(one, 2) == 4 and asked == [1, 2, 3, 2], "the one that was not asked for longest has gone"
+    assert doubled(other, 1) == 2 and asked[4:] == [1], "each owner keeps its own"
+    for _ in range(2):
+        with pytest.raises(ContactRangeError, match="negative"):
+            doubled(other, -1)
+    assert asked[5:] == [-1]
+
+
+def test_a_model_that_is_still_in_use_is_not_made_again(coarse_model):
+    coarse_model.reduce()
+    assert model_of(coarse_model.finger, coarse_model.mesh) is coarse_model
+    other = model_of(coarse_model.finger, coarse_model.mesh, "P1")
+    assert other is not coarse_model and other.space.name == "P1"
+
+
+@pytest.mark.parametrize("off, refused", [(0.9e-6, False), (1.1e-6, True)])
+def test_compliances_for_pressure_with_and_without_friction_must_agree(coarse, off, refused):
+    """Within a millionth of the largest entry."""
+
+    @dataclass(frozen=True)
+    class Other(HalfSpace):
+        def traction_compliance(self, surface):
+            found = np.array(super().traction_compliance(surface))
+            found[0, 0] += off * self.compliance(surface).max()
+            return found
+
+    finger = replace(coarse)
+    if refused:
+        with pytest.raises(InputError, match="traction_compliance, which friction needs, does not fit compliance"):
+            finger.specimen_compliance(Other(0.3), tractions=True)
+    else:
+        n = len(finger.patch.xy)
+        assert finger.specimen_compliance(Other(0.3), tractions=True).shape == (3 * n, 3 * n)
