@@ -200,16 +200,17 @@ def test_a_change_is_made_once_for_each_shape_of_specimen_and_friction(few, monk
     assert (found[2].coefficients == 2).all() and found[2].limits.reach == MoveLimits.of(few).reach
 
 
-def test_how_many_presses_are_moved_is_pinned(few):
-    """The size of a fit, whose error would not tell one node or press more or less; and the error of a family."""
+def test_how_many_presses_are_moved_is_pinned():
+    """The size of a fit, whose error would hardly tell one node or press more or less."""
     assert (off_apex.GRID, off_apex.RATIO_NODES, off_apex.PROBE) == ((12, 10), 5, 2.9)
     assert (off_apex.POLYNOMIAL.degrees, len(off_apex.POLYNOMIAL.powers)) == ((6, 5, 4), 107)
     assert off_apex.PROBES == ((0.3, 0.4), (-0.8, 0.55), (0.6, -0.9))
-    assert few.error == pytest.approx(7.4e-6, rel=0.01)
+    assert (off_apex.PLACES, off_apex.SHIFTS, off_apex.WIDTH_MM) == ((7, 5), (5, 3), 48.0)
 
 
 def test_limits_go_with_the_width(few):
     """The default finger is 48 mm wide; its skin rolls by its radii at the apex."""
+    assert few.error == pytest.approx(7.4e-6, rel=0.01), "pinned: of the family, between its ratios"
     room = MoveLimits.of(few)
     a, b, c = few.finger.shape.outer
     assert (room.reach, room.shift) == pytest.approx((5.0, 3.0))

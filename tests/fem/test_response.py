@@ -50,9 +50,14 @@ def test_it_tells_presses_of_fingers_of_the_family(relatives, smooth, outer, inn
     assert smooth.inside(FORCE, MODULUS, outer, inner).all()
 
 
+def test_its_size_is_pinned():
+    """Presses and terms of the fit, and which presses it is judged by: an error would hardly tell one more or less."""
+    assert (len(FORCES), len(MODULI), POLYNOMIAL.powers.shape, POLYNOMIAL.degrees) == (20, 16, (183, 3), (8, 7, 4))
+    assert (module.FOLDS, module.USUAL) == (5, ((1.0, 60.0), (1.0, 60.0)))
+
+
 def test_it_is_pinned(smooth):
     """Whoever changes these numbers changes a result; what they should be is told by the presses above."""
-    assert (len(FORCES), len(MODULI), POLYNOMIAL.powers.shape, POLYNOMIAL.degrees) == (20, 16, (183, 3), (8, 7, 4))
     told = smooth.felt([0.3, 2.0], [0.2, 0.9], 0.15, 0.04)
     assert told.indentation == pytest.approx([0.568740564, 1.63466033], rel=1e-6)
     assert told.values[0, 0, :3] == pytest.approx([-0.00437646468, -0.0119234909, 0.0284007866], rel=1e-6)
