@@ -104,8 +104,8 @@ def test_compliances(disc):
 
 @pytest.mark.parametrize("elements, q, expected", [(8, 0.4, None), (4, 0.3, None), (3, -0.5, -0.2), (8, -0.5, -0.2)])
 def test_shapes(disc, elements, q, expected):
-    """Area and peak pressure of a profile with so many elements across its radius and a layer term: the fewer there are,
-    the more its expected value counts."""
+    """Profiles with so many elements across the radius and a layer term: the fewer, the more its expected value
+    counts."""
     patch = disc(4.0, int(elements * 4 / 2.5))
     t = np.sqrt(np.maximum(0, 1 - (patch.xy**2).sum(axis=1) / 2.5**2))
     shape = contact_shape(patch, 1.5 * (1 - q) * t + 2.5 * q * t**3, expected)
