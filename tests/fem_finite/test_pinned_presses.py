@@ -8,6 +8,7 @@ bounds of percents let through.
 import pytest
 
 from papilla.fem import press_finite
+from papilla.fem.finite import pressing
 from papilla.finger import Finger
 from papilla.materials import Ogden
 from papilla.specimen import Block, HalfSpace, Sphere
@@ -42,5 +43,14 @@ def test_presses(coarser, name):
     numbers, (steps, loads) = PINNED[name]
     assert told == pytest.approx(numbers, rel=1e-6)
     made = [int(word) for word in found.status.split(",")[0].split() if word.isdigit()]
+    assert not found.resolved and "; mesh too coarse for this light press: a contact radius of" in found.status
     # Rounding may take a step more or less
     assert made == [pytest.approx(steps, abs=2), loads]
+
+
+def test_a_press_that_the_mesh_resolves_has_no_remark(coarser, monkeypatch):
+    monkeypatch.setattr(pressing, "too_coarse", lambda *_: None)
+    found = press_finite(*coarser, HalfSpace(0.5), force=0.2)
+    assert found.resolved and found.status.split("; ")[1:] == [
+        "laws stable over the strains reached, stretches up to 1.03"
+    ]
