@@ -5,6 +5,8 @@ What the numbers should be is tested elsewhere, against the linear limit, work a
 bounds of percents let through.
 """
 
+import math
+
 import pytest
 
 from papilla.fem import press_finite
@@ -43,6 +45,10 @@ def test_presses(coarser, name):
     numbers, (steps, loads) = PINNED[name]
     assert told == pytest.approx(numbers, rel=1e-6)
     made = [int(word) for word in found.status.split(",")[0].split() if word.isdigit()]
+    friction = options.get("friction", 0.0)
+    assert (found.fidelity, found.large_strain, found.modulus) == ("finite", True, specimen.modulus)
+    assert found.friction == (math.inf if friction == "stick" else friction)
+    assert found.force_balance == 0 if "indentation" in options else found.force_balance < 1e-7
     assert not found.resolved and "; mesh too coarse for this light press: a contact radius of" in found.status
     # Rounding may take a step more or less
     assert made == [pytest.approx(steps, abs=2), loads]
