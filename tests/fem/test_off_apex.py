@@ -56,9 +56,9 @@ def few(dome):
 
 @pytest.fixture
 def small(monkeypatch):
-    """Few places, shifts and presses."""
+    """Few places, shifts and presses; more places along x than along y, so that these are not taken for each other."""
     degrees = ((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (3, 2, 1), 1.5
-    values = {"PLACES": (3, 3), "SHIFTS": (3, 3), "MIDDLE": (1, 1, 1, 1), "_AT_APEX": (slice(None), 1, 1, 1, 1)}
+    values = {"PLACES": (5, 3), "SHIFTS": (3, 3), "MIDDLE": (2, 1, 1, 1), "_AT_APEX": (slice(None), 2, 1, 1, 1)}
     for name, value in {**values, "GRID": (6, 4), "RATIO_NODES": 2, "POLYNOMIAL": LogPolynomial(*degrees)}.items():
         monkeypatch.setattr(off_apex, name, value)
 
@@ -167,7 +167,7 @@ def test_a_fit_to_few_presses_tells_moved_contacts(few, small):
     found = off_apex._made(few, BLOCK, 0.0, said.append)
     made = OffApex(found["coefficients"], MoveLimits.of(few), float(found["error"]))
     # Pinned: whoever changes these numbers changes a result
-    assert (made.error, np.linalg.norm(made.coefficients)) == pytest.approx((0.1874901, 0.05032454), rel=1e-5)
+    assert (made.error, np.linalg.norm(made.coefficients)) == pytest.approx((0.173658116, 0.0633560889), rel=1e-6)
     assert [line[:20] for line in said] == ["contacts off the ape", *["gauges and contacts "] * 3]
     assert said[1].endswith("ratio 1 (1 of 3)") and said[3].endswith("ratio 2.9 (3 of 3)")
     model, inner, reach = few.model(4.0), few.finger.inner.modulus, made.limits.reach
