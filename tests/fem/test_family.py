@@ -8,7 +8,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.reduction import family as module
-from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
+from papilla.fem.reduction.family import NODES, PROBES, RATIOS, family, with_moduli
 from papilla.finger import Finger, Layer
 from papilla.materials import NeoHookean
 from papilla.mesh import build
@@ -70,3 +70,11 @@ def test_cards_and_elastic_bones_are_refused():
     boned = dataclasses.replace(Finger.default(), bone=Layer(3000.0, 0.37))
     with pytest.raises(InputError, match="rigid bone"):
         family(boned, size_mm=SIZE_MM)
+
+
+def test_its_ratios_are_seven_and_it_is_judged_between_them():
+    """Chebyshev's points over ln 16, stretched to its ends; the probes, which are pinned, lie between two of them."""
+    assert (NODES, RATIOS, PROBES) == (7, (1.0, 16.0), (1.45, 4.6, 13.1))
+    nodes = 4.0 ** (1 - np.cos(np.pi * (np.arange(7) + 0.5) / 7) / np.cos(np.pi / 14))
+    for probe, (low, high) in zip(PROBES, (nodes[[1, 2]], nodes[[3, 4]], nodes[[5, 6]]), strict=True):
+        assert 0.15 < np.log(probe / low) / np.log(high / low) < 0.85

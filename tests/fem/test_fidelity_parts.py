@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.fem.pressing import fidelity
+from papilla.fem.pressing import fidelity as fidelity_module
 from papilla.fem.pressing.fidelity import PROBE_FORCES, QUANTITIES, Worst, _settled, relative_errors
 
 
@@ -48,9 +48,35 @@ def test_a_given_indentation_is_that_after_all_corrections(share):
 @pytest.mark.parametrize("place, near", [(0.0, (0, 1)), (0.5, (0, 1)), (1.0, (0, 1)), (1.5, (1, 2)), (-0.1, None)])
 def test_hertz_has_the_larger_error_of_the_probe_forces_around_a_load(monkeypatch, place, near):
     """A load at so many steps from the first probe force; none below it."""
-    monkeypatch.setattr(fidelity, "_prices", lambda reduced: None)
+    monkeypatch.setattr(fidelity_module, "_prices", lambda reduced: None)
     errors = np.outer(1 + np.arange(len(PROBE_FORCES)), [0.01] + [0.001] * (len(QUANTITIES) - 1))
-    monkeypatch.setattr(fidelity, "probe_hertz", lambda reduced, specimen: errors)
+    monkeypatch.setattr(fidelity_module, "probe_hertz", lambda reduced, specimen: errors)
     force = float(np.interp(place, [-1, *range(len(PROBE_FORCES))], [0.0, *PROBE_FORCES]))
-    found = fidelity.hertz_error(None, None, (force, None))
+    found = fidelity_module.hertz_error(None, None, (force, None))
     assert (found and (found.error, found.quantity)) == (near and (pytest.approx(0.01 * (1 + near[1])), QUANTITIES[0]))
+
+
+def test_hertz_is_probed_at_six_forces_and_an_indentation_is_found_in_four_presses():
+    assert pytest.approx(0.02 * 50 ** (np.arange(6) / 5)) == PROBE_FORCES
+    asked = []
+
+    def stiffening(load):
+        asked.append(load)
+        return SimpleNamespace(indentation=load[1] ** 1.5)
+
+    _settled((None, 0.5), stiffening)
+    assert len(asked) == 5
+
+
+@pytest.mark.parametrize("error, fidelity", [(0.0999, "hertz"), (0.1001, "contact")])
+def test_hertz_answers_for_presses_too_light_for_the_mesh_up_to_a_tenth(monkeypatch, error, fidelity):
+    light = SimpleNamespace(resolved=False, status="light", fidelity="contact")
+    monkeypatch.setattr(fidelity_module, "hertz_error", lambda *_: None)
+    monkeypatch.setattr(fidelity_module, "_contact", lambda *_: light)
+    monkeypatch.setattr(fidelity_module, "lightest_error", lambda *_: Worst(error, "sd"))
+    monkeypatch.setattr(fidelity_module, "hertz_press", lambda reduced, specimen, load, reason: SimpleNamespace(
+        fidelity="hertz", status=reason))  # fmt: skip
+    found = fidelity_module._cheapest(None, None, 0.02, (0.001, None))
+    assert found.fidelity == fidelity and ("10.0 % in S_d from Hertzian at the lightest" in found.status) == (
+        fidelity == "hertz"
+    )

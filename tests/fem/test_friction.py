@@ -302,6 +302,16 @@ def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
     assert path.at(indentation=-1.0) is None and path.at(force=0.0) is None
 
 
+def test_steps_are_a_tenth_of_the_indentation_at_most_and_begin_with_a_thousandth_of_the_patch():
+    """One node, which touches at 0.2 mm: no other that comes into contact ends a step."""
+    problem = ContactProblem(np.eye(3), np.array([4.0]), np.array([0.8]), np.zeros((2, 1), dtype=bool))
+    path = LoadingPath(problem, 0.3)
+    assert path.at(indentation=1.0).force == pytest.approx(4.0 * (4.0 * 1.0 - 0.8))
+    sunk = np.array([knot.indentation for knot in path.steps.knots]) - 0.2
+    assert sunk[:2] == pytest.approx([0.0, 2e-3]) and sunk[2:] / sunk[1:-1] == pytest.approx(1.1)
+    assert sunk[-2] < 0.8 <= sunk[-1]
+
+
 def test_other_units_give_the_same_answer(disc):
     patch = disc(3.0, 6, paraboloid)
     problem = bodies_on(patch, HalfSpace(1.0, 0.2))

@@ -75,6 +75,9 @@ def test_grid_and_backing_lie_on_the_interface(gauge):
     assert ends[::2, 1] == pytest.approx(gauge.width_mm * np.sqrt(0.15) * np.array([-1, 0, 1]), abs=1e-12)
     spread = (curvature.points - frame.site) @ np.column_stack([frame.along, frame.across])
     assert np.ptp(spread, axis=0) == pytest.approx(gauge.backing_mm, rel=1e-9)
+    steps = [np.unique(column.round(9)) for column in spread.T]
+    assert [len(one) for one in steps] == [9, 5] and len(spread) == 45, "a grid of points, even in both directions"
+    assert all(np.ptp(np.diff(one)) < 1e-8 for one in steps)
 
 
 @each_gauge

@@ -1,10 +1,13 @@
 """The pressure of the layer, its moments and energies, and the curves through tables, each against its closed form."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import jv
 
+from papilla.errors import ContactRangeError
 from papilla.fem.pressing import hertz
 from papilla.fem.pressing.ellipses import (
     HALF_SPACE_ENERGY,
@@ -121,3 +124,58 @@ def test_a_parabola_without_a_minimum_counts_for_layers_alone(layered, vouched):
     s = np.array(STRETCHES)[:, None]
     stretch, found = hertz._stretch(-((s - 0.01) ** 2), np.full(1, layered))
     assert found.tolist() == [vouched] and stretch == [0.0]
+
+
+def made_up(monkeypatch, columns):
+    """The table of a family whose ellipses have these columns at a cube root of the force that equals their radius."""
+    radius = columns.pop("radius")
+    nothing = np.zeros_like(radius)
+    rows = np.column_stack([columns["depth"] / (2 * radius**2), columns["a"] / radius, columns["q"], nothing, nothing])
+    family = SimpleNamespace(radius=radius, aspects=np.exp(STRETCHES), bend=lambda aspect: 0 * aspect)
+    monkeypatch.setattr(hertz, "ellipse_family", lambda *_: family)
+    monkeypatch.setattr(hertz, "moduli", lambda *_: ())
+    monkeypatch.setattr(hertz, "_branches", lambda *_: 3 * [(radius, rows)])
+    return hertz._table.__wrapped__(None, SimpleNamespace(unit=None))
+
+
+@pytest.mark.parametrize("column", ["a", "depth", "sharp", "flat", None])
+def test_a_table_ends_where_its_radius_or_depth_falls_or_its_profile_pulls(monkeypatch, column):
+    """At the sixtieth of eighty radii: a fall of a hundredth, or a layer term out of its bounds by a hundredth."""
+    radius, later = np.linspace(0.1, 4.0, 80), np.arange(80) >= 60
+    columns = {"radius": radius, "a": radius.copy(), "depth": radius**2, "q": np.zeros(80)}
+    if column in ("a", "depth"):
+        columns[column][later] = columns[column][59] * (1 - 0.01 * (radius[later] - radius[59]))
+    elif column:
+        columns["q"] = np.where(later, {"sharp": 1.01, "flat": -1.51}[column], {"sharp": 0.99, "flat": -1.49}[column])
+    table = made_up(monkeypatch, columns)
+    assert len(table.cube_root) == 1 + (60 if column else 80) and table.complete == (column is None)
+    assert table.cube_root[-1] == pytest.approx(radius[59 if column else 79])
+    assert table.indentation == pytest.approx(table.cube_root**2), "without a gap the depth is twice the energy"
+    assert table.end == ("the contact to the rim of its patch" if table.complete else
+                         "the contact beyond the ellipses of this skin")  # fmt: skip
+
+
+def test_too_few_ellipses_are_no_table(monkeypatch):
+    radius = np.linspace(0.1, 4.0, 80)
+    for sound, refused in ((10, False), (9, True)):
+        depth = np.where(np.arange(80) < sound, radius**2, 0.0)
+        columns = {"radius": radius, "a": radius.copy(), "depth": depth, "q": np.zeros(80)}
+        if refused:
+            with pytest.raises(ContactRangeError, match="no pressure ellipse has the least energy"):
+                made_up(monkeypatch, columns)
+        else:
+            assert len(made_up(monkeypatch, columns).force) == 11
+
+
+@pytest.mark.parametrize("ratio, kept", [(1.49, 9), (1.51, 5)])
+def test_a_branch_ends_at_a_gap_between_its_radii(ratio, kept):
+    """On a homogeneous body every ellipse is one of least energy, and its force rises with the third power."""
+    radius = np.append(np.linspace(1.0, 1.4, 5), ratio * np.linspace(1.4, 1.8, 4))
+    felt = np.ones((3, 2, len(radius), 2))
+    family = SimpleNamespace(radius=radius, aspects=np.exp(STRETCHES), half_space=np.full(3, 0.6), influence=felt)
+    family.bend = lambda aspect: np.full(3, 0.1)
+    zero = np.zeros((3, 3, len(radius)))
+    for root, columns in hertz._branches(family, zero, zero, 0.0):
+        assert len(root) == len(columns) == kept
+        assert root / radius[:kept] == pytest.approx(root[0] / radius[0])
+        assert columns[:, 1] == pytest.approx(radius[:kept] / root) and (columns[:, 4:] == 1).all()

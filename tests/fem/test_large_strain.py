@@ -175,6 +175,16 @@ def test_tables_that_were_measured_are_kept_beside_each_other(tmp_path, monkeypa
     assert known("mine")[1].changes(7.0, 0.4)[0] == pytest.approx(2 * _table().changes(7.0, 0.4)[0])
 
 
+def test_damaged_tables_are_reported_and_do_not_count(tmp_path, monkeypatch):
+    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
+    large_strain.keep("mine", [_table(2.0)])
+    entry = next((tmp_path / "large_strain").glob("*.entry"))
+    entry.write_bytes(entry.read_bytes()[:200])
+    large_strain._known.cache_clear()
+    with pytest.warns(RuntimeWarning, match="cache entry .* is damaged"):
+        assert known("mine") == ()
+
+
 def test_the_key_leaves_out_what_scales_and_keeps_what_does_not():
     finger = Finger.default()
     gauge = dataclasses.replace(finger.gauges[0], membrane_gain=2.0, lever_mm=-1.0)

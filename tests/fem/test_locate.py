@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.errors import InputError
-from papilla.fem.discrete.elements import interpolation, locate
+from papilla.fem.discrete.elements import TaylorHood, interpolation, locate
 
 
 def quadratic(x):
@@ -42,3 +42,15 @@ def test_a_point_outside_is_refused(box_space, outside):
     points = np.array([[0.5, 0.5, 0.5], outside])
     with pytest.raises(InputError, match=r"point \(.*\) mm lies outside the mesh"):
         interpolation(box_space, points)
+
+
+@pytest.mark.parametrize("beyond, refused", [(0.249, False), (0.251, True)])
+def test_a_point_is_extrapolated_up_to_a_quarter_of_a_cell(box, beyond, refused):
+    """In shares of the barycentric coordinate that is negative there: of a cell's height over its lowest face."""
+    space = TaylorHood(box((1, 1, 1), split=False))
+    below = np.array([[0.3, 0.3, -beyond]])
+    if refused:
+        with pytest.raises(InputError, match="lies outside the mesh"):
+            locate(space, below)
+    else:
+        assert locate(space, below)[1].min() == pytest.approx(-beyond)

@@ -1,6 +1,6 @@
 """The contact patch: its weak integrals, its rim and outline, its mirror images, and frames off the apex."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -185,3 +185,34 @@ def test_quarter_and_whole_patch_are_the_same_disc(coarse_model):
     copies = 4 / 2.0 ** (quarter.xy == 0).sum(axis=1)
     assert copies.sum() == len(whole.xy)
     assert (copies * quarter.rim).sum() == whole.rim.sum()
+
+
+@dataclass(frozen=True)
+class Leaning(Flat):
+    """The same plane, whose normal is said to lean towards x so that its z is `cosine`."""
+
+    cosine: float = 1.0
+
+    def normal(self, points):
+        return np.tile([np.sqrt(1 - self.cosine**2), 0.0, self.cosine], (len(points), 1))
+
+
+@pytest.mark.parametrize("cosine, chosen", [(0.21, True), (0.19, False)])
+@pytest.mark.parametrize("facets", [True, False], ids=["its own facets", "the exact skin"])
+def test_skin_is_part_of_a_patch_up_to_a_cosine_of_a_fifth(box, cosine, chosen, facets):
+    """Both the facets' normals and those of the exact skin count, and neither alone is enough."""
+    mesh = box((4, 4, 2))
+    if facets:
+        slope = np.sqrt(1 / cosine**2 - 1)
+        points = mesh.points + np.outer(mesh.points[:, 0] - 0.5, [0.0, 0.0, slope])
+        mesh, skin = replace(mesh, points=points), Flat()
+    else:
+        skin = Leaning(cosine)
+    frame = Frame(np.array([0.5, 0.5, 1.0]), np.eye(3))
+    space = TaylorHood(mesh)
+    if chosen:
+        patch = build_patch(space, mesh, skin, frame, 0.45, False).patch
+        assert 0 < patch.mass.sum() < 1 and not patch.rim.all()
+    else:
+        with pytest.raises(InputError, match="no skin within 0.45 mm of the touch-down point faces the specimen"):
+            build_patch(space, mesh, skin, frame, 0.45, False)

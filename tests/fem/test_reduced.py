@@ -2,15 +2,17 @@
 
 import json
 import warnings
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError
+from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
+from papilla.fem.reduction.finger_model import model_of
 from papilla.fem.reduction.patch import Patch
-from papilla.specimen import Block
+from papilla.fem.reduction.reduced import kept
+from papilla.specimen import Block, HalfSpace
 
 
 @pytest.fixture
@@ -32,6 +34,20 @@ def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
         assert before.dtype == after.dtype and np.array_equal(before, after), item.name
     first, second = (press(which, Block(0.5, 10), force=0.3) for which in (coarse, loaded))
     assert (first.reading == second.reading).all() and first.indentation == second.indentation
+
+
+def test_gains_and_levers_are_the_weights_of_strain_and_curvature(coarse):
+    weights = np.array([[1.0, 2.0, 3.0, 4.0, 5.0], [0.1, 0.2, 0.3, 0.4, 0.5]])
+    finger = replace(coarse, weights=weights, rows=coarse.rows * np.array([1.0, 7.0])[:, None, None])
+    assert finger.gains.tolist() == weights[0].tolist() and finger.levers.tolist() == weights[1].tolist()
+    assert (finger.strain_rows == coarse.rows[0]).all()
+
+
+def test_a_press_says_what_it_is_and_how_its_indentation_is_shared(coarse):
+    found = replace(press(coarse, Block(0.5, 10), force=0.3), indentation=0.6, finger_share=0.75)
+    assert (found.finger_indentation, found.specimen_indentation) == pytest.approx((0.45, 0.15))
+    assert "0.3 N, 0.6 mm" in repr(found) and f"readings {found.reading[0]:.5g}, " in repr(found)
+    assert f"{len(coarse.patch.xy)} nodes, gauges g1, g2, g3, g4, g5" in repr(coarse)
 
 
 def test_the_file_holds_no_pickle(saved):
@@ -106,3 +122,53 @@ def test_a_missing_file_or_folder_is_named(tmp_path, coarse):
     with pytest.raises(FileAccessError, match="cannot write .*: Not a directory"):
         coarse.save(tmp_path / "file" / "finger.npz")
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file"]
+
+
+def test_the_latest_results_are_kept_with_their_owner_and_so_is_a_refusal():
+    asked = []
+
+    class Owner:
+        pass
+
+    @kept(2)
+    def doubled(owner, number):
+        asked.append(number)
+        if number < 0:
+            raise ContactRangeError("negative")
+        return 2 * number
+
+    one, other = Owner(), Owner()
+    assert [doubled(one, number) for number in (1, 2, 1, 3, 1)] == [2, 4, 2, 6, 2] and asked == [1, 2, 3]
+    assert doubled(one, 2) == 4 and asked == [1, 2, 3, 2], "the one that was not asked for longest has gone"
+    assert doubled(other, 1) == 2 and asked[4:] == [1], "each owner keeps its own"
+    for _ in range(2):
+        with pytest.raises(ContactRangeError, match="negative"):
+            doubled(other, -1)
+    assert asked[5:] == [-1]
+
+
+def test_a_model_that_is_still_in_use_is_not_made_again(coarse_model):
+    coarse_model.reduce()
+    assert model_of(coarse_model.finger, coarse_model.mesh) is coarse_model
+    other = model_of(coarse_model.finger, coarse_model.mesh, "P1")
+    assert other is not coarse_model and other.space.name == "P1"
+
+
+@pytest.mark.parametrize("off, refused", [(0.9e-6, False), (1.1e-6, True)])
+def test_compliances_for_pressure_with_and_without_friction_must_agree(disc, stand_in, off, refused):
+    """Within a millionth of the largest entry."""
+
+    @dataclass(frozen=True)
+    class Other(HalfSpace):
+        def traction_compliance(self, surface):
+            found = np.array(super().traction_compliance(surface))
+            found[0, 0] += off * self.compliance(surface).max()
+            return found
+
+    finger = stand_in(disc(3.0, 4), 0.1)
+    if refused:
+        with pytest.raises(InputError, match="traction_compliance, which friction needs, does not fit compliance"):
+            finger.specimen_compliance(Other(0.3), tractions=True)
+    else:
+        n = len(finger.patch.xy)
+        assert finger.specimen_compliance(Other(0.3), tractions=True).shape == (3 * n, 3 * n)

@@ -25,7 +25,12 @@ def relatives():
 
 @pytest.fixture(scope="module")
 def smooth(relatives):
-    return response(relatives, Block(1.0, 10.0))
+    """Made of a quarter of the presses, over the same range."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, count in (("FORCES", 10), ("MODULI", 8)):
+            values = getattr(module, name)
+            patch.setattr(module, name, np.geomspace(values[0], values[-1], count))
+        return response(relatives, Block(1.0, 10.0))
 
 
 FORCE, MODULUS = np.array([0.1, 0.3, 0.6, 1.0, 1.0]), np.array([0.3, 0.089, 0.5, 0.72, 0.089])
@@ -43,6 +48,23 @@ def test_it_tells_presses_of_fingers_of_the_family(relatives, smooth, outer, inn
     assert told.indentation == pytest.approx([one.indentation for one in presses], rel=0.12)
     assert np.sqrt(np.mean(((told.values - expected) / size) ** 2)) < 0.1
     assert smooth.inside(FORCE, MODULUS, outer, inner).all()
+
+
+def test_its_size_is_pinned():
+    """Presses and terms of the fit, and which presses it is judged by: an error would hardly tell one more or less."""
+    assert (len(FORCES), len(MODULI), POLYNOMIAL.powers.shape, POLYNOMIAL.degrees) == (20, 16, (183, 3), (8, 7, 4))
+    assert (module.FOLDS, module.USUAL) == (5, ((1.0, 60.0), (1.0, 60.0)))
+
+
+def test_it_is_pinned(smooth):
+    """Whoever changes these numbers changes a result; what they should be is told by the presses above."""
+    told = smooth.felt([0.3, 2.0], [0.2, 0.9], 0.15, 0.04)
+    assert told.indentation == pytest.approx([0.568740564, 1.63466033], rel=1e-6)
+    assert told.values[0, 0, :3] == pytest.approx([-0.00437646468, -0.0119234909, 0.0284007866], rel=1e-6)
+    assert told.values[1, 1, :3] == pytest.approx([-0.00844714442, -0.0158616151, 0.0349458604], rel=1e-6)
+    expected = [0.00205705375, 0.00143996128, 0.00606538538, 0.0179896293]
+    assert smooth.error[:4] == pytest.approx(expected, rel=1e-5)
+    assert (smooth.strained, smooth.deepest[2].sum()) == pytest.approx((28.9126122, 4177.91234), rel=1e-6)
 
 
 def test_its_slopes_are_derivatives(smooth):

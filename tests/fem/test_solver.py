@@ -150,3 +150,59 @@ def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
         b[-model.space.pressures :] = 0
         assert relative_residual(factor.matrix, factor.solve(b), b) <= 1e-10
     assert readings[0.5] == pytest.approx(readings[0.4999999], rel=1e-4)
+
+
+class Inexact:
+    """An engine whose first answer is off by a share of itself, and later ones by another."""
+
+    def __init__(self, exact, first, later):
+        self.exact, self.shares, self.asked = exact, [first], 0
+        self.later = later
+
+    def solve_many(self, b):
+        share = self.shares.pop() if self.shares else self.later
+        self.asked += 1
+        return (1 + share) * self.exact.solve(b)
+
+
+@pytest.mark.parametrize(
+    "first, later, asked",
+    [(9e-12, 0.0, 1), (1.1e-11, 0.0, 2), (5e-10, -1.0, None), (3e-11, -1.0, 2), (4e-9, -0.4, 8), (4e-9, -0.6, 9)],
+)
+def test_refinement_ends_at_a_tenth_of_the_bound_or_where_it_no_longer_helps(system, first, later, asked):
+    """A later share of -1 changes nothing. One of -0.4 leaves 0.4 of the residual in each step: 6.6e-12 after seven.
+    One of -0.6 leaves 6.7e-11 after eight, below the bound, which is more than half of what was left before."""
+    matrix, negative = system
+    engine = Inexact(factorise(matrix, negative), first, later)
+    factor = solver.Factor(matrix, "inexact", None, 0, engine)
+    b = np.random.default_rng(5).standard_normal((matrix.shape[0], 1))
+    if asked is None:
+        with pytest.raises(SolverError, match="inexact left a relative residual of 5.0e-10, more than 1e-10"):
+            factor.solve(b)
+        assert engine.asked == 1 + solver.REFINEMENTS
+    else:
+        factor.solve(b)
+        assert engine.asked == asked
+
+
+def test_superlu_is_refused_where_its_fill_does_not_fit(monkeypatch):
+    """2700 bytes times unknowns^(4/3): 1.8 GB at 23,863 unknowns, where it was measured."""
+    asked = []
+    monkeypatch.setattr(solver, "refuse_beyond", lambda needed, job, advice: asked.append((needed, job)))
+    factorise(sp.eye(1000, format="csc"), 0, engine="superlu")
+    assert asked == [(pytest.approx(2700 * 1e4), "factorising 1,000 unknowns")]
+    assert pytest.approx(1.85e9, rel=0.01) == solver.SUPERLU_BYTES * 23_863 ** (4 / 3)
+
+
+@pytest.mark.parametrize("stress, length", [(16.0, 1.0), (1.0, 4.0), (2.0**-8, 2.0**-6)])
+def test_the_matrix_that_is_factored_has_no_units(dome, stress, length):
+    """Scaled by powers of 2, so that not even rounding tells a finger from one in other units."""
+    finger = Finger.default()
+    mesh = dome(finger, divisions=3, outer_layers=1, inner_layers=1)
+    units = dataclasses.replace(
+        finger, outer=Layer(finger.outer.modulus * stress, 0.4999), inner=Layer(finger.inner.modulus * stress, 0.4999)
+    )
+    here, there = FingerModel(finger, mesh).matrix, FingerModel(units, mesh.scaled(length)).matrix
+    assert abs(there - here).max() < 1e-12 * abs(here).max()
+    diagonal = np.abs(here.diagonal()[here.diagonal() > 0])
+    assert 0.01 < np.median(diagonal) < 100

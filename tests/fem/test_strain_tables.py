@@ -1,21 +1,26 @@
 """Tables of large strain of a finger of one's own: made once when a press asks for them, few presses, and how good."""
 
+import json
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla import Finger, fem
-from papilla.errors import InputError
+from papilla.errors import ContactRangeError, InputError
 from papilla.fem.finite import strain_tables
 from papilla.fem.finite.strain_tables import (
     FEW_FORCES,
     FEW_MODULI,
     FORCES,
     MODULI,
+    RATIOS,
     SPANNING,
     ensure_large_strain,
+    finite_presses,
     measure_few,
+    measure_large_strain,
 )
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.fidelity import including_large_strain
@@ -125,6 +130,106 @@ def test_a_table_that_cannot_be_made_is_noted_and_not_tried_again(asked, monkeyp
             "large strain is not included: only 3 of 16 presses at finite strain can be made"
         )
     assert len(tried) == 1
+
+
+# ---- Measuring a table
+
+
+@pytest.fixture(scope="module")
+def on_coarse(dome):
+    """The default finger and a very coarse mesh of it."""
+    return Finger.default(), dome(Finger.default(), outer_layers=1, inner_layers=2)
+
+
+def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
+    finger, mesh = on_coarse
+    told, inner = [], finger.inner.modulus
+    table = measure_large_strain(
+        finger, mesh, forces=(1.0, 3.0, 9.0, 18.0), moduli=(0.5, 4.0, 1e4), steps=lambda *one: told.append(one)
+    )
+    assert told == [(k, 12) for k in range(1, 13)]
+    assert (table.ratio, table.friction) == (pytest.approx(4.0), 0.0)
+    assert table.force == pytest.approx(np.tile([1.0, 3.0, 9.0, 18.0], 3))
+    assert table.modulus == pytest.approx(np.repeat([0.5, 4.0, 1e4], 4))
+    reduced = fem.FingerModel(finger, mesh).reduce()
+    for k in (2, 7):
+        block, force = finger.bench.specimen(table.modulus[k] * inner), float(table.force[k] * inner)
+        alone = fem.press_finite(finger, mesh, block, force=force), contact_press(reduced, block, (force, None))
+        for rows, one in zip((table.finite, table.linear), alone, strict=True):
+            expected = [one.indentation, one.contact_area, one.peak_pressure / inner, *one.values.ravel()]
+            # Presses of a table stop at a relative residual of 1e-4, from which S_d is off by 1e-5
+            assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
+    with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
+        measure_large_strain(finger, mesh, forces=(1.0, 3.0), moduli=(4.0,))
+
+
+def test_stuck_presses_of_a_path_are_those_that_begin_at_rest(on_coarse):
+    finger, mesh = on_coarse
+    made = list(finite_presses(finger, mesh, [0.2, 0.4], [0.3], "stick"))
+    assert [(one.force, one.modulus, one.friction) for one in made] == [(0.2, 0.3, math.inf), (0.4, 0.3, math.inf)]
+    alone = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4, friction="stick")
+    free = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4)
+    assert made[1].sd == pytest.approx(alone.sd, rel=1e-3) and abs(free.sd / alone.sd - 1) > 5e-3
+
+
+def test_a_path_ends_at_the_first_press_out_of_range_and_the_next_specimen_begins(on_coarse, monkeypatch):
+    def result(scene, state, force, *given):
+        if force > 0.15:
+            raise ContactRangeError("too far")
+        return force, scene.touching.specimen.modulus, given[0]
+
+    monkeypatch.setattr(strain_tables, "result", result)
+    told = []
+    made = list(finite_presses(*on_coarse, [0.1, 0.2, 0.3], [0.3, 2.0], 0.0, lambda *one: told.append(one)))
+    assert made == [(0.1, 0.3, "finite"), (0.1, 2.0, "finite")]
+    assert told == [(1, 6), (2, 6), (4, 6), (5, 6)]
+
+
+@pytest.mark.parametrize("ratio, stuck, said", [(4.0, True, "1 : 4, stuck"), (2.0, False, "1 : 2, without friction")])
+def test_few_presses_are_made_on_a_mesh_as_coarse_as_the_finger_is_narrow(monkeypatch, ratio, stuck, said):
+    asked = {}
+    monkeypatch.setattr(strain_tables, "build", lambda *given: asked.update(mesh=given))
+
+    def measure(finger, mesh, steps, **given):
+        asked.update(given, finger=finger)
+        steps(3, 20)
+        return strain_tables.LargeStrain.from_json(shipped_as(4.0, stuck))
+
+    monkeypatch.setattr(strain_tables, "measure_large_strain", measure)
+    lines = []
+    assert measure_few(OWN, ratio, stuck, lines.append) == shipped_as(4.0, stuck)
+    # Half as wide as 22 mm and 19 mm high; the default finger is 20 mm high, and its elements are 1.4 mm
+    assert asked["mesh"][0] is OWN and asked["mesh"][1] == pytest.approx(1.4 * 19 / 20)
+    assert asked["finger"].outer.modulus == pytest.approx(ratio * OWN.inner.modulus)
+    assert asked["finger"].inner.modulus == OWN.inner.modulus and (asked["finger"] is OWN) == (ratio == 4.0)
+    assert asked["friction"] == ("stick" if stuck else 0.0)
+    assert asked["forces"] == [FORCES[k] for k in FEW_FORCES] and asked["moduli"] == [MODULI[k] for k in FEW_MODULI]
+    assert [line.split(", about")[0] for line in lines] == [f"large strain, layers {said}: press: 3 of 20"]
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_what_ships_is_measured_at_each_ratio_beside_the_other_friction(monkeypatch, stuck):
+    """Tables of the other friction stay as they are; all are sorted by friction, then by ratio."""
+    finger, before, text, asked = Finger.default(), known(Finger.default().strain_sha256), [], []
+
+    def measure(one, mesh, friction):
+        asked.append((one.outer.modulus / one.inner.modulus, one.outer.nu, mesh, friction))
+        return LargeStrain.from_json(shipped_as(one.outer.modulus / one.inner.modulus, stuck))
+
+    monkeypatch.setattr(strain_tables, "measure_large_strain", measure)
+    monkeypatch.setattr(strain_tables, "build", lambda one: one.outer.modulus)
+    monkeypatch.setattr(strain_tables, "write_text", lambda path, written: text.append((path, json.loads(written))))
+    strain_tables.ship(stuck)
+    inner, nu = finger.inner.modulus, finger.outer.nu
+    assert asked == [(pytest.approx(r), nu, r * inner, "stick" if stuck else 0.0) for r in RATIOS]
+    path, written = text[-1]
+    assert path == strain_tables.SHIPPED and len(text) == len(RATIOS)
+    assert (written["schema"], written["key"]) == ("papilla.large_strain/1", finger.strain_sha256)
+    assert [(one["stuck"], one["ratio"]) for one in written["tables"]] == [
+        (end, pytest.approx(ratio)) for end in (False, True) for ratio in sorted(RATIOS)
+    ]
+    kept = [one for one in written["tables"] if one["stuck"] != stuck]
+    assert kept == [one.to_json() for one in before if (one.friction > 0) != stuck]
 
 
 def test_tables_of_nearly_one_ratio_are_averaged_not_divided():

@@ -4,7 +4,20 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, _approached, _judge, _own_law, relax, rub
+from papilla.fem.sliding import coulomb
+from papilla.fem.sliding.coulomb import (
+    LEFT,
+    OPEN,
+    RIGHT,
+    STICK,
+    Laws,
+    Rubbed,
+    _approached,
+    _judge,
+    _own_law,
+    relax,
+    rub,
+)
 
 E_STAR = 0.1
 
@@ -82,6 +95,13 @@ def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
     stuck = x[found.state == STICK]
     assert np.ptp(stuck) / 2 == pytest.approx(np.sqrt(1 - 0.6), abs=2 * (x[1] - x[0]))
     assert set(found.state) == {OPEN, STICK, RIGHT}
+
+
+@pytest.mark.parametrize("drift", [0.0, -0.1])
+def test_without_friction_no_node_sticks(cylinder, drift):
+    x, C, rise = cylinder
+    found = rub(laws(C, rise, load=2e-3, drift=drift), np.zeros(len(x), dtype=int))
+    assert set(found.state) == {OPEN, RIGHT} and not found.force[: len(x)].any()
 
 
 def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
@@ -194,3 +214,37 @@ def test_the_error_of_a_solve_is_the_larger_of_slip_that_sticks_and_of_distance_
     made = laws(np.eye(4), np.zeros(2), friction=0.5)
     following, _, error = _judge(made, state, force, moved, 1.0)
     assert error == pytest.approx(worst) and following is state
+
+
+def solution(method):
+    return Rubbed(np.zeros(2), np.zeros(2), 0.3, np.zeros(1), 1, method, 0.0)
+
+
+@pytest.mark.parametrize(
+    "fails, divided, how",
+    [(0, False, ["newton"]), (1, True, ["newton", "parts"]), (2, False, ["newton", "relaxed 10", "newton"] * 1),
+     (99, True, ["newton", "parts", *["relaxed 10", "newton"] * 4, "relaxation"])],
+)  # fmt: skip
+def test_a_step_is_tried_whole_then_in_parts_then_from_relaxed_nodes_and_at_last_relaxed(
+    monkeypatch, fails, divided, how
+):
+    """What comes after the first way that answers is not done. `fails` : number of ways that do not answer."""
+    done, left = [], [fails]
+
+    def answered(way, found):
+        done.append(way)
+        left[0] -= way in ("newton", "parts")
+        return None if left[0] >= 0 else found
+
+    def newton(laws, start):
+        return answered("newton", solution("newton")), solution("last")
+
+    monkeypatch.setattr(coulomb, "_newton", newton)
+    monkeypatch.setattr(coulomb, "_approached", lambda *_: answered("parts", solution("newton")))
+    monkeypatch.setattr(coulomb, "_relax_at", lambda laws, depth, force, most: done.append(f"relaxed {most}")
+                        or solution("relaxation"))  # fmt: skip
+    monkeypatch.setattr(coulomb, "relax", lambda laws: done.append("relaxation") or solution("relaxation"))
+    step = laws(np.eye(2), np.zeros(1), load=1.0)
+    left[0] = fails - (0 if divided or fails < 2 else 1)
+    found = rub(step, np.zeros(1, dtype=int), step if divided else None)
+    assert done == how and found.method == ("relaxation" if fails == 99 else "newton")

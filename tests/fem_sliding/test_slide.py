@@ -1,6 +1,7 @@
 """Sliding scenes: what symmetry, periodicity and laws of friction say of them, refinement, and what is refused."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from papilla.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
 from papilla.fem.sliding.slide import amplify
+from papilla.finger import Bench
 from papilla.finger_parts import Identified
 from papilla.textures import Flat, MeasuredProfile
 
@@ -82,6 +84,41 @@ def test_a_held_depth_lets_the_force_follow_the_grating(finger, coarse):
     assert nothing.status.startswith("no contact")
 
 
+def test_a_finger_that_only_touches_is_tied_to_no_press(finger, coarse):
+    found = slide(finger, Flat(), Motion.steady(0.0, 0.01), section=coarse, depth=0.0)
+    assert found.tied is None and found.length_mm == 1.0 and not found.readings.any()
+
+
+@pytest.mark.parametrize(
+    "bench, asked, stated, rubbing",
+    [
+        (None, None, None, 0.0),
+        (None, 0.3, 0.3, 0.3),
+        (0.2, None, 0.2, 0.2),
+        ("stick", None, "stick", 0.0),
+        (0.2, 0, 0, 0.0),
+    ],
+)
+@pytest.mark.parametrize("load", [{"force": 0.14}, {"depth": 0.3}])
+def test_without_a_length_the_section_is_tied_to_a_press_of_the_same_load_and_friction(
+    finger, coarse, monkeypatch, bench, asked, stated, rubbing, load
+):
+    """A tie that is stated: 7 mm of section, whose gauges read twice as much."""
+    told = {}
+
+    def tie(finger, body, progress, **given):
+        told.update(given)
+        return SimpleNamespace(length_mm=7.0, rows=lambda body: 2 * body.reading_rows)
+
+    monkeypatch.setattr("papilla.fem.sliding.slide.tie", tie)
+    scene = {"section": coarse, "dynamics": "quasi-static", "friction": asked, **load}
+    own = replace(finger, bench=Bench(friction=bench))
+    tied, alone = (slide(own, Flat(), Motion.steady(0.0, 0.01), **scene, **given) for given in ({}, {"length_mm": 7.0}))
+    assert told == {"force" if "force" in load else "indentation": next(iter(load.values())), "friction": stated}
+    assert (tied.length_mm, tied.friction, alone.tied) == (7.0, rubbing, None) and tied.tied is not None
+    assert tied.readings == pytest.approx(2 * alone.readings) and tied.force_N == pytest.approx(alone.force_N)
+
+
 def test_the_flanks_push_is_bounded_by_how_deep_skin_stands_in_grooves(finger, coarse):
     scene = {"section": coarse, "friction": 0.3, **SLOW}
     shallow, deep = (slide(finger, Grating(0.9, 0.9, depth), steady(36.0, 4.0), **scene) for depth in (0.01, 0.5))
@@ -141,6 +178,8 @@ def test_inertia_closes_its_energy_and_vanishes_when_slow(finger, coarse):
     [
         ({"force": None}, InputError, "exactly one of force and depth"),
         ({"force": 0.0}, InputError, r"force \(N\) must be greater than 0"),
+        ({"force": None, "depth": 1001.0}, InputError, r"press depth \(mm\) must lie between 0 and 1000"),
+        ({"force": None, "depth": -0.1}, InputError, r"press depth \(mm\) must lie between 0 and 1000"),
         ({"friction": -0.1}, InputError, "friction must lie between 0 and 3"),
         ({"friction": 4.0}, InputError, "friction must lie between 0 and 3"),
         ({"dynamics": "fast"}, InputError, "dynamics must be one of auto, quasi-static, modal"),
