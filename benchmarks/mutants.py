@@ -116,6 +116,8 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
      "the other diagonal of each cell: mirrored as well, and no worse",
     ("papilla/fem/reduction/patch.py", "np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])",
      "np.cross(ends[:, 2] - ends[:, 0], ends[:, 1] - ends[:, 0])"): "its length and |z| alone are used",
+    ("papilla/fem/reduction/patch.py", "1e-12", "1.1e-12"): "below the rounding of any gap",
+    ("papilla/fem/reduction/compliance.py", "points[checked] * image", "(points[checked] / image)"): "signs",
     ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
     ("papilla/fem/pressing/effects.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
     ("papilla/fem/sliding/section.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):

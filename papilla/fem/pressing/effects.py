@@ -252,6 +252,7 @@ class FoiledModel(FingerModel):
         facets = self.space.facets(self.space.mesh.boundaries["interface"])
         element = ElementVector(self.space.scalar_element)
         basis = FacetBasis(self.space.skmesh, element, facets=facets, intorder=INDICATOR_ORDER)
+        cover = self._cover(np.asarray(basis.global_coordinates()))
 
         @BilinearForm
         def membrane(u, v, w):
@@ -259,7 +260,7 @@ class FoiledModel(FingerModel):
             strains = [np.einsum("ik...,kl...,lj...->ij...", tangent, grad(x), tangent) for x in (u, v)]
             first, second = ((one + one.swapaxes(0, 1)) / 2 for one in strains)
             trace = np.einsum("ii...->...", first) * np.einsum("ii...->...", second)
-            return self._cover(w.x) * ((1 - FOIL_NU) * ddot(first, second) + FOIL_NU * trace)
+            return cover * ((1 - FOIL_NU) * ddot(first, second) + FOIL_NU * trace)
 
         size = self.space.unknowns
         foil = sp.tril(self.membrane * membrane.assemble(basis)).tocoo()

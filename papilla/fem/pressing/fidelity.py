@@ -336,4 +336,4 @@ def _prices(reduced: ReducedFinger) -> Prices | None:
 def _worst(loss: Loss, force: float) -> Worst | None:
     errors = {name: loss.at(force, name) for name in QUANTITIES}
     known = {name: error for name, error in errors.items() if error is not None}
-    return Worst.of(known) if len(known) == len(errors) else None
+    return Worst.of(known) if known else None
