@@ -61,6 +61,24 @@ def test_an_input_is_never_overwritten(folder, refused, arguments):
     assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
 
 
+@pytest.mark.skipif(os.name != "posix", reason="links of a POSIX file system")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["calibrate", "--export-c"],
+        ["identify", "sweep.csv", "--out"],
+        ["slide", "--out"],
+        ["view", "contact", "--screenshot"],
+    ],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_link_to_a_surface_of_the_finger_is_the_output_that_is_named(folder, papilla, arguments):
+    (folder / "link.png").symlink_to("s.png")
+    answer = papilla(*arguments, "link.png", "--finger", "scan.toml")
+    assert answer.code == 2 and (folder / "s.png").read_bytes() == b""
+    assert answer.err.splitlines()[-1] == "papilla: link.png would overwrite the input s.png: choose another name"
+
+
 def test_other_names_are_free(tmp_path):
     (tmp_path / "in.csv").write_text("")
     keep_inputs([tmp_path / "in.csv", None], [tmp_path / "out.csv", tmp_path / "in.csv.csv"])
