@@ -16,6 +16,7 @@ def test_json_has_the_documented_keys(papilla, tmp_path):
     assert (tmp_path / "pages" / "reproduce.html").read_text().count('id="C22"') == 1
 
 
+@pytest.mark.slow
 def test_the_table_has_notes_where_there_are_few_rows(papilla):
     done = papilla("reproduce", "--only", "X2")
     assert done.code == 0 and "accepted" in done.out and "not reproduced" in done.out

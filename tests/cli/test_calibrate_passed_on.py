@@ -1,4 +1,4 @@
-"""What `papilla calibrate` asks of the job, and what it tells of a calibration that is made up."""
+"""What `papilla calibrate` asks of the job, and what it prints of a made-up calibration."""
 
 import json
 import math
