@@ -39,7 +39,7 @@ class Stream(ABC):
 
     @abstractmethod
     def _fresh(self) -> Any:
-        """What one remembers that knows nothing."""
+        """The memory before the first sample."""
 
     @abstractmethod
     def _take(self, sample: tuple[float, ...]) -> tuple:

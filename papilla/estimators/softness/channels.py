@@ -246,8 +246,11 @@ class Linear(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """Linear model, for the channels `rows`, of samples near a contact: `split` (2 + k, k) times a sample's, less
-    `origin`, gives the steps to its own ln force and place, and the whitened residual (k,) that no contact explains.
+    """Linear model of samples near a contact, in the k channels `rows`.
+
+    `split` (2 + k, k) times the channels of a sample, less `origin` (2 + k,), gives two steps and a residual. The steps
+    lead from the contact to the sample's own ln force and place. The residual (k,), whitened, is what no contact
+    explains.
 
     reach : (lowest, highest) of each step for which the model holds; slack : largest difference of each step within a
     slot.
