@@ -12,6 +12,7 @@ from papilla.cli import estimate, estimate_summary
 from papilla.cli.estimate_summary import Summary
 from papilla.errors import InputError
 from papilla.estimators.pipeline import PipelineEstimate
+from papilla.finger import Finger
 from papilla.logs.time_log import LogReport
 
 REPORT = LogReport(6, 2, 1, 4, 3, 0, ("a note of the log",))
@@ -170,7 +171,7 @@ def test_no_more_rows_are_kept_than_lines_need(monkeypatch):
     one = summary_of(optional=("position_mm",))
     kept = []
     for first in range(0, 24, 4):
-        one._keep(block(4, first))
+        one.add(block(4, first), answer(["ok"] * 4, ["searching"] * 4, ["ok"] * 4))
         kept.append(sum(map(len, one._tail)))
     assert kept == [4, 8, 12, 12, 12, 12]
 
@@ -250,13 +251,6 @@ def test_noise_is_that_of_the_worst_gauge_and_not_below_a_floor():
     assert estimate._noise(log(g1=math.nan, g2=math.nan, force_N=math.nan)) == floor == estimate._noise(log(g1=0, g2=0))
 
 
-def test_the_ridges_of_a_design_are_known_to_the_estimators(papilla, tmp_path, monkeypatch):
-    from papilla.finger import Finger
-
-    assert estimate._ridge_pitch(None) is None
-    assert estimate._ridge_pitch("default") == Finger.default().ridge_pitch_mm
-
-
 def test_options_of_the_estimators_reach_the_pipeline(monkeypatch):
     import papilla.estimators
 
@@ -268,7 +262,7 @@ def test_options_of_the_estimators_reach_the_pipeline(monkeypatch):
     made = lambda **how: estimate.EstimatorOptions(**plain | {"softness": "gauges"} | how)  # noqa: E731
     assert made().pipeline("record", log, noise) == "pipeline"
     always = {"gauges": ("g1",), "columns": ("force_N",), "sample_rate_Hz": 500.0, "gauge_sigma": 2.0}
-    assert asked[0] == ("record", always | {"softness": "gauges"})
+    assert asked[0] == ("record", always | {"softness": "gauges"}), "without a design no ridges are known"
     made(wavelength_range=(1.0, 2.0), saturation=100.0, friction_memory=5.0, thickness=7.0, softness="sd").pipeline(
         "record", log, noise
     )
@@ -277,6 +271,8 @@ def test_options_of_the_estimators_reach_the_pipeline(monkeypatch):
     assert asked[1] == ("record", always | more) and doubts.thickness_mm == 7.0
     made(softness="force-depth").pipeline("record", log, noise)
     assert asked[2] == (None, always)
+    made(finger="default").pipeline("record", log, noise)
+    assert asked[3][1]["ridge_pitch_mm"] == Finger.default().ridge_pitch_mm
 
 
 def test_reading_a_long_log_is_said_after_each_100_000_rows(monkeypatch):

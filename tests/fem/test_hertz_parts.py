@@ -135,7 +135,7 @@ def made_up(monkeypatch, columns):
     monkeypatch.setattr(hertz, "ellipse_family", lambda *_: family)
     monkeypatch.setattr(hertz, "moduli", lambda *_: ())
     monkeypatch.setattr(hertz, "_branches", lambda *_: 3 * [(radius, rows)])
-    return hertz._table.__wrapped__(None, SimpleNamespace(unit=None))
+    return hertz._table.__wrapped__(SimpleNamespace(outer_modulus=1.0), SimpleNamespace(unit=None))
 
 
 @pytest.mark.parametrize("column", ["a", "depth", "sharp", "flat", None])
