@@ -134,6 +134,8 @@ def test_another_order_to_begin_with_changes_nothing(reference, stuck):
     backwards = ContactPath(ContactProblem(problem.compliance[: len(problem.mass), : len(problem.mass)],
                                              problem.mass, problem.gap.max() - problem.gap))  # fmt: skip
     for guess in (None, loading_path(reference, Sphere(5.0, 8.0), 0.0).whole, backwards):
-        other = LoadingPath(problem, math.inf if stuck else 0.0, guess).at(force=0.1)
+        path = LoadingPath(problem, math.inf if stuck else 0.0, guess)
+        # Without friction no order makes a node leave, so the path itself answers, not its steps
+        other = (path if stuck else path.whole).at(force=0.1)
         assert other.indentation == pytest.approx(expected.indentation, rel=1e-12)
         assert other.traction == pytest.approx(expected.traction, abs=1e-11 * expected.traction.max())

@@ -113,3 +113,18 @@ def test_what_no_element_can_do_is_refused(finger_of):
         finger_of("Q1")
     with pytest.raises(InputError, match="element P2 needs nu below 0.5 in every layer, got 0.5: use Taylor-Hood"):
         finger_of("P2", 0.5).reduce()
+
+
+def test_bent_edges_have_nodes_at_their_middles_and_straight_meshes_have_none(box):
+    mesh = box((2, 2, 4))
+    assert P2(mesh).skmesh.doflocs.shape[1] == len(mesh.points)
+    edges = np.array([mesh.tets[0, :2], mesh.tets[-1, 2:]])
+    bent = mesh.points[edges].mean(axis=1) + [[0.01, 0.02, 0.03], [0.0, -0.02, 0.01]]
+    curved = P2(dataclasses.replace(mesh, edges=edges, middles=bent)).skmesh
+    middles = {tuple(edge): place for place, edge in enumerate(np.sort(curved.edges.T, axis=1).tolist())}
+    numbers = [len(mesh.points) + middles[tuple(edge)] for edge in np.sort(edges, axis=1).tolist()]
+    found = curved.doflocs.T
+    assert found[numbers] == pytest.approx(bent)
+    others = np.setdiff1d(np.arange(len(middles)), np.array(numbers) - len(mesh.points))
+    straight = mesh.points[curved.edges.T].mean(axis=1)
+    assert found[len(mesh.points) + others] == pytest.approx(straight[others])

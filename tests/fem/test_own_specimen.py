@@ -220,3 +220,21 @@ class RoundBlock(Block):
 
     def gap(self, points):
         return 2e-3 * (points**2).sum(axis=1)
+
+
+@dataclass(frozen=True)
+class Stiffening(Block):
+    """A block whose compliance is not proportional to 1 / modulus."""
+
+    def compliance(self, surface):
+        return surface.half_space / (1 + self.modulus**2)
+
+
+@pytest.mark.parametrize("specimen", [HalfSpace(0.5), Stiffening(2.0, 10), Stiffening(3.0, 10), Block(0.2, 10)])
+def test_a_surface_moves_by_its_compliance_times_the_pressure(disc, stand_in, specimen):
+    finger = stand_in(disc(5.0, 4, lambda x, y: x**2 / 40 + y**2 / 40), 0.2)
+    pressure = np.linspace(0.0, 0.1, len(finger.patch.xy))
+    expected = finger.specimen_compliance(specimen) @ pressure
+    assert finger.specimen_displacement(specimen, pressure) == pytest.approx(expected, rel=1e-12)
+    if isinstance(specimen, Stiffening):
+        assert expected == pytest.approx(finger.half_space @ pressure / (1 + specimen.modulus**2))

@@ -10,7 +10,7 @@ import pytest
 from papilla.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import response as module
-from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, _fitted, response
+from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, Response, _fitted, response
 from papilla.fem.reduction.family import family
 from papilla.finger import Finger
 from papilla.specimen import Block
@@ -168,3 +168,12 @@ def test_few_presses_are_refused(monkeypatch):
                            compliance=np.zeros(1), rows=np.zeros(1))  # fmt: skip
     with pytest.raises(InputError, match=f"only {len(made)} of 640 presses"):
         response(some, Block(1.0, 10.0))
+
+
+def test_a_press_is_inside_up_to_the_deepest_one_at_the_nearest_ratio():
+    """Made-up rows of E / E_inner, ratio and largest x: at twice the ratio the largest x is twice as large."""
+    deepest = np.array([(e, ratio, 3.0 * ratio) for ratio in (2.0, 4.0) for e in (1.0, 100.0)]).T
+    made = Response(np.zeros((1, 1)), deepest, np.inf, 0.0, False, np.zeros(1), 1, "made up")
+    x = np.array([0.99, 1.01])
+    for ratio, top in ((1.9, 6.0), (2.7, 6.0), (3.0, 12.0), (5.0, 12.0)):
+        assert made.inside(0.03 * top * x, np.full(2, 0.3), ratio * 0.03, 0.03).tolist() == [True, False]

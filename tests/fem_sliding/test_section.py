@@ -269,3 +269,15 @@ def test_forty_modes_are_kept_and_each_node_has_the_mean_height_of_its_hat():
     middle = 1.6 + (0.3 * (1.0 - 1.6) + 0.6 * (1.3 - 1.6)) / 3 / 0.9
     assert found["z"] == pytest.approx([1.0 + 0.2, middle, 1.3 + 0.1])
     assert {"compliance", "rows", "mode_omega", "mode_patch", "mode_gauges"} < set(found)
+
+
+def test_a_foil_that_reaches_out_of_the_section_is_named_by_its_farthest_point():
+    def probes(_):
+        raise ValueError("a point lies outside of the mesh")
+
+    model, points = (
+        SimpleNamespace(scalar=SimpleNamespace(probes=probes)),
+        np.array([[0.1, 5.0], [-9.0, 4.0], [2.0, 3.0]]),
+    )
+    with pytest.raises(InputError, match=r"a gauge's foil reaches out of the section, to \(-9, 4\) mm: move it"):
+        SectionModel._row(model, points, np.ones((3, 2)))

@@ -272,18 +272,14 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
 def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction: float) -> tuple[float, float]:
     """Forces (b, a) of a node with compliance [[xx, xa], [xa, aa]], whose slip and gap < 0 are given without these
     forces."""
-    if friction == 0:
-        return 0.0, -gap / aa
-    # Stick first: both forces that close the gap and stop the slip. If they lie outside of the friction cone, slip to
-    # the side that they point to, or else to the other.
+    # Stick first: both forces that close the gap and stop the slip.
     determinant = xx * aa - xa * xa
     b, a = (xa * gap - aa * slip) / determinant, (xa * slip - xx * gap) / determinant
     if a >= 0 and abs(b) <= friction * a:
         return b, a
-    for sign in (1.0, -1.0) if b < 0 else (-1.0, 1.0):
-        stiff = aa - friction * sign * xa
-        if stiff > 0:
-            a = -gap / stiff
-            if sign * (slip + (xa - friction * sign * xx) * a) >= 0:
-                return -friction * sign * a, a
-    return 0.0, -gap / aa
+    # Outside of the friction cone the node slips. The forces that close the gap form a line, on which the slip grows
+    # with b. The line goes from b = 0 inside the cone to stick outside of it, so it crosses the edge on that side, where
+    # the node slips against its force.
+    side = math.copysign(friction, b)
+    a = -gap / (aa + side * xa)
+    return side * a, a
