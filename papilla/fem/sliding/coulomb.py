@@ -278,8 +278,8 @@ def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction:
     if a >= 0 and abs(b) <= friction * a:
         return b, a
     # Outside of the friction cone the node slips. The forces that close the gap form a line, on which the slip grows
-    # with b. The line goes from b = 0 inside the cone to stick outside of it, so it crosses the edge on that side, where
-    # the node slips against its force.
+    # with b. From b = 0, inside the cone, to stick, outside of it, the line crosses the edge of the cone on that side,
+    # and there the node slips against its force.
     side = math.copysign(friction, b)
     a = -gap / (aa + side * xa)
     return side * a, a
