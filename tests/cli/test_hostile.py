@@ -63,7 +63,7 @@ def test_names_that_mean_something_to_others_are_drawn_as_they_are(tmp_path, pic
     environment = os.environ | {"PYTHONIOENCODING": "cp1252", "COLUMNS": "20"}
     view = ["view", picture, "--screenshot", "p.png", *(["--gauge", names[1]] if picture == "receptive" else SCENE)]
     for arguments in (["press", *SCENE], view):
-        command = [sys.executable, "-m", "papilla", *arguments, "--finger", "f.toml"]
+        command = [sys.executable, "-m", "papilla", *arguments, "--finger", "f.toml", "--size-mm", "2.8"]
         ended = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, timeout=600)
         assert ended.returncode == 0, ended.stderr
         assert b"Traceback" not in ended.stderr and b"\x1b" not in ended.stdout + ended.stderr

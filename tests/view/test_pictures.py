@@ -74,7 +74,7 @@ def test_two_presses_share_one_scale(scene, rendered, monkeypatch):
 
 
 def test_a_press_beside_the_apex_shows_where_it_touched(scene, tmp_path):
-    reduced = fem.prepare(scene.finger, at=(4.0, -5.0))
+    reduced = fem.prepare(scene.finger, size_mm=2.8, at=(4.0, -5.0))
     press = fem.press(reduced, scene.specimen, force=0.588, fidelity="contact")
     (field,) = view.fields(scene.finger, reduced, [press])
     figure = view.strain_figure(field, reduced, press, scene.specimen, scene.finger)
