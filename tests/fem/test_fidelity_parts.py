@@ -80,3 +80,20 @@ def test_hertz_answers_for_presses_too_light_for_the_mesh_up_to_a_tenth(monkeypa
     assert found.fidelity == fidelity and ("10.0 % in S_d from Hertzian at the lightest" in found.status) == (
         fidelity == "hertz"
     )
+
+
+def test_a_coefficient_between_none_and_stick_is_between_the_two_presses_with_large_strain(monkeypatch):
+    known, asked = {0.0: "free, strained", np.inf: "stuck, strained"}, []
+    monkeypatch.setattr(fidelity_module, "_contact", lambda finger, touched, friction, load: (friction, load))
+    monkeypatch.setattr(
+        fidelity_module, "with_large_strain", lambda finger, one, *, beyond: asked.append(beyond) or known.get(one[0])
+    )
+    monkeypatch.setattr(fidelity_module, "between_ends", lambda *parts: parts)
+    flat, found = SimpleNamespace(curvature=(0.0, 0.0)), SimpleNamespace(friction=0.3, force=0.4)
+    *parts, linear = fidelity_module.including_large_strain("finger", flat, found, beyond=True)
+    ends = (0.0, (0.4, None)), (np.inf, (0.4, None))
+    assert parts == ["finger", found, ends, ("free, strained", "stuck, strained")] and asked == [True, True]
+    assert linear(0.2) == (0.2, (0.4, None))
+    known.pop(np.inf)
+    assert fidelity_module.including_large_strain("finger", flat, found) is None
+    assert fidelity_module.including_large_strain("finger", SimpleNamespace(curvature=(0.1, 0.0)), found) is None

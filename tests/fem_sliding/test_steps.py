@@ -6,6 +6,8 @@ import pytest
 from papilla import Grating
 from papilla.errors import InputError
 from papilla.fem import Motion
+from papilla.fem.sliding.coulomb import Rubbed
+from papilla.fem.sliding.felt_profile import FAR_MM
 from papilla.fem.sliding.slide import _Run, amplify
 from papilla.textures import Flat
 
@@ -68,3 +70,17 @@ def test_the_amplifier_passes_up_to_four_tenths_of_the_rate():
         assert np.sqrt(2 * np.mean(heard**2)) == pytest.approx(left, abs=0.04)
     signal = np.arange(6.0)[:, None]
     assert amplify(signal, 1) is signal
+
+
+def test_skin_stands_no_deeper_than_a_groove_and_nowhere_beside_the_texture(run, coarse):
+    made, n = run(texture=Grating(0.9, 0.9, 0.5)), len(coarse.x)
+    middle = n // 2
+    force, moved, recess = np.zeros(2 * n), np.zeros(2 * n), np.full(n, FAR_MM)
+    force[n + middle - 1 : n + middle + 2] = 1.0
+    recess[middle], depth = 0.03, float(made.rise[middle]) + 0.05
+    made._watch(Rubbed(force, moved, depth, np.zeros(n), 1, "newton", 0.0), coarse.x, recess)
+    assert made.in_groove == pytest.approx(0.03)
+    recess[middle] = 0.07
+    made._watch(Rubbed(force, moved, depth, np.zeros(n), 1, "newton", 0.0), coarse.x, recess)
+    width = coarse.x[middle + 1] - coarse.x[middle - 1] + coarse.hats.max()
+    assert made.in_groove == pytest.approx(0.05) and made.flank_push == pytest.approx(0.05 / width) and width < 1.8
