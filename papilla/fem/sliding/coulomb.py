@@ -272,6 +272,8 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
 def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction: float) -> tuple[float, float]:
     """Forces (b, a) of a node with compliance [[xx, xa], [xa, aa]], whose slip and gap < 0 are given without these
     forces."""
+    if friction == 0:
+        return 0.0, -gap / aa
     # Stick first: both forces that close the gap and stop the slip.
     determinant = xx * aa - xa * xa
     b, a = (xa * gap - aa * slip) / determinant, (xa * slip - xx * gap) / determinant
