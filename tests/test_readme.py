@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from shorter import shortened
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
@@ -32,36 +33,17 @@ COMMANDS = [
     for line in block.splitlines()
     if line.startswith("papilla ")
 ]
-SHORTER = {
-    "calibrate": "--quick",
-    "verify": "--only hertz",
-    "reproduce": "--only A14",
-    "figures": "--paper textiles",
-    "bench": "--short",
-    "telepresence simulate": "--seconds 2",
-    "texture train": "--window 20 --wavelengths 1 10 --bands 5",
-}
-"""What a command gets besides, so that it takes seconds."""
 ELSEWHERE = {
+    "papilla bench": "cli/test_bench.py",
+    "--free": "cli/test_identify_fitted.py",
     "--relaxation": "cli/test_identify_rate.py",
     "--compare": "cli/test_identify.py",
     "--explain": "design/test_command.py",
 }
-"""Options that need a log, an identified finger or the geometries of a study, and the test that has them."""
+"""Commands and options that cost much, or need a log, an identified finger or the geometries of a study, and the tests
+that have them."""
 FAILS = ("--check",)
 """Options by which a command may say "no" with exit code 1."""
-
-
-def shortened(line: str) -> list[str]:
-    """Arguments of a command of README."""
-    said = shlex.split(line, comments=True)[1:]
-    for name, more in SHORTER.items():
-        if " ".join(said).startswith(name):
-            options = shlex.split(more)
-            # An option that README gives gets the shorter value
-            given = {said.index(one) + shift for one in options if one in said for shift in (0, 1)}
-            return [*(one for place, one in enumerate(said) if place not in given), *options]
-    return said
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +105,9 @@ def test_a_command_runs(line, laboratory, tmp_path, monkeypatch, capsys):
 
 
 def test_what_is_run_elsewhere_is():
-    assert all(name in (Path(__file__).parent / file).read_text(encoding="utf-8") for name, file in ELSEWHERE.items())
+    tests = Path(__file__).parent
+    for name, file in ELSEWHERE.items():
+        assert name.removeprefix("papilla ") in (tests / file).read_text(encoding="utf-8"), name
 
 
 def test_the_commands_exist():

@@ -178,19 +178,22 @@ def test_rings_and_penalty_are_the_same_press():
     assert rings.values[0] == pytest.approx(values[0], rel=2e-2)
 
 
+HALVED = {"load steps": (0.1, Shape(), 1.095), "elements": (math.inf, replace(Shape(), cells=(80, 10, 14, 16)), 1.2)}
+"""Each with the friction that it moves most: slip depends on the path, and the edge of a stuck contact is sharp."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", [0.1, math.inf])
-def test_halved_elements_and_load_steps_change_little(friction):
-    """At 10 and 20 gf; stuck, 0.27 % of S_d between the elements at 10 gf (ADR 0026)."""
-    force = gf_to_newton(20)
-    paths = (
-        press_path(_bodies(shape), GAUGES, force, friction, growth=growth)
-        for shape, growth in ((Shape(), 1.2), (Shape(), 1.095), (replace(Shape(), cells=(80, 10, 14, 16)), 1.2))
+@pytest.mark.parametrize("what", HALVED)
+def test_halved_elements_and_load_steps_change_little(what):
+    """At 10 and 20 gf; 0.27 % of S_d between the elements at 10 gf (ADR 0026)."""
+    friction, shape, growth = HALVED[what]
+    forces = gf_to_newton(20) * np.array([0.5, 1])
+    (depth, values), (finer_depth, finer) = (
+        press_path(_bodies(one), GAUGES, forces[-1], friction, growth=step).at(forces)
+        for one, step in ((Shape(), 1.2), (shape, growth))
     )
-    (depth, values), *finer = (path.at(np.array([0.5, 1]) * force) for path in paths)
-    for indentation, others in finer:
-        assert indentation == pytest.approx(depth, rel=1.5e-3)
-        assert others[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=3.5e-3)
+    assert finer_depth == pytest.approx(depth, rel=1.5e-3)
+    assert finer[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=3.5e-3)
 
 
 @pytest.mark.slow
@@ -207,17 +210,15 @@ def test_a_skin_of_six_tenths_is_seen_by_elements_about_as_large():
 
 
 @pytest.mark.slow
-def test_presses_on_other_triangulations_are_the_references():
-    """Every machine makes meshes of its own: the bounds are those of `papilla verify`, twice the worst of six."""
+def test_presses_on_another_triangulation_are_the_references():
+    """The bounds are those of `papilla verify`, which presses variant 0: twice the worst of six meshes."""
     rings, specimen = Rings(_bodies(FINE, 0.05, linear=True), GAUGES), Block(0.05, 10)
-    reduced = [prepare(FINE.finger, variant=variant) for variant in (1, 2)]
+    reduced = prepare(FINE.finger, variant=1)
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
-        exact = rings.press(force)
-        for finger in reduced:
-            found = press(finger, specimen, force=force, fidelity="contact")
-            assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR["S_d"])
-            assert found.strain == pytest.approx(exact.values[0], rel=LINEAR["gauges"])
-            assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR["indentation"])
-            assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR["contact area"])
-            assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR["peak pressure"])
+        exact, found = rings.press(force), press(reduced, specimen, force=force, fidelity="contact")
+        assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR["S_d"])
+        assert found.strain == pytest.approx(exact.values[0], rel=LINEAR["gauges"])
+        assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR["indentation"])
+        assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR["contact area"])
+        assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR["peak pressure"])
