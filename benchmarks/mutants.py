@@ -122,15 +122,12 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/finite/body.py", "cofactor.swapaxes(-1, -2)", "cofactor.swapaxes(-2, -1)"): "the same exchange",
     ("papilla/fem/reduction/compliance.py", "points[checked] * image", "(points[checked] / image)"): "signs",
     ("papilla/fem/reduction/gauges.py", "np.linspace(-0.5, 0.5, n)", "np.linspace(0.5, -0.5, n)"): "another order",
-    ("papilla/fem/pressing/effects.py", "one.swapaxes(0, 1)", "one.swapaxes(1, 0)"): "the same exchange",
     ("papilla/fem/sliding/section.py", "ddot(sym_grad(u), sym_grad(v))", "ddot(sym_grad(v), sym_grad(u))"):
      "symmetric",
     ("papilla/fem/fields.py", "np.outer(signs, mirror)", "np.outer(mirror, signs)"): "one is a multiple of the other",
     ("papilla/fem/fields.py", "cell_pressure[cell_number[here]] * signs[2]",
      "(cell_pressure[cell_number[here]] / signs[2])"): "a sign",
     ("papilla/fem/pressing/off_apex.py", "1.0", "1.1"): "where the slope of the skin is differenced",
-    ("papilla/fem/pressing/effects.py", "np.geomspace(force / 2, top, KNOTS)", "np.geomspace(top, force / 2, KNOTS)"):
-     "another order",
     ("papilla/fem/pressing/contact.py", "math.log(specimen.modulus) / ORDER_STEP",
      "(math.log(specimen.modulus) * ORDER_STEP)"): "the step is 1",
     ("papilla/fem/pressing/contact.py", "1.0", "1.1"): "which order of nodes is tried first",

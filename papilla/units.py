@@ -36,14 +36,8 @@ SAMPLE_RATE_HZ = 1000.0
 N_PER_MN = 1e-3
 """N of one mN."""
 
-N_MM_PER_J_M2, J_M2_PER_N_MM = 1e-3, 1e3
-"""One J/m2, the usual unit of a work of adhesion, in N/mm, and one N/mm in J/m2."""
-
 T_MM3_PER_G_CM3 = 1e-9
 """One g/cm3 in t/mm3, the density that is consistent with N, mm and s."""
-
-GRAVITY_N_MM3 = 9.80665e-6
-"""Weight (N) of one mm3 of a density of 1 g/cm3 (standard gravity, exact)."""
 
 TINY = 1e-300
 """Replaces zero as a divisor or under a logarithm: far below every measured value in these units, and its reciprocal is

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from papilla.studies.bench import Bench
     from papilla.studies.estimator_bench.comparison import Row
     from papilla.studies.estimator_bench.touches import TouchRow
-    from papilla.studies.physics import Effect
 
 PLOT, HONESTY_PLOT = "speed_against_error.png", "estimators.png"
 COST_SECONDS = 4.0
@@ -37,15 +36,12 @@ _COST = {
     "us a row of a block": "block_us", "an update, median": "update_us", "mean": "update_mean_us",
     "p99.9": "update_p999_us", "p99.9 of one run": "loop_p999_us",
 }  # fmt: skip
-SHORT_MM = 2.0
-"""Element size of --short; light presses are inaccurate on it."""
 
 
 def bench(
     finger: FingerOption = None,
     short: bool = option(False, "Coarse meshes and few rows.", "--short"),
     estimators: bool = option(False, "Compare the estimators instead.", "--estimators"),
-    physics: bool = option(False, "What the press leaves out, effect by effect.", "--physics"),
     out: Path | None = option(None, f"Folder for {PLOT}; the working directory without it."),
 ) -> Answer:
     """Measure every fidelity, element and mesh: seconds and memory against the difference from the finest mesh, as
@@ -55,10 +51,6 @@ def bench(
     same mesh. The errors of the fidelities are kept for `papilla press --fidelity auto`, but not by --short. The
     command takes several minutes, mostly for fidelity finite and the finest mesh.
     """
-    if estimators and physics:
-        raise InputError("give --estimators or --physics, not both")
-    if physics:
-        return bench_physics(finger, short)
     if estimators:
         if finger is not None:
             raise InputError("--finger is for the fidelities, not for --estimators")
@@ -194,35 +186,3 @@ def _shown(column: str, value: Any) -> str:
     if isinstance(value, str):
         return value
     return "" if value != value else f"{PER_CENT * value if '%' in column else value:.3g}"
-
-
-def bench_physics(finger: Path | None, short: bool) -> Answer:
-    """Press with and without each effect, and show the change of S_d and of the modulus that follows from it."""
-    from papilla.finger import Finger
-    from papilla.mesh import DEFAULT_SIZE_MM
-    from papilla.studies.physics import FORCES_GF, MODULI_MPA, physics
-
-    design = Finger.load(finger or "default")
-    with progress() as shown:
-        found = physics(design, SHORT_MM if short else DEFAULT_SIZE_MM, shown.line)
-    facts = {"finger": design.name, "forces_gf": list(FORCES_GF), "moduli_MPa": list(MODULI_MPA)}
-    return Answer(facts | {"effects": [effect.to_json() for effect in found]}, partial(_print_effects, found))
-
-
-def _print_effects(found: "Sequence[Effect]") -> None:
-    """Print a row for each effect, with its changes at all forces."""
-    from papilla.studies.physics import FORCES_GF, MODELLED, MODULI_MPA
-
-    rows = []
-    for effect in found:
-        by = effect.modelled_by or ("not modelled" if effect.worst >= MODELLED else "below 1 %")
-        changes = [_changes(ratios[:, j]) for ratios in (effect.sd_ratio, effect.modulus_ratio) for j in (0, 1)]
-        rows.append([f"{effect.name}: {effect.size}", by, *changes])
-    heads = [f"{quantity}, {modulus:g} MPa" for quantity in ("S_d", "E") for modulus in MODULI_MPA]
-    loads = ", ".join(f"{gf:g}" for gf in FORCES_GF)
-    show_rows(["effect", "modelled by", *heads], rows, f"change in %, at {loads} gf; worst first")
-    tell("E: what is read from S_d by presses without the effect; - where the press or the modulus is out of range")
-
-
-def _changes(ratios) -> str:
-    return "  ".join("-" if ratio != ratio else f"{PER_CENT * (ratio - 1):+.1f}" for ratio in ratios)

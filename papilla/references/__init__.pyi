@@ -27,5 +27,3 @@ from .tangential_contact import dundurs_beta as dundurs_beta
 from .tangential_contact import frictional_punch as frictional_punch
 from .tangential_contact import goodman_stick_radius as goodman_stick_radius
 from .viscoelastic import Prony as Prony
-from .viscoelastic import lee_radok_force as lee_radok_force
-from .viscoelastic import lee_radok_indentation as lee_radok_indentation

@@ -1,7 +1,8 @@
-"""Viscoelastic silicone: Prony series, and the exact contact with a sphere while the contact grows (mm, N, MPa, s).
+"""Viscoelastic silicone: Prony series (MPa, s).
 
-Lee and Radok, The contact problem for viscoelastic bodies, J. Appl. Mech. 27 (1960), doi:10.1115/1.3644020: while the
-contact grows, the elastic solution holds if each product with the modulus becomes a convolution over the history.
+The strain under a history of stress also gives the force of an elastic contact with the same area. Lee and Radok, The
+contact problem for viscoelastic bodies, J. Appl. Mech. 27 (1960), doi:10.1115/1.3644020: while the contact grows, the
+elastic solution holds if each product with the modulus becomes a convolution over the history.
 """
 
 import math
@@ -89,38 +90,6 @@ class Prony:
     @property
     def _terms(self) -> list[tuple[float, float]]:
         return list(zip(self.shares, self.times_s, strict=True))
-
-
-def lee_radok_force(
-    time_s: ArrayLike, indentation: ArrayLike, radius: float, modulus: float, prony: Prony
-) -> np.ndarray:
-    """Force (n,) in N on a rigid sphere of `radius` (mm) pressed into a half-space to growing indentations (n,) in mm.
-
-    F = 4/3 sqrt(R) int E*(t - s) d(delta^1.5), with `modulus` E*(0) = E(0) / (1 - nu^2) in MPa; delta^1.5 is linear
-    between the times. Raises `InputError` if the indentation falls, because the contact then shrinks and this solution
-    does not hold. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
-    """
-    depth = _growing("indentation (mm)", indentation)
-    return 4 / 3 * math.sqrt(radius) * modulus * prony.stressed(time_s, depth**1.5)
-
-
-def lee_radok_indentation(
-    time_s: ArrayLike, force: ArrayLike, radius: float, modulus: float, prony: Prony
-) -> np.ndarray:
-    """Indentation (n,) in mm of a rigid sphere under forces (n,) in N that do not fall.
-
-    delta^1.5 = 3 / (4 sqrt(R)) int J(t - s) dF, with J(0) = 1 / E*(0) and `modulus` E*(0) in MPa. Raises `InputError`
-    if the force falls. Source: Lee and Radok 1960, doi:10.1115/1.3644020.
-    """
-    load = _growing("force (N)", force)
-    return (3 / (4 * math.sqrt(radius) * modulus) * prony.strained(time_s, load)) ** (2 / 3)
-
-
-def _growing(name: str, values: ArrayLike) -> np.ndarray:
-    found = np.asarray(values, float)
-    if not np.isfinite(found).all() or (found < 0).any() or (np.diff(found) < 0).any():
-        raise InputError(f"{name} must grow from 0: Lee and Radok's solution holds while the contact does not shrink")
-    return found
 
 
 def _history(time_s: ArrayLike, values: ArrayLike, terms: list[tuple[float, float]]) -> np.ndarray:

@@ -5,14 +5,12 @@ import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from papilla.cli import bench
 from papilla.cli.options import PROCESSES
 from papilla.finger import Finger
 from papilla.studies.estimator_bench import comparison
-from papilla.studies.physics import FORCES_GF, MODULI_MPA, Effect
 
 
 def words(text: str) -> str:
@@ -163,31 +161,3 @@ def test_the_bench_of_estimators_needs_a_calibration_unless_it_is_short(papilla,
     assert facts["plots"] == ["here/estimators.png"] and facts["short"] == short
     assert facts["scenes"][0]["first_right_s"] == 0.3 and len(facts["softness"]) == (not short)
     assert json.loads(papilla("bench", "--estimators", *options, "--json").out)["plots"] == []
-
-
-@pytest.mark.parametrize("short, size", [(True, 2.0), (False, 0.7)])
-def test_effects_of_physics_are_worst_at_each_force_and_modulus(papilla, refused, monkeypatch, short, size):
-    from papilla.studies import physics
-
-    shape = (len(FORCES_GF), 2)
-    ratio = np.full(shape, 1.02) * [1.0, 1.5]
-    effects = [
-        Effect("creep", "8 %", "", ratio, np.full(shape, math.nan)),
-        Effect("a tilt", "1 deg", "", np.full(shape, 1.001), ratio),
-        Effect("friction", "stick", "a press", ratio, ratio),
-    ]
-    asked = []
-    monkeypatch.setattr(physics, "physics", lambda design, size, say: asked.append((design.name, size)) or effects)
-    options = ["--physics", *(["--short"] if short else [])]
-    answer = papilla("bench", *options)
-    assert answer.code == 0 and asked[0][1] == size
-    said = words(answer.out)
-    two, half, none = ("  ".join([part] * len(FORCES_GF)).split() for part in ("+2.0", "+53.0", "-"))
-    row = " ".join([*two, *half, *none, *none])
-    assert f"creep: 8 % not modelled {row} a tilt: 1 deg below 1 %" in said and "friction: stick a press" in said
-    assert " ".join(f"S_d, {modulus:g} MPa" for modulus in MODULI_MPA) in said and f"E, {MODULI_MPA[1]:g} MPa" in said
-    assert f"at {', '.join(f'{gf:g}' for gf in FORCES_GF)} gf; worst first" in said
-    facts = json.loads(papilla("bench", *options, "--finger", "published", "--json").out)
-    assert facts["finger"] == asked[-1][0] != asked[0][0] and facts["moduli_MPa"] == list(MODULI_MPA)
-    assert [one["effect"] for one in facts["effects"]] == ["creep", "a tilt", "friction"]
-    assert "give --estimators or --physics, not both" in refused("bench", "--physics", "--estimators")

@@ -23,7 +23,7 @@ DEFAULTS = {
     "design": {"--out": "study", "--resume": False, "--explain": False},
     "doctor": {"--clean": False},
     "verify": {},
-    "bench": {"--short": False, "--estimators": False, "--physics": False},
+    "bench": {"--short": False, "--estimators": False},
     "reproduce": {"--only": ""},
     "figures": {"--paper": "", "--out": "figures"},
     "log map": {},

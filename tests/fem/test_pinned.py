@@ -9,9 +9,7 @@ from dataclasses import replace
 import pytest
 
 from papilla.fem import press
-from papilla.fem.pressing.effects import FoiledModel, adhesive_press, creeping_press, weight_readings
 from papilla.fem.pressing.off_apex import transported_readings
-from papilla.references.viscoelastic import Prony
 from papilla.specimen import Block, HalfSpace, Sphere
 
 BLOCK = Block(0.51, 10)
@@ -46,10 +44,6 @@ PINNED = {
     "large strain, beyond": (35994.679, 1.46277058, 192.90981, 0.00904927777),
     "friction": (5276.08679, 0.168113539, 15.2341819, 0.00484302102),
     "friction, large strain": (7786.94205, 0.236066947, 22.0867532, 0.00543884925),
-    "adhesion": (22267.2568, 0.658265353, 74.3826842, 0.0178231819),
-    "relaxation": (0.46140894, 0.948152494, 1.0066436, 0.840909764, -8207.26044, -20955.1141, 52125.3842),
-    "foils": (18.4291429, -827.555079, 3185.67063),
-    "weight": (52.3515559, 347.02846, 452.750367),
     "moved": (-3752.29561, -11951.1677, 18267.6627, -11415.766, -7535.69871),
     "off the apex": (-4158.46747, -12475.268, 19016.1467, -5890.09332, -7400.59585),
 }
@@ -63,23 +57,6 @@ def told(found):
 def test_presses(reference, name):
     specimen, options = PRESSES[name]
     assert told(press(reference, specimen, **options)) == pytest.approx(PINNED[name], rel=1e-6)
-
-
-def test_adhesion(coarse):
-    assert told(adhesive_press(coarse, BLOCK, 0.05, force_N=0.3)) == pytest.approx(PINNED["adhesion"], rel=1e-6)
-
-
-def test_relaxation(coarse):
-    history = {"time_s": [0, 1, 2, 4], "force": [0.2, 0.5, 0.5, 0.3]}
-    found = creeping_press(coarse, HalfSpace(0.5), Prony((0.3, 0.1), (0.5, 4.0)), **history)
-    assert [*found.indentation, *found.reading[-1, :3]] == pytest.approx(PINNED["relaxation"], rel=1e-6)
-
-
-def test_foils_and_weight(coarse_model):
-    model = FoiledModel(coarse_model.finger, coarse_model.mesh, 300.0, 0.25)
-    found = press(model.reduce(), BLOCK, force=0.3, fidelity="contact")
-    assert found.reading[:3] == pytest.approx(PINNED["foils"], rel=1e-5)
-    assert weight_readings(coarse_model)[:3] == pytest.approx(PINNED["weight"], rel=1e-6)
 
 
 def test_moved_contacts(coarse_model, coarse):

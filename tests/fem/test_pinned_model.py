@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from papilla.fem import FingerModel, receptive_fields
-from papilla.fem.pressing.effects import weight_readings
 from papilla.finger import Finger, Gauge, Layer
 
 TURNED = Gauge("turned", angle_deg=25.0, y_mm=6.0, direction_deg=35.0, lever_mm=0.5)
@@ -47,6 +46,5 @@ def test_beside_it(model):
     assert found.layers[:, 0] == pytest.approx([2.99945062, 10.9944875, 5.97865112], rel=1e-6)
 
 
-def test_under_its_weight_and_under_small_forces(model):
-    assert weight_readings(model) == pytest.approx([70.55967603, 305.47304971, 220.34392441], rel=1e-6)
+def test_under_small_forces(model):
     assert norms(receptive_fields(model).strain_per_newton) == pytest.approx([0.19171520], rel=1e-6)

@@ -18,7 +18,7 @@ from spring_calibration import calibration
 
 from papilla.errors import ContactRangeError
 from papilla.finger import Finger
-from papilla.studies import physics, telepresence
+from papilla.studies import telepresence
 from papilla.studies.bench import measure, runner
 from papilla.studies.bench.peers import runner as peer_runner
 from papilla.studies.estimator_bench import cost, scene_parts, scenes, touches
@@ -264,55 +264,6 @@ def _displays(patch):
     return experiment._display()
 
 
-def _effects(patch):
-    bench, asked = physics.Bench(Finger.default(), 2.0), []
-    with pytest.MonkeyPatch.context() as inner:
-        model = SimpleNamespace(reduce=lambda *at: asked.append(at) or "reduced")
-        inner.setattr(physics, "FingerModel", lambda design, mesh: asked.append((design.name, mesh)) or model)
-        inner.setattr(physics, "build", lambda design, size_mm: ("mesh", size_mm))
-        inner.setattr(physics, "contact_press", lambda reduced, block, *given: asked.append((repr(block), *given)))
-        assert (bench.reduced, bench.whole) == ("reduced", "reduced")
-        bench.plain(0.3, 0.2)
-        bench = physics.Bench(Finger.default(), 2.0)
-    own = made_up_finger.prepare()
-    whole = replace(own, stiff=1.1)
-    patch.setattr(physics.Bench, "reduced", own)
-    patch.setattr(physics.Bench, "whole", whole)
-    patch.setattr(physics.Bench, "model", SimpleNamespace(mesh="mesh"))
-
-    def contact(reduced, block, given, friction):
-        force, _ = given
-        bent = 1 + 0.01 * getattr(block, "tilt_deg", 0) + 0.02 * (not getattr(block, "bonded", True))
-        found = made_up_finger.press(reduced, block, force=force, friction=friction)
-        found.sd, found.reading = found.sd * bent, found.reading * bent
-        return found
-
-    made = []
-
-    class Model:
-        def __init__(self, *given):
-            made.append([repr(one) for one in given])
-
-        def reduce(self):
-            return replace(own, stiff=1 + 0.1 * len(made))
-
-    patch.setattr(physics, "contact_press", contact)
-    patch.setattr(physics, "press", lambda reduced, block, *, force_N, fidelity, friction: made_up_finger.press(
-        reduced, block, force=force_N, fidelity=fidelity or "finite", friction=friction))  # fmt: skip
-    patch.setattr(physics, "adhesive_press", lambda reduced, block, work, force_N: made_up_finger.press(
-        reduced, block, force=force_N * (1 + work)))  # fmt: skip
-    patch.setattr(physics, "weight_readings", lambda model: np.array([1.0, -50.0, 3.0, 80.0, 5.0]))
-    patch.setattr(physics, "FingerModel", Model)
-    patch.setattr(physics, "FoiledModel", Model)
-    patch.setattr(physics, "build", lambda design, size_mm: ("mesh", size_mm))
-    rows = [(name, size, by, sd(0.4, 0.3)) for name, size, by, sd in physics._effects(bench)]
-    told = []
-    patch.setattr(physics, "_effects", lambda bench: [
-        ("one", "a", "b", lambda force, E: 1.01 * bench.plain(force, E).sd),
-        ("two", "c", "d", lambda force, E: 1.02 * bench.plain(force, E).sd)])  # fmt: skip
-    return rows, made, physics.physics(Finger.default(), 2.5, told.append), told, asked
-
-
 def _scenes(patch):
     """Rare scenes, those felt by a made-up finger, and every scene once."""
     asked = []
@@ -403,7 +354,6 @@ PARTS = {
     "touches": _touches,
     "telepresence": _telepresence,
     "displays": _displays,
-    "effects": _effects,
     "scenes": _scenes,
     "wavelets": _wavelets,
     "peers": _peers,

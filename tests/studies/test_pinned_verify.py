@@ -139,20 +139,6 @@ def _contact(patch):
     patch.setattr(contact, "LoadingPath", Path)
     found += [*contact.friction()]
 
-    def adhesive(reduced, ball, work, force_N):
-        one = press(reduced, ball, force=force_N)
-        return SimpleNamespace(contact_area=one.contact_area * (1 + work), indentation=one.indentation * (1 - work))
-
-    def creeping(reduced, ball, series, time, indentation=None, force=None):
-        left = 1 - 0.1 * len(series.shares) * (1 - np.exp(-time))
-        if force is None:
-            return SimpleNamespace(force=left * (indentation**1.5 + 1e-9))
-        return SimpleNamespace(indentation=force ** (2 / 3) / left)
-
-    patch.setattr(contact, "adhesive_press", adhesive)
-    patch.setattr(contact, "creeping_press", creeping)
-    with np.errstate(all="ignore"):
-        found += [*contact.adhesion(), *contact.creep()]
     return found, problems, Model.told
 
 

@@ -1,8 +1,8 @@
-"""Contact against its exact answers: Hertz, bonded layers, a coat; friction, adhesion and creep of a sphere.
+"""Contact against its exact answers: Hertz, bonded layers, a coat, and friction of a sphere.
 
 A ball of 100 mm and an elliptic gap press a block of 600 contact radii; layers are incompressible and bonded to a rigid
 table. Exact are Hertz, Boussinesq's point force under Hertz's pressure, the dual integral equation of a bonded layer,
-Mossakovskii (stick) and Spence (slip), Johnson, Kendall and Roberts (adhesion), Lee and Radok (a skin that relaxes).
+Mossakovskii (stick) and Spence (slip).
 """
 
 from collections.abc import Iterator
@@ -13,23 +13,19 @@ from papilla import references
 from papilla.fem import ReducedFinger, press
 from papilla.fem.pressing.contact import LoadingPath
 from papilla.fem.pressing.contact_path import ContactProblem
-from papilla.fem.pressing.effects import adhesive_press, creeping_press
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.finger import Layer
-from papilla.references import Prony, StackLayer
+from papilla.references import StackLayer
 from papilla.specimen import Block, HalfSpace, friction_coefficient
 from papilla.studies import parameters
 from papilla.studies.case import Case
 from papilla.studies.verify import bodies
 from papilla.studies.verify.bodies import BALL, BALL_RADIUS, DEEP, bonded_layer, compared, half_space, off
-from papilla.units import J_M2_PER_N_MM
 
 GIVEN = parameters.parameters(__name__)
 MODULUS, NU = GIVEN.modulus_MPa, GIVEN.nu
 E_STAR = MODULUS / (1 - NU**2)
-SERIES = Prony(GIVEN.prony.shares, GIVEN.prony.times_s)
-TIME = np.concatenate([np.linspace(part.first, part.last, part.count) for part in (GIVEN.ramp_s, GIVEN.hold_s)])
 
 
 def hertz() -> Iterator[Case]:
@@ -122,46 +118,6 @@ def shear_moment(reduced: ReducedFinger, traction: np.ndarray) -> float:
     """int q . x dA (N mm) of tangential tractions (3, n) on the whole patch."""
     points, weights, hats = quadrature(reduced.patch)
     return reduced.multiplicity * float(weights @ ((hats @ traction[1:].T) * points).sum(axis=1))
-
-
-def adhesion() -> Iterator[Case]:
-    """A ball on a block of 600 contact radii, weakly and strongly adhesive."""
-    reduced = half_space(Layer(MODULUS, NU)).reduce()
-    hertz = references.hertz_sphere_at(GIVEN.pulled_radius_mm**2 / BALL_RADIUS, BALL_RADIUS, E_STAR)
-    force = hertz.force
-    for pull in GIVEN.pulls:
-        work = pull * force / (1.5 * np.pi * BALL_RADIUS)
-        energy = 3 * np.pi * work * BALL_RADIUS
-        held = force + energy + np.sqrt(2 * energy * force + energy**2)
-        radius = references.hertz_sphere(held, BALL_RADIUS, E_STAR).a
-        depth = radius**2 / BALL_RADIUS - np.sqrt(2 * np.pi * work * radius / E_STAR)
-        found = adhesive_press(reduced, BALL, J_M2_PER_N_MM * work, force_N=force)
-        name, against = f"ball with a pull-off force of {pull:g} of the load", "against JKR (exact solution)"
-        plain = press(reduced, BALL, force=force, fidelity="contact")
-        area = found.contact_area / plain.contact_area, (radius / hertz.a) ** 2
-        yield Case(f"{name}, area", f"contact area over Hertz's {against}", off(*area), GIVEN.adhesion_bound)
-        lift = found.indentation / plain.indentation, depth / hertz.indentation
-        yield Case(f"{name}, depth", f"indentation over Hertz's {against}", off(*lift), GIVEN.adhesion_bound)
-
-
-def creep() -> Iterator[Case]:
-    """A ball on a block of 600 contact radii, pushed in and held, and loaded and held."""
-    reduced = half_space(Layer(MODULUS, NU), bodies.FEW_CHORDS).reduce()
-    ramp = np.minimum(TIME, GIVEN.ramp_s.last)
-    late = GIVEN.late_s < TIME
-    # That of a contact of radius 1 mm; the crept one is smaller
-    depth = 1 / BALL_RADIUS * ramp
-    found, elastic = (creeping_press(reduced, BALL, one, TIME, indentation=depth) for one in (SERIES, Prony((), ())))
-    exact = references.lee_radok_force(TIME, depth, BALL_RADIUS, E_STAR, SERIES)
-    hertz = 4 / 3 * E_STAR * np.sqrt(BALL_RADIUS) * depth**1.5
-    ratio = (found.force / elastic.force) / (exact / hertz)
-    measure = "force over the elastic one against Lee and Radok (exact solution)"
-    yield Case("held depth", measure, float(np.abs(ratio[late] - 1).max()), GIVEN.creep_bound)
-    force = GIVEN.held_force * hertz[-1] * ramp
-    held = creeping_press(reduced, BALL, SERIES, TIME, force=force)
-    crept = references.lee_radok_indentation(TIME, force, BALL_RADIUS, E_STAR, SERIES)
-    measure = "indentation after the hold against Lee and Radok (exact solution)"
-    yield Case("held force", measure, off(float(held.indentation[-1]), float(crept[-1])), GIVEN.creep_bound)
 
 
 def _boussinesq_strain(reduced: ReducedFinger, pressure: np.ndarray, sites, depth: float) -> np.ndarray:

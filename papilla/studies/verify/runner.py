@@ -7,7 +7,7 @@ from time import perf_counter
 from papilla.errors import InputError, MissingExtraError, PapillaError
 from papilla.studies.case import Case
 from papilla.studies.runner import Progress, no_progress, run_jobs
-from papilla.studies.verify.contact import adhesion, coat, creep, friction, hertz, layers
+from papilla.studies.verify.contact import coat, friction, hertz, layers
 from papilla.studies.verify.elements import manufactured, patch_test
 from papilla.studies.verify.hard import contrast, engines, incompressible, loads, places
 from papilla.studies.verify.identification import identification
@@ -29,8 +29,6 @@ FAMILIES: dict[str, Family] = {
     "layer": layers,
     "coat": coat,
     "friction": friction,
-    "adhesion": adhesion,
-    "creep": creep,
     "sliding": sliding,
     "incompressible": incompressible,
     "contrast": contrast,
