@@ -18,7 +18,7 @@ MOST_NOTES = 12
 
 def reproduce(
     only: str = option("", "Claims whose key, source, experiment or words hold this text.", metavar="TEXT"),
-    out: Path | None = option(None, f"Folder for {PAGE}, with a picture an experiment."),
+    out: Path | None = option(None, f"Folder for {PAGE}, the page of these claims."),
 ) -> Answer:
     """Compare the papers' claims with the results of papilla: one row per claim, with a verdict and its evidence.
 

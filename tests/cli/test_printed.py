@@ -265,7 +265,6 @@ def test_cases_of_verify_in_words(capsys):
 def test_numbers_of_a_bench_in_words():
     assert [bench._shown("ok %", value) for value in (0.125, math.nan, "name")] == ["12.5", "", "name"]
     assert bench._shown("us", 0.125) == "0.125"
-    assert bench._changes(np.array([1.02, math.nan, 0.95])) == "+2.0  -  -5.0"
 
 
 def test_groups_of_a_texture_are_speeds_if_every_label_has_two():

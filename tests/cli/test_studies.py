@@ -44,7 +44,7 @@ def test_a_case_outside_its_bound_ends_with_1(papilla, monkeypatch, value, code)
 def untested() -> Result:
     """A claim that nobody can test here."""
     answer = Answer.untested(CLAIMS[0], EXPERIMENTS[0].name, "no sensor")
-    return Result(EXPERIMENTS[0], (answer,), None)
+    return Result(EXPERIMENTS[0], (answer,))
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from papilla.studies.estimator_bench import comparison, methods, scenes
 from papilla.studies.figures import drawing
 from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table, as_csv, dashed, printed
 from papilla.studies.figures.runner import PAPERS
-from papilla.studies.reproduce import claim, page
+from papilla.studies.reproduce import claim
 from papilla.studies.verify import elements
 from papilla.studies.verify.structured import cube, cylinder, growing, shell
 
@@ -175,19 +175,16 @@ def _drawings(patch):
 
 
 def _words(patch):
-    """Intervals that are accepted, numbers in words, and the picture of an experiment."""
+    """Intervals that are accepted, and numbers in words."""
     accept = partial(claim._accepted)
     intervals = [accept(2.0), accept(2.0, percent=10.0), accept("words", percent=10.0), accept(2.0, near=-4.0, by=0.5),
                  accept(2.0, least=1.0), accept((1.0, 2.0), most=3.0), accept(5, percent=20.0, by=1.0)]  # fmt: skip
-    x = np.arange(3.0)
-    series = (claim.Series("a", x, x), claim.Series("b", x, 2 * x, "points"), claim.Series("c", x, x, "points"),
-              claim.Series("d", ["u", "v", "w"], x, "bars"), claim.Series("e", x, 3 * x))  # fmt: skip
     named = [claim.named(*one) for one in (("edge_mm", 0.5), ("speed_mm_s", 2), ("snr_dB", "loud"), ("friction", 0.25))]
     # What is allowed beyond a printed value for rounding, in units of 1e-9
     rounding = [round(1e9 * (accept(near)[1] - near), 2) for near in (2.0, 7.0)]
     stems = [one.stem for paper in PAPERS.values() for one in paper.figures]
     counted = [len(claim.read_claims()), [one.key for one in claim.read_claims()][::20]]
-    return intervals, page.picture(claim.Found({}, "t", "x", "y", series, "x")), named, counted, rounding, stems
+    return intervals, named, counted, rounding, stems
 
 
 PARTS = {

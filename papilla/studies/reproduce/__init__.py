@@ -5,7 +5,7 @@
 """
 
 from papilla.studies.case import Verdict
-from papilla.studies.reproduce.claim import Answer, Claim, Experiment, Found, Series
+from papilla.studies.reproduce.claim import Answer, Claim, Experiment
 from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, reproduce
 
-__all__ = ["CLAIMS", "EXPERIMENTS", "Answer", "Claim", "Experiment", "Found", "Series", "Verdict", "reproduce"]
+__all__ = ["CLAIMS", "EXPERIMENTS", "Answer", "Claim", "Experiment", "Verdict", "reproduce"]

@@ -106,32 +106,6 @@ def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, mos
     return near - half, near + half
 
 
-class Series(NamedTuple):
-    """A curve of a picture: x and y of one length; style "line", "points" or "bars" (then x are names)."""
-
-    label: str
-    x: Any
-    y: Any
-    style: str = "line"
-
-
-@dataclass(frozen=True)
-class Found:
-    """Result of an experiment: `values` by name, and its figure: the curves `series`, a title, and labels of the axes.
-
-    A value to be compared may be a sentence instead, which says why it could not be measured.
-
-    title : what the picture shows, in a sentence. log : which axes are logarithmic, of "x", "y" and "xy".
-    """
-
-    values: Mapping[str, Any]
-    title: str = ""
-    x_label: str = ""
-    y_label: str = ""
-    series: tuple[Series, ...] = ()
-    log: str = ""
-
-
 ALONE = "_alone"
 """Suffix of the name of a fitted finding, for the value that a fit without it gives."""
 LOST = "lost"
@@ -151,7 +125,10 @@ def gathered(*parts: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A computation that answers several claims; `run` takes a function for lines of progress.
+    """A computation that answers several claims; `run` takes a function for lines of progress and returns values by
+    name.
+
+    A value to be compared may be a sentence instead, which says why it could not be measured.
 
     The docstring of `run` is its description: a heading, and how it is done, as a paper's section on methods. With
     `cause=False` it runs without the effect that the claims are about (`removed` names it): then no tested row holds.
@@ -162,7 +139,7 @@ class Experiment:
     """
 
     name: str
-    run: Callable[..., Found] = field(repr=False)
+    run: Callable[..., Mapping[str, Any]] = field(repr=False)
     simulated: str = ""
     removed: str = ""
     noise: str = "none"

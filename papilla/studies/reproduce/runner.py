@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from papilla.errors import InputError, PapillaError
 from papilla.studies.case import Verdict
-from papilla.studies.reproduce.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, Found, read_claims
+from papilla.studies.reproduce.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, read_claims
 from papilla.studies.reproduce.experiments import EXPERIMENTS
 from papilla.studies.runner import Progress, no_progress, run_jobs
 
@@ -16,11 +16,10 @@ CLAIMS: tuple[Claim, ...] = read_claims()
 
 @dataclass(frozen=True)
 class Result:
-    """An experiment, the answers to its requested claims, and its results (None: not run)."""
+    """An experiment, and the answers to its requested claims."""
 
     experiment: Experiment
     answers: tuple[Answer, ...]
-    found: Found | None
 
 
 def reproduce(only: str = "", **how) -> list[Answer]:
@@ -87,16 +86,16 @@ def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], N
     """Run an experiment if any of its claims can be tested; an error of papilla becomes the reason for a missing
     answer."""
     if all(claim.cannot for claim in claims):
-        return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims), None)
+        return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims))
     try:
         found = experiment.run(lambda line: say(f"{experiment.name}: {line}"))
     except PapillaError as error:
         why = f"the experiment ended in an error: {' '.join(str(error).split())}"
-        return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims), None)
+        return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims))
     answers = []
     for claim in claims:
-        answer = Answer.of(claim, experiment, found.values)
+        answer = Answer.of(claim, experiment, found)
         if claim.vary and answer.case.verdict == Verdict.OUTSIDE:
             say(f"{experiment.name}: {claim.key} with other values of what is not printed")
         answers.append(answer.with_sensitivity(experiment))
-    return Result(experiment, tuple(answers), found)
+    return Result(experiment, tuple(answers))

@@ -203,7 +203,7 @@ def _over_gratings(patch):
 def _impulses(patch):
     patch.setattr(impulses, "SEEDS", range(1))
     found = impulses.run(silent)
-    return {name: value for name, value in found.values.items() if name != "computing_ms"}, found.series
+    return {name: value for name, value in found.items() if name != "computing_ms"}
 
 
 PARTS = {

@@ -7,7 +7,7 @@ from scipy.stats import binomtest
 
 from papilla.estimators.published.roughness import ZeroCrossing, expected_error, optimal_period
 from papilla.estimators.published.roughness.impulses import UpwardCrossings
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import even, scene
 from papilla.studies.reproduce.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, listed, noisy_scene, times
 from papilla.units import MS_PER_S
@@ -28,7 +28,7 @@ class Touch:
 ASSUMED = Touch(**SCENE.assumed)
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """The count of zero crossings of 2007, its period A, and gratings 1 mm apart.
 
     The expected error of a count over A is computed for 1-4 mm in natural touch. Gratings 1 mm apart slide at constant
@@ -36,12 +36,7 @@ def run(tell, cause: bool = True) -> Found:
     mm: when is the answer first about 4 mm, and what is its mean from there on?
     """
     tell("gratings 1 mm apart")
-    values = gathered(lambda: _period(ASSUMED), lambda: _told_apart(cause), lambda: _steps(cause))
-    series = tuple(
-        Series(f"{one:g} mm", MS_PER_S * PERIODS_S, expected_error(PERIODS_S, one, *astuple(ASSUMED)))
-        for one in MILLIMETRES[::-1]
-    )
-    return Found(values, **SCENE.picture, series=series)
+    return gathered(lambda: _period(ASSUMED), lambda: _told_apart(cause), lambda: _steps(cause))
 
 
 def _period(assumed: Touch) -> dict:

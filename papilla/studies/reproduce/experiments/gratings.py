@@ -19,7 +19,7 @@ from papilla.fem.sliding.section import ReducedSection, prepare_section
 from papilla.finger import Finger, Gauge, Ridges
 from papilla.mesh.section import SIZE_MM
 from papilla.specimen import Grating
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SHARED, apart, listed
 from papilla.telepresence import read_curve
@@ -56,7 +56,7 @@ class Assumed:
 ASSUMED = Assumed(**SCENE.assumed)
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """Gratings under the finger by finite elements: what the gauges read, and what the methods of 2006 answer.
 
     The plane section of the default finger slides over gratings with groove = ridge, 0.5 mm deep, friction 0.3: five
@@ -72,7 +72,7 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _two_grooves(ASSUMED, cause),
     )
     tell("single scenes")
-    values |= gathered(
+    return values | gathered(
         lambda: _speeds(ASSUMED) if cause else {},
         lambda: _viscosity(ASSUMED, cause),
         lambda: _stick_slip(cause),
@@ -82,12 +82,6 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _finest(cause),
         lambda: _curve(ASSUMED),
     )
-    rows, series = slice(*SCENE.shown.samples), []
-    for one in SCENE.shown.wavelengths_mm if cause else ():
-        found = over(ASSUMED, one, SCENE.usual)
-        middle = found.readings[rows, MIDDLE]
-        series.append(Series(f"{one:g} mm", found.place_mm[rows], middle - middle.mean()))
-    return Found(values, **SCENE.picture, series=tuple(series))
 
 
 class Felt(NamedTuple):
@@ -294,9 +288,9 @@ def _stick_slip(cause: bool) -> dict:
 
 def _smooth_skin(assumed: Assumed) -> dict:
     """Ratio of the signal of 3.0 mm to that of 1.8 mm on smooth skin."""
+    setting = dict(SCENE.smooth_skin)
     coarse, fine = (
-        _grating_rms(over(assumed, one, SCENE.smooth_skin), one)[assumed.gauge]
-        for one in SCENE.shown.wavelengths_mm[:2]
+        _grating_rms(over(assumed, one, setting), one)[assumed.gauge] for one in setting.pop("wavelengths_mm")
     )
     return {"grows": float(coarse / fine)}
 

@@ -9,7 +9,7 @@ from papilla.estimators import find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
 from papilla.estimators.published.roughness.impulses import Corpuscle
 from papilla.studies.estimator_bench.scenes import Scene
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import (
     SEEDS,
@@ -33,7 +33,7 @@ PAPER = "2006"
 ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """The impulse methods of 2006 as printed, at constant speed and under strokes, compared with a 200 ms spectrum.
 
     The corpuscle's rules are written a second time and compared sample by sample. Gratings of 0.6-3.0 mm slide at about
@@ -42,7 +42,7 @@ def run(tell, cause: bool = True) -> Found:
     differ by more than the sum of deviations.
     """
     tell("gratings and natural touch")
-    values = gathered(
+    return gathered(
         _rules,
         _grooves,
         lambda: _line(cause),
@@ -50,17 +50,6 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _touch(cause),
         lambda: _spectrum(cause),
     )
-    shown = SCENE.shown
-    seen = noisy_scene("act1", SCENE.wavelength_mm, PAPER, shown.seed, seconds=shown.seconds)
-    density, spectrum = (
-        np.asarray(answers_to(kind(), seen)[0].frequency_Hz) for kind in (ImpulseDensity, ShortTimeSpectrum)
-    )
-    series = (
-        Series("true, |v| over wavelength", seen.time_s, seen.frequency_Hz),
-        Series("impulse density, as printed", seen.time_s, density),
-        Series("spectrum of 200 ms, as printed", seen.time_s, np.where(spectrum < shown.shown_Hz, spectrum, np.nan)),
-    )
-    return Found(values, **SCENE.picture, series=series)
 
 
 def _corpuscle() -> Corpuscle:

@@ -10,8 +10,8 @@ from papilla import fem, mesh
 from papilla.finger import Finger
 from papilla.references import printed_area, shared_approach
 from papilla.specimen import Block, HalfSpace
-from papilla.studies.reproduce.claim import Found, Series, gathered
-from papilla.studies.reproduce.scenes import by_factors, even, scene
+from papilla.studies.reproduce.claim import gathered
+from papilla.studies.reproduce.scenes import by_factors, scene
 from papilla.studies.reproduce.signals import listed
 from papilla.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
 
@@ -27,7 +27,7 @@ NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
 """Names of the depths in findings."""
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """What a press does to the layered finger: readings, stress, contact area, and how the approach is shared.
 
     The default finger is pressed on its reference mesh: on blocks of 0.02-20 MPa by 0.49 N, on the three published
@@ -41,7 +41,7 @@ def run(tell, cause: bool = True) -> Found:
     force = gf_to_newton(SCENE.force_gf)
     at_60 = {E: fem.press(reduced, _block(E if cause else MIDDLE), force=force) for E in SPECIMENS}
     tell("presses over the modulus, the field inside, with layers and without")
-    values = gathered(
+    return gathered(
         lambda: _over_moduli(reduced, cause),
         lambda: _three(at_60),
         lambda: _depths(reduced),
@@ -49,12 +49,6 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _field(finger, reduced, cause),
         _second_design,
     )
-    place = even(SCENE.shown.places_mm)
-    series = tuple(
-        Series(f"{E:g} MPa ({name})", place, KPA_PER_MPA * _along_x(reduced.patch, at_60[E].pressure, place))
-        for E, name in ((SOFT, "soft"), (HARD, "hard"))
-    )
-    return Found(values, **SCENE.picture, series=series)
 
 
 def _block(modulus: float) -> Block:
@@ -90,14 +84,6 @@ def _three(at_60) -> dict:
         "gain_high": at_60[HARD].sd / at_60[MIDDLE].sd - 1,
         "peak_ratio": at_60[HARD].peak_pressure / at_60[SOFT].peak_pressure,
     }
-
-
-def _along_x(patch, pressure: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Mean pressure (k,) on rings about these distances from the touch-down point."""
-    radius = np.hypot(*patch.xy.T)
-    width = SCENE.shown.ring_edges * patch.finest_edge
-    weights = np.exp(-0.5 * ((radius[None, :] - places[:, None]) / width) ** 2)
-    return (weights @ pressure) / weights.sum(axis=1)
 
 
 def _depths(reduced) -> dict:

@@ -19,7 +19,7 @@ from papilla.estimators import Doubts, GaugeSoftness, Pipeline, PrintedSoftness
 from papilla.finger import Finger
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
 from papilla.specimen import STICK, Block, Friction, Specimen
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import by_factors, even, scene
 from papilla.studies.reproduce.signals import RATE_Hz, last_number, listed, times
 from papilla.units import PER_CENT, gf_to_newton
@@ -50,7 +50,7 @@ class Assumed:
 ASSUMED = Assumed(**SCENE.assumed)
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """S_d against force and modulus, equations (9) and (10) offline and online, and the modulus from force and depth.
 
     The calibration is fitted to presses of 0.05-1 N on moduli of 0.02-5 MPa; presses on another mesh are recovered by
@@ -63,7 +63,7 @@ def run(tell, cause: bool = True) -> Found:
     calibration = calibrated(reduced)
     tell("presses on another mesh")
     presses = sweep(other, SPECIMENS_MPA, gf_to_newton(np.array(SCENE.forces_gf)))
-    values = gathered(
+    return gathered(
         lambda: {"specimens": float(sum(modulus in MODULI for modulus in SPECIMENS_MPA))},
         lambda: _against_9(ASSUMED, cause),
         lambda: _published(calibration, cause),
@@ -74,13 +74,6 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _slow(table, other, cause),
         lambda: _together(calibration, cause),
     )
-    force, series = even(SCENE.shown.force_gf), []
-    some = force[:: SCENE.shown.every]
-    for modulus in SPECIMENS_MPA:
-        printed = published_sd(some, modulus) / values["scale"]
-        series.append(Series(f"papilla, {modulus:g} MPa", force, calibration.predict(gf_to_newton(force), modulus)))
-        series.append(Series(f"(9), scaled, {modulus:g} MPa", some, printed, "points"))
-    return Found(values, **SCENE.picture, series=tuple(series))
 
 
 def other_finger() -> fem.ReducedFinger:

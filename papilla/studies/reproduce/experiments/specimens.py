@@ -8,7 +8,6 @@ from papilla import fem
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.finger import Finger
-from papilla.studies.reproduce.claim import Found, Series
 from papilla.studies.reproduce.experiments.softness import MODULI, NOISE, calibrated, other_finger, sweep
 from papilla.studies.reproduce.scenes import by_factors, scene
 
@@ -16,7 +15,7 @@ SCENE = scene("specimens")
 DRAWS: int = SCENE.about.seeds
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """Telling specimens apart by their softness.
 
     Presses of 0.2-0.8 N on another mesh than the calibration's, 40 draws each, gauges with 5 microstrain of noise and a
@@ -35,16 +34,13 @@ def run(tell, cause: bool = True) -> Found:
     words = "; ".join(
         f"{name}: " + " ".join(f"{part:.0%}" for part in row) for name, row in zip(names, matrix, strict=True)
     )
-    values = {
+    return {
         "confusion": told,
         "matrix": words,
         "unanswered": unanswered,
         "mixes": share,
         "mixes_next": float(sum(np.trace(confused, offset) for offset in (-1, 0, 1)) / len(confused)),
     }
-    bars = tuple(Series(f"recognised as {name}", names, matrix[:, k], "bars") for k, name in enumerate(names))
-    title = SCENE.picture.title.format(told=told)
-    return Found(values, **{**SCENE.picture, "title": title}, series=bars)
 
 
 def _confusion(

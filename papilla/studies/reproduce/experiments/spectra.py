@@ -4,7 +4,7 @@ import numpy as np
 
 from papilla.estimators import SpaceTracker, find_lines
 from papilla.estimators.published.roughness import ImpulseDensity, Okamoto, ZeroCrossing
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import (
     SHARED,
@@ -16,7 +16,7 @@ from papilla.studies.reproduce.signals import (
     noisy_scene,
     times,
 )
-from papilla.units import MS_PER_S, PER_CENT
+from papilla.units import MS_PER_S
 
 SCENE = scene("spectra")
 SEEDS = range(SCENE.about.seeds)
@@ -26,7 +26,7 @@ PAPER = "2011_okamoto"
 ASSUMED = Noise(SHARED.snr_dB[PAPER])
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """The 32 ms spectrum of Okamoto 2011 in natural touch, compared with other windows.
 
     Gratings of 0.6-3.0 mm under strokes of 197 mm/s and 1.07 Hz; errors are rms over samples, wavelengths and seeds.
@@ -35,7 +35,7 @@ def run(tell, cause: bool = True) -> Found:
     tell("windows")
     scenes = [noisy_scene("act2" if cause else "const", one, PAPER, seed) for one in GRATINGS for seed in SEEDS]
     errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS_PER_S), scenes) for ms in WINDOWS_MS]
-    values = gathered(
+    return gathered(
         lambda: {
             "best_ms": float(WINDOWS_MS[int(np.argmin(errors))]),
             "errors": ", ".join(f"{error:.1%} ({ms} ms)" for ms, error in zip(WINDOWS_MS, errors, strict=True)),
@@ -46,9 +46,6 @@ def run(tell, cause: bool = True) -> Found:
         lambda: _components(cause),
         lambda: _finest(cause),
     )
-    windows = [f"{ms} ms" for ms in WINDOWS_MS]
-    series = (Series(SCENE.shown.series, windows, PER_CENT * np.array(errors), "bars"),)
-    return Found(values, **SCENE.picture, series=series)
 
 
 def _gratings(assumed: Noise) -> dict:

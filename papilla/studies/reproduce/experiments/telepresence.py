@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import listed
 from papilla.studies.telepresence import DELAY, NOTICED_MS, TESTS_MM, beside_each_other, experiments_2011
@@ -21,7 +21,7 @@ from papilla.units import MS_PER_S
 SCENE = scene("telepresence")
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """Roughness at a distance: a local model against direct feedback, over delayed links.
 
     The loop of hand, uplink, sensor, downlink and display runs over a grating of 1.2 mm, with 60 ms each way, with one
@@ -34,13 +34,7 @@ def run(tell, cause: bool = True) -> Found:
     tell("side by side")
     values |= gathered(lambda: _borders(cause))
     tell("experiments of 2011")
-    values |= gathered(lambda: _displayed(tell, cause))
-    rows = slice(*SCENE.shown.samples)
-    series = tuple(
-        Series(name, delayed.time_s[rows], shown[rows] / (np.abs(shown).max() or 1.0))
-        for name, shown in (("local model", delayed.local_um), ("direct feedback", delayed.direct_um))
-    )
-    return Found(values, **SCENE.picture, series=series)
+    return values | gathered(lambda: _displayed(tell, cause))
 
 
 def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> Record:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.estimators.published import texture
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SEEDS, SHARED, listed, share_of_noise, times
 from papilla.units import INCH_MM
@@ -29,7 +29,7 @@ class Fibres:
 ASSUMED = Fibres(**SCENE.assumed)
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """Bands of vibration against roughness scores, and what a search over all bands proves.
 
     Four made-up fabrics have the printed numbers of yarns an inch, slide at 10 mm/s, and have noise whose spectrum
@@ -47,14 +47,7 @@ def run(tell, cause: bool = True) -> Found:
         _weaves,
     )
     tell("runs on textiles")
-    values |= gathered(lambda: _textiles(np.random.default_rng(SCENE.runs.seed), cause))
-    shown = SCENE.shown
-    falling = fabric(shown.fabric, np.random.default_rng(shown.seed))
-    edges = np.arange(shown.greatest_Hz + 1.0)
-    total = np.concatenate([[0.0], np.cumsum(texture.band_amplitudes(falling, RATE_Hz, edges))])
-    low = np.arange(shown.starts_Hz)
-    series = tuple(Series(f"{width} Hz wide", low, total[low + width] - total[low]) for width in shown.widths_Hz)
-    return Found(values, **SCENE.picture, series=series)
+    return values | gathered(lambda: _textiles(np.random.default_rng(SCENE.runs.seed), cause))
 
 
 def fabric(name: str, rng, speed_mm_s: float = SCENE.stroke_mm_s, fibres: Fibres = ASSUMED) -> np.ndarray:

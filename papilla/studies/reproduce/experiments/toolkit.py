@@ -19,7 +19,7 @@ from papilla.fem.pressing.prices import known_prices
 from papilla.finger import Finger
 from papilla.logs import PressLog, read_time_log
 from papilla.specimen import STICK, Block
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.experiments.softness import calibrated
 from papilla.studies.reproduce.scenes import by_factors, scene
 from papilla.studies.reproduce.signals import RATE_Hz, last_number, listed, times
@@ -30,7 +30,7 @@ from papilla.units import PER_CENT
 SCENE = scene("toolkit")
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """What papilla is for: calibration, pictures, prices, hard cases, friction.
 
     The default finger is calibrated and its presses between the table's points are recovered; a strain field is drawn
@@ -41,16 +41,12 @@ def run(tell, cause: bool = True) -> Found:
     reduced = fem.prepare(finger)
     calibration = calibrated(reduced)
     tell("mesh, model and hard cases")
-    values = gathered(
+    return gathered(
         lambda: _friction(cause),
         lambda: _main_job(calibration, reduced, cause),
         lambda: _model(finger, reduced, cause),
         _hard_cases,
     )
-    names = list(calibration.sigmas)
-    shown = SCENE.shown
-    series = (Series(shown.series, names, [PER_CENT * one for one in calibration.sigmas.values()], "bars"),)
-    return Found(values, **SCENE.picture, series=series)
 
 
 def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:

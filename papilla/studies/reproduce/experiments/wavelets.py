@@ -10,7 +10,7 @@ from papilla.estimators.published.texture import leave_m_out
 from papilla.estimators.published.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
 from papilla.estimators.published.wavelet.cross import AFTER, BEFORE, CrossWavelet, Window
 from papilla.estimators.tracking.trackers import wavelength_between
-from papilla.studies.reproduce.claim import Found, Series, gathered
+from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.scenes import scene
 from papilla.studies.reproduce.signals import SHARED, listed, share_of_noise, times
 from papilla.units import MS_PER_S, PER_CENT
@@ -39,7 +39,7 @@ ASSUMED = Assumed(**SCENE.assumed)
 STEADY = replace(ASSUMED, speed_spread=0.0)
 
 
-def run(tell, cause: bool = True) -> Found:
+def run(tell, cause: bool = True) -> dict:
     """Cross-wavelets of Oddo 2011 on simulated runs in passive and active touch, phases, and nearest neighbours.
 
     Three channels, two side by side and one 2.36 mm along the path, over gratings of 0.40, 0.44 and 0.48 mm, sampled
@@ -53,20 +53,13 @@ def run(tell, cause: bool = True) -> Found:
     tell("passive touch")
     passive = [(one, _passive(one, rng, cause)) for one in PERIODS_MM for _ in range(RUNS)]
     tell("active touch")
-    values = gathered(
+    return gathered(
         lambda: _constant_parts(passive),
         lambda: _contours(np.random.default_rng(SCENE.contours.seed), cause),
         lambda: _active_touch(cause),
         lambda: _formulas(np.random.default_rng(SCENE.formulas.seed)),
         lambda: _phases(cause),
     )
-    ridge = passive[0][1].ridge
-    time = times(PASSIVE_S, RATE_Hz)
-    series = (
-        Series("f_MP of two channels", time, ridge.frequency_Hz),
-        Series("expected, v over p", time, passive_speed(time) / PERIODS_MM[0]),
-    )
-    return Found(values, **SCENE.picture, series=series)
 
 
 def _expected() -> np.ndarray:
