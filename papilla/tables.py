@@ -9,7 +9,6 @@ import re
 import shutil
 import sys
 import tempfile
-import warnings
 import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,7 +26,6 @@ from papilla.files import reason, replacing
 from papilla.pipes import PIPE, LiveText
 
 BLOCK = 8192  # Number of rows that are read at once
-_PLAIN = frozenset("0123456789+-.eE,;\nnaif")  # Characters of numbers, "nan" and "inf"; no spaces
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
@@ -178,15 +176,14 @@ class TableReader(Reader):
             chunks = iter(lambda: list(islice(self._text, size)), [])
         with self._faults(rows, before):
             for lines in chunks:
-                text = "".join(lines)
-                numbers = self._plain(text, len(lines))
+                numbers = self._plain(lines)
                 if numbers is not None:
                     columns = dict(zip(self.names, numbers, strict=True))
                     yield Table(self.path, columns, np.arange(before + 1, before + 1 + len(lines)))
                     empty, before = False, before + len(lines)
                     continue
                 # A quoted cell may continue in the next chunk
-                rest = chain(lines, self._text) if '"' in text else lines
+                rest = chain(lines, self._text) if any('"' in line for line in lines) else lines
                 for block in self._careful(csv.reader(rest, delimiter=self.delimiter, strict=True), size, before):
                     empty = False
                     yield block
@@ -205,33 +202,21 @@ class TableReader(Reader):
                 if kept := [item for item in taken if item[0]]:
                     yield self._table(*zip(*kept, strict=True))
 
-    def _plain(self, text: str, count: int) -> np.ndarray | None:
-        """Wanted columns (columns, rows) of lines with nothing but a plain number in each cell, else None.
+    def _plain(self, lines: list[str]) -> np.ndarray | None:
+        """Wanted columns (columns, rows) of lines with a number in each cell, else None.
 
-        This is ten times faster than `csv.reader`, and suffices for most logs. `_table` handles the rest: empty cells,
+        NumPy reads twice as fast as `csv.reader`, and suffices for most logs. `_table` handles the rest: empty cells,
         quotes and the place of a fault.
         """
-        if self._words or self.decimal == "," or self.delimiter not in ",;" or not text.isascii():
-            return None
-        text = text.replace("\r\n", "\n")
-        text = text if text.endswith("\n") else text + "\n"
-        signs = np.frombuffer(text.encode(), np.uint8)
-        width, line_end = len(self.header), ord("\n")
-        marks = np.flatnonzero((signs == line_end) | (signs == ord(self.delimiter)))
-        # Each line has as many cells as the header, none of them empty
-        if len(marks) != count * width or (np.diff(marks, prepend=-1) == 1).any():
-            return None
-        if (signs[marks[width - 1 :: width]] != line_end).any() or not set(text).issubset(_PLAIN):
+        if self._words or self.decimal == "," or not lines[0].strip():
             return None
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", DeprecationWarning)  # Older NumPy raises this instead of ValueError
-                numbers = np.fromstring(text.replace("\n", self.delimiter)[:-1], float, sep=self.delimiter)
-        except (ValueError, DeprecationWarning):
+            numbers = np.loadtxt(lines, delimiter=self.delimiter, comments=None, ndmin=2)
+        except ValueError:
             return None
-        if len(numbers) != count * width:
-            return None
-        return np.ascontiguousarray(numbers.reshape(count, width)[:, self._used].T)
+        # NumPy leaves out empty lines
+        fits = numbers.shape == (len(lines), len(self.header))
+        return np.ascontiguousarray(numbers.T[self._used]) if fits else None
 
     def once(self) -> None:
         """From now on read standard input once: rows are no longer kept."""

@@ -365,10 +365,10 @@ def test_rows_that_come_in_packets_tell_the_rate_of_the_rows(log):
     "cells, plain",
     [
         (["1", "-2.5e-3", "nan", "inf", "+.5", "1e400", "5."], True),
-        (["1", " 2", "3"], False),
+        (["1", " 2", "3"], True),
         (["1", "", "3"], False),
         (["1", '"2"', "3"], False),
-        (["NaN", "Infinity", "0.30000000000000004"], False),
+        (["NaN", "Infinity", "0.30000000000000004"], True),
     ],
 )
 @pytest.mark.parametrize("line_end", ["\n", "\r\n"])
@@ -388,6 +388,20 @@ def test_plain_numbers_are_read_in_one_go_as_cell_by_cell(tmp_path, monkeypatch,
             np.concatenate([table.columns[name] for table in slow]),
         )
     assert np.concatenate([table.lines for table in fast]).tolist() == list(range(2, 2 + len(rows)))
+
+
+def test_lines_keep_their_numbers_after_empty_ones(tmp_path):
+    (tmp_path / "a.csv").write_text("a,b\n\n1,2\n\n3,4\n5,6\n \t\n")
+    with TableReader(tmp_path / "a.csv", lambda name: True) as reader:
+        for size in (1, 2, 100):
+            with pytest.raises(FileFormatError, match="line 7: 1 cells where the header has 2 columns"):
+                list(reader.blocks(size))
+    (tmp_path / "a.csv").write_text("a,b\n\n1,2\n\n3,4\n5,6\n\n")
+    with TableReader(tmp_path / "a.csv", lambda name: True) as reader:
+        for size in (1, 2, 100):
+            blocks = list(reader.blocks(size))
+            assert np.concatenate([block.lines for block in blocks]).tolist() == [3, 5, 6]
+            assert np.concatenate([block.columns["b"] for block in blocks]).tolist() == [2, 4, 6]
 
 
 def test_a_quoted_cell_goes_on_in_the_next_chunk_and_lines_stay_right(tmp_path):
