@@ -269,6 +269,28 @@ def test_a_bad_frame_is_one_line(frame, message):
         read_time_log(frame)
 
 
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00", " +02:00"])
+def test_dates_and_times_may_state_a_zone(tmp_path, zone):
+    """Also one that changes in the log, when the clocks do."""
+    stamps = [f"2026-10-25 02:59:59.{k}{zone}" for k in (0, 25, 5)]
+    after = {"": "2026-10-25 03:00:00", "Z": "2026-10-25T03:00:00Z"}.get(zone, f"2026-10-25 02:00:00{zone[:-5]}01:00")
+    (tmp_path / "log.csv").write_text("\n".join(["when,ch1,ch2", *(f"{one},7,8" for one in [*stamps, after])]))
+    proposed = propose(tmp_path / "log.csv")
+    assert [one.meant for one in proposed.guesses] == ["t_s", "g1", "g2"]
+    (tmp_path / "log_map.toml").write_text(proposed.to_toml())
+    assert read_time_log(tmp_path / "log.csv").t_s.tolist() == [0, 0.25, 0.5, 1]
+
+
+def test_dates_and_spans_in_a_frame_are_not_taken_for_seconds():
+    dates, spans = np.array([0, 10, 20], "datetime64[ms]"), np.array([0, 10, 20], "timedelta64[ms]")
+    with pytest.raises(FileFormatError, match="column t_s: expected numbers: give it the unit iso in a map, got datet"):
+        read_time_log({"t_s": dates, "g1": [1, 2, 3]})
+    with pytest.raises(FileFormatError, match="column t_s: expected numbers, such as seconds, got timedelta64"):
+        read_time_log({"t_s": spans, "g1": [1, 2, 3]})
+    with_map = LogMap({"t_s": Column("t_s", "iso"), "g1": Column("g1", "microstrain")})
+    assert read_time_log({"t_s": dates, "g1": [1, 2, 3]}, log_map=with_map).t_s.tolist() == [0, 0.01, 0.02]
+
+
 def test_what_is_no_table_is_refused():
     with pytest.raises(InputError, match="a log is a file, a frame, a dict of columns or a structured array, got int"):
         read_time_log(3)

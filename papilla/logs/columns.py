@@ -4,6 +4,7 @@ All logs share gauges `g1`, `g2`, ... in microstrain, and named quantities with 
 """
 
 import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from os import PathLike
@@ -245,14 +246,23 @@ def _own_unit(column: str) -> str:
 
 
 def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
-    """Dates and times (n,) as `datetime64`; the zone Z is dropped, because a log has only one zone."""
-    plain = np.char.replace(np.char.replace(cells, "Z", ""), " ", "T")
+    """Dates and times (n,) as `datetime64`; raises `FileFormatError` for the first cell that is none."""
     try:
-        return plain.astype("datetime64[ns]")
+        return instants(cells)
     except ValueError:
-        for row, cell in enumerate(plain):
+        for row, cell in enumerate(cells):
             try:
-                np.datetime64(str(cell), "ns")
+                instants(cells[[row]])
             except ValueError:
                 raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
         raise
+
+
+def instants(cells: np.ndarray) -> np.ndarray:
+    """Dates and times (n,) of texts such as 2026-05-04 12:30:00.001+02:00, as `datetime64` in UTC or, if they state no
+    zone, in that of the log; raises `ValueError`."""
+    plain = np.char.replace(np.char.replace(cells, " ", "T", count=1), " ", "")
+    with warnings.catch_warnings():
+        # NumPy converts times with a zone to UTC, which is right here, and warns that it does
+        warnings.simplefilter("ignore", UserWarning)
+        return plain.astype("datetime64[ns]")

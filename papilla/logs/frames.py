@@ -50,8 +50,11 @@ class FrameReader(Reader):
 
     def _column(self, name: str) -> np.ndarray:
         values = np.asarray(self._frame[name])
-        if values.dtype.kind == "M" or name in self._words:
+        if name in self._words:
             return values.astype(str)
+        if values.dtype.kind in "Mm":
+            hint = ": give it the unit iso in a map" if values.dtype.kind == "M" else ", such as seconds"
+            raise FileFormatError(f"{self.path}, column {name}: expected numbers{hint}, got {values.dtype}")
         if values.ndim != 1 or (values.dtype.kind not in "fiub" and not _all_numbers(values)):
             raise FileFormatError(f"{self.path}, column {name}: expected one number per row, got {values.dtype}")
         return values.astype(float)

@@ -42,7 +42,7 @@ _SPEEDS = {f"{unit}/s": factor for unit, factor in _LENGTHS.items()}
 _PRESSURES = {"MPa": 1.0, "kPa": MILLI, "Pa": MICRO, "GPa": KILO}
 _TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": CM, "Nm": KILO}
 ISO = "iso"
-"""Unit of a time written as date and time (2026-05-04T12:30:00.001)."""
+"""Unit of a time written as date and time (2026-05-04T12:30:00.001, also with a zone: +02:00)."""
 STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": MEGA, "m/m": MEGA, "%": MEGA / PER_CENT}
 BRIDGES = ("mV/V", "V", "counts")
 """Units of an amplifier's output; the gauge factor converts it to strain (`Column`)."""
@@ -106,7 +106,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 def plain_unit(unit: str) -> str:
     """A unit in the spelling of `QUANTITIES`: u for micro, no spaces, points or powers of -1."""
     text = re.sub(r"[\s.·*]", "", unit).replace("µ", "u").replace("μ", "u").replace("s^-1", "/s").replace("ε", "e")
-    return {"uStrain": "microstrain", "ustrain": "microstrain", "µε": "ue", "grams": "g", "sec": "s"}.get(text, text)
+    return {"uStrain": "microstrain", "ustrain": "microstrain", "grams": "g", "sec": "s"}.get(text, text)
 
 
 def split_number(name: str) -> tuple[str, int | None]:

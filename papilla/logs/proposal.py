@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla.errors import FileFormatError
-from papilla.logs.columns import is_bag, unmapped
+from papilla.logs.columns import instants, is_bag, unmapped
 from papilla.logs.frames import PARQUET
 from papilla.logs.log_map import (
     BRIDGES,
@@ -264,7 +264,7 @@ def _floats(cells: np.ndarray, decimal: str) -> np.ndarray:
 
 def _is_date(cells: np.ndarray) -> bool:
     try:
-        np.datetime64(str(cells[0]).replace(" ", "T").rstrip("Z"), "ns")
+        instants(cells[:1])
     except ValueError:
         return False
     return "-" in str(cells[0]) and ":" in str(cells[0])

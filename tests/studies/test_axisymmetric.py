@@ -178,22 +178,27 @@ def test_rings_and_penalty_are_the_same_press():
     assert rings.values[0] == pytest.approx(values[0], rel=2e-2)
 
 
-HALVED = {"load steps": (0.1, Shape(), 1.095), "elements": (math.inf, replace(Shape(), cells=(80, 10, 14, 16)), 1.2)}
-"""Each with the friction that it moves most: slip depends on the path, and the edge of a stuck contact is sharp."""
+COARSER = {
+    "load steps": (0.1, Shape(), 1.44, 5e-4, 1e-3),
+    "elements": (math.inf, replace(Shape(), cells=(20, 3, 4, 4)), 1.2, 2e-3, 1e-2),
+}
+"""Friction that a doubling moves most (slip depends on the path, and the edge of a stuck contact is sharp), elements,
+growth of the force in a step, and by how much the depth and S_d may change. The error that is left in the finer one is
+about a third: elements and steps are of second order."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", HALVED)
-def test_halved_elements_and_load_steps_change_little(what):
-    """At 10 and 20 gf; 0.27 % of S_d between the elements at 10 gf (ADR 0026)."""
-    friction, shape, growth = HALVED[what]
+@pytest.mark.parametrize("what", COARSER)
+def test_doubled_elements_and_load_steps_change_little(what):
+    """At 10 and 20 gf. ADR 0026 has what halved elements change: 0.27 % of S_d at most."""
+    friction, shape, growth, in_depth, in_sd = COARSER[what]
     forces = gf_to_newton(20) * np.array([0.5, 1])
-    (depth, values), (finer_depth, finer) = (
+    (depth, values), (other_depth, others) = (
         press_path(_bodies(one), GAUGES, forces[-1], friction, growth=step).at(forces)
         for one, step in ((Shape(), 1.2), (shape, growth))
     )
-    assert finer_depth == pytest.approx(depth, rel=1.5e-3)
-    assert finer[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=3.5e-3)
+    assert other_depth == pytest.approx(depth, rel=in_depth)
+    assert others[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=in_sd)
 
 
 @pytest.mark.slow
