@@ -95,7 +95,10 @@ def travelled(t_s: ArrayLike, velocity_mm_s: ArrayLike) -> np.ndarray:
     from scipy.integrate import cumulative_trapezoid
 
     time = np.asarray(t_s, float)
-    velocity = np.broadcast_to(np.asarray(velocity_mm_s, float), time.shape)
+    velocity = np.asarray(velocity_mm_s, float)
+    if velocity.shape not in ((), time.shape):
+        raise InputError(f"velocity_mm_s must be one number or one a time, got {velocity.shape} for {time.shape}")
+    velocity = np.broadcast_to(velocity, time.shape)
     if time.ndim != 1 or not len(time) or not (np.isfinite(time).all() and np.isfinite(velocity).all()):
         raise InputError("t_s must be one column, and it and velocity_mm_s must be finite, to integrate a position")
     falls = np.diff(time) < 0

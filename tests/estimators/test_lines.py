@@ -126,6 +126,8 @@ def test_what_can_be_searched_is_stated_and_the_rest_refused():
         travelled([0, 1, 0.5], 3.0)
     with pytest.raises(InputError, match="finite"):
         travelled([0, 1], [np.nan, 1])
+    with pytest.raises(InputError, match=r"one number or one a time, got \(3,\) for \(2,\)"):
+        travelled([0, 1], [1, 2, 3])
 
 
 def test_the_background_is_found_beside_lines():

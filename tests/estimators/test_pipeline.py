@@ -253,6 +253,8 @@ def test_switched_off_outputs_have_a_message_each(calibration):
 def test_unusable_arguments_are_refused(calibration):
     for arguments, message in (
         ({"gauges": 0}, "gauges must be at least 1, got 0"),
+        ({"gauges": -1}, "gauges must be at least 1, got -1"),
+        ({"gauges": ("g1", "g2", "g1")}, "the names of gauges must differ, got g1, g2, g1"),
         ({"gauges": 3, "calibration": calibration}, "the calibration is of 5 gauges, the pipeline of 3"),
         ({"columns": ("speed",)}, "columns must be among force_N, .* got speed"),
         ({"columns": ("force_N", "force_N")}, "columns must differ"),
@@ -267,6 +269,7 @@ def test_unusable_arguments_are_refused(calibration):
             Pipeline(**arguments)
     with pytest.raises(InputError, match="the state is of a pipeline for wavelength, this one is for frequency"):
         Pipeline(columns=()).state = Pipeline(columns=("velocity_mm_s",)).state
+    assert Pipeline(gauges=np.int64(2)).columns[:3] == ("t_s", "g1", "g2")
 
 
 @pytest.mark.slow

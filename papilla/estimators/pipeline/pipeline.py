@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from operator import itemgetter
 from typing import Any, ClassVar, NamedTuple
@@ -153,9 +153,11 @@ class Pipeline(Stream):
         gauge_positions_mm: Sequence[float] | None = None,
         softness: str = "gauges",
     ):
-        named = numbered(gauges) if isinstance(gauges, int) else tuple(gauges)
-        if gauges == 0 or not (named or "tangential_N" in columns):
+        named = tuple(gauges) if isinstance(gauges, Iterable) else numbered(int(gauges))
+        if not (named or isinstance(gauges, Sequence) and "tangential_N" in columns):
             raise InputError(f"gauges must be at least 1, got {gauges}")
+        if len(set(named)) < len(named):
+            raise InputError(f"the names of gauges must differ, got {', '.join(named)}")
         if calibration is not None and len(calibration.gauges) != len(named):
             raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {len(named)}")
         if unknown := [name for name in columns if name not in OPTIONAL]:
