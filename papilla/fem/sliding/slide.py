@@ -203,7 +203,6 @@ class _Run:
             raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
         self.carried, self.relaxed, self.unresolved, self.in_groove, self.flank_push = 0.0, 0, 0, 0.0, 0.0
         self.work, self.turnover = 0.0, 0.0
-        self.laws: Laws | None = None
 
     def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Callable[[str], None]) -> Slide:
         """The result over all samples."""
@@ -274,8 +273,7 @@ class _Run:
         laws = Laws(
             inertia.compliance, self.rise + recess, before.moved[:n], drift, self.friction, free, self.depth, self.load
         )
-        found = rub(laws, before.state, self.laws)
-        self.laws = laws
+        found = rub(laws, before.state)
         self.relaxed += found.method != "newton"
         self.unresolved += found.violation > BROKEN
         self._watch(found, place, recess)
