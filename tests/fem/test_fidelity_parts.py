@@ -10,7 +10,10 @@ from papilla.fem.pressing.fidelity import PROBE_FORCES, QUANTITIES, Worst, _sett
 
 
 def pressed(sd, indentation, contact_area, reading):
-    return SimpleNamespace(sd=sd, indentation=indentation, contact_area=contact_area, reading=np.array(reading))
+    silent = sd == 0
+    return SimpleNamespace(
+        sd=sd, indentation=indentation, contact_area=contact_area, reading=np.array(reading), silent=silent
+    )
 
 
 def test_errors_are_relative_and_of_readings_where_s_d_is_silent():

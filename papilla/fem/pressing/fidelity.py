@@ -45,10 +45,6 @@ PROBE_FORCES = np.geomspace(0.02, 1.0, 6)
 NOT_STUCK = "; without friction, which is included with large strain alone: no table of that has such a press"
 """Appended to the status of a press that sticks by default but has no table of large strain."""
 
-SILENT = 1e-9
-"""S_d relative to the largest reading, below which S_d says nothing (one gauge, or mirror images): then readings are
-compared."""
-
 
 def press(
     reduced: ReducedFinger,
@@ -290,7 +286,7 @@ def relative_errors(scene: Press, truth: Press) -> list[float]:
     """Errors of a press against a better one in each of `QUANTITIES`. If S_d says nothing, the readings are
     compared."""
     errors = [abs(getattr(scene, name) / getattr(truth, name) - 1) for name in QUANTITIES if name != "sd"]
-    largest = float(np.abs(truth.reading).max())
-    if truth.sd > SILENT * largest:
+    if not truth.silent:
         return [abs(scene.sd / truth.sd - 1), *errors]
+    largest = float(np.abs(truth.reading).max())
     return [float(np.abs(scene.reading - truth.reading).max()) / largest if largest else 0.0, *errors]
