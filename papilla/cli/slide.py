@@ -83,7 +83,7 @@ def slide(
         None, "Coulomb's coefficient, 0 to 3.  [default: the bench's of the design, else 0]"
     ),
     dynamics: Literal["auto", "quasi-static", "modal"] = option("auto", "Inertia: in fast scenes, never, always."),
-    loss_factor: float = option(0.1, "Of the section's modes, if inertia is included."),
+    loss_factor: float | None = option(None, "Of the section's modes; the finger's identified relaxation, or 0.1."),
     noise_microstrain: float = option(0.0, "White noise of a gauge, standard deviation."),
     seed: int = option(0, "Of the noise."),
     ridges: bool = option(True, "Whether the finger's ridges stand on its skin."),
@@ -151,7 +151,7 @@ def _facts(found: "Slide", texture: "Texture") -> dict:
 
     slides = found.sliding
     measured = isinstance(texture, MeasuredProfile)
-    same = ("status", "friction", "dynamics", "why", "loss_factor", "first_mode_Hz", "highest_Hz")
+    same = ("status", "friction", "dynamics", "why", "loss_factor", "loss_from", "first_mode_Hz", "highest_Hz")
     return {name: getattr(found, name) for name in (*same, "energy_error", "in_groove_mm", "seconds")} | {
         "schema": SCHEMA,
         "texture": {"kind": "profile", "span_mm": list(texture.span)}
@@ -232,7 +232,7 @@ def _print(facts: dict) -> None:
     print_table(rows)
     tell(f"{facts['dynamics']}: {facts['why']}")
     if facts["dynamics"] == "modal":
-        tell(f"loss factor {facts['loss_factor']:.2g}")
+        tell(f"loss factor {facts['loss_factor']:.2g}, {facts['loss_from']}")
     if rest := facts["at_rest"]:
         tell(f"At rest as pressed on: {rest['physics']}; what the texture changes is the section's own")
     tell(facts["status"])

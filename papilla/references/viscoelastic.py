@@ -68,6 +68,13 @@ class Prony:
             found.append((float(-1 / (zero * slope)), float(-1 / zero)))
         return tuple(found)
 
+    def loss_factor(self, omega: ArrayLike) -> np.ndarray:
+        """E'' / E' at angular frequencies w (...) in rad/s: E(w) / E(0) = 1 - sum g / (1 + i w tau)."""
+        turns = np.asarray(omega, float)
+        left = (share / (1 + 1j * turns * tau) for share, tau in self._terms)
+        modulus = 1 - sum(left, start=np.zeros(turns.shape, complex))
+        return np.asarray(modulus.imag / modulus.real)
+
     def strained(self, time_s: ArrayLike, stress: ArrayLike) -> np.ndarray:
         """E(0) times the strain (n,) under a history of stress (n,), which is linear between the times (n,).
 

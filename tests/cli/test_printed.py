@@ -123,7 +123,7 @@ def test_relaxation_in_words(capsys):
 FACTS = {
     "wavelength_mm": 2.0, "mean_force_N": 0.3, "mean_depth_mm": 0.5, "effective_length_mm": 9.0, "gauges": ["g1"],
     "mean_microstrain": [120.0], "sd_microstrain": [7.5], "dynamics": "modal", "seconds": 1.5, "samples": 500,
-    "rate_Hz": 1000.0, "log": "l.csv", "truth": "t.json", "why": "fast", "loss_factor": 0.1,
+    "rate_Hz": 1000.0, "log": "l.csv", "truth": "t.json", "why": "fast", "loss_factor": 0.1, "loss_from": "stated",
     "status": "ok", "at_rest": None,
 }  # fmt: skip
 REST = {"indentation_mm": 0.75, "sd_microstrain": 300.0, "reading_microstrain": [90.0], "physics": "a flat"}

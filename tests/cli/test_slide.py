@@ -183,7 +183,7 @@ def made(monkeypatch):
             "force_N": np.array([0.1, 0.2, 0.3, 0.6]), "tangential_N": np.array([0.0, 0.1, 0.1, 0.1]),
             "depth_mm": np.array([0.4, 0.5, 0.6, 0.7]), "state": state, "pressing": np.abs(state) + 0.0,
             "length_mm": 9.5, "friction": 0.5, "dynamics": "modal", "why": "fast", "ridge_pitch_mm": 0.0,
-            "loss_factor": 0.125, "first_mode_Hz": 800.0, "highest_Hz": 90.0, "relaxed": 3,
+            "loss_factor": 0.125, "loss_from": "stated", "first_mode_Hz": 800.0, "highest_Hz": 90.0, "relaxed": 3,
             "unresolved": 4, "energy_error": math.nan, "in_groove_mm": 0.01, "flank_push": 0.02, "seconds": 1.25,
             "status": "ok",
         }  # fmt: skip
@@ -211,7 +211,7 @@ def test_the_options_of_a_slide_reach_it_and_its_signals_the_log(papilla, made, 
         "sd_microstrain": pytest.approx([math.sqrt(5), 2.0]), "relaxed_steps": 3, "unresolved_steps": 4,
         "flank_push_of_force": 0.02, "energy_error": None, "in_groove_mm": 0.01, "friction": 0.5, "seed": 0,
         "noise_microstrain": 0.0, "log": "log.csv", "truth": "log.truth.json", "finger": Finger.default().name,
-        "finger_sha256": Finger.default().sha256, "loss_factor": 0.125,
+        "finger_sha256": Finger.default().sha256, "loss_factor": 0.125, "loss_from": "stated",
     }  # fmt: skip
     assert {name: told[name] for name in expected} == expected
     assert told["texture"] == {"kind": "grating", "groove": 0.9, "ridge": 0.9, "depth": 0.2, "form": "sine", "flank": 0}
@@ -254,7 +254,7 @@ def test_a_slide_has_its_default_depths_and_ridges(papilla, made, tmp_path, monk
     ridged.save(tmp_path / "f.toml")
     assert papilla(*scene, "--finger", "f.toml").code == 0 and made.asked["design"].ridges == ridged.ridges
     assert papilla(*scene, "--finger", "f.toml", "--no-ridges").code == 0 and made.asked["design"].ridges is None
-    assert (made.asked["friction"], made.asked["loss_factor"], made.asked["dynamics"]) == (None, 0.1, "auto")
+    assert (made.asked["friction"], made.asked["loss_factor"], made.asked["dynamics"]) == (None, None, "auto")
 
 
 @pytest.mark.parametrize("speed, begin", [(20, 7.5), (0, 7.5), (-20, 52.5)])

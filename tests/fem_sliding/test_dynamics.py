@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from papilla.fem.sliding.dynamics import AtRest, Modal
+from papilla.fem.sliding.dynamics import AtRest, Modal, loss_factors
 from papilla.fem.sliding.slide import choose_dynamics, highest_frequency
 
 OMEGA, LOSS, STEP = 300.0, 0.2, 1e-4
@@ -61,6 +61,23 @@ def test_inertia_is_included_above_three_tenths_of_the_first_mode():
         assert [choose_dynamics(asked, highest, 100.0)[0] for asked in ("modal", "quasi-static")] == [
             "modal", "quasi-static"
         ]  # fmt: skip
+
+
+def test_a_relaxation_tells_the_loss_of_modes_at_most_ten_times_faster():
+    """E'' / E' of one Maxwell term with share g and time tau, at turns w tau."""
+    omega = np.array([100.0, 300.0])
+    for tau, told in ((0.099, True), (0.101, False)):
+        found, origin = loss_factors(
+            None, SimpleNamespace(relaxation_times_s=(5.0, tau), relaxation_shares=(1e-9, 0.3)), omega
+        )
+        turns = omega * tau
+        exact = 0.3 * turns / (1 + turns**2) / (1 - 0.3 / (1 + turns**2))
+        assert found == pytest.approx(exact if told else [0.1, 0.1])
+        assert ("identified relaxation of 0.101 s is 10 times slower than the first mode" in origin) != told
+    for identified in (None, SimpleNamespace(relaxation_times_s=())):
+        found, origin = loss_factors(None, identified, omega)
+        assert found.tolist() == [0.1, 0.1] and origin.endswith("the finger has no identified relaxation")
+    assert loss_factors(0.7, None, omega)[0].tolist() == [0.7, 0.7]
 
 
 def test_a_body_at_rest_reads_its_forces_and_keeps_nothing_of_the_past():

@@ -12,6 +12,7 @@ from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
 from papilla.fem.sliding.slide import amplify
 from papilla.finger import Bench
+from papilla.finger_parts import Identified
 from papilla.textures import Flat, MeasuredProfile
 
 GRATING = Grating(0.9, 0.9, 0.3)
@@ -216,14 +217,32 @@ def test_the_amplifier_keeps_what_is_slow_and_drops_what_would_fold():
     assert np.abs(heard[:, 1]).max() < 0.01
 
 
-def test_the_loss_of_modes_is_assumed_or_stated(finger, coarse):
+def relaxing(shares, times_s, gauges=5):
+    """What an identification told of a finger: its relaxation alone."""
+    nothing = {name: () for name in ("parameters", "logarithmic", "values", "lower", "upper", "covariance")}
+    return Identified(
+        status="ok", presses=0, specimen="", friction=0.0, zeros_microstrain=(0.0,) * gauges, touch_down_mm=0.0,
+        chi_square=0.0, freedom=0.0, force_error=0.0, noise_microstrain=0.0,
+        relaxation_shares=shares, relaxation_times_s=times_s, **nothing,
+    )  # fmt: skip
+
+
+def test_the_loss_of_modes_is_stated_identified_or_assumed(finger, coarse):
+    """A fast relaxation tells it mode by mode, E'' / E' of a Maxwell term; one of a hold of seconds nothing."""
+    fast, slow = (replace(finger, identified=relaxing((0.3,), (tau,))) for tau in (1e-3, 2.0))
     scene = {"force": 0.1, "length_mm": 5.0, "dynamics": "modal", "friction": 0.3, "section": coarse}
     motion = steady(80.0, 8.0)
-    assumed, stated, other = (slide(finger, GRATING, motion, **scene, **how) for how in (
-        {}, {"loss_factor": 0.1}, {"loss_factor": 0.3}))  # fmt: skip
-    assert (assumed.loss_factor, stated.loss_factor, other.loss_factor) == (0.1, 0.1, 0.3)
+    turns = coarse.modes.omega[0] * 1e-3
+    exact = 0.3 * turns / (1 + turns**2) / (1 - 0.3 / (1 + turns**2))
+    found, assumed, stated = (
+        slide(own, GRATING, motion, **scene, **given)
+        for own, given in ((fast, {}), (slow, {}), (fast, {"loss_factor": 0.1}))
+    )
+    assert found.loss_factor == pytest.approx(exact, rel=1e-12) and "identified" in found.loss_from
+    assert assumed.loss_factor == 0.1 and "2 s is" in assumed.loss_from and "slower" in assumed.loss_from
+    assert stated.loss_factor == 0.1 and stated.loss_from == "as stated"
     np.testing.assert_array_equal(stated.readings, assumed.readings)
-    assert np.abs(other.readings - stated.readings).max() > 1e-3 * np.ptp(stated.readings, axis=0).max()
+    assert np.abs(found.readings - stated.readings).max() > 1e-3 * np.ptp(stated.readings, axis=0).max()
     with pytest.raises(InputError, match="loss factor must lie"):
         slide(finger, GRATING, motion, **scene, loss_factor=3.0)
 

@@ -11,9 +11,15 @@ import numpy as np
 from scipy.linalg import expm
 
 from papilla.fem.sliding.section import Modes
+from papilla.finger_parts import Identified
+from papilla.references import Prony
 
 LOSS_FACTOR = 0.1
 """Loss factor of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
+
+SLOWEST = 10.0
+"""Ratio of a relaxation time to 1 / omega of a mode above which at most a tenth of its share contributes to the
+loss."""
 
 
 @dataclass(eq=False)
@@ -39,8 +45,25 @@ class AtRest:
         return self.rows[:, loaded] @ force[loaded]
 
 
+def loss_factors(stated: float | None, identified: Identified | None, omega: np.ndarray) -> tuple[np.ndarray, str]:
+    """Loss factors (k,) of modes (k,) in rad/s and their origin: stated, from a finger's identified Prony terms if
+    these are fast enough for the modes, or `LOSS_FACTOR`."""
+    if stated is not None:
+        return np.full(len(omega), stated), "as stated"
+    times = identified.relaxation_times_s if identified is not None else ()
+    assumed, none = np.full(len(omega), LOSS_FACTOR), "assumed, as of silicone at 10 to 100 Hz"
+    if identified is None or not times:
+        return assumed, f"{none}: the finger has no identified relaxation"
+    if (turns := min(times) * omega[0]) > SLOWEST:
+        return assumed, (
+            f"{none}: the identified relaxation of {min(times):.3g} s is {turns:.0f} times slower than the first mode, "
+            "and tells nothing of its loss"
+        )
+    return Prony(identified.relaxation_shares, times).loss_factor(omega), "of the finger's identified relaxation"
+
+
 class Modal:
-    """Modes with inertia; the loss factor eta enters as the damping ratio eta / 2. The motion starts at rest under a
+    """Modes with inertia; loss factors eta (k,) enter as damping ratios eta / 2. The motion starts at rest under a
     force.
 
     step : s. rows : (g, 2n) readings per force; mode_rows : (g, k) readings per unit of a mode.
@@ -48,7 +71,7 @@ class Modal:
 
     def __init__(
         self, modes: Modes, compliance: np.ndarray, rows: np.ndarray, mode_rows: np.ndarray, step: float,
-        loss: float, force: np.ndarray,
+        loss: np.ndarray, force: np.ndarray,
     ):  # fmt: skip
         self._modes, self._patch = modes, modes.patch
         square = modes.omega**2

@@ -17,7 +17,7 @@ from scipy.signal import firwin
 from papilla import checks
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
-from papilla.fem.sliding.dynamics import LOSS_FACTOR, AtRest, Inertia, Modal
+from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.section import ReducedSection, prepare_section
@@ -79,7 +79,7 @@ class Slide:
     friction : Coulomb's coefficient during sliding.
     dynamics, why : the choice, and its reason.
     ridge_pitch_mm : of the finger, 0 for smooth skin.
-    loss_factor : of the modes, NaN without inertia.
+    loss_factor, loss_from : of the first mode (NaN without inertia), and its origin.
     first_mode_Hz, highest_Hz : of the section, of the scene.
     relaxed, unresolved : numbers of steps that were solved by relaxation, and of steps whose laws are violated.
     energy_error : imbalance of energy relative to the converted energy, NaN without inertia.
@@ -110,6 +110,7 @@ class Slide:
     why: str
     ridge_pitch_mm: float
     loss_factor: float
+    loss_from: str
     first_mode_Hz: float
     highest_Hz: float
     relaxed: int
@@ -138,7 +139,7 @@ def slide(
     depth: float | None = None,
     friction: Friction | None = None,
     dynamics: str = DYNAMICS[0],
-    loss_factor: float = LOSS_FACTOR,
+    loss_factor: float | None = None,
     section: ReducedSection | None = None,
     length_mm: float | None = None,
     progress: Callable[[str], None] = lambda line: None,
@@ -154,7 +155,7 @@ def slide(
         states none, or "stick", sliding is without friction. The press to which the section is tied uses what is
         stated, or the default of presses.
     dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency.
-    loss_factor : of the modes, if inertia is included.
+    loss_factor : of the modes; None takes the finger's identified relaxation, else `dynamics.LOSS_FACTOR`.
     section : from `prepare_section`, for other options. length_mm : along y; the section is then not tied to a press in
         three dimensions, and its readings are not corrected.
 
@@ -169,7 +170,8 @@ def slide(
     if friction == STUCK:
         raise InputError(f"a finger that slides does not stick: friction must be between 0 and {LARGEST_FRICTION:g}")
     rubbing = 0.0 if stated in (None, STUCK) else checks.within("friction", stated, 0.0, LARGEST_FRICTION)
-    checks.within("loss factor", loss_factor, 0.0, 2.0)
+    if loss_factor is not None:
+        checks.within("loss factor", loss_factor, 0.0, 2.0)
     if dynamics not in DYNAMICS:
         raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
     body = section or prepare_section(finger, progress=progress)
@@ -181,7 +183,8 @@ def slide(
         rows, length_mm = tied.rows(body), tied.length_mm
     length = checks.positive("length_mm", 1.0 if length_mm is None else length_mm)
     names = tuple(gauge.name for gauge in finger.gauges)
-    run = _Run(body, rows, texture, motion, force and force / length, depth, rubbing, dynamics, loss_factor)
+    loss = loss_factors(loss_factor, finger.identified, body.modes.omega)
+    run = _Run(body, rows, texture, motion, force and force / length, depth, rubbing, dynamics, loss)
     return run.whole(names, length, tied, progress)
 
 
@@ -190,7 +193,8 @@ class _Run:
 
     def __init__(self, body, rows, texture, motion, load, depth, friction, dynamics, loss):  # noqa: PLR0913
         self.body, self.rows, self.texture, self.motion, self.friction = body, rows, texture, motion, friction
-        self.load, self.depth, self.loss = load, depth, loss
+        self.loss, self.loss_from = loss
+        self.load, self.depth = load, depth
         self.n = len(body.x)
         beside = 2 * body.half_width  # The contact's range, and how far friction may carry it
         reach = (float(motion.position_mm.min()) - beside, float(motion.position_mm.max()) + beside)
@@ -232,9 +236,9 @@ class _Run:
             fine.append(inertia.readings(rubbed.force))
             if sample % 500 == 0:
                 progress(f"sliding, {motion.t_s[sample]:.1f} of {motion.t_s[-1]:.1f} s")
-        energy, loss = math.nan, math.nan
+        energy, lost = math.nan, (math.nan, "no inertia")
         if isinstance(inertia, Modal):
-            loss = self.loss
+            lost = float(self.loss[0]), self.loss_from
             missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
             energy = abs(missing) / max(self.turnover, TINY)
         every = np.array(fine)
@@ -243,7 +247,7 @@ class _Run:
             motion, self.body.x, names, readings, amplified,
             pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
             pressing, rubbing, state, carried, length, tied, self.friction,
-            self.dynamics, self.why, self.body.ridge_pitch, loss, self.first_Hz, self.highest_Hz,
+            self.dynamics, self.why, self.body.ridge_pitch, *lost, self.first_Hz, self.highest_Hz,
             self.relaxed, self.unresolved, energy, self.in_groove, self.flank_push, perf_counter() - began,
             self._status(bool((pressing > 0).any()), float(depth.max())),
         )  # fmt: skip
