@@ -18,7 +18,8 @@ def run(coarse):
 
     def made(path=0.01, rate=1000.0, texture=None, dynamics="quasi-static", samples=5):
         motion = Motion(np.arange(samples) / rate, path * np.arange(samples), rate)
-        return _Run(coarse, coarse.reading_rows, texture or Flat(), motion, 0.02, None, 0.0, dynamics, 0.1)
+        loss = np.full(len(coarse.modes.omega), 0.1), "as stated"
+        return _Run(coarse, coarse.reading_rows, texture or Flat(), motion, 0.02, None, 0.0, dynamics, loss)
 
     return made
 
