@@ -65,8 +65,11 @@ LARGEST = 1e12
 
 def place(name: str, value: "Sequence[float]") -> tuple[float, float]:
     """A point (x, y) in mm as floats; its squares are finite."""
-    x, y = (within(f"{name} {axis} (mm)", own, -LARGEST, LARGEST) for axis, own in zip("xy", value, strict=True))
-    return x, y
+    try:
+        x, y = value
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be two numbers (x, y) in mm, got {value!r}") from None
+    return within(f"{name} x (mm)", x, -LARGEST, LARGEST), within(f"{name} y (mm)", y, -LARGEST, LARGEST)
 
 
 def believable(values: "np.ndarray") -> "np.ndarray":

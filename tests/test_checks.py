@@ -76,3 +76,10 @@ def test_a_range_rises():
         checks.rising("range", 3)
     with pytest.raises(InputError, match="^range .low end. must be greater than 0, got 0$"):
         checks.rising("range", (0, 1))
+
+
+@pytest.mark.parametrize("given", [(1.0,), (1, 2, 3), None, 3])
+def test_a_place_is_two_numbers(given):
+    assert checks.place("at", np.array([1.0, -2.0])) == (1.0, -2.0)
+    with pytest.raises(InputError, match="^at must be two numbers .x, y. in mm, got "):
+        checks.place("at", given)

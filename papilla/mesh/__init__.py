@@ -1,12 +1,10 @@
 """Surfaces to tetrahedra: a layered, tagged, snapped and cached mesh of a finger.
 
 >>> mesh = papilla.mesh.build(finger)            # a LayeredMesh
->>> papilla.mesh.save(mesh, "finger.vtu")
 """
 
 from papilla.mesh.builder import DEFAULT_SIZE_MM, build
 from papilla.mesh.cells import quality
 from papilla.mesh.layered import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh
-from papilla.mesh.vtu import load, save
 
-__all__ = ["BONE", "BOUNDARIES", "DEFAULT_SIZE_MM", "INNER", "OUTER", "LayeredMesh", "build", "load", "quality", "save"]
+__all__ = ["BONE", "BOUNDARIES", "DEFAULT_SIZE_MM", "INNER", "OUTER", "LayeredMesh", "build", "quality"]

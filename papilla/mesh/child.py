@@ -2,8 +2,7 @@
 readers.
 
 pytetwild cannot be interrupted and writes a file into the working directory; VTK's readers crash on damaged files. In a
-child process with a temporary folder all this becomes one clear error. The child does not outlive papilla
-(`papilla.mesh.watchdog`).
+child process with a temporary folder all this becomes one clear error.
 """
 
 import os
@@ -17,14 +16,14 @@ import numpy as np
 
 from papilla.errors import FileAccessError, MeshError
 from papilla.files import reason, scratch
-from papilla.mesh import watchdog, worker
+from papilla.mesh import worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
-HEARTBEAT_S, PATIENCE_S = 0.5, 10.0
+HEARTBEAT_S = 0.5
 ERROR_LINES = 3
 
-WATCHDOG, WORKER = Path(watchdog.__file__), Path(worker.__file__)
-"""Scripts, not modules: importing the package would take longer than most of their work."""
+WORKER = Path(worker.__file__)
+"""A script, not a module: importing the package would take longer than most of its work."""
 
 MESHER_VERSION = 1
 """Part of the key of every stored mesh, in place of the mesher's code and the versions of other packages. Raise it when
@@ -58,7 +57,8 @@ def run(
     """The arrays that `job` of the worker computes from `inputs`; messages call it `name`.
 
     Raises `MeshError` if it crashes, hangs or returns nothing, `FileAccessError` if the temporary directory is not
-    writable. The child does not outlive the call, whatever interrupts it.
+    writable. The child does not outlive the call, whatever interrupts it. If papilla is killed, Linux kills the child,
+    too; elsewhere it ends after its work. The folder is then removed by the next call.
     """
     with scratch("mesh") as folder:
         messages, target = folder / "messages.txt", folder / "output.npz"
@@ -71,7 +71,7 @@ def run(
         if code is None:
             raise MeshError(f"{name} did not finish within {timeout_s:g} s and was stopped")
         if code != 0 or not target.exists():
-            cause = f"signal {code - 128}" if code > 128 else f"exit code {code}"
+            cause = f"signal {-code}" if code < 0 else f"exit code {code}"
             lines = list(filter(None, map(str.strip, messages.read_text(errors="replace").splitlines())))
             raise MeshError(f"{name} failed ({cause}): {' / '.join(lines[-ERROR_LINES:]) or 'it left no message'}")
         with np.load(target, allow_pickle=False) as data:
@@ -79,24 +79,25 @@ def run(
 
 
 def _start(folder: Path, job: str, log) -> subprocess.Popen:
-    """Start the watchdog, which runs the worker's job in the folder."""
-    command = [sys.executable, "-P", str(WATCHDOG), str(folder), sys.executable, "-P", str(WORKER), job]
+    """Start the worker's job in the folder."""
     # The child must find this copy of the package, installed or not.
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
+    # In a session of its own, because a terminal sends Ctrl-C to a whole session: papilla alone decides.
     return subprocess.Popen(
-        command, cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT
-    )
+        [sys.executable, "-P", str(WORKER), job], cwd=folder, env=environment, start_new_session=True,
+        stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+    )  # fmt: skip
 
 
-def _code_of(watchdog: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
+def _code_of(child: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
     """Exit code of a child, None if it takes longer than the timeout; the child has ended when this returns or
     raises."""
     start = time.monotonic()
     try:
         while True:
             try:
-                return watchdog.wait(timeout=HEARTBEAT_S)
+                return child.wait(timeout=HEARTBEAT_S)
             except subprocess.TimeoutExpired:
                 elapsed = time.monotonic() - start
             if progress is not None:
@@ -104,10 +105,5 @@ def _code_of(watchdog: subprocess.Popen, progress: Progress | None, timeout_s: f
             if elapsed > timeout_s:
                 return None
     finally:
-        assert watchdog.stdin is not None
-        watchdog.stdin.close()
-        try:
-            watchdog.wait(timeout=PATIENCE_S)
-        except subprocess.TimeoutExpired:
-            watchdog.kill()
-            watchdog.wait()
+        child.kill()
+        child.wait()

@@ -73,7 +73,7 @@ def patch_half_width(finger: Finger) -> float:
     return min(finger.patch_radius, PATCH_SHARE * shape.outer[0])
 
 
-def build_section(finger: Finger, *, size_mm: float = SIZE_MM, ridges: bool = True) -> Section:
+def build_section(finger: Finger, *, size_mm: float = SIZE_MM) -> Section:
     """Mesh of the section with elements of `size_mm` at the skin, with the finger's ridges if it has any.
 
     Raises `InputError` as `section_finger`, and for a patch of more than `MOST_NODES` nodes.
@@ -82,7 +82,7 @@ def build_section(finger: Finger, *, size_mm: float = SIZE_MM, ridges: bool = Tr
     assert isinstance(shape, Slab)
     checks.positive("size_mm", size_mm)
     half_width = patch_half_width(finger)
-    on_skin, tops = _skin_columns(finger, half_width, size_mm, ridges)
+    on_skin, tops = _skin_columns(finger, half_width, size_mm)
     angles = _angles(on_skin, shape.outer[0])
     across = _rows(finger, shape, size_mm)
     points, triangles, layer, number = _grid(shape, angles, across, finger.bone is not None)
@@ -104,11 +104,9 @@ def build_section(finger: Finger, *, size_mm: float = SIZE_MM, ridges: bool = Tr
     return Section(points, triangles, layer, np.flatnonzero(base), spans, float(on_skin[-1]))
 
 
-def _skin_columns(
-    finger: Finger, half_width: float, size: float, ridges: bool
-) -> tuple[np.ndarray, list[tuple[int, int]] | None]:
+def _skin_columns(finger: Finger, half_width: float, size: float) -> tuple[np.ndarray, list[tuple[int, int]] | None]:
     """x of the columns in the patch, and first and last column of each ridge (None for a smooth skin)."""
-    if finger.ridges is None or not ridges:
+    if finger.ridges is None:
         count = max(4, math.ceil(half_width / size))
         return np.linspace(-half_width, half_width, 2 * count + 1), None
     pitch, width = finger.ridges.pitch, finger.ridges.width

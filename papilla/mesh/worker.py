@@ -4,6 +4,7 @@ It reads `input.npz` there and leaves `output.npz`, whole or not at all.
 """
 
 import os
+import signal
 import sys
 from collections.abc import Mapping
 from typing import Any
@@ -11,6 +12,8 @@ from typing import Any
 import numpy as np
 
 Arrays = Mapping[str, np.ndarray]
+
+PR_SET_PDEATHSIG = 1  # Constant of Linux' prctl(2): the signal that a process gets when its parent has died
 
 
 def tetrahedralise(soup: Arrays) -> Arrays:
@@ -77,9 +80,19 @@ def _limit_memory() -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (free, free))
 
 
+def end_with_parent() -> None:
+    """On Linux, let this process be killed as soon as its parent has ended. It cannot watch by itself, because the
+    mesher holds the interpreter's lock for minutes."""
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
 JOBS = {"tetrahedralise": tetrahedralise, "read_surface": read_surface}
 
 if __name__ == "__main__":
+    end_with_parent()
     with np.load("input.npz", allow_pickle=False) as given:
         made = JOBS[sys.argv[1]](given)
     with open("output.part", "wb") as part:

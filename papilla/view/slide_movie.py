@@ -45,7 +45,7 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
     if Path(path).suffix.lower() != ".gif":
         raise InputError(f"{path}: a moving picture is written as .gif")
     samples = np.unique(np.linspace(0, len(found.readings) - 1, frames).round().astype(int))
-    model = SectionModel(finger, build_section(finger, ridges=found.ridge_pitch_mm > 0))
+    model = SectionModel(finger, build_section(finger))
     moved, strain = _fields(model, found, samples)
     points, triangles = model.section.points, model.section.triangles
     width, top = AROUND * model.section.half_width, points[:, 1].max()

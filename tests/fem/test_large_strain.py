@@ -57,6 +57,15 @@ def test_a_table_tells_a_polynomial_change_and_its_own_error():
     assert 1e-4 < rough.sd_error(np.array([[1.0] * 5, [0.0] * 5])) < 1e-2
 
 
+def test_a_gauge_alone_has_no_s_d_and_its_error_is_that_of_its_readings():
+    """The noise of one gauge of five, of which the others have no weight in the finger of one gauge."""
+    table = _table()
+    noise = 1 + 1e-3 * np.random.default_rng(3).normal(size=table.finite.shape)
+    columns = [0, 1, 2, 5, 10]
+    alone = dataclasses.replace(table, linear=table.linear[:, columns], finite=(table.finite * noise)[:, columns])
+    assert 1e-4 < alone.sd_error(np.array([[1.0], [0.0]])) < 1e-2
+
+
 def test_a_table_answers_among_its_presses_alone():
     table = _table()
     assert table.covers(7.0, 0.4)

@@ -20,6 +20,7 @@ from papilla.fem.pressing.off_apex import (
 )
 from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, family
+from papilla.fem.reduction.gauges import gauge_functionals
 from papilla.finger import Finger, Slab
 from papilla.specimen import Block
 
@@ -45,7 +46,7 @@ def made_up() -> OffApex:
     terms = len(off_apex.POLYNOMIAL.powers)
     coefficients = np.random.default_rng(4).normal(size=(terms, *PLACES, *SHIFTS, 2, 5))
     coefficients[:, *off_apex.MIDDLE] = 0.0
-    return OffApex(coefficients, MoveLimits(5.0, 3.0, np.array([20.0, np.inf])), 0.01)
+    return OffApex(coefficients, MoveLimits(5.0, 3.0, np.array([20.0, np.inf])))
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +88,6 @@ def test_it_is_the_real_contact_beside_the_apex(relatives, moved):
         there = presses(relatives.model(outer / inner).reduce(place))
         missed, size = off(changed(moved, outer, inner, place).values, apex, there)
         assert missed < 0.1 and size > 4 * missed, place
-    assert moved.error < 0.2
 
 
 @pytest.mark.slow
@@ -132,7 +132,7 @@ def test_what_is_too_far_is_refused(made_up):
         changed(moved, 0.136, 0.034, place=(6.0, 0.0))
     with pytest.raises(InputError, match="shifts must lie within 3 mm along x and y, got 4 mm"):
         changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
-    assert "contacts within 5 mm, gauges within 3 mm, to 1 %" in repr(moved)
+    assert "contacts within 5 mm, gauges within 3 mm)" in repr(moved)
 
 
 def test_presses_of_a_family_span_those_of_a_bench_with_the_default_finger():
@@ -162,25 +162,27 @@ def test_its_nodes_are_what_was_fitted(made_up):
 
 
 def test_a_fit_to_few_presses_tells_moved_contacts(few, small):
-    """The change at a node is that of the same tractions, moved there; the error is that at the probes."""
+    """The change at a node is that of the same tractions, moved there, and nearly so between the nodes."""
     said: list[str] = []
     found = off_apex._made(few, BLOCK, 0.0, said.append)
-    made = OffApex(found["coefficients"], MoveLimits.of(few), float(found["error"]))
-    # Pinned: whoever changes these numbers changes a result
-    assert (made.error, np.linalg.norm(made.coefficients)) == pytest.approx((0.173658116, 0.0633560889), rel=1e-6)
-    assert [line[:20] for line in said] == ["contacts off the ape", *["gauges and contacts "] * 3]
-    assert said[1].endswith("ratio 1 (1 of 3)") and said[3].endswith("ratio 2.9 (3 of 3)")
+    made = OffApex(found, MoveLimits.of(few))
+    assert np.linalg.norm(found) == pytest.approx(0.0633560889, rel=1e-6), "pinned: another number is another result"
+    assert [line[:20] for line in said] == ["contacts off the ape", *["gauges and contacts "] * 2]
+    assert said[1].endswith("ratio 1 (1 of 2)") and said[2].endswith("ratio 4 (2 of 2)")
     model, inner, reach = few.model(4.0), few.finger.inner.modulus, made.limits.reach
     pressed, traction = off_apex._presses(few, 4.0, BLOCK, 0.0)
     assert pressed[:, 2] == pytest.approx(4.0) and len(pressed) > 12
     force = few.reduced.multiplicity * traction[:, 0] @ few.reduced.patch.mass
     assert force == pytest.approx(pressed[:, 0] * inner, rel=1e-6)
-    rows = off_apex._Rows(model, made.limits.shift, [])
-    felt = [rows.felt(MovedContact.at(model, few.reduced.patch, (x, 0.0)), traction)[:, 4] for x in (0.0, reach)]
-    place, shift = np.tile([reach, 0.0], (len(pressed), 1)), np.zeros((2, 5))
-    told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, 4 * inner, inner, place, shift).values
-    size = np.sqrt(np.mean((felt[1] - felt[0]) ** 2, axis=2, keepdims=True))
-    assert np.median(np.abs(told - (felt[1] - felt[0])) / size) < 0.2
+    for share, most in ((1.0, 0.2), (0.4, 0.3)):
+        aside = MovedContact.at(model, few.reduced.patch, (share * reach, 0.0))
+        here = MovedContact.at(model, few.reduced.patch, (0.0, 0.0))
+        fields = off_apex.on_each_side(model.adjoints(gauge_functionals(few.finger, model.surfaces["interface"])))
+        felt = [np.einsum("kcn,mcn->mk", one.rows(fields), traction).reshape(-1, 2, 5) for one in (here, aside)]
+        place, shift = np.tile([share * reach, 0.0], (len(pressed), 1)), np.zeros((2, 5))
+        told = made.changed(pressed[:, 0] * inner, pressed[:, 1] * inner, 4 * inner, inner, place, shift).values
+        size = np.sqrt(np.mean((felt[1] - felt[0]) ** 2, axis=2, keepdims=True))
+        assert np.median(np.abs(told - (felt[1] - felt[0])) / size) < most
 
 
 def test_a_change_is_made_once_for_each_shape_of_specimen_and_friction(few, monkeypatch, tmp_path):
@@ -189,28 +191,26 @@ def test_a_change_is_made_once_for_each_shape_of_specimen_and_friction(few, monk
 
     def make(family, specimen, friction, progress):
         made.append((specimen, friction))
-        return {"coefficients": coefficients + len(made), "error": np.array(0.01 * len(made))}
+        return coefficients + len(made)
 
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     monkeypatch.setattr(off_apex, "_made", make)
     scenes = (BLOCK, 0.0), (replace(BLOCK, modulus=7.0), 0.0), (BLOCK, "stick"), (Block(1.0, 9.0), 0.0), (BLOCK, 0.0)
     found = [off_apex_change(few, *scene) for scene in scenes]
-    assert [one.error for one in found] == [0.01, 0.01, 0.02, 0.03, 0.01]
+    assert [one.coefficients.flat[0] for one in found] == [1, 1, 2, 3, 1]
     assert made == [scenes[0], scenes[2], scenes[3]]
-    assert (found[2].coefficients == 2).all() and found[2].limits.reach == MoveLimits.of(few).reach
+    assert found[2].limits.reach == MoveLimits.of(few).reach
 
 
 def test_how_many_presses_are_moved_is_pinned():
     """The size of a fit, whose error would hardly tell one node or press more or less."""
-    assert (off_apex.GRID, off_apex.RATIO_NODES, off_apex.PROBE) == ((12, 10), 5, 2.9)
+    assert (off_apex.GRID, off_apex.RATIO_NODES) == ((12, 10), 5)
     assert (off_apex.POLYNOMIAL.degrees, len(off_apex.POLYNOMIAL.powers)) == ((6, 5, 4), 107)
-    assert off_apex.PROBES == ((0.3, 0.4), (-0.8, 0.55), (0.6, -0.9))
     assert (off_apex.PLACES, off_apex.SHIFTS, off_apex.WIDTH_MM) == ((7, 5), (5, 3), 48.0)
 
 
 def test_limits_go_with_the_width(few):
     """The default finger is 48 mm wide; its skin rolls by its radii at the apex."""
-    assert few.error == pytest.approx(7.4e-6, rel=0.01), "pinned: of the family, between its ratios"
     room = MoveLimits.of(few)
     a, b, c = few.finger.shape.outer
     assert (room.reach, room.shift) == pytest.approx((5.0, 3.0))
@@ -220,7 +220,7 @@ def test_limits_go_with_the_width(few):
 def test_gauges_are_shifted_from_where_they_were():
     design = replace(Finger.default(), gauges=tuple(replace(g, moved_mm=(0.1, 0.2)) for g in Finger.default().gauges))
     assert {gauge.moved_mm for gauge in _shifted(design, np.array([1.0, -2.0])).gauges} == {(1.1, -1.8)}
-    assert _stencil()[0] == (-1.0, -1.0) and _stencil()[7] == (0.0, 0.0) and len({*_stencil()}) == 15
+    assert _stencil(SHIFTS)[1] == (-1.0, 0.0) and _stencil(SHIFTS)[7] == (0.0, 0.0) and len({*_stencil(SHIFTS)}) == 15
     assert off_apex._points(5) == pytest.approx([-1, -np.sqrt(0.5), 0, np.sqrt(0.5), 1], abs=1e-15)
 
 

@@ -1,5 +1,7 @@
 """A coarse section of the default finger, condensed once."""
 
+from dataclasses import replace
+
 import pytest
 
 from papilla import Finger
@@ -22,9 +24,9 @@ def coarse(finger):
 
 @pytest.fixture(scope="session")
 def smooth(finger):
-    return prepare_section(finger, size_mm=COARSE_MM, ridges=False)
+    return prepare_section(replace(finger, ridges=None), size_mm=COARSE_MM)
 
 
 @pytest.fixture(scope="session")
 def model(finger):
-    return SectionModel(finger, build_section(finger, size_mm=COARSE_MM, ridges=False))
+    return SectionModel(finger, build_section(replace(finger, ridges=None), size_mm=COARSE_MM))

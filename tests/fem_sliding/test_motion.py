@@ -26,8 +26,8 @@ def test_a_sampled_motion_is_straight_between_its_points_and_begins_at_0():
 @pytest.mark.parametrize(
     "t, x, seconds, message",
     [
-        ([0.0], [0.0], None, "two points at least, got 1"),
-        ([0, 1, 2], [0, 1], None, "two points at least"),
+        ([0.0], [0.0], None, "two points at least, got 1 times and 1 places"),
+        ([0, 1, 2], [0, 1], None, "two points at least, got 3 times and 2 places"),
         ([0, 1, 2], [0, np.nan, 1], None, "point 2 of the motion is not finite"),
         ([0, np.inf, 2], [0, 1, 1], None, "point 2 of the motion is not finite"),
         ([0, 1, 1], [0, 1, 2], None, "point 3 does not"),

@@ -38,21 +38,21 @@ def growth(steps):
 
 
 def test_the_patch_has_even_elements_of_the_size_that_was_asked_for(finger):
-    section = build_section(finger, size_mm=0.25, ridges=False)
+    section = build_section(replace(finger, ridges=None), size_mm=0.25)
     assert section.half_width == patch_half_width(finger) == 12.0, "half of the skin's half width"
     assert (section.spans[1:, 0] == section.spans[:-1, 1]).all(), "one unbroken line"
     ends = section.points[section.spans]
     assert on(ends.reshape(-1, 2), SKIN).all()
     assert np.diff(ends[:, :, 0], axis=1) == pytest.approx(0.25) and len(section.spans) == 96
     assert (ends[0, 0, 0], ends[-1, 1, 0]) == pytest.approx((-12, 12))
-    odd = build_section(replace(finger, patch_radius=1.3), size_mm=0.25, ridges=False)
+    odd = build_section(replace(finger, patch_radius=1.3, ridges=None), size_mm=0.25)
     assert len(odd.spans) == 12, "a size that does not divide the patch is made smaller"
-    narrow = build_section(replace(finger, patch_radius=0.3), size_mm=0.5, ridges=False)
+    narrow = build_section(replace(finger, patch_radius=0.3, ridges=None), size_mm=0.5)
     assert len(narrow.spans) == 8 and narrow.half_width == 0.3, "four elements on either side at least"
 
 
 def test_columns_grow_towards_the_base_by_less_than_a_third_and_stay_short(finger):
-    section = build_section(finger, size_mm=0.25, ridges=False)
+    section = build_section(replace(finger, ridges=None), size_mm=0.25)
     steps = steps_along(section.points, SKIN)
     outside = steps[: (len(steps) - 96) // 2]
     assert steps == pytest.approx(steps[::-1]) and steps.sum() == pytest.approx(math.pi)
@@ -65,7 +65,7 @@ def test_columns_grow_towards_the_base_by_less_than_a_third_and_stay_short(finge
 
 @pytest.mark.parametrize("size", [0.1, 0.3])
 def test_rows_grow_inwards_by_less_than_a_third(finger, size):
-    section = build_section(finger, size_mm=size, ridges=False)
+    section = build_section(replace(finger, ridges=None), size_mm=size)
     middle = np.sort(section.points[np.abs(section.points[:, 0]) < 1e-9, 1])[::-1]
     assert middle[0] == 20.0 and middle[-1] == 6.0 and np.isclose(middle, 17.0).sum() == 1
     steps = -np.diff(middle)
@@ -90,13 +90,13 @@ def test_triangles_turn_to_the_left_and_mirror_themselves(finger):
 
 
 def test_layers_lie_between_their_ellipses_and_the_base_is_what_is_clamped(finger):
-    section = build_section(finger, size_mm=0.4, ridges=False)
+    section = build_section(replace(finger, ridges=None), size_mm=0.4)
     inside = ((section.points[section.triangles].mean(axis=1) / INTERFACE) ** 2).sum(axis=1) < 1
     assert ((section.layer == INNER) == inside).all() and set(section.layer.tolist()) == {OUTER, INNER}
     clamped = np.zeros(len(section.points), dtype=bool)
     clamped[section.base] = True
     assert (clamped == ((section.points[:, 1] == 0) | on(section.points, CORE))).all()
-    boned = build_section(replace(finger, bone=Layer(3000.0, 0.35)), size_mm=0.4, ridges=False)
+    boned = build_section(replace(finger, bone=Layer(3000.0, 0.35), ridges=None), size_mm=0.4)
     inside = ((boned.points[boned.triangles].mean(axis=1) / CORE) ** 2).sum(axis=1) < 1
     assert ((boned.layer == BONE) == inside).all()
     assert (boned.points[boned.base, 1] == 0).all() and (boned.points[:, 1] == 0).sum() == len(boned.base)

@@ -245,3 +245,11 @@ def test_the_loss_of_modes_is_stated_identified_or_assumed(finger, coarse):
     assert np.abs(found.readings - stated.readings).max() > 1e-3 * np.ptp(stated.readings, axis=0).max()
     with pytest.raises(InputError, match="loss factor must lie"):
         slide(finger, GRATING, motion, **scene, loss_factor=3.0)
+
+
+def test_a_slide_that_sticks_or_has_the_section_of_another_finger_is_refused(finger, coarse):
+    scene = {"force": 0.1, "length_mm": 5.0, "section": coarse}
+    with pytest.raises(InputError, match="a finger that slides does not stick: friction must be between 0 and 3"):
+        slide(finger, GRATING, steady(80.0, 8.0), friction="stick", **scene)
+    with pytest.raises(InputError, match="section is of another finger: it has 5 gauges, the finger 2"):
+        slide(replace(finger, gauges=finger.gauges[:2]), GRATING, steady(80.0, 8.0), **scene)

@@ -273,8 +273,8 @@ def _revolution(patch):
 def _sliding(patch):
     asked = []
 
-    def prepare(design, *, size_mm, ridges=True):
-        asked.append((size_mm, ridges))
+    def prepare(design, *, size_mm):
+        asked.append((size_mm, design.ridges is not None))
         x = np.linspace(-3, 3, 13)
         far = np.abs(np.subtract.outer(x, x))
         one = np.exp(-far) * (1 + size_mm**2)

@@ -290,10 +290,10 @@ def _frames(monkeypatch) -> dict[str, list[str]]:
             yield
 
         def grab_frame(self):
-            kept[f"frame {len(kept)}"] = shown(self.figure)
+            kept[f"frame {len(kept) + 1}"] = shown(self.figure)
 
     monkeypatch.setattr(slide_movie, "SectionModel", lambda finger, built: SimpleNamespace(section=section))
-    monkeypatch.setattr(slide_movie, "build_section", lambda finger, ridges: kept.update(ridges=[str(ridges)]))
+    monkeypatch.setattr(slide_movie, "build_section", lambda finger: None)
     monkeypatch.setattr(slide_movie, "_fields", lambda *_: (moved, np.array([[0.011], [0.02]])))
     monkeypatch.setattr(slide_movie, "PillowWriter", Writer)
     with tempfile.TemporaryDirectory() as folder:

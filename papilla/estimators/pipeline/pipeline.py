@@ -4,7 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from operator import itemgetter
+from operator import index, itemgetter
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -153,7 +153,7 @@ class Pipeline(Stream):
         gauge_positions_mm: Sequence[float] | None = None,
         softness: str = "gauges",
     ):
-        named = tuple(gauges) if isinstance(gauges, Iterable) else numbered(int(gauges))
+        named = tuple(gauges) if isinstance(gauges, Iterable) else numbered(index(gauges))
         if not (named or isinstance(gauges, Sequence) and "tangential_N" in columns):
             raise InputError(f"gauges must be at least 1, got {gauges}")
         if len(set(named)) < len(named):

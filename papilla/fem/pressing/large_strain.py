@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla import cache
-from papilla.fem.pressing.press import MEASURES, Press
+from papilla.fem.pressing.press import MEASURES, SILENT, Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.finger import DEFAULT_FINGER
@@ -170,11 +170,14 @@ class LargeStrain:
 
     def sd_error(self, weights: np.ndarray) -> float:
         """Root mean square relative error of S_d for readings weighted by (q, g), each press being predicted by a fit
-        to all others; a table of few presses adds `COARSE`."""
+        to all others; a table of few presses adds `COARSE`. If S_d says nothing, it is the error of the readings."""
         predicted = self.finite[:, FIRST_GAUGE:] + self.fit.errors[:, FIRST_GAUGE:] * self.fit.norms[:, FIRST_GAUGE:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, FIRST_GAUGE:]))
-        found, true = ((weights * values).sum(axis=-2).std(axis=-1) for values in both)
-        error = float(np.sqrt(np.mean((found / true - 1) ** 2)))
+        found, true = ((weights * values).sum(axis=-2) for values in both)
+        sd, largest = true.std(axis=-1), np.abs(true).max(axis=-1)
+        silent = (sd <= SILENT * largest).any()
+        off = np.abs(found - true).max(axis=-1) / largest if silent else found.std(axis=-1) / sd - 1
+        error = float(np.sqrt(np.mean(off**2)))
         return error if len(self.force) >= MANY else math.hypot(error, COARSE)
 
     def to_json(self) -> dict:
@@ -314,8 +317,9 @@ def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
     """A press with the gauges' `values` (q, g) and the `MEASURES` as changed by large strain."""
     error = large_strain_error(reduced, found.friction)
     strained = replace(found, large_strain=True, **changed)
-    change = f"{PER_CENT * (strained.sd / found.sd - 1):+.1f} % in S_d" if found.sd else "S_d is zero"
-    said = f"large strain included ({change}, to {PER_CENT * error:.2f} % of it by cross-validation)"
+    change = "readings to" if found.silent else f"{PER_CENT * (strained.sd / found.sd - 1):+.1f} % in S_d, to"
+    unit = "%" if found.silent else "% of it"
+    said = f"large strain included ({change} {PER_CENT * error:.2f} {unit} by cross-validation)"
     return replace(strained, status=f"{found.status}; {said}")
 
 

@@ -33,14 +33,14 @@ from papilla import cache, checks
 from papilla.errors import InputError
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
-from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, USUAL, LogPolynomial
+from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
 from papilla.fem.reduction.patch import Frame, Patch, gap_of, quadrature
 from papilla.finger import Finger
 from papilla.specimen import Friction, Specimen
-from papilla.units import PER_CENT, to_microstrain
+from papilla.units import to_microstrain
 
 REACH_MM = 5.0
 """Largest |x| and |y| of a contact on a finger of `WIDTH_MM`; they scale with the finger's width."""
@@ -58,10 +58,6 @@ MIDDLE = tuple(count // 2 for count in (*PLACES, *SHIFTS))
 _AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE)
 GRID, RATIO_NODES = (12, 10), 5
 """Forces, moduli and ratios of the presses whose tractions are moved."""
-
-PROBE, PROBES = 2.9, ((0.3, 0.4), (-0.8, 0.55), (0.6, -0.9))
-"""Ratio of moduli, and fractions of the largest place and shift, at which the error is measured; all lie between the
-nodes."""
 
 STRAIGHT = 1e-3
 """Turn of the skin's normal (rad) up to the largest place, below which the skin counts as straight."""
@@ -186,16 +182,13 @@ class OffApex:
     """Changes of gauges' values for all fingers of one geometry; q quantities, g gauges.
 
     coefficients : (terms, x, y, along, across, q, g) of the change over F / E_inner (mm2) at the nodes.
-    error : root mean square error of the changes between the nodes, relative to the gauges' values.
     """
 
     coefficients: np.ndarray
     limits: MoveLimits
-    error: float
 
     def __repr__(self) -> str:
-        most = f"contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm"
-        return f"OffApex({most}, to {PER_CENT * self.error:.2g} %)"
+        return f"OffApex(contacts within {self.limits.reach:g} mm, gauges within {self.limits.shift:g} mm)"
 
     def changed(
         self, force_N, modulus_MPa, outer: float, inner: float, place_mm: np.ndarray, shift_mm: np.ndarray
@@ -244,87 +237,46 @@ def off_apex_change(
     Raises `InputError` if the farthest contact would leave the skin, or a gauge the interface.
     """
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
-    design = (PLACES, SHIFTS, GRID, RATIO_NODES, PROBE, PROBES, REACH_MM, SHIFT_MM)
+    design = (PLACES, SHIFTS, GRID, RATIO_NODES, REACH_MM, SHIFT_MM)
     key = cache.key(__name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), *design)
-    found = cache.fetch("off_apex", key, lambda: _made(family, specimen, friction, progress))
-    return OffApex(found["coefficients"], MoveLimits.of(family), float(found["error"]))
+    found = cache.fetch("off_apex", key, lambda: {"coefficients": _made(family, specimen, friction, progress)})
+    return OffApex(found["coefficients"], MoveLimits.of(family))
 
 
 def _made(
     family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
-) -> dict[str, np.ndarray]:
-    """Coefficients and error of an `OffApex`: solves the adjoint fields of the gauges, moves presses along the skin,
-    and fits."""
+) -> np.ndarray:
+    """Coefficients of an `OffApex`: solves the adjoint fields of the gauges, moves presses along the skin, and fits."""
     first = family.model(float(family.ratios[0]))
     limits = MoveLimits.of(family)
-    reach, shift = limits.reach, limits.shift
-    nodes = [_points(count) for count in PLACES]
-    places = [(reach * x, reach * y) for x in nodes[0] for y in nodes[1]] + [(reach * x, reach * y) for x, y in PROBES]
+    places = limits.reach * np.array(_stencil(PLACES))
     say = progress or (lambda _: None)
     say("contacts off the apex")
-    contacts = [MovedContact.at(first, family.reduced.patch, place) for place in places]
+    contacts = [MovedContact.at(first, family.reduced.patch, (x, y)) for x, y in places.tolist()]
     ratios = np.exp(_points(RATIO_NODES) * np.log(RATIOS[1]) / 2) * RATIOS[1] ** 0.5
     loads, values = [], []
-    for number, ratio in enumerate((*ratios.tolist(), PROBE), start=1):
-        say(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES + 1})")
-        rows = _Rows(family.model(ratio), shift, contacts)
+    for number, ratio in enumerate(ratios.tolist(), start=1):
+        say(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES})")
         pressed, traction = _presses(family, ratio, specimen, friction)
-        if ratio == PROBE:
-            break
         loads.append(pressed)
-        felt = rows.nodes(traction)
+        felt = _felt(family.model(ratio), limits.shift, contacts, traction)
         base = felt[_AT_APEX][:, None, None, None, None]
         # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
         values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * (felt.ndim - 1)))
     terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
     flat = np.concatenate(values)
-    coefficients = np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
-    made = OffApex(coefficients, limits, 0.0)
-    return {
-        "coefficients": coefficients,
-        "error": np.array(_missed(made, rows, pressed, traction, family.finger.inner.modulus)),
-    }
+    return np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
 
 
-class _Rows:
-    """Influence of moved contacts on the gauges of one member, with the gauges moved by the shifts of the grid and of
-    the probes."""
-
-    def __init__(self, model: FingerModel, shift: float, contacts: list[MovedContact]):
-        self.gauges = len(model.finger.gauges)
-        self.contacts = contacts
-        moved = [shift * np.array(one) for one in (*_stencil(), *PROBES)]
-        designs = [_shifted(model.finger, one) for one in moved]
-        functionals = [one for design in designs for one in gauge_functionals(design, model.surfaces["interface"])]
-        self.count = len(moved)
-        self.fields = on_each_side(model.adjoints(functionals))
-
-    def felt(self, contact: MovedContact, traction: np.ndarray) -> np.ndarray:
-        """Gauge values (m, shifts, q, g) of presses with tractions (m, 3, n)."""
-        rows = contact.rows(self.fields)
-        felt = np.einsum("kcn,mcn->mk", rows, traction, optimize=True)
-        return felt.reshape(len(traction), self.count, len(QUANTITIES), self.gauges)
-
-    def nodes(self, traction: np.ndarray) -> np.ndarray:
-        """(m, x, y, along, across, q, g) at all nodes."""
-        every = [self.felt(one, traction)[:, : -len(PROBES)] for one in self.contacts[: -len(PROBES)]]
-        return np.stack(every, axis=1).reshape(len(traction), *PLACES, *SHIFTS, *every[0].shape[2:])
-
-
-def _missed(made: OffApex, rows: _Rows, pressed: np.ndarray, traction: np.ndarray, inner: float) -> float:
-    """Root mean square error of the changes at the probes, relative to the gauges' values in usual presses."""
-    usual = np.all([(low <= one) & (one <= high) for one, (low, high) in zip(pressed.T, USUAL, strict=False)], axis=0)
-    pressed, traction = (one[usual] if usual.any() else one for one in (pressed, traction))
-    base = rows.nodes(traction)[_AT_APEX]
-    size = np.sqrt((base**2).mean(axis=2, keepdims=True))
-    off = []
-    for number, probe in enumerate(PROBES):
-        felt = rows.felt(rows.contacts[number - len(PROBES)], traction)[:, number - len(PROBES)] - base
-        place = np.tile(made.limits.reach * np.array(probe), (len(pressed), 1))
-        shift = np.tile(made.limits.shift * np.array(probe)[:, None], (1, rows.gauges))
-        loads = pressed[:, 0] * inner, pressed[:, 1] * inner, PROBE * inner, inner
-        off.append((made.changed(*loads, place, shift).values - felt) / size)
-    return float(np.sqrt(np.mean(np.square(off))))
+def _felt(model: FingerModel, shift: float, contacts: list[MovedContact], traction: np.ndarray) -> np.ndarray:
+    """Gauge values (m, x, y, along, across, q, g) under tractions (m, 3, n) at each contact, for gauges moved by each
+    fraction of `shift` (mm)."""
+    designs = [_shifted(model.finger, shift * np.array(moved)) for moved in _stencil(SHIFTS)]
+    functionals = [one for design in designs for one in gauge_functionals(design, model.surfaces["interface"])]
+    fields = on_each_side(model.adjoints(functionals))
+    felt = [np.einsum("kcn,mcn->mk", contact.rows(fields), traction, optimize=True) for contact in contacts]
+    gauges = len(model.finger.gauges)
+    return np.stack(felt, axis=1).reshape(len(traction), *PLACES, *SHIFTS, len(QUANTITIES), gauges)
 
 
 def _presses(
@@ -374,10 +326,9 @@ def _points(count: int) -> np.ndarray:
     return points
 
 
-def _stencil() -> list[tuple[float, float]]:
-    """Shifts (along, across) of the gauges at all nodes, as fractions of the largest one."""
-    along, across = (_points(count).tolist() for count in SHIFTS)
-    return [(one, other) for one in along for other in across]
+def _stencil(counts: tuple[int, int]) -> list[tuple[float, float]]:
+    """The nodes of a grid from -1 to 1 along two axes; the second coordinate changes first."""
+    return [*product(*(_points(count).tolist() for count in counts))]
 
 
 def _products(counts: tuple[int, int], at: np.ndarray, farthest: float) -> np.ndarray:

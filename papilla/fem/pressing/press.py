@@ -31,6 +31,10 @@ THIN_SKIN, ANOTHER = 3.0, 1.5
 a plate on a soft base, so that the pressure is not an ellipse: area and peak pressure were up to 7 % off at 0.5 and 1
 mm, S_d 1 %."""
 
+SILENT = 1e-9
+"""S_d relative to the largest reading, below which S_d says nothing (one gauge, or mirror images): then readings are
+compared."""
+
 LIGHTEST = 1e-18
 """Smallest force (relative to modulus times the square of an element) and indentation (in elements): smaller ones are
 near the limit of floating-point numbers."""
@@ -97,6 +101,11 @@ class Press:
     def sd(self) -> float:
         """S_d: population standard deviation (ddof 0) of the readings, in microstrain."""
         return float(self.reading.std())
+
+    @property
+    def silent(self) -> bool:
+        """Whether S_d says nothing: one gauge, or gauges that all read the same."""
+        return self.sd <= SILENT * float(np.abs(self.reading).max())
 
     @property
     def finger_indentation(self) -> float:

@@ -8,10 +8,10 @@ slip s = u - u_old + drift of the node over the counter-body,
 
 Active sets (open, stick, slip to either side) are the Newton iteration of the complementarity functions that this is
 (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X). If the sets begin to cycle, only the node with the largest
-violation changes at a time. If that does not converge either, the step is divided into parts. Then nodes are relaxed
-one by one (Gauss-Seidel), each to its own exact law, which gives new sets to start from or, at last, the solution. A
-convexified friction law is not used, because it lifts the body while it slips. With high friction the load jumps as a
-function of the depth: a load inside such a jump has no solution, and is reported as a violation.
+violation changes at a time. If that does not converge either, nodes are relaxed one by one (Gauss-Seidel), each to its
+own exact law, which gives new sets to start from or, at last, the solution; up to a coefficient of 1 hardly a step
+needs it. A convexified friction law is not used, because it lifts the body while it slips. With high friction the load
+jumps as a function of the depth: a load inside such a jump has no solution, and is reported as a violation.
 """
 
 import math
@@ -25,9 +25,9 @@ from papilla.units import TINY
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
 """States of a node; `RIGHT` and `LEFT` are the sign of its slip."""
 
-MOST_SETS, APPROACH, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 8, 4, 10, 400
-"""Largest numbers of: active sets that are tried, parts of a step, restarts after a few sweeps of relaxation, and
-sweeps of the last relaxation."""
+MOST_SETS, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 4, 10, 400
+"""Largest numbers of: active sets that are tried, restarts after a few sweeps of relaxation, and sweeps of the last
+relaxation."""
 
 STEEPEST = 1e4
 """Relative change of the load over that of the depth above which the load jumps; it is 10 to 50 elsewhere."""
@@ -66,11 +66,9 @@ class Laws:
     load: float | None = None
 
 
-def rub(laws: Laws, start: np.ndarray, before: Laws | None = None) -> Rubbed:
-    """Solve a step, starting from states (n,); before : the step whose solution these states are."""
+def rub(laws: Laws, start: np.ndarray) -> Rubbed:
+    """Solve a step, starting from states (n,)."""
     found, last = _newton(laws, start)
-    if found is None and before is not None:
-        found = _approached(laws, before, start)
     for _ in range(RESTARTS if found is None else 0):
         # Some sweeps of relaxation at the last depth find other sets to start from
         guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
@@ -78,23 +76,6 @@ def rub(laws: Laws, start: np.ndarray, before: Laws | None = None) -> Rubbed:
         if found is not None:
             break
     return found or relax(laws)
-
-
-def _approached(laws: Laws, before: Laws, start: np.ndarray) -> Rubbed | None:
-    """The step, divided into parts between the earlier step and it; each part starts with the sets of the last."""
-    found, state = None, start
-    for share in np.arange(1, APPROACH + 1) / APPROACH:
-        between = replace(
-            laws,
-            rise=before.rise + share * (laws.rise - before.rise),
-            free=before.free + share * (laws.free - before.free),
-            drift=share * laws.drift,
-        )
-        found, _ = _newton(between, state)
-        if found is None:
-            return None
-        state = found.state
-    return found
 
 
 def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:

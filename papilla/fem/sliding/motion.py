@@ -41,7 +41,7 @@ class Motion:
         points."""
         t, x = np.asarray(t_s, float), np.asarray(position_mm, float)
         if t.ndim != 1 or t.shape != x.shape or len(t) < 2:
-            raise InputError(f"a motion needs two points at least, got {t.size}")
+            raise InputError(f"a motion needs two points at least, got {t.size} times and {x.size} places")
         good = np.isfinite(t) & np.isfinite(x)
         if not good.all():
             raise InputError(f"point {int(np.argmin(good)) + 1} of the motion is not finite")

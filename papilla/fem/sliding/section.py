@@ -2,8 +2,7 @@
 
 `prepare_section` makes the condensed section once for a finger and keeps it in the cache: it is all that sliding needs.
 
-All quantities are per mm along y. The default is plane strain; plane stress, for a thin slab, is the same mixed form
-with 1/lambda + 1/(2 mu) in place of 1/lambda. Pressure jumps across layers, as in three dimensions.
+All quantities are per mm along y, in plane strain. Pressure jumps across layers, as in three dimensions.
 """
 
 from collections.abc import Callable
@@ -29,8 +28,6 @@ from papilla.mesh.cells import places
 from papilla.mesh.layered import LAYERS
 from papilla.mesh.section import SIZE_MM, Section, build_section, section_finger
 from papilla.units import MICROSTRAIN_PER_STRAIN, T_MM3_PER_G_CM3
-
-STRESS_STATES = ("plane strain", "plane stress")
 
 QUADRATURE_ORDER = 4  # Exact for products of two P2 functions
 
@@ -60,12 +57,8 @@ class SectionModel:
     Raises `InputError` as `section_finger`, `SolverError` if the equations cannot be solved.
     """
 
-    def __init__(
-        self, finger: Finger, section: Section, *, stress: str = STRESS_STATES[0], density_g_cm3: float = DENSITY_G_CM3
-    ):
+    def __init__(self, finger: Finger, section: Section):
         self.finger, self.section = section_finger(finger), section
-        self.plane_stress = stress == STRESS_STATES[1]
-        self.density = density_g_cm3 * T_MM3_PER_G_CM3
         self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
         self.scalar = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
         self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER)
@@ -102,7 +95,6 @@ class SectionModel:
         stiffness, mixed, pressures = 0, [], []
         for cells, layer in self._layers():
             mu, compressibility = lame(layer)
-            compressibility += 1 / (2 * mu) if self.plane_stress else 0.0
             u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER, elements=cells)
             p = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER, elements=cells)
             own = np.unique(self.section.triangles[cells])
@@ -112,7 +104,8 @@ class SectionModel:
             pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[own][:, own])
         B = sp.vstack(mixed)
         system = sp.bmat([[stiffness, B.T], [B, sp.block_diag(pressures)]]).tocsc()
-        mass = sp.block_diag([self.density * inertia.assemble(self.vector), sp.csc_matrix((B.shape[0],) * 2)])
+        density = DENSITY_G_CM3 * T_MM3_PER_G_CM3
+        mass = sp.block_diag([density * inertia.assemble(self.vector), sp.csc_matrix((B.shape[0],) * 2)])
         return system, mass.tocsc()
 
     @cached_property
@@ -261,29 +254,20 @@ class ReducedSection:
 
 
 def prepare_section(
-    finger: Finger,
-    *,
-    size_mm: float = SIZE_MM,
-    ridges: bool = True,
-    stress: str = STRESS_STATES[0],
-    progress: Callable[[str], None] = lambda line: None,
+    finger: Finger, *, size_mm: float = SIZE_MM, progress: Callable[[str], None] = lambda line: None
 ) -> ReducedSection:
     """Mesh, factorise and condense a finger's section, or take it from the cache.
 
-    ridges : whether the finger's ridges stand on its skin. stress : "plane strain", or "plane stress" for a thin slab.
-    Raises `InputError` for a finger without an exact section and for bad options, and `SolverError`.
+    Raises `InputError` for a finger without an exact section and for a bad size, and `SolverError`.
     """
-    if stress not in STRESS_STATES:
-        raise InputError(f"stress must be one of {', '.join(STRESS_STATES)}, got {stress!r}")
     checks.positive("size_mm", size_mm)
     own = section_finger(finger)
 
     def make() -> dict[str, np.ndarray]:
         progress("condensing the section, some seconds the first time")
-        return _arrays(SectionModel(own, build_section(own, size_mm=size_mm, ridges=ridges), stress=stress))
+        return _arrays(SectionModel(own, build_section(own, size_mm=size_mm)))
 
-    with_ridges = None if finger.ridges is None or not ridges else finger.ridges
-    key = cache.key(__name__, own.sha256, float(size_mm), with_ridges, stress, MODES, DENSITY_G_CM3)
+    key = cache.key(__name__, own.sha256, float(size_mm), MODES, DENSITY_G_CM3)
     found = cache.fetch("section", key, make)
     modes = Modes(*(found.pop(f"mode_{field.name}") for field in fields(Modes)))
     half_width, bone = float(found.pop("half_width")), own.shape
@@ -292,7 +276,7 @@ def prepare_section(
         **found,
         weights=gauge_weights(own),
         modes=modes,
-        ridge_pitch=with_ridges.pitch if with_ridges else 0.0,
+        ridge_pitch=own.ridges.pitch if own.ridges else 0.0,
         half_width=half_width,
         bone_top=bone.bone[1],
     )

@@ -152,8 +152,8 @@ def slide(
     force, depth : exactly one: pressing force in N, or distance in mm by which the finger's top is pressed beyond the
         texture's.
     friction : Coulomb's coefficient, 0 to `LARGEST_FRICTION`. None takes that of the finger's bench; if the bench
-        states none, or "stick", sliding is without friction. The press to which the section is tied uses the same
-        friction, or the default of presses if none is stated.
+        states none, or "stick", sliding is without friction. The press to which the section is tied uses what is
+        stated, or the default of presses.
     dynamics : "quasi-static", "modal" (inertia), or "auto" by the scene's frequency.
     loss_factor : of the modes; None takes the finger's identified relaxation, else `dynamics.LOSS_FACTOR`.
     section : from `prepare_section`, for other options. length_mm : along y; the section is then not tied to a press in
@@ -167,12 +167,16 @@ def slide(
     if depth is not None:
         pressed = {"indentation": checks.within("press depth (mm)", depth, 0.0, 1e3)}
     stated = finger.bench.friction if friction is None else friction
+    if friction == STUCK:
+        raise InputError(f"a finger that slides does not stick: friction must be between 0 and {LARGEST_FRICTION:g}")
     rubbing = 0.0 if stated in (None, STUCK) else checks.within("friction", stated, 0.0, LARGEST_FRICTION)
     if loss_factor is not None:
         checks.within("loss factor", loss_factor, 0.0, 2.0)
     if dynamics not in DYNAMICS:
         raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
     body = section or prepare_section(finger, progress=progress)
+    if (gauges := body.rows.shape[1]) != len(finger.gauges):
+        raise InputError(f"the section is of another finger: it has {gauges} gauges, the finger {len(finger.gauges)}")
     tied, rows = None, body.reading_rows
     if length_mm is None and depth != 0:
         tied = tie(finger, body, **pressed, friction=stated, progress=progress)
@@ -207,7 +211,6 @@ class _Run:
             raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
         self.carried, self.relaxed, self.unresolved, self.in_groove, self.flank_push = 0.0, 0, 0, 0.0, 0.0
         self.work, self.turnover = 0.0, 0.0
-        self.laws: Laws | None = None
 
     def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Callable[[str], None]) -> Slide:
         """The result over all samples."""
@@ -278,8 +281,7 @@ class _Run:
         laws = Laws(
             inertia.compliance, self.rise + recess, before.moved[:n], drift, self.friction, free, self.depth, self.load
         )
-        found = rub(laws, before.state, self.laws)
-        self.laws = laws
+        found = rub(laws, before.state)
         self.relaxed += found.method != "newton"
         self.unresolved += found.violation > BROKEN
         self._watch(found, place, recess)
