@@ -21,6 +21,7 @@ from papilla import cache, calibrate, fem, mesh, references
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.preparing import REDUCED_BY
+from papilla.fem.pressing import prices
 from papilla.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS
@@ -119,12 +120,13 @@ def edit(sources, monkeypatch):
 
 
 SWEEP, REDUCED, READER = calibrate.sweep.__module__, REDUCED_BY, read_surface.__module__
-PICTURE, POSITIONS = pictures.__name__, calibrate.with_positions.__module__
+PICTURE, PRICES, POSITIONS = pictures.__name__, prices.MEASURED_BY, calibrate.with_positions.__module__
 BELOW = {
     SWEEP: (calibrate.sweep, Block, references.bonded_layer_deficit, fem.press, fem.ReducedFinger),
     REDUCED: (fem.FingerModel, Finger, Ellipsoid, TriangleSurface, mesh.LayeredMesh, read_surface),
     READER: (read_surface,),
     PICTURE: (strain_figure, fem.recover, fem.ReceptiveFields, mesh.LayeredMesh),
+    PRICES: (fem.press, fem.press_finite, fem.FingerModel, Block),
     POSITIONS: (fem.FingerModel, Calibration, Block, fem.press),
 }
 

@@ -48,12 +48,14 @@ def bench(
     table and plot.
 
     Each row is measured in a separate process. Other libraries (extra `peers`), if installed, make one press on the
-    same mesh. The command takes several minutes, mostly for fidelity finite and the finest mesh.
+    same mesh. The errors of the fidelities are kept for `papilla press --fidelity auto`, but not by --short. The
+    command takes several minutes, mostly for fidelity finite and the finest mesh.
     """
     if estimators:
         if finger is not None:
             raise InputError("--finger is for the fidelities, not for --estimators")
         return bench_estimators(short, out)
+    from papilla.fem.pressing.pricing import price
     from papilla.files import check_writable
     from papilla.finger import Finger
     from papilla.studies import bench as study
@@ -68,6 +70,8 @@ def bench(
     design = Finger.load(finger or "default")
     with progress() as shown:
         found = study.bench(design, study.SHORT if short else study.FULL, progress=shown.line)
+        if not short:
+            price(design, progress=shown.line)
         peers = run_peers(design, found.peer_mesh, threads=found.cores, progress=shown.line)
     for sentence in missing_peers():
         say(sentence)

@@ -56,6 +56,7 @@ class Found(SimpleNamespace):
 @pytest.fixture
 def measured(monkeypatch):
     """The bench of three rows, and what its parts were asked for."""
+    from papilla.fem.pressing import pricing
     from papilla.studies import bench as study
     from papilla.studies.bench import peers
     from papilla.view import study_plots, style
@@ -69,6 +70,7 @@ def measured(monkeypatch):
     peer = SimpleNamespace(name="another", seconds_one_press=50.0, to_json=lambda: {"name": "another",
                            "seconds_one_press": 50.0})  # fmt: skip
     monkeypatch.setattr(study, "bench", lambda design, plan, progress: calls.append((design.name, plan)) or found)
+    monkeypatch.setattr(pricing, "price", lambda design, progress: calls.append("priced"))
     monkeypatch.setattr(
         peers, "run_peers", lambda design, mesh, threads, progress: calls.append((mesh, threads)) or (peer,)
     )
@@ -89,6 +91,7 @@ def test_the_bench_of_a_finger_is_a_table_a_plot_and_json(papilla, measured, tmp
     assert answer.code == 0 and answer.err.splitlines()[-1] == "a library is missing"
     name, plan = measured[0]
     assert name.endswith("as published") and plan is (study.SHORT if short else study.FULL)
+    assert ("priced" in measured) == (not short)
     assert ("mesh", 3) in measured and ([{"size_mm": 0.7}] * 3, 0.35) in measured
     assert measured[-1] == ("figure", tmp_path / "speed_against_error.png")
     said = words(answer.out)

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from papilla.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing import fidelity as auto
+from papilla.fem.pressing.prices import QUANTITIES, known_prices
 from papilla.finger import Finger, Slab
 from papilla.mesh import build
 from papilla.specimen import Block, Grating, HalfSpace, Sphere
@@ -137,6 +138,7 @@ def test_auto_keeps_its_tolerance_and_says_why(reference, modulus, force, tolera
 
 
 def test_auto_takes_the_worse_of_the_measured_forces_around_a_press(reference, monkeypatch):
+    monkeypatch.setattr(auto, "known_prices", lambda *_: None)
     for measured in ([0.5, 0.5, 0.001, 0.03, 0.5, 0.5], [0.5, 0.5, 0.03, 0.001, 0.5, 0.5]):
         errors = np.outer(measured, [0.5, 1.0, 0.2])
         monkeypatch.setattr(auto, "probe_hertz", lambda *_, errors=errors: errors)
@@ -150,11 +152,44 @@ def test_auto_takes_the_worse_of_the_measured_forces_around_a_press(reference, m
     assert beyond.fidelity == "contact" and "; hertz is not measured at this force" in beyond.status
 
 
-def test_a_linear_press_that_was_not_asked_for_says_that_large_strain_is_missing(reference):
-    for force in (0.01, 0.3, 1.2):
-        assert press(reference, BLOCK, force=force).status.endswith("; large strain is not included")
-    for fidelity in ("hertz", "contact"):
-        assert "large strain" not in press(reference, BLOCK, force=0.3, fidelity=fidelity).status
+def test_auto_adds_what_the_mesh_is_known_to_cost(reference, monkeypatch):
+    monkeypatch.setattr(auto, "probe_hertz", lambda *_: np.full((len(auto.PROBE_FORCES), len(QUANTITIES)), 0.01))
+    known = known_prices(reference.finger_sha256, reference.mesh_sha256).mesh
+    force = gf_to_newton(30)
+    error = auto.hertz_error(reference, BLOCK, (force, None))
+    assert error.error == pytest.approx(0.01 + max(known.at(force, name) for name in QUANTITIES))
+    unknown = dataclasses.replace(reference, mesh_sha256="0" * 64)
+    assert auto.hertz_error(unknown, BLOCK, (force, None)).error == pytest.approx(0.01)
+
+
+def test_auto_tells_what_both_rungs_are_known_to_be_off_by(reference):
+    """The shipped figures of the default finger."""
+    prices, force = known_prices(reference.finger_sha256, reference.mesh_sha256), gf_to_newton(30)
+    told = []
+    for name, known in (("mesh", prices.mesh), ("small strain", prices.small_strain)):
+        worst = auto.Worst.of({quantity: known.at(force, quantity) for quantity in QUANTITIES})
+        told.append(f"{name} {100 * worst.error:.1f} % in {auto.NAMES[worst.quantity]}")
+    known = f"; known to be off by (a 10 mm block of 0.51 MPa): {told[0]}, {told[1]}"
+    found = press(reference, BLOCK, force=force)
+    assert known + "; small strain alone is over 2 %: --fidelity finite (press_finite) has none of it" in found.status
+    lax = press(reference, BLOCK, force=force, tolerance=0.3)
+    assert lax.fidelity == "hertz" and lax.status.endswith(known)
+    for light in (0.01, 1.2):
+        outside = press(reference, BLOCK, force=light).status
+        assert outside.endswith(f"; what mesh and small strain cost is not known at {light:g} N")
+    for rung in ("hertz", "contact"):
+        assert "known" not in press(reference, BLOCK, force=0.3, fidelity=rung).status
+
+
+def test_auto_does_not_lend_the_figures_of_another_mesh_finger_or_place(reference):
+    for other in (
+        dataclasses.replace(reference, mesh_sha256="0" * 64),
+        dataclasses.replace(reference, finger_sha256="0" * 64),
+    ):
+        status = press(other, BLOCK, force=0.3).status
+        assert "not known of this finger and mesh (papilla bench measures it)" in status
+    aside = dataclasses.replace(reference, at=(1.0, 0.0))
+    assert press(aside, BLOCK, force=0.3).status.endswith("; what mesh and small strain cost is not known off the apex")
 
 
 @pytest.mark.parametrize("force", [1e-4, 5e-3])

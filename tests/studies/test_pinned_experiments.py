@@ -122,6 +122,8 @@ def _toolkit(patch):
     patch.setattr(fem, "FingerModel", lambda finger, mesh: SimpleNamespace(space=space))
     patch.setattr(fem, "recover", lambda *_: "field")
     patch.setattr(toolkit, "_exported", lambda field: 1.0 if field == "field" else 0.0)
+    prices = SimpleNamespace(hertz=1, mesh=None, small_strain=2)
+    patch.setattr(toolkit, "known_prices", lambda *_: prices)
     picture = np.zeros((4, 6, 4))
     picture[1:3, 2:5, 0] = 0.8
     patch.setattr(toolkit, "imread", lambda stream: picture if stream.read() == b"png" else None)

@@ -1,8 +1,8 @@
 """`press`: one press, with the requested fidelity or the cheapest one that is accurate enough.
 
-The error of `hertz` is measured against `contact`, for this finger and specimen. Both have the error of the mesh, which
-`papilla bench` measures. The change by large strain is included if a table of it is known (`large_strain`); otherwise
-the status says that it is missing.
+The error of `hertz` is measured against `contact`, for this finger and specimen. Both have the errors of the mesh and
+of small strain. The change by large strain is included if a table of it is known (`large_strain`). The status states
+the remaining error and that of the mesh, if `papilla bench` has measured them (`prices`).
 """
 
 import math
@@ -21,6 +21,7 @@ from papilla.fem.pressing.contact import NoContactError, contact_press, with_ell
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
 from papilla.fem.pressing.press import Load, Press, check_scene
+from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger, kept, needs_reduced
 from papilla.specimen import Friction, Specimen, friction_coefficient
 from papilla.units import PER_CENT
@@ -32,8 +33,8 @@ a hundredth of the remaining error."""
 FIDELITIES = ("hertz", "contact")
 """From cheap to expensive."""
 
-QUANTITIES = {"sd": "S_d", "indentation": "indentation", "contact_area": "contact area"}
-"""The quantities of a press that `auto` holds to its tolerance, and their names in words."""
+NAMES = dict(zip(QUANTITIES, ("S_d", "indentation", "contact area"), strict=True))
+"""The quantities that `auto` holds to its tolerance, in words."""
 
 NEARLY_HERTZIAN = 0.1
 """Largest measured error of `hertz` at the lightest resolved press for which `auto` also uses it for lighter
@@ -65,10 +66,10 @@ def press(
     ----------
     force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
     fidelity : "hertz" and "contact" are linear. "auto" takes hertz if its error in S_d, indentation and contact area is
-        within `tolerance` (measured against contact for this finger, specimen and force), else contact; to both it adds
-        the change by large strain, if that is known (`large_strain` of the result). The status says which quantity
-        decided. None takes contact with large strain if that is known, else "auto". "finite" needs the mesh: use
-        `press_finite`.
+        within `tolerance` (measured against contact for this finger, specimen and force, plus the known error of the
+        mesh), else contact with the change by large strain, if that is known (`large_strain` of the result). The status
+        says which quantity decided and what is known of the errors of mesh and strain. None takes contact with large
+        strain if that is known, else "auto". "finite" needs the mesh: use `press_finite`.
     friction : Coulomb's coefficient between finger and specimen, 0 for none, or "stick"; hertz has no friction. The
         force grows from first touch along the contact normal, because the effect of friction depends on the path. None
         takes the friction of the finger's bench; if the bench states none, presses with large strain stick, as silicone
@@ -128,8 +129,8 @@ def _by_contact(
                 return replace(large, status=large.status + doubt)
     linear = contact if rubbing else partial(_cheapest, reduced, specimen, tolerance)
     found = (None if rubbing else _settled(load, linear, strained)) or _settled(load, linear)
-    missing = "" if found.large_strain else alone or "; large strain is not included"
-    return replace(found, status=found.status + missing + doubt)
+    losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
+    return replace(found, status=found.status + alone + doubt + losses)
 
 
 def press_grid(
@@ -232,16 +233,21 @@ class Worst:
     quantity: str
 
     @classmethod
-    def of(cls, errors: np.ndarray) -> "Worst":
-        """The largest of relative errors, which are in the order of `QUANTITIES`."""
-        return cls(float(errors.max()), list(QUANTITIES)[int(errors.argmax())])
+    def of(cls, errors: dict[str, float]) -> "Worst":
+        """The largest of these errors."""
+        quantity = max(errors, key=lambda name: errors[name])
+        return cls(float(errors[quantity]), quantity)
 
     def __str__(self) -> str:
-        return f"{PER_CENT * self.error:.1f} % in {QUANTITIES[self.quantity]}"
+        return f"{PER_CENT * self.error:.1f} % in {NAMES[self.quantity]}"
 
 
 def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst | None:
-    """Measured error of hertz around a load; None if contact has no answer there."""
+    """Measured error of hertz around a load; None if contact has no answer there.
+
+    It is the difference of hertz from contact plus the known error of contact by the mesh: if the mesh uses a part of
+    the tolerance, hertz may only use the rest.
+    """
     force, indentation = load
     if indentation is not None:
         try:
@@ -256,14 +262,16 @@ def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst
     around = probe_hertz(reduced, specimen)[right - 1 : right + 1].max(axis=0)
     if not np.isfinite(around).all():
         return None
-    return Worst.of(around)
+    prices = _prices(reduced)
+    mesh = [0.0 if prices is None else prices.mesh.at(force, name) or 0.0 for name in QUANTITIES]
+    return Worst.of(dict(zip(QUANTITIES, around + mesh, strict=True)))
 
 
 def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
     """Measured error of hertz at the lightest probe force whose contact the mesh resolves; None if there is none."""
     errors = probe_hertz(reduced, specimen)
     resolved = errors[np.isfinite(errors).all(axis=1)]
-    return Worst.of(resolved[0]) if len(resolved) else None
+    return Worst.of(dict(zip(QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
 
 
 @kept(256)
@@ -290,3 +298,38 @@ def relative_errors(scene: Press, truth: Press) -> list[float]:
         return [abs(scene.sd / truth.sd - 1), *errors]
     largest = float(np.abs(truth.reading).max())
     return [float(np.abs(scene.reading - truth.reading).max()) / largest if largest else 0.0, *errors]
+
+
+def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_strain: bool) -> str:
+    """Known errors of both linear fidelities at a force (N), in words that continue a sentence.
+
+    large_strain : whether it is included, so that only the error of the mesh remains.
+    """
+    prices = _prices(reduced)
+    if prices is None:
+        where = "off the apex" if reduced.at != (0.0, 0.0) else "of this finger and mesh (papilla bench measures it)"
+        cost = "the mesh costs" if large_strain else "mesh and small strain cost"
+        return f"; what {cost} is not known {where}"
+    names = ("mesh",) if large_strain else ("mesh", "small_strain")
+    parts = {name: _worst(getattr(prices, name), force) for name in names}
+    known = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
+    if not known:
+        return f"; what mesh and small strain cost is not known at {force:.3g} N"
+    loss = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
+    strain = parts.get("small_strain")
+    if strain is not None and strain.error > tolerance:
+        loss += (
+            f"; small strain alone is over {PER_CENT * tolerance:g} %: --fidelity finite (press_finite) has none of it"
+        )
+    return loss
+
+
+def _prices(reduced: ReducedFinger) -> Prices | None:
+    """What is known of the errors of the fidelities, for a finger on its mesh; only at the apex."""
+    return known_prices(reduced.finger_sha256, reduced.mesh_sha256) if reduced.at == (0.0, 0.0) else None
+
+
+def _worst(loss: Loss, force: float) -> Worst | None:
+    errors = {name: loss.at(force, name) for name in QUANTITIES}
+    known = {name: error for name, error in errors.items() if error is not None}
+    return Worst.of(known) if known else None

@@ -15,10 +15,10 @@ from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI, SPECIM
 from papilla.calibration import Calibration
 from papilla.estimators import Friction
 from papilla.fem.fields import save_field
+from papilla.fem.pressing.prices import known_prices
 from papilla.finger import Finger
 from papilla.logs import PressLog, read_time_log
 from papilla.specimen import STICK, Block
-from papilla.studies.bench.measure import BenchRow
 from papilla.studies.reproduce.claim import gathered
 from papilla.studies.reproduce.experiments.softness import calibrated
 from papilla.studies.reproduce.scenes import by_factors, scene
@@ -31,7 +31,7 @@ SCENE = scene("toolkit")
 
 
 def run(tell, cause: bool = True) -> dict:
-    """What papilla is for: calibration, pictures, cost, hard cases, friction.
+    """What papilla is for: calibration, pictures, prices, hard cases, friction.
 
     The default finger is calibrated and its presses between the table's points are recovered; a strain field is drawn
     and written; two families of `papilla verify` run. Friction comes from a simulated swipe to and fro with breakaways.
@@ -53,8 +53,9 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
     """Mesh, model, fidelities, and a field that is drawn and written."""
     built = mesh.build(finger)
     model = fem.FingerModel(finger, built)
+    prices = known_prices(reduced.finger_sha256, reduced.mesh_sha256)
+    parts = () if prices is None else tuple(name for name in ("hertz", "mesh", "small_strain") if getattr(prices, name))
     own, off = SCENE.model, []
-    columns = [name for name in own.columns if name in BenchRow.__dataclass_fields__]
     block, wrong = Block(SCENE.modulus_MPa, SCENE.thickness_mm), 1.0 if cause else own.without_cause
     for force in own.forces_N:
         hertz = fem.press(reduced, block, force=force * wrong, fidelity="hertz")
@@ -68,8 +69,8 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
         "skfem": float(type(model.space.displacement).__module__.startswith("skfem")),
         "quarter": len(model.space.mesh.tets) / len(built.tets),
         "hertz": float(np.abs(off).max()),
-        "columns": float(len(columns)),
-        "column_names": ", ".join(columns),
+        "prices": float(len(parts)),
+        "priced": ", ".join(part.replace("_", " ") for part in parts),
         "packages": float(sum(hasattr(papilla, name) for name in ("mesh", "fem", "calibrate", "estimators"))),
         "exported": _exported(fem.recover(model, reduced, press)),
         "gauges": float(len(press.strain)),

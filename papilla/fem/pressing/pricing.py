@@ -1,0 +1,113 @@
+"""Measures errors and costs of each fidelity of a finger at a few forces, and keeps them for `fidelity="auto"`.
+
+`python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from papilla.errors import ContactRangeError
+from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
+from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
+from papilla.files import write_text
+from papilla.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.specimen import THICKNESS_MM, Block
+from papilla.units import gf_to_newton
+
+FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
+"""Forces (N) at which the error of small strain is reported."""
+
+SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
+SCENES = 40  # Presses that the seconds of a scene are the median of
+DIGITS = 4  # Of the errors in the file that ships
+
+Progress = Callable[[str], None]
+
+
+def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+    """Errors of each fidelity at the apex of a finger, at `FORCES` on `SPECIMEN`, with elements of `size_mm`.
+
+    Hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
+    finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
+    with a line for each stage. Raises what meshing, reducing and pressing raise.
+    """
+    say = progress or (lambda _: None)
+    mesh = build(finger, size_mm, progress=progress)
+    say("pricing: assembling and reducing")
+    began = perf_counter()
+    reduced = FingerModel(finger, mesh).reduce()
+    setup = perf_counter() - began
+    say("pricing: the mesh of half the size")
+    finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
+    contact, finer = _presses(reduced, "contact"), _presses(finest, "contact")
+    hertz: list[Press] = []
+    with suppress(ContactRangeError):  # The mesh is too coarse, or the skin too hard, for one of them
+        hertz = _presses(reduced, "hertz")
+    finite = []
+    for number, force in enumerate(FORCES, 1):
+        say(f"pricing: finite strain, press {number} of {len(FORCES)}")
+        finite.append(press_finite(finger, mesh, SPECIMEN, force=force))
+    return Prices(
+        finger_name=finger.name,
+        finger_sha256=finger.sha256,
+        mesh_sha256=mesh.sha256,
+        mesh_size_mm=mesh.size_mm,
+        finest_size_mm=finest.mesh_size_mm,
+        specimen=f"a {SPECIMEN.thickness:g} mm block of {SPECIMEN.modulus:g} MPa",
+        hertz=loss(hertz, contact) if hertz else None,
+        mesh=loss(contact, finer),
+        small_strain=loss(contact, finite),
+        costs={
+            **{name: _cost(reduced, setup, name) for name in ("hertz", "contact")[not hertz :]},
+            "finite": Cost(0.0, float(np.mean([one.seconds for one in finite]))),
+        },
+    )
+
+
+def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+    """Measure the prices of a finger with `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
+    prices = measure_prices(finger, size_mm=size_mm, progress=progress)
+    keep(prices)
+    return prices
+
+
+def loss(cheaper: list[Press], better: list[Press]) -> Loss:
+    """Errors of presses against better ones at the same rising forces."""
+    errors = {
+        name: tuple(getattr(a, name) / getattr(b, name) - 1 for a, b in zip(cheaper, better, strict=True))
+        for name in QUANTITIES
+    }
+    return Loss(tuple(one.force for one in better), **errors)
+
+
+def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
+    return [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in FORCES]
+
+
+def _cost(reduced: ReducedFinger, setup: float, fidelity: str) -> Cost:
+    """The cost of a linear fidelity; setup : seconds before the first press."""
+    forces = np.geomspace(FORCES[0], FORCES[-1], SCENES)
+    presses = [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in forces]
+    return Cost(setup, float(np.median([one.seconds for one in presses])))
+
+
+def ship() -> None:
+    """Measure the default finger on its reference mesh and write the file that ships with the package."""
+    prices = measure_prices(Finger.default(), progress=print)
+    assert prices.hertz is not None
+    # Further digits than a hundredth of a percent differ from machine to machine
+    hertz, mesh, small_strain = (
+        replace(found, **{name: tuple(round(error, DIGITS) for error in getattr(found, name)) for name in QUANTITIES})
+        for found in (prices.hertz, prices.mesh, prices.small_strain)
+    )
+    write_text(SHIPPED, replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).to_json())
+    print(f"{SHIPPED.name} written")
+
+
+if __name__ == "__main__":
+    ship()
