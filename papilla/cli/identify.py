@@ -40,7 +40,7 @@ MOST_NAMED = 4
 
 @dataclass(frozen=True)
 class SuggestOptions:
-    """Number and kind of the suggested presses."""
+    """The suggested presses: how many, on which specimens, where."""
 
     suggest: int | None = option(None, "Suggest the next N presses; without a log, all of them.", metavar="N")
     moduli: str | None = option(
@@ -49,7 +49,6 @@ class SuggestOptions:
     places: str | None = option(
         None, "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]", metavar="'X,Y X,Y ...'"
     )
-    criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
 
     def check(self, log: Path | None, **fit: object) -> None:
         """Refuse unusable options and combinations: options `fit` of a fit without a log, and a fit whose result is not
@@ -103,9 +102,7 @@ class SuggestOptions:
         from papilla.calibrate.suggest import suggest_presses
 
         places: Any = self.read_places()
-        return suggested(
-            suggest_presses(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
-        )
+        return suggested(suggest_presses(known, self.suggest or 1, moduli, places=places, **bench))
 
 
 def identify(
@@ -248,7 +245,6 @@ def suggested(found: "Suggestion") -> dict:
     presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
     return {
         "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
-        "criterion": found.criterion,
         "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
     }
 
