@@ -1,5 +1,5 @@
-"""Compares fingers and calibrations: size of S_d, uncertainty of the modulus, and receptive field of each gauge; with a
-verdict in words, and a page.
+"""Compares fingers and calibrations: size of S_d, uncertainty of the modulus, receptive field of each gauge, and cost;
+with a verdict in words, and a page.
 
 All are compared over the forces and moduli that all of them cover, with the same noise of gauges and force.
 """
@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from statistics import median
+from time import perf_counter
 
 import numpy as np
 from markupsafe import Markup
 
-from papilla import view
+from papilla import fem, view
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import calibrate_finger
 from papilla.calibrate.press_table import SCENE
@@ -22,7 +23,8 @@ from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.units import N_PER_MN, PER_CENT, to_microstrain
+from papilla.tables import write_table
+from papilla.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
 from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
 from papilla.workers import Say
@@ -42,6 +44,9 @@ ALIKE = 0.03
 
 BETTER, LARGER = ("is better", "is best"), ("has the larger one", "has the largest one")
 """Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
+
+TIMED = 50
+"""Numbers of presses and answers whose median time is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +76,8 @@ class Row:
 
     sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
     sigma_E / E. identified : share of the domain with sigma_E / E of at most half. relative_sigma : (forces, moduli),
-    infinite if there is no modulus. reach : a gauge each; empty without a finger.
+    infinite if there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a finger.
+    reach : a gauge each; empty without a finger.
     """
 
     name: str
@@ -80,6 +86,8 @@ class Row:
     slope: float
     sigma: float
     identified: float
+    answer_us: float
+    press_ms: float | None
     reach: tuple[Reach, ...]
     relative_sigma: np.ndarray
 
@@ -140,6 +148,7 @@ def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) 
     found = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
         relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
+    answers = _timed(lambda: calibration.invert(float(sd[POINTS // 2, POINTS // 2]), float(force[POINTS // 2])))
     return Row(
         name=one.name,
         gauges=len(calibration.gauges),
@@ -147,9 +156,27 @@ def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) 
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
         identified=float((relative <= IDENTIFIABLE).mean()),
+        answer_us=US_PER_S * answers,
+        press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
         reach=() if one.finger is None else _reach(one.finger, progress),
         relative_sigma=relative,
     )
+
+
+def _timed(call: Callable[[], object]) -> float:
+    """Median seconds of a call."""
+    seconds = []
+    for _ in range(TIMED):
+        began = perf_counter()
+        call()
+        seconds.append(perf_counter() - began)
+    return median(seconds)
+
+
+def _press_time(finger: Finger) -> float:
+    reduced, (force, modulus) = fem.prepare(finger), SCENE
+    specimen = finger.bench.specimen(modulus)
+    return _timed(lambda: fem.press(reduced, specimen, force=force))
 
 
 def _reach(finger: Finger, progress: Say) -> tuple[Reach, ...]:
@@ -229,3 +256,13 @@ def _fields(finger: Finger, name: str) -> Markup:
     found = receptive_of(finger)
     pictures = (view.png(view.receptive_fields_figure(found, finger, small=small), 120) for small in (False, True))
     return either(pictures, f"Receptive fields of {name}", "png")
+
+
+def write_comparison_table(path: str | Path, found: Comparison) -> None:
+    """Write the figures of each candidate as CSV, a row each; raises `FileAccessError`."""
+    rows = [row.to_json() for row in found.rows]
+    columns = {key: [row[key] for row in rows] for key in rows[0] if key != "reach"}
+    columns["press_ms"] = [np.nan if value is None else value for value in columns["press_ms"]]
+    areas = [[reach.area_mm2 for reach in row.reach] for row in found.rows]
+    columns["median_field_mm2"] = [float(np.median(of)) if of else np.nan for of in areas]
+    write_table(path, columns)

@@ -1,13 +1,15 @@
 """Suggests the next presses: those that determine a finger best, by the derivatives of what they would measure.
 
-The presses are chosen for the fit that follows them: they minimise the mean variance, over the domain, of the ln E that
-S_d gives (an I-optimal design; Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007, chapters 10 and 12). The
-variance depends on the parameters, which are not known beforehand. So its logarithm is averaged over fingers: those of
-the prior before the first press, the identified finger afterwards.
+A design is chosen for the fit that follows it (Atkinson, Donev and Tobias, Optimum Experimental Designs, 2007, chapters
+10 and 12): I-optimal designs minimise the mean variance over the domain of the ln E that S_d gives; D-optimal designs
+minimise the determinant of the parameters' covariance. Both depend on the parameters, which are not known beforehand.
+So the logarithm of the criterion is averaged over fingers: those of the prior before the first press, the identified
+finger afterwards.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -27,6 +29,7 @@ from papilla.finger import Finger
 from papilla.specimen import Specimen
 from papilla.units import gf_to_newton
 
+Criterion = Literal["I", "D"]
 APEX = (0.0, 0.0)
 
 Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -58,7 +61,7 @@ class Suggestion:
 
     force_N, modulus_MPa : (k,) of the presses. place_mm : (k, 2) where they touch down.
     sigma_before, sigma_after : expected standard deviation of ln E over the domain, from the uncertainty of the finger
-    alone, without the noise of a later press.
+    alone, without the noise of a later press. criterion : "I" or "D".
     """
 
     force_N: tuple[float, ...]
@@ -66,6 +69,7 @@ class Suggestion:
     place_mm: tuple[tuple[float, float], ...]
     sigma_before: float
     sigma_after: float
+    criterion: Criterion
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +98,7 @@ def suggest_presses(
     forces: Sequence[float] = FORCES_N,
     places: Sequence[tuple[float, float]] = (APEX,),
     specimen: Specimen | None = None,
+    criterion: Criterion = "I",
     noise: Noise | None = None,
     seed: int = 0,
     size_mm: float | None = None,
@@ -109,6 +114,8 @@ def suggest_presses(
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"the number of presses to suggest must be at least 1, got {count!r}")
+    if criterion not in ("I", "D"):
+        raise InputError(f"criterion must be I or D, got {criterion!r}")
     grid = [
         np.array(sorted({checks.positive(f"{name} to press", value) for value in values}))
         for name, values in (("force (N)", forces), ("modulus (MPa)", moduli))
@@ -129,14 +136,14 @@ def suggest_presses(
     else:
         problem, vectors = _from_nothing(known, candidates, specimen, noise or Noise(), seed, size_mm)
         fingers = [_finger(problem, vector, candidates, None) for vector in vectors]
-    chosen = _exchanged(fingers, _greedy(fingers, count))
+    chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
     spread = [
         float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
         for rows in ([], chosen)
     ]
     spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
     best = tuple(force[chosen].tolist()), tuple(modulus[chosen].tolist()), spots_chosen
-    return Suggestion(*best, spread[0], spread[1])
+    return Suggestion(*best, spread[0], spread[1], criterion)
 
 
 def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Problem:
@@ -205,26 +212,29 @@ def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
     return replace(empty, log=replace(empty.log, **measured), robust=np.ones(read.shape)).weighted(vector)
 
 
-def _score(fingers: list[_Finger], rows: list[int]) -> np.ndarray:
-    """(n,) sum of ln variance over the fingers with each candidate added to the chosen rows; lower is better."""
-    return np.sum([one.log_variance(one.known + one.each[rows].sum(axis=0) + one.each) for one in fingers], axis=0)
+def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:
+    """The criterion (n,), lower is better, with each candidate added to the chosen rows."""
+    total = np.zeros(len(fingers[0].each))
+    for one in fingers:
+        information = one.known + one.each[rows].sum(axis=0) + one.each
+        total = total + (-np.linalg.slogdet(information)[1] if criterion == "D" else one.log_variance(information))
+    return total
 
 
-def _greedy(fingers: list[_Finger], count: int) -> list[int]:
-    """So many presses, each the best one after those before it."""
+def _greedy(fingers: list[_Finger], count: int, criterion: Criterion) -> list[int]:
     rows: list[int] = []
     for _ in range(count):
-        rows.append(int(np.argmin(_score(fingers, rows))))
+        rows.append(int(np.argmin(_score(fingers, rows, criterion))))
     return rows
 
 
-def _exchanged(fingers: list[_Finger], rows: list[int]) -> list[int]:
+def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> list[int]:
     """The presses after exchanging one after another for better candidates (Fedorov), until there are none."""
     for _ in range(EXCHANGES):
         before = list(rows)
         for k in range(len(rows)):
             others = rows[:k] + rows[k + 1 :]
-            scores = _score(fingers, others)
+            scores = _score(fingers, others, criterion)
             best = int(np.argmin(scores))
             # Equal scores within rounding change nothing, or two equal candidates would take turns for ever.
             if scores[best] < scores[rows[k]] - checks.ROUNDING:

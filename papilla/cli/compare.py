@@ -20,50 +20,57 @@ def compare(
     html: Path | None = option(
         None, "Page to write: what is better at what, maps, receptive fields.", metavar="FILE.html"
     ),
+    csv: Path | None = option(None, "Table to write.", metavar="FILE.csv"),
     friction: FrictionOption = None,
 ) -> Answer:
-    """Compare designs and calibrations: S_d, uncertainty of E, receptive fields.
+    """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, computing time.
 
     A design is calibrated first, as by papilla calibrate; cached results are used.
     """
     rubbing = read_friction(friction)
-    from papilla.calibrate.comparison import candidate, write_comparison
+    written = [path for path in (html, csv) if path is not None]
+    from papilla.calibrate.comparison import candidate
     from papilla.calibrate.comparison import compare as side_by_side
     from papilla.files import check_writable
 
-    written = [] if html is None else [html]
     keep_inputs(candidates, written)
-    if html is not None:
-        check_writable(html.parent)
+    for path in written:
+        check_writable(path.parent)
     with progress() as shown:
         how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
         found = [candidate(one, **how) for one in candidates]
         keep_inputs([name for one in found if one.finger for name in surface_files(one.finger)], written)
         comparison = side_by_side(found, shown.line)
-        if html is not None:
-            write_comparison(html, comparison, found)
+        if written:
+            from papilla.calibrate.comparison import write_comparison, write_comparison_table
+
+            if html is not None:
+                write_comparison(html, comparison, found)
+            if csv is not None:
+                write_comparison_table(csv, comparison)
     domain = {
         "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
         "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
     }
     facts = {"rows": [row.to_json() for row in comparison.rows], "domain": domain, "verdicts": comparison.verdicts}
-    return Answer(facts | {"html": html and str(html)}, partial(_print, comparison, html))
+    files = {"html": html and str(html), "csv": csv and str(csv)}
+    return Answer(facts | files, partial(_print, comparison, written))
 
 
-def _print(comparison: "Comparison", written: Path | None) -> None:
-    """Print the table, the verdicts and the written page."""
-    heads = ("", "sigma of E", "identified", "S_d (µε)", "slope", "gauges")
+def _print(comparison: "Comparison", written: list[Path]) -> None:
+    """Print the table, the verdicts and the written files."""
+    heads = ("", "sigma of E", "identified", "S_d (µε)", "slope", "gauges", "answer (µs)", "press (ms)")
     show_rows(
         heads,
         [
             (
                 row.name, f"{row.sigma:.1%}", f"{row.identified:.0%}", f"{row.sd_microstrain:,.0f}", f"{row.slope:.2g}",
-                str(row.gauges),
+                str(row.gauges), f"{row.answer_us:.0f}", "" if row.press_ms is None else f"{row.press_ms:.2g}",
             )
             for row in comparison.rows
         ],
     )  # fmt: skip
     for sentence in comparison.verdicts:
         tell(sentence)
-    if written is not None:
-        tell(f"Wrote {written}")
+    if written:
+        tell(f"Wrote {', '.join(map(str, written))}")

@@ -40,7 +40,7 @@ MOST_NAMED = 4
 
 @dataclass(frozen=True)
 class SuggestOptions:
-    """The suggested presses: how many, on which specimens, where."""
+    """Number and kind of the suggested presses."""
 
     suggest: int | None = option(None, "Suggest the next N presses; without a log, all of them.", metavar="N")
     moduli: str | None = option(
@@ -49,6 +49,7 @@ class SuggestOptions:
     places: str | None = option(
         None, "Where presses may be suggested, mm: '0,0 3,0 0,3'.  [default: the apex]", metavar="'X,Y X,Y ...'"
     )
+    criterion: Literal["I", "D"] = option("I", "Suggest for the least variance of E (I) or of the parameters (D).")
 
     def check(self, log: Path | None, **fit: object) -> None:
         """Refuse unusable options and combinations: options `fit` of a fit without a log, and a fit whose result is not
@@ -102,7 +103,9 @@ class SuggestOptions:
         from papilla.calibrate.suggest import suggest_presses
 
         places: Any = self.read_places()
-        return suggested(suggest_presses(known, self.suggest or 1, moduli, places=places, **bench))
+        return suggested(
+            suggest_presses(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
+        )
 
 
 def identify(
@@ -245,6 +248,7 @@ def suggested(found: "Suggestion") -> dict:
     presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
     return {
         "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
+        "criterion": found.criterion,
         "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
     }
 

@@ -1,5 +1,6 @@
 """Calibrations and fingers side by side: the verdict follows from the numbers, and the page shows them."""
 
+import csv
 import json
 import re
 from dataclasses import replace
@@ -17,6 +18,7 @@ from papilla.calibrate.comparison import (
     candidate,
     compare,
     write_comparison,
+    write_comparison_table,
 )
 from papilla.errors import InputError
 from papilla.finger import Finger
@@ -85,11 +87,15 @@ def test_a_missing_value_is_told(found):
     assert "weak none)" in said[0] and said[-1].endswith("strong 12 mm², weak 12 mm²; a smaller one is finer.")
 
 
-def test_the_page_holds_the_rows(found, both, tmp_path):
+def test_page_and_table_hold_the_rows(found, both, tmp_path):
     write_comparison(tmp_path / "c.html", found, both)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
     assert all(sentence.replace("'", "&#39;") in page for sentence in found.verdicts)
     assert page.count("data:image/svg+xml") == 4 and "Receptive" not in page
+    write_comparison_table(tmp_path / "c.csv", found)
+    rows = list(csv.DictReader((tmp_path / "c.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row["name"] for row in rows] == ["strong", "weak"] and rows[0]["press_ms"] == ""
+    assert float(rows[1]["sigma"]) == found.rows[1].sigma
     json.dumps([row.to_json() for row in found.rows])
 
 

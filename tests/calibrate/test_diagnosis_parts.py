@@ -439,7 +439,7 @@ def test_suggested_presses_reduce_what_the_finger_leaves_open_of_the_modulus(fou
     for spread, more in ((told.sigma_before, 0.0), (told.sigma_after, one.each[rows].sum(axis=0))):
         variance = np.einsum("mf,fg,mg->m", one.slope, np.linalg.inv(known + more), one.slope)
         assert spread == pytest.approx(np.sqrt(variance.mean()), rel=1e-6)
-    assert told.sigma_after < told.sigma_before and told.place_mm == ((0.0, 0.0),) * 2
+    assert told.sigma_after < told.sigma_before and told.criterion == "I" and told.place_mm == ((0.0, 0.0),) * 2
     # What a press tells are its weighted derivatives
     pressed = suggest._pressed(found.problem, found.vector, (force, modulus, np.zeros((4, 2))))
     assert pressed.log.readings == pytest.approx(pressed.modelled(found.vector).values[:, :3])

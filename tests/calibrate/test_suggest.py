@@ -37,15 +37,17 @@ def identified(told):
 
 
 @pytest.mark.slow
-def test_no_other_pair_of_presses_tells_more(identified):
-    found = suggest_presses(identified, 2, MODULI, forces=FORCES)
+@pytest.mark.parametrize("criterion", ["I", "D"])
+def test_no_other_pair_of_presses_tells_more(identified, criterion):
+    found = suggest_presses(identified, 2, MODULI, forces=FORCES, criterion=criterion)
     force, modulus = (axis.ravel() for axis in np.meshgrid(FORCES, MODULI, indexing="ij"))
     made = identified.problem.jacobian(identified.vector)
     candidates = (force, modulus, np.zeros((len(force), 2)))
     finger = module._finger(identified.problem, identified.vector, candidates, made.T @ made)
 
     def score(rows):
-        return finger.log_variance(finger.known + finger.each[list(rows)].sum(axis=0))
+        information = finger.known + finger.each[list(rows)].sum(axis=0)
+        return -np.linalg.slogdet(information)[1] if criterion == "D" else finger.log_variance(information)
 
     pairs = list(combinations_with_replacement(range(len(force)), 2))
     best = min(pairs, key=score)
@@ -54,7 +56,7 @@ def test_no_other_pair_of_presses_tells_more(identified):
         for f, e in zip(found.force_N, found.modulus_MPa, strict=True)
     ]
     assert score(rows) == pytest.approx(score(best), abs=1e-6)
-    assert found.sigma_after < found.sigma_before
+    assert found.criterion == criterion and found.sigma_after < found.sigma_before
 
 
 @pytest.mark.slow
@@ -95,6 +97,7 @@ def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers
         (2, (), {}, "at least one force and one modulus"),
         (2, (0.1, -1.0), {}, r"modulus \(MPa\) to press must be greater than 0"),
         (2, MODULI, {"forces": (0.0,)}, r"force \(N\) to press must be greater than 0"),
+        (2, MODULI, {"criterion": "A"}, "criterion must be I or D, got 'A'"),
     ],
 )
 def test_what_cannot_be_suggested_is_refused(count, moduli, options, message):

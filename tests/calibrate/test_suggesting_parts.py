@@ -19,25 +19,28 @@ def fingers():
     return found
 
 
-def test_the_criterion_is_the_mean_variance_of_ln_e(fingers):
+def test_the_criterion_is_the_mean_variance_of_ln_e_or_the_determinant(fingers):
     one = fingers[0]
     information = one.known + one.each[2]
     variances = [row @ np.linalg.solve(information, row) for row in one.slope]
     assert one.log_variance(information) == pytest.approx(np.log(np.mean(variances)))
-    both = _score(fingers, [1, 4])
+    both = _score(fingers, [1, 4], "I")
     expected = [sum(f.log_variance(f.known + f.each[1] + f.each[4] + f.each[k]) for f in fingers) for k in range(6)]
     assert both == pytest.approx(expected)
+    dets = [-sum(np.log(np.linalg.det(f.known + f.each[1] + f.each[4] + f.each[k])) for f in fingers) for k in range(6)]
+    assert _score(fingers, [1, 4], "D") == pytest.approx(dets)
 
 
-def test_exchange_finds_the_best_of_all_choices(fingers):
+@pytest.mark.parametrize("criterion", ["I", "D"])
+def test_exchange_finds_the_best_of_all_choices(fingers, criterion):
     def score(rows):
-        return _score(fingers, list(rows[1:]))[rows[0]]
+        return _score(fingers, list(rows[1:]), criterion)[rows[0]]
 
-    first = _greedy(fingers, 3)
-    assert len(first) == 3 and first[0] == int(np.argmin(_score(fingers, [])))
+    first = _greedy(fingers, 3, criterion)
+    assert len(first) == 3 and first[0] == int(np.argmin(_score(fingers, [], criterion)))
     best = min(combinations_with_replacement(range(6), 3), key=score)
     for begin in (first, [0, 0, 0], [5, 3, 5]):
-        found = _exchanged(fingers, begin)
+        found = _exchanged(fingers, begin, criterion)
         assert score(found) == pytest.approx(score(best)) and score(found) <= score(begin) + 1e-12
 
 

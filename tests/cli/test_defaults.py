@@ -9,7 +9,7 @@ from papilla.cli.options import PROCESSES
 
 DEFAULTS = {
     "calibrate": {"--specimen": "block", "--out": "calibration", "--quick": False},
-    "identify": {"--specimen": "block", "--noise": 5.0, "--force-error": 0.01},
+    "identify": {"--specimen": "block", "--criterion": "I", "--noise": 5.0, "--force-error": 0.01},
     "new": {"--shape": "dome"},
     "compare": {},
     "press": {"--specimen": "block", "--at": (0.0, 0.0), "--fidelity": "auto"},

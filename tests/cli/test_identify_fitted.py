@@ -66,7 +66,7 @@ def fitted(monkeypatch, tmp_path):
 
     def suggested(known, count, moduli, **how):
         asked.suggested.append((known, count, moduli, how))
-        return suggest.Suggestion((0.25, 0.5), (0.5, 0.1), ((0.0, 0.0), (3.0, 0.0)), 1.5, 0.125)
+        return suggest.Suggestion((0.25, 0.5), (0.5, 0.1), ((0.0, 0.0), (3.0, 0.0)), 1.5, 0.125, how["criterion"])
 
     def touched(found, log, terms):
         asked.touch = (found, log, terms)
@@ -142,10 +142,10 @@ def test_a_report_alone_is_written(papilla, fitted, tmp_path):
 
 
 def test_the_next_presses_are_on_the_specimens_of_the_log_unless_others_are_given(papilla, fitted):
-    answer = papilla("identify", "log.csv", "--suggest", 2, "--places", "0,0 3,-1.5")
+    answer = papilla("identify", "log.csv", "--suggest", 2, "--criterion", "D", "--places", "0,0 3,-1.5")
     known, count, moduli, how = fitted.suggested[0]
     assert (known, count, moduli) == (fitted.found, 2, [0.1, 0.5])
-    assert how == {"places": [(0.0, 0.0), (3.0, -1.5)]}
+    assert how == {"places": [(0.0, 0.0), (3.0, -1.5)], "criterion": "D"}
     said = " ".join(answer.out.replace("│", " ").split())
     assert "Press next:" in said and "press 1 0.25 N on 0.5 MPa at 0, 0 mm" in said
     assert "press 2 0.5 N on 0.1 MPa at 3, 0 mm" in said
@@ -158,9 +158,9 @@ def test_a_protocol_without_a_log_is_of_the_design(papilla, fitted):
     answer = papilla("identify", "--suggest", 2, "--moduli", "0.1,0.5", "--noise", 3, "--thickness", 7, "--json")
     known, count, moduli, how = fitted.suggested[0]
     assert (known, count, moduli) == (Finger.default(), 2, [0.1, 0.5]) and fitted.how is None
-    assert how["noise"] == Noise(3.0, 0.01) and how["specimen"].thickness == 7.0
+    assert how["noise"] == Noise(3.0, 0.01) and how["specimen"].thickness == 7.0 and how["criterion"] == "I"
     found = json.loads(answer.out)
-    assert found["finger"] == Finger.default().name
+    assert found["finger"] == Finger.default().name and found["criterion"] == "I"
     assert found["suggested"][1] == {"force_N": 0.5, "modulus_MPa": 0.1, "x_mm": 3.0, "y_mm": 0.0}
     assert found["expected_sigma_ln_E"] == {"before": 1.5, "after": 0.125}
     assert "Press next:" in papilla("identify", "--suggest", 2, "--moduli", "0.1,0.5").out
@@ -203,7 +203,7 @@ def test_loops_of_a_log_are_plain_values():
     (None, None, ([], [(0.0, 0.0)])), ("0.5,0.1", "1,2 -3,0", ([0.5, 0.1], [(1.0, 2.0), (-3.0, 0.0)])),
 ])  # fmt: skip
 def test_moduli_and_places_of_a_text(moduli, places, found):
-    options = SuggestOptions(1, moduli, places)
+    options = SuggestOptions(1, moduli, places, "I")
     assert (options.read_moduli(), options.read_places()) == found
 
 
@@ -213,4 +213,4 @@ def test_moduli_and_places_of_a_text(moduli, places, found):
 ])  # fmt: skip
 def test_texts_that_are_no_moduli_and_places(moduli, places, said):
     with pytest.raises(InputError, match=said):
-        SuggestOptions(1, moduli, places).check(None)
+        SuggestOptions(1, moduli, places, "I").check(None)

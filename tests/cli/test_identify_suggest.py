@@ -18,7 +18,7 @@ def test_a_protocol_from_nothing(papilla):
     answer = papilla("identify", "--suggest", 3, "--moduli", "0.089,0.72", "--json")
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)
-    assert len(found["suggested"]) == 3
+    assert len(found["suggested"]) == 3 and found["criterion"] == "I"
     assert {one["modulus_MPa"] for one in found["suggested"]} <= {0.089, 0.72}
     assert {one["force_N"] for one in found["suggested"]} <= set(FORCES_N)
     assert found["expected_sigma_ln_E"]["after"] < found["expected_sigma_ln_E"]["before"]
@@ -34,10 +34,10 @@ def test_what_to_press_after_a_log(papilla, tmp_path):
         f"{f},{E},{-900 * f},{-4000 * f},{9000 * f**0.9},{-4100 * f},{-950 * f}" for f in (0.2, 0.5) for E in (0.1, 0.5)
     ]
     log.write_text("\n".join(rows) + "\n")
-    answer = papilla("identify", log, "--suggest", 2, "--json")
+    answer = papilla("identify", log, "--suggest", 2, "--criterion", "D", "--json")
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)
-    assert {one["modulus_MPa"] for one in found["suggested"]} <= {0.1, 0.5}
+    assert {one["modulus_MPa"] for one in found["suggested"]} <= {0.1, 0.5} and found["criterion"] == "D"
     assert "finger" not in found and sorted(tmp_path.iterdir()) == [log]
 
 

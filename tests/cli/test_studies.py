@@ -120,10 +120,10 @@ def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused,
 
     asked = []
     row = SimpleNamespace(
-        name="a", sigma=0.1234, identified=0.756, sd_microstrain=12345.6, slope=0.1234, gauges=5,
-        to_json=lambda: {"name": "a"},
+        name="a", sigma=0.1234, identified=0.756, sd_microstrain=12345.6, slope=0.1234, gauges=5, answer_us=12.6,
+        press_ms=3.456, to_json=lambda: {"name": "a"},
     )  # fmt: skip
-    other = SimpleNamespace(**vars(row) | {"name": "b"})
+    other = SimpleNamespace(**vars(row) | {"name": "b", "press_ms": None})
     made = SimpleNamespace(
         rows=[row, other], verdicts=["a is better"], force_N=[0.1, 0.5, 0.9], modulus_MPa=[0.02, 5.0]
     )
@@ -131,18 +131,19 @@ def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused,
     monkeypatch.setattr(comparison, "candidate", lambda name, **how: asked.append((name, how)) or found)
     monkeypatch.setattr(comparison, "compare", lambda given, say: asked.append(given) or made)
     monkeypatch.setattr(comparison, "write_comparison", lambda path, *given: asked.append((path, given)))
-    answer = papilla("compare", "default", "published", "--friction", "stick", "--html", "c.html")
+    monkeypatch.setattr(comparison, "write_comparison_table", lambda path, *given: asked.append((path, given)))
+    answer = papilla("compare", "default", "published", "--friction", "stick", "--html", "c.html", "--csv", "c.csv")
     assert [name for name, _ in asked[:2]] == ["default", "published"] and asked[2] == [found, found]
     assert (asked[0][1]["friction"], asked[0][1]["processes"]) == ("stick", PROCESSES)
-    assert asked[3:] == [(Path("c.html"), (made, [found, found]))]
+    assert asked[3:] == [(Path("c.html"), (made, [found, found])), (Path("c.csv"), (made,))]
     said = " ".join("".join(" " if sign in "│└─┴┘" else sign for sign in answer.out).split())
-    assert "a 12.3% 76% 12,346 0.12 5 b 12.3% 76% 12,346 0.12 5 a is better" in said
-    assert answer.out.endswith("a is better\nWrote c.html\n")
+    assert "a 12.3% 76% 12,346 0.12 5 13 3.5 b 12.3% 76% 12,346 0.12 5 13 a is better" in said
+    assert answer.out.endswith("a is better\nWrote c.html, c.csv\n")
     asked.clear()
     answer = papilla("compare", "default", "published", "--json")
     facts = json.loads(answer.out)
-    assert asked[0][1]["friction"] is None and len(asked) == 3 and facts["html"] is None
+    assert asked[0][1]["friction"] is None and len(asked) == 3 and (facts["html"], facts["csv"]) == (None, None)
     assert facts["domain"] == {"force_N": [0.1, 0.9], "modulus_MPa": [0.02, 5.0]} and facts["rows"][1] == {"name": "a"}
     assert "Wrote" not in papilla("compare", "default", "published").out
     (tmp_path / "file").write_text("")
-    assert "cannot write to folder file" in refused("compare", "a", "b", "--html", "file/c.html")
+    assert "cannot write to folder file" in refused("compare", "a", "b", "--csv", "file/c.csv")
