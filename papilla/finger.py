@@ -16,6 +16,7 @@ from pathlib import Path
 from papilla import checks
 from papilla.errors import FileAccessError, InputError
 from papilla.finger_parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
+from papilla.short_repr import html_table
 
 __all__ = [
     "Bench", "DEFAULT_FINGER", "Dome", "Finger", "Gauge", "Identified", "Layer", "Ridges", "SHIPPED_FINGERS", "Shape",
@@ -99,6 +100,18 @@ class Finger:
         """Name, shape, layers and number of gauges: the whole design is in `describe()`."""
         layers = f"{self.outer.modulus:g} over {self.inner.modulus:g} MPa"
         return f"Finger({self.name!r}, {type(self.shape).__name__.lower()}, {layers}, {len(self.gauges)} gauges)"
+
+    def _repr_html_(self) -> str:
+        """Shape, layers and gauges as a table, for notebooks."""
+        shape = ", ".join(f"{name} {value}" for name, value in asdict(self.shape).items())
+        rows = [("shape", f"{type(self.shape).__name__.lower()}: {shape} (mm)")]
+        for name, layer in (("outer", self.outer), ("inner", self.inner), ("bone", self.bone)):
+            rows.append((name, "rigid" if layer is None else f"{layer.modulus:g} MPa, nu {layer.nu:g}"))
+        for gauge in self.gauges:
+            at = f"{gauge.angle_deg:g} degrees" if gauge.x_mm is None else f"x {gauge.x_mm:g} mm"
+            reads = f"{gauge.membrane_gain:.4g} x strain {gauge.lever_mm:+.4g} mm x curvature change"
+            rows.append((gauge.name, f"at {at}, y {gauge.y_mm:g} mm; reads {reads}"))
+        return html_table(self.name, rows)
 
     def describe(self) -> dict:
         """The design as plain nested values for JSON; a `Surfaces` shape is described by its file names."""

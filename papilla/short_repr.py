@@ -1,7 +1,10 @@
-"""A `__repr__` on one line for dataclasses, with the shapes of arrays instead of their numbers."""
+"""Short representations of objects: a `__repr__` on one line for dataclasses, with shapes instead of the numbers of
+arrays, and HTML tables for notebooks."""
 
 import reprlib
+from collections.abc import Iterable, Sequence
 from dataclasses import fields
+from html import escape
 from typing import Any
 
 _SHORTENED = reprlib.Repr()
@@ -17,3 +20,14 @@ def short_repr(of: Any) -> str:
 def _shown(value: Any) -> str:
     shape = getattr(value, "shape", ())
     return f"<{' x '.join(map(str, shape))}>" if shape else _SHORTENED.repr(value)
+
+
+def html_table(title: str, rows: Iterable[Sequence[object]], heads: Sequence[object] = ()) -> str:
+    """A title and a table below it, for `_repr_html_`; a number is shown with five digits, text is escaped."""
+    lines = [f"<tr>{''.join(f'<th>{_cell(head)}</th>' for head in heads)}</tr>"] if heads else []
+    lines += [f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows]
+    return f"<b>{escape(title)}</b><table>{''.join(lines)}</table>"
+
+
+def _cell(value: object) -> str:
+    return escape(f"{value:.5g}" if isinstance(value, float) else str(value))

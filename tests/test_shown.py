@@ -1,5 +1,7 @@
 """What public objects show of themselves, and what they say where they are misused."""
 
+import sys
+
 import numpy as np
 import pytest
 from made_up_sweep import make_sweep
@@ -44,6 +46,27 @@ def test_a_pipeline_and_its_answer_take_a_few_lines():
     assert found.startswith("PipelineEstimate(40 rows, the last: modulus nan") and found.count("\n") == 2
     assert repr(pipeline.update(tuple([0.041] + 7 * [0.0]))).startswith("PipelineEstimate(modulus nan")
     assert repr(pipeline.process(np.zeros((0, 8)))) == "PipelineEstimate(no rows)"
+
+
+def test_tables_for_notebooks_hold_the_numbers_and_escape_names():
+    from dataclasses import replace
+
+    finger = replace(papilla.Finger.default(), name="<mine>")
+    assert "&lt;mine&gt;" in finger._repr_html_() and finger._repr_html_().count("<tr>") == 4 + 5
+    calibration = fit(SWEEP)
+    assert "0.02 to 5" in calibration._repr_html_() and "one sigma of fit" in calibration._repr_html_()
+    shown = SWEEP._repr_html_()
+    assert shown.count("<tr>") == 6 and f"{SWEEP.sd_microstrain[0]:.5g}" in shown
+
+
+def test_a_frame_has_the_columns_of_the_file(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    SWEEP.to_csv(tmp_path / "sweep.csv")
+    frame = SWEEP.to_frame()
+    assert ",".join(frame) == (tmp_path / "sweep.csv").read_text().splitlines()[0]
+    made = type("Module", (), {"DataFrame": staticmethod(lambda columns: ("frame", list(columns)))})
+    monkeypatch.setitem(sys.modules, "pandas", made)
+    assert SWEEP.to_frame() == ("frame", list(frame))
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
+from papilla.short_repr import html_table
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 from papilla.tables import write_table
 from papilla.units import gf_to_newton
@@ -102,10 +103,30 @@ class Sweep:
         write_table(path, self.columns())
 
     def columns(self) -> dict[str, Sequence | np.ndarray]:
-        """Name -> column (n,), in the order of sweep.csv; `pandas.DataFrame` takes it."""
+        """Name -> column (n,), in the order of sweep.csv."""
         gauges = {f"g{number}": column for number, column in enumerate(self.reading.T, start=1)}
         first, rest = ({name: getattr(self, name) for name in names} for names in (NUMBERS[:2], NUMBERS[2:]))
         return first | gauges | rest | {"resolved": self.resolved.astype(int), "status": self.status}
+
+    def to_frame(self) -> Any:
+        """The columns of sweep.csv as a pandas DataFrame; without pandas, a dict of columns that `pandas.DataFrame`
+        accepts."""
+        try:
+            import pandas as pd
+        except ImportError:
+            return self.columns()
+        return pd.DataFrame(self.columns())
+
+    def _repr_html_(self) -> str:
+        """S_d at five forces and five moduli as a table, for notebooks."""
+        force, modulus = ((one := np.unique(of))[np.linspace(0, len(one) - 1, 5).round().astype(int)] for of in
+                          (self.force_N, self.modulus_MPa))  # fmt: skip
+        rows = []
+        for f in np.unique(force).tolist():
+            cells = [self.sd_microstrain[(self.force_N == f) & (self.modulus_MPa == e)] for e in np.unique(modulus)]
+            rows.append([f"{f:.3g} N", *(float(cell[0]) if len(cell) else "" for cell in cells)])
+        heads = ["S_d in microstrain", *(f"{e:.3g} MPa" for e in np.unique(modulus).tolist())]
+        return html_table(repr(self).strip("<>"), rows, heads)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything as named arrays, ready for `numpy.savez` or the cache."""

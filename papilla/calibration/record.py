@@ -21,7 +21,8 @@ from papilla.calibration.published import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import Compact, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus
 from papilla.errors import InputError
 from papilla.sealed import write_sealed
-from papilla.short_repr import short_repr
+from papilla.short_repr import html_table, short_repr
+from papilla.units import PER_CENT
 
 GRID = 8
 """Points along each axis of the domain over which an error is averaged."""
@@ -105,6 +106,14 @@ class Calibration:
         lacks = self.provenance.get("lacks")
         short = f"; intervals lack {' and '.join(map(str, lacks))}" if isinstance(lacks, list) and lacks else ""
         return f"<Calibration of {name}: {count} gauges, {force} N, {modulus} MPa, {len(self.notes)} notes{short}>"
+
+    def _repr_html_(self) -> str:
+        """Domain, uncertainties and notes as a table, for notebooks."""
+        rows: list[tuple[str, object]] = [("gauges", len(self.gauges))]
+        rows += [(key, f"{low:g} to {high:g}") for key, (low, high) in self.domain.items()]
+        rows += [(f"S_d, one sigma of {name}", f"{PER_CENT * sigma:.2g} %") for name, sigma in self.sigmas.items()]
+        rows += [("note", note) for note in self.notes]
+        return html_table(f"Calibration of {self.finger.get('name') or 'a measured finger'}", rows)
 
     @classmethod
     def load(cls, path: str | PathLike) -> "Calibration":

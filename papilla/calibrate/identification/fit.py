@@ -32,6 +32,7 @@ from papilla.fem.reduction.family import with_moduli
 from papilla.finger import Finger
 from papilla.finger_parts import Identified
 from papilla.logs import PressLog
+from papilla.short_repr import html_table
 from papilla.specimen import Friction, Specimen
 from papilla.workers import Say
 
@@ -95,6 +96,12 @@ class Identification:
     def __repr__(self) -> str:
         shown = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
         return f"<Identification from {len(self.problem.log)} presses: {shown}>"
+
+    def _repr_html_(self) -> str:
+        """Parameters with their standard deviations as a table, for notebooks."""
+        rows = [(name, *self[name], PARAMETERS[kind(name)].unit) for name in self.names]
+        title = f"Identification from {len(self.problem.log)} presses"
+        return html_table(title, rows, ("parameter", "value", "sigma (relative, for moduli and gains)", "unit"))
 
     @property
     def names(self) -> tuple[str, ...]:
