@@ -17,6 +17,7 @@ from scipy.optimize import brentq, least_squares
 
 from papilla import fem
 from papilla.calibrate.press_table import corrected
+from papilla.calibrate.published_form import PUBLISHED_POINTS, RIGID
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
@@ -24,9 +25,8 @@ from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.files import write_text
 from papilla.finger import Bench, Finger, Gauge
 from papilla.mesh import DEFAULT_SIZE_MM, build
-from papilla.specimen import STICK, Friction, HalfSpace, Specimen, friction_coefficient
+from papilla.specimen import STICK, Friction, Specimen, friction_coefficient
 from papilla.studies.reproduce.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
-from papilla.studies.reproduce.experiments.presses import PRINTED_N
 from papilla.units import gf_to_newton
 
 SIZE_MM = DEFAULT_SIZE_MM
@@ -41,8 +41,6 @@ TABLE_RATIOS = (2.0, 4.0, 8.0)
 """Ratios of moduli at which presses at finite strain are made."""
 LIGHTEST = 0.9
 """F / E_inner (mm2) below which large strain changes nothing."""
-RIGID = HalfSpace(1e4)
-"""Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
 
 CHI_SQUARE_95 = 3.84
 
@@ -107,7 +105,7 @@ class Physics:
     large_strain: bool = True
 
     def presses(self, ratio: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
-        """(forces, moduli, q, gauges) of the carrier's gauges, and depths (k,) in mm at the printed forces."""
+        """(forces, moduli, q, gauges) of the carrier's gauges, and depths (k,) in mm at `PUBLISHED_POINTS`."""
         reduced = relatives().at(ratio * inner, inner)
 
         def one(specimen: Specimen, force: float) -> fem.Press:
@@ -115,7 +113,7 @@ class Physics:
             return corrected(reduced, specimen, found) if self.large_strain and force > LIGHTEST * inner else found
 
         felt = [[one(Bench().specimen(E), force).values for E in SPECIMENS_MPA] for force in gf_to_newton(FORCE_GF)]
-        return np.array(felt), np.array([one(RIGID, force).indentation for force in PRINTED_N.values()])
+        return np.array(felt), np.array([one(RIGID, force).indentation for _, force in PUBLISHED_POINTS])
 
 
 SHIPPED = Physics()
@@ -145,7 +143,7 @@ class Model:
         return 1e6 * np.std([apex, near, near, far, far], axis=0)
 
     def depths(self, values: dict[str, float]) -> np.ndarray:
-        """Depths (k,) in mm at the printed forces, from where the touch-down was told."""
+        """Depths (k,) in mm at `PUBLISHED_POINTS`, from where the touch-down was told."""
         return self._depth(self._place(values))[0] + values["touch_down"]
 
     def _place(self, values: dict[str, float]) -> list[float]:
@@ -194,7 +192,7 @@ def fit(model: Model, fixed: dict[str, float] | None = None, start: dict[str, fl
         values = values_of(unknowns)
         _, left = scaled(model.sd(values))
         regression = left.ravel() / np.sqrt((PUBLISHED**2).mean()) / MISFIT * np.sqrt(NUMBERS / PUBLISHED.size)
-        published = np.array(list(PRINTED_N))
+        published = np.array([depth for depth, _ in PUBLISHED_POINTS])
         depth = (model.depths(values) / published - 1) / DEPTH_ERROR
         priors = [np.log(values[n] / p.start) / p.width for n, p in PARAMETERS.items() if p.width]
         ratio = np.log(values["outer_modulus"] / values["inner_modulus"])

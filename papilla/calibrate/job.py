@@ -20,6 +20,7 @@ from papilla.calibrate.press_table import (
     Sweep,
     sweep,
 )
+from papilla.calibrate.published_form import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import begin_large_strain
@@ -53,7 +54,8 @@ CHECKED_PER_AXIS = 10
 class Calibrated:
     """A calibration, the presses to which it was fitted, and its checks: on its own mesh, and against finite strain.
 
-    presses : computed. truth : None if none of its presses is within the domain.
+    presses : computed. truth : None if none of its presses is within the domain. depths : comparison with the published
+    ones.
     bench : the measured presses that the finger was identified from, if it was.
     """
 
@@ -62,6 +64,7 @@ class Calibrated:
     recovery: Recovery
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
+    depths: Sequence[Depth] = ()
     bench: "BenchPresses | None" = None
 
 
@@ -151,7 +154,7 @@ def calibrate_finger(
     notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
     judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
-    return Calibrated(calibration, presses, recovery, reduced, judged)
+    return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Say) -> Sweep:

@@ -1,5 +1,5 @@
 """What the papers print, and a calibration compared with it: the form S_d = a f^2 + b f + c E^2 + d E + e, refit by
-least squares, and its coefficients (9) and (10).
+least squares, its coefficients (9) and (10), and depths of presses.
 
 (9) and (10) are printed in the 2006 paper. The unit of S_d is not stated there. (10) is not the exact inverse of (9),
 because its coefficients were printed with two digits.
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from papilla.calibrate.press_table import cached_press
 from papilla.calibration import Calibration
 from papilla.calibration.published import (
     FORWARD_TERMS,
@@ -20,8 +21,11 @@ from papilla.calibration.published import (
     published_sd,
 )
 from papilla.errors import InputError
+from papilla.fem import ReducedFinger, press
+from papilla.finger import Finger
 from papilla.short_repr import short_repr
-from papilla.units import newton_to_gf
+from papilla.specimen import HalfSpace
+from papilla.units import gf_to_newton, newton_to_gf
 
 HEAVY_GF = 30.0
 """Smallest force at which the S_d of (9) depends little on its modulus term at zero force, which no contact can
@@ -29,6 +33,12 @@ have."""
 DEAD = 1e-10
 """Singular value of the normalised columns, relative to the largest, below which a combination of terms is not
 determined."""
+
+PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.0, 0.6))
+"""Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
+
+RIGID = HalfSpace(1e4)
+"""Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
 
 
 def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: ArrayLike) -> Quadratic:
@@ -196,3 +206,26 @@ def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -
     whole = [float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts]
     each = [float(np.sqrt(np.mean((off / of) ** 2))) if of.size else np.nan for off, of in parts]
     return whole[0], whole[1], each[0], each[1]
+
+
+@dataclass(frozen=True)
+class Depth:
+    """A published depth (mm) at a force (N), and that of a finger: its indentation plus the touch-down offset of its
+    bench."""
+
+    published_mm: float
+    force_N: float
+    depth_mm: float
+
+    @property
+    def error(self) -> float:
+        """Relative error of the finger's depth."""
+        return self.depth_mm / self.published_mm - 1
+
+
+def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
+    """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
+    return [
+        Depth(depth, force, cached_press(press, reduced, RIGID, force_N=force).indentation + finger.bench.touch_down)
+        for depth, force in PUBLISHED_POINTS
+    ]

@@ -240,7 +240,10 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
 
 
 def _against_published(done: "Calibrated") -> dict | None:
-    """Difference of the calibration from regression (9), up to one scale factor."""
+    """Difference of the calibration from regression (9), up to one scale factor, and of its finger from published
+    depths."""
+    from dataclasses import asdict
+
     from papilla.calibrate.published_form import covered_comparison
 
     found = covered_comparison(done.calibration)
@@ -252,6 +255,7 @@ def _against_published(done: "Calibrated") -> dict | None:
         "rms_30_100_gf": found.heavy_rms,
         "press_rms": found.press_rms,
         "press_rms_30_100_gf": found.heavy_press_rms,
+        "depths": [{**asdict(depth), "error": depth.error} for depth in done.depths],
     }
 
 

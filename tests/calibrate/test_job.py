@@ -59,6 +59,7 @@ def made(monkeypatch, tmp_path, truth):
     monkeypatch.setattr(job, "begin_large_strain", lambda *_, **__: lambda: "")
     monkeypatch.setattr(job, "large_strain_error", lambda reduced, friction: 0.001)
     monkeypatch.setattr(job, "tables_of", lambda reduced, stuck: ())
+    monkeypatch.setattr(job, "published_depths", lambda finger, reduced: [])
     return asked
 
 

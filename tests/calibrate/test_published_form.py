@@ -1,12 +1,17 @@
 """The published regression and its printed inverse."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from papilla import fem
 from papilla.calibrate import fit
-from papilla.calibrate.published_form import compare, rounding_error
+from papilla.calibrate.published_form import PUBLISHED_POINTS, compare, published_depths, rounding_error
 from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd
 from papilla.errors import InputError
+from papilla.finger import Bench, Finger
+from papilla.specimen import HalfSpace
 
 
 def test_the_exact_inverse_has_the_known_coefficients():
@@ -39,6 +44,19 @@ def test_four_digits_cost_at_most_00004_MPa():
 def test_published_spread_does_not_depend_on_force():
     spread = published_sd(np.array([0, 50, 100]), 0.72) - published_sd(np.array([0, 50, 100]), 0.089)
     assert spread == pytest.approx([110.5] * 3, abs=0.05)
+
+
+def test_depths_are_those_of_a_rigid_flat_and_the_benchs_touch_down():
+    finger = replace(Finger.default(), bench=Bench(touch_down=0.15))
+    reduced = fem.prepare(finger, size_mm=2.8)
+    found = published_depths(finger, reduced)
+    assert [(one.published_mm, one.force_N) for one in found] == list(PUBLISHED_POINTS)
+    for one in found:
+        alone = fem.press(reduced, HalfSpace(1e4), force=one.force_N, fidelity="contact")
+        # Large strain takes about 1 % off, where it is known
+        assert one.depth_mm - 0.15 == pytest.approx(alone.indentation, rel=0.05)
+        assert one.error == pytest.approx(one.depth_mm / one.published_mm - 1)
+    assert [one.depth_mm for one in found] == sorted(one.depth_mm for one in found)
 
 
 def test_comparison_finds_the_scale(truth):

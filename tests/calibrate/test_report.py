@@ -181,6 +181,11 @@ def test_a_negative_branch_is_named(sweep_page, swept):
     assert number(swept.calibration.inverse.modulus_MPa[1]) in sweep_page.text
 
 
+def test_the_printed_inverse_is_shown_to_be_off(sweep_page):
+    """FACTS: up to +0.046 MPa from two digits."""
+    assert "by up to +0.046 MPa" in sweep_page.text
+
+
 @pytest.mark.usefixtures("undrawn")
 def test_a_name_from_a_file_cannot_break_the_page(read, swept):
     nasty = '<script>alert("1")</script>&'

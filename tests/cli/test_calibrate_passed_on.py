@@ -79,7 +79,7 @@ def test_the_options_of_a_calibration_reach_its_job_and_its_numbers_the_json(pap
     assert found["max_error"] == pytest.approx(0.1) and found["rms_error"] == pytest.approx(0.1 / math.sqrt(2))
     assert (found["bench"], found["truth"], found["export_c"], found["check"]) == (None, None, None, None)
     assert found["published"] == {"scale": 1.1, "rms": 0.2, "rms_30_100_gf": 0.3, "press_rms": 0.4,
-                                  "press_rms_30_100_gf": 0.5}  # fmt: skip
+                                  "press_rms_30_100_gf": 0.5, "depths": []}  # fmt: skip
     assert set(found["softness"]) == {"forward", "inverse", "compact"} and 0 < found["seconds"] < 600
     assert (tmp_path / "here" / "report.html").read_text() == f"{design.name} True" and "finger" not in found
 

@@ -4,6 +4,7 @@ Text and tables are in `templates/`; this module computes their figures from the
 pictures.
 """
 
+import math
 from dataclasses import dataclass, replace
 from os import PathLike
 
@@ -11,6 +12,7 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from papilla import view
+from papilla.calibrate.fitting import COMPACT_GRID
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import Calibrated
 from papilla.calibrate.press_table import (
@@ -21,13 +23,13 @@ from papilla.calibrate.press_table import (
     Sweep,
     cached_press,
 )
-from papilla.calibrate.published_form import Comparison, covered_comparison
+from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.calibration.published import PUBLISHED_FORWARD, SPECIMENS_MPA
+from papilla.calibration.published import PUBLISHED_FORWARD, PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
-from papilla.units import MICROSTRAIN, gf_to_newton
+from papilla.units import MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import either, environment, image
 from papilla.workers import Say
 
@@ -121,7 +123,7 @@ def write_report(
     templates = environment("papilla.calibrate.report")
     templates.filters["symbols"] = symbols
     text = templates.get_template("report.html").render(
-        **{name: getattr(done, name) for name in ("calibration", "recovery", "reduced")},
+        **{name: getattr(done, name) for name in ("calibration", "recovery", "reduced", "depths")},
         done=done,
         finger=finger,
         seconds=seconds,
@@ -130,6 +132,9 @@ def write_report(
         comparison=comparison,
         published=PUBLISHED_FORWARD,
         specimens=SPECIMENS_MPA,
+        inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
+        rounding=rounding_error(PUBLISHED_INVERSE),
+        quadratic=quadratic_error(done.calibration),
         facts=FACTS,
         **_of_the_model(done, finger, progress),
         **_plots(done, answers, comparison),
@@ -255,6 +260,20 @@ def provenance(calibration: Calibration) -> list[tuple[str, object]]:
             value = ", ".join(map(str, value))
         rows.append((key.replace("_", " "), value))
     return rows
+
+
+def quadratic_error(calibration: Calibration) -> dict[str, float]:
+    """Errors of the refitted quadratic's modulus relative to the surface's: "rms" (relative) where it has an answer,
+    and the share "answered" of the domain with an answer. The domain is that of the compact form, so that both forms of
+    five coefficients are compared on the same presses."""
+    form = calibration.compact
+    if form is None:
+        return {"rms": math.nan, "answered": 0.0}
+    force = np.geomspace(*form.force_N, COMPACT_GRID)[:, None]
+    modulus = np.geomspace(*form.modulus_MPa, COMPACT_GRID)[None, :]
+    errors = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
+    known = errors[np.isfinite(errors)]
+    return {"rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan, "answered": known.size / errors.size}
 
 
 _IN_TABLES = (slopes, force_cost, large_strain, largest_reading, provenance)
