@@ -215,7 +215,7 @@ def check(
 
     Parameters
     ----------
-    presses : on specimens of known modulus, of the same gauges in the same order.
+    presses : on specimens of known modulus, of the same gauges in the same order, or with S_d alone.
     tolerance : share of the modulus by which the stated one may lie outside the stated 95 % interval.
     gauge_sigma : noise of a gauge (microstrain); force_error : relative error of the force; both widen the intervals.
 
@@ -226,7 +226,7 @@ def check(
     Raises `InputError` for another number of gauges, or values below 0.
     """
     wanted = len(calibration.gauges)
-    if len(presses.gauge_names) != wanted:
+    if presses.stated_sd is None and len(presses.gauge_names) != wanted:
         own = ", ".join(presses.gauge_names)
         raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({own}), the calibration of {wanted}")
     slack = 1 + checks.within("tolerance", tolerance, 0, 1e6)

@@ -196,9 +196,10 @@ def calibrate_bench(
         identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
     )
     noise = found.problem.noise
-    sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
     noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
-    answer = done.calibration.invert(sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N)
+    answer = done.calibration.invert(
+        found.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
+    )
     inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
     return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))

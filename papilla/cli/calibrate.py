@@ -138,9 +138,9 @@ def calibrate(
     keep_inputs([finger, bench, check, log_map], written)
     design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
     keep_inputs(surface_files(design), written)
-    log = None if bench is None else read_press_log(bench, False, log_map=log_map)
-    presses = None if check is None else read_press_log(check, True, log_map=log_map)
-    if presses is not None and len(design.gauges) != len(presses.gauge_names):
+    log = None if bench is None else read_press_log(bench, False, sd_alone=True, log_map=log_map)
+    presses = None if check is None else read_press_log(check, True, sd_alone=True, log_map=log_map)
+    if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:
         check_writable(out)

@@ -104,6 +104,12 @@ def test_a_bench_is_a_finger_that_is_identified_calibrated_and_written(papilla, 
     assert "Wrote calibration/calibration.json, calibration/sweep.csv, calibration/report.html, calibration/" in said
 
 
+def test_a_bench_log_may_have_s_d_alone(papilla, asked, tmp_path):
+    (tmp_path / "sd.csv").write_text("force_N,modulus_MPa,sd_microstrain\n0.2,0.1,900\n0.3,0.1,1200\n")
+    assert papilla("calibrate", "--bench", "sd.csv").code == 0
+    assert asked[0][0].stated_sd.tolist() == [900.0, 1200.0]
+
+
 def options(**parts) -> SweepOptions:
     plain = {"specimen": "block", "thickness": None, "force_range": None, "moduli": None, "quick": False}
     return SweepOptions(**plain | parts)
