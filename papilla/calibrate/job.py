@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from papilla import cache, fem
-from papilla.calibrate.checking import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
+from papilla.calibrate.checking import (
+    Depth,
+    Recovery,
+    Truth,
+    mesh_number,
+    press_truth,
+    published_depths,
+    truth_is_known,
+    worst_law,
+)
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.position_terms import with_positions
 from papilla.calibrate.press_table import (
@@ -20,7 +29,6 @@ from papilla.calibrate.press_table import (
     Sweep,
     sweep,
 )
-from papilla.calibrate.published_form import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import begin_large_strain

@@ -244,9 +244,9 @@ def _against_published(done: "Calibrated") -> dict | None:
     depths."""
     from dataclasses import asdict
 
-    from papilla.calibrate.published_form import covered_comparison
+    from papilla.calibration.published import covered_comparison
 
-    found = covered_comparison(done.calibration)
+    found = covered_comparison(done.calibration.predict)
     if found is None:
         return None
     return {

@@ -9,7 +9,7 @@ import pytest
 from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job, published_form
+from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
 from papilla.calibrate.checking import Check, CheckedPress
 from papilla.calibrate.job import QUICK_FORCES, QUICK_MODULI
 from papilla.cli import calibrate
@@ -63,7 +63,7 @@ def asked(monkeypatch, tmp_path):
 
 def test_the_options_of_a_calibration_reach_its_job_and_its_numbers_the_json(papilla, asked, tmp_path, monkeypatch):
     compared = SimpleNamespace(scale=1.1, relative_rms=0.2, heavy_rms=0.3, press_rms=0.4, heavy_press_rms=0.5)
-    monkeypatch.setattr(published_form, "covered_comparison", lambda made: compared)
+    monkeypatch.setattr("papilla.calibration.published.covered_comparison", lambda predict: compared)
     options = ("--friction", 0.25, "--size-mm", 1.3, "--quick", "--finger", "published", "--out", "here")
     answer = papilla("calibrate", *options, "--json")
     assert answer.code == 0, answer.err
@@ -85,7 +85,7 @@ def test_the_options_of_a_calibration_reach_its_job_and_its_numbers_the_json(pap
 
 
 def test_a_bench_is_a_finger_that_is_identified_calibrated_and_written(papilla, asked, tmp_path, monkeypatch):
-    monkeypatch.setattr(published_form, "covered_comparison", lambda made: None)
+    monkeypatch.setattr("papilla.calibration.published.covered_comparison", lambda predict: None)
     answer = papilla("calibrate", "--bench", "log.csv", "--json")
     assert answer.code == 0, answer.err
     ((log, design, how),) = asked

@@ -23,9 +23,16 @@ from papilla.calibrate.press_table import (
     Sweep,
     cached_press,
 )
-from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.calibration.published import PUBLISHED_FORWARD, PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse
+from papilla.calibration.published import (
+    PUBLISHED_FORWARD,
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    Comparison,
+    covered_comparison,
+    exact_inverse,
+    rounding_error,
+)
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
@@ -119,7 +126,7 @@ def write_report(
     """
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
-    answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration)
+    answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration.predict)
     templates = environment("papilla.calibrate.report")
     templates.filters["symbols"] = symbols
     text = templates.get_template("report.html").render(
