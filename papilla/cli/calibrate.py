@@ -286,8 +286,9 @@ def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
     if compact := summary["softness"]["compact"]:
         tell(
-            f"Five coefficients in ln f and 1/E (softness.compact, --export-c) are off that by {compact['rms']:.1%} "
-            f"rms, {compact['max']:.0%} at most, over {compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
+            f"Five coefficients (softness.compact; --export-c writes them as C) give moduli that differ from the "
+            f"surface's by {compact['rms']:.1%} rms, {compact['max']:.0%} at most, over "
+            f"{compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
         )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     if published := summary["published"]:
