@@ -16,8 +16,8 @@ from scipy.interpolate import BarycentricInterpolator, RegularGridInterpolator
 from scipy.optimize import brentq, least_squares
 
 from papilla import fem
+from papilla.calibrate.checking import PUBLISHED_POINTS, RIGID
 from papilla.calibrate.press_table import corrected
-from papilla.calibrate.published_form import PUBLISHED_POINTS, RIGID
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text

@@ -1,5 +1,5 @@
 """Checks a calibration: against presses at finite strain, stuck and without friction, on a mesh that it did not use,
-and against measured presses of known modulus."""
+and against measured presses of known modulus. Its finger is checked against the published depths of presses."""
 
 import math
 from collections.abc import Sequence
@@ -8,13 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla import cache, checks
+from papilla.calibrate.press_table import cached_press
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.errors import InputError
+from papilla.fem import ReducedFinger, press
 from papilla.fem.finite.strain_tables import finite_presses
 from papilla.finger import Finger
 from papilla.logs import PressLog
 from papilla.mesh import build
-from papilla.specimen import STICK, Friction, friction_coefficient, friction_words
+from papilla.specimen import STICK, Friction, HalfSpace, friction_coefficient, friction_words
+from papilla.units import gf_to_newton
 from papilla.workers import Say, counted
 
 FORCES_N = (0.25, 1.0)
@@ -24,6 +27,12 @@ UNSEEN_VARIANT = 4
 
 TOLERANCE = 0.02
 """Share of the modulus by which the stated one may lie outside the 95 % interval."""
+
+PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.0, 0.6))
+"""Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
+
+RIGID = HalfSpace(1e4)
+"""Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +224,7 @@ def check(
 
     Parameters
     ----------
-    presses : on specimens of known modulus, of the same gauges in the same order.
+    presses : on specimens of known modulus, of the same gauges in the same order, or with S_d alone.
     tolerance : share of the modulus by which the stated one may lie outside the stated 95 % interval.
     gauge_sigma : noise of a gauge (microstrain); force_error : relative error of the force; both widen the intervals.
 
@@ -226,7 +235,7 @@ def check(
     Raises `InputError` for another number of gauges, or values below 0.
     """
     wanted = len(calibration.gauges)
-    if len(presses.gauge_names) != wanted:
+    if presses.stated_sd is None and len(presses.gauge_names) != wanted:
         own = ", ".join(presses.gauge_names)
         raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({own}), the calibration of {wanted}")
     slack = 1 + checks.within("tolerance", tolerance, 0, 1e6)
@@ -245,3 +254,26 @@ def check(
         given = float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa)
         rows.append(CheckedPress(*given, low, high, passed, sentence))
     return Check(tuple(rows), tolerance)
+
+
+@dataclass(frozen=True)
+class Depth:
+    """A published depth (mm) at a force (N), and that of a finger: its indentation plus the touch-down offset of its
+    bench."""
+
+    published_mm: float
+    force_N: float
+    depth_mm: float
+
+    @property
+    def error(self) -> float:
+        """Relative error of the finger's depth."""
+        return self.depth_mm / self.published_mm - 1
+
+
+def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
+    """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
+    return [
+        Depth(depth, force, cached_press(press, reduced, RIGID, force_N=force).indentation + finger.bench.touch_down)
+        for depth, force in PUBLISHED_POINTS
+    ]

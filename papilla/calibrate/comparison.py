@@ -18,7 +18,7 @@ from papilla import fem, view
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import calibrate_finger
 from papilla.calibrate.press_table import SCENE
-from papilla.calibration import Calibration
+from papilla.calibration import IDENTIFIABLE, Calibration
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import Finger
@@ -155,7 +155,7 @@ def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) 
         sd_microstrain=float(calibration.predict(*SCENE)),
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
-        identified=float((relative <= 0.5).mean()),
+        identified=float((relative <= IDENTIFIABLE).mean()),
         answer_us=US_PER_S * answers,
         press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
         reach=() if one.finger is None else _reach(one.finger, progress),
@@ -239,10 +239,9 @@ def _best(
 
 def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[Candidate]) -> None:
     """Write the page of a comparison as one HTML file: no script, no link; raises `FileAccessError`."""
-    maps = [
-        view.plots.uncertainty_map(found.force_N, found.modulus_MPa, row.relative_sigma, row.relative_sigma <= 0.5)
-        for row in found.rows
-    ]
+    axes = found.force_N, found.modulus_MPa
+    sigmas = [row.relative_sigma for row in found.rows]
+    maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE) for sigma in sigmas]
     text = environment("papilla.calibrate.report").get_template("comparison.html").render(
         rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,

@@ -13,9 +13,9 @@ from scipy.optimize import least_squares
 
 from papilla import __version__
 from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Sweep
-from papilla.calibrate.published_form import fit_quadratic
 from papilla.calibrate.surface_fit import Fitted, Resolution, SurfaceFit, table_resolution, uncertainty, usable_part
 from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD

@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from papilla import cache, fem
-from papilla.calibrate.checking import Recovery, Truth, mesh_number, press_truth, truth_is_known, worst_law
+from papilla.calibrate.checking import (
+    Depth,
+    Recovery,
+    Truth,
+    mesh_number,
+    press_truth,
+    published_depths,
+    truth_is_known,
+    worst_law,
+)
 from papilla.calibrate.fitting import fit
 from papilla.calibrate.position_terms import with_positions
 from papilla.calibrate.press_table import (
@@ -20,7 +29,6 @@ from papilla.calibrate.press_table import (
     Sweep,
     sweep,
 )
-from papilla.calibrate.published_form import Depth, published_depths
 from papilla.calibration import Calibration
 from papilla.errors import InputError
 from papilla.fem.finite.strain_tables import begin_large_strain
@@ -196,9 +204,10 @@ def calibrate_bench(
         identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
     )
     noise = found.problem.noise
-    sd = (log.readings - np.array(identified.identified.zeros_microstrain)).std(axis=1)  # type: ignore[union-attr]
     noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
-    answer = done.calibration.invert(sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N)
+    answer = done.calibration.invert(
+        found.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
+    )
     inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
     return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))

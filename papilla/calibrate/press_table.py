@@ -12,7 +12,7 @@ import numpy as np
 
 from papilla import cache, checks
 from papilla.calibration.published import SPECIMENS_MPA
-from papilla.errors import ContactRangeError, FileFormatError, InputError
+from papilla.errors import ContactRangeError, InputError
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
@@ -32,7 +32,6 @@ CHECKED_FORCE_N, CHECKED_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0))
 SCENE = (0.588, SPECIMENS_MPA[1])
 """Force (N) and modulus (MPa) of the press that is shown or compared: 60 gf on the middle one of the published
 specimens."""
-SCHEMA = "papilla.sweep/1"
 NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
 
@@ -129,23 +128,18 @@ class Sweep:
         return html_table(repr(self).strip("<>"), rows, heads)
 
     def to_arrays(self) -> dict[str, np.ndarray]:
-        """Everything as named arrays, ready for `numpy.savez` or the cache."""
+        """Everything as named arrays, as the cache keeps them."""
         arrays = {name: getattr(self, name) for name in (*NUMBERS, "reading", "resolved")}
-        meta = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in arrays}
-        return arrays | {"meta": np.array(json.dumps({"schema": SCHEMA, **meta}))}
+        others = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in arrays}
+        return arrays | {"others": np.array(json.dumps(others))}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Sweep":
-        """The sweep of `to_arrays`; raises `FileFormatError` for anything else."""
-        try:
-            meta = json.loads(str(arrays["meta"]))
-            if meta.pop("schema") != SCHEMA:
-                raise FileFormatError(f"sweep: the schema is not {SCHEMA}")
-            meta["status"], meta["gauge_names"] = tuple(meta["status"]), tuple(meta["gauge_names"])
-            columns: dict = {name: np.asarray(arrays[name]) for name in (*NUMBERS, "reading", "resolved")}
-            return cls(**columns, **meta)
-        except (KeyError, TypeError, json.JSONDecodeError) as error:
-            raise FileFormatError(f"sweep: not a complete record ({error})") from error
+        """The sweep of `to_arrays`."""
+        others: dict[str, Any] = json.loads(str(arrays["others"]))
+        others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
+        columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
+        return cls(**columns, **others)
 
 
 def sweep(

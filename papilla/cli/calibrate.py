@@ -138,9 +138,9 @@ def calibrate(
     keep_inputs([finger, bench, check, log_map], written)
     design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
     keep_inputs(surface_files(design), written)
-    log = None if bench is None else read_press_log(bench, False, log_map=log_map)
-    presses = None if check is None else read_press_log(check, True, log_map=log_map)
-    if presses is not None and len(design.gauges) != len(presses.gauge_names):
+    log = None if bench is None else read_press_log(bench, False, sd_alone=True, log_map=log_map)
+    presses = None if check is None else read_press_log(check, True, sd_alone=True, log_map=log_map)
+    if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:
         check_writable(out)
@@ -244,9 +244,9 @@ def _against_published(done: "Calibrated") -> dict | None:
     depths."""
     from dataclasses import asdict
 
-    from papilla.calibrate.published_form import covered_comparison
+    from papilla.calibration.published import covered_comparison
 
-    found = covered_comparison(done.calibration)
+    found = covered_comparison(done.calibration.predict)
     if found is None:
         return None
     return {
@@ -286,8 +286,9 @@ def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
     checked = f"{summary['checked_presses']} presses over 20-100 gf and 0.05-0.72 MPa"
     if compact := summary["softness"]["compact"]:
         tell(
-            f"Five coefficients in ln f and 1/E (softness.compact, --export-c) are off that by {compact['rms']:.1%} "
-            f"rms, {compact['max']:.0%} at most, over {compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
+            f"Five coefficients (softness.compact; --export-c writes them as C) give moduli that differ from the "
+            f"surface's by {compact['rms']:.1%} rms, {compact['max']:.0%} at most, over "
+            f"{compact['modulus_MPa'][0]:g}-{compact['modulus_MPa'][1]:g} MPa."
         )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     if published := summary["published"]:

@@ -25,7 +25,7 @@ gives the tangential force."""
 SD_ALONE = (
     "S_d alone does not determine gain, lever and zero of a gauge: add the readings that it was computed from, in "
     "microstrain. What all gauges have in common papilla identify finds from S_d, too; "
-    "papilla.calibrate.published_form.fit_quadratic fits the published quadratic to it"
+    "papilla.calibration.published.fit_quadratic fits the published quadratic to it"
 )
 BAGS = (".bag", ".mcap", ".db3")  # Suffixes of ROS 1 bags, MCAP files and the files of ROS 2 bags
 MOST_NAMED = 40  # Largest number of columns that a message lists

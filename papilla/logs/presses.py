@@ -111,7 +111,12 @@ class PressLog:
 
 
 def read_presses(
-    path: Any, *, whole: bool = False, mixed: Specimen | None = None, log_map: LogMap | str | Path | None = None
+    path: Any,
+    *,
+    whole: bool = False,
+    mixed: Specimen | None = None,
+    sd_alone: bool = False,
+    log_map: LogMap | str | Path | None = None,
 ) -> PressLog:
     """Read a bench log `force_N,modulus_MPa,g1[,g2,...]` with any of `indentation_mm,x_mm,y_mm,sd_microstrain,t_s`.
 
@@ -120,15 +125,15 @@ def read_presses(
     path, log_map : as of `read_time_log`.
     whole : keep all rows of a log with `t_s`. By default only the rows of loading are kept; `notes` and `loops` report
         the others.
-    mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`, and
-        `sd_microstrain` instead of gauges.
+    mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`.
+    sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
     Raises `FileAccessError` or `FileFormatError` for what `papilla.tables.TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
     rise, or a specimen without its dimension or with that of another kind.
     """
-    instead = ("sd_microstrain",) if mixed is not None else ()
+    instead = ("sd_microstrain",) if sd_alone or mixed is not None else ()
     optional = (*PRESS_OPTIONAL, *SPECIMENS)
     reader, gauges = open_log(path, ("force_N", "modulus_MPa"), optional, SPECIMENS[:1], instead, log_map)
     with reader:

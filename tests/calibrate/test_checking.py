@@ -1,5 +1,7 @@
 """`papilla.calibrate.check`: right presses pass, wrong ones are named, and what tells nothing does not pass."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from spring_calibration import calibration
@@ -61,6 +63,12 @@ def test_what_tells_nothing_does_not_pass(finger):
 def test_unusable_options_are_refused(finger, options, message):
     with pytest.raises(InputError, match=message):
         check(finger, presses(finger, [0.5], [0.1]), **options)
+
+
+def test_presses_with_s_d_alone_are_recovered_like_those_with_readings(finger):
+    log = presses(finger, [0.2, 0.5, 0.9], [0.06, 0.2, 0.5])
+    alone = replace(log, readings=np.zeros((3, 0)), gauge_names=(), stated_sd=log.sd_microstrain)
+    assert check(finger, alone) == check(finger, log)
 
 
 def test_presses_of_another_finger_are_refused(finger):

@@ -14,7 +14,6 @@ from papilla.calibrate.identification.fit import _distinct
 from papilla.calibrate.job import _between
 from papilla.calibrate.one_touch import crept, fit_indentation, fit_touch, on_finger, on_half_space
 from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI
-from papilla.calibrate.published_form import PUBLISHED_POINTS
 from papilla.calibrate.report.identification_page import weighted_residuals
 from papilla.calibration.readouts import ln_sd
 from papilla.errors import InputError
@@ -55,7 +54,9 @@ def test_a_compact_form_that_was_not_found_is_refused(monkeypatch, success, valu
 
 def test_published_depths_have_the_printed_numbers():
     """0.20 mm at 0.70 gf and 0.80 mm at 38.37 gf (2006), 1 mm at 0.6 N (2011)."""
-    assert np.array(PUBLISHED_POINTS) == pytest.approx(np.array([[0.20, 0.00686466], [0.80, 0.3762812], [1.0, 0.6]]))
+    assert np.array(checking.PUBLISHED_POINTS) == pytest.approx(
+        np.array([[0.20, 0.00686466], [0.80, 0.3762812], [1.0, 0.6]])
+    )
 
 
 def test_default_presses_are_those_of_the_documents():

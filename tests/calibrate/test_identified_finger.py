@@ -116,3 +116,9 @@ def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     assert done.bench.recovery.recovered_MPa == pytest.approx(answer.modulus_MPa, nan_ok=True)
     assert (done.bench.inside == ((answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa))).all()
     assert list(done.calibration.finger["zeros_microstrain"]) == told.tolist()
+    # The same log with S_d alone has no zeros
+    sd = (readings - zeros).std(axis=1)
+    alone = replace(log, readings=np.zeros((10, 0)), gauge_names=(), stated_sd=sd)
+    done = job.calibrate_bench(alone, Finger.default())
+    answer = done.calibration.invert(sd, force, **noise)
+    assert done.bench.recovery.recovered_MPa == pytest.approx(answer.modulus_MPa, nan_ok=True)

@@ -7,8 +7,15 @@ import pytest
 
 from papilla import fem
 from papilla.calibrate import fit
-from papilla.calibrate.published_form import PUBLISHED_POINTS, compare, published_depths, rounding_error
-from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd
+from papilla.calibrate.checking import PUBLISHED_POINTS, published_depths
+from papilla.calibration.published import (
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    compare,
+    exact_inverse,
+    published_sd,
+    rounding_error,
+)
 from papilla.errors import InputError
 from papilla.finger import Bench, Finger
 from papilla.specimen import HalfSpace
@@ -66,7 +73,7 @@ def test_comparison_finds_the_scale(truth):
         return 25 * published_sd(force / 9.80665e-3, modulus) / truth.sd(force, modulus)
 
     sweep = truth.sweep(np.geomspace(0.089, 0.72, 20), np.geomspace(0.09, 1, 40), change=follow)
-    found = compare(fit(sweep))
+    found = compare(fit(sweep).predict)
     assert 1 / found.scale == pytest.approx(25, rel=1e-3)
     assert found.relative_rms < 1e-3
     assert found.scaled.shape == found.published.shape == (10, 3)
@@ -75,11 +82,11 @@ def test_comparison_finds_the_scale(truth):
 def test_comparison_needs_the_published_domain(truth):
     narrow = fit(truth.sweep(np.geomspace(0.1, 0.7, 12), np.geomspace(0.1, 0.5, 20)))
     with pytest.raises(InputError, match="does not cover the published forces"):
-        compare(narrow)
+        compare(narrow.predict)
 
 
 def test_comparison_of_another_finger_states_the_difference(calibration):
-    found = compare(calibration)
+    found = compare(calibration.predict)
     assert 0.01 < found.relative_rms < 0.5
     each = (found.scaled / found.published - 1) ** 2
     assert found.press_rms == pytest.approx(np.sqrt(each.mean()))

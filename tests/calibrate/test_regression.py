@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibrate.published_form import fit_quadratic
-from papilla.calibration.published import PUBLISHED_FORWARD
+from papilla.calibration.published import PUBLISHED_FORWARD, fit_quadratic
 from papilla.errors import InputError
 from papilla.units import gf_to_newton
 

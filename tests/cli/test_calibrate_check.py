@@ -9,7 +9,7 @@ from spring_calibration import calibration
 
 from papilla.calibrate import job
 from papilla.calibrate.fitting import with_compact
-from papilla.logs import PressLog
+from papilla.logs import PressLog, read_presses
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)
 
@@ -38,6 +38,15 @@ def test_presses_that_are_recovered_pass_and_the_header_is_written(papilla, made
     found = json.loads(done.out)
     assert found["check"]["passed"] and found["check"]["presses"] == found["check"]["answered"] == 9
     assert found["export_c"] == "f.h" and "papilla_modulus_MPa" in (tmp_path / "f.h").read_text()
+
+
+def test_presses_with_s_d_alone_are_checked(papilla, made, tmp_path):
+    log = read_presses(made("c.csv"))
+    rows = [f"{f},{e},{sd}" for f, e, sd in zip(log.force_N, log.modulus_MPa, log.sd_microstrain, strict=True)]
+    (tmp_path / "sd.csv").write_text("\n".join(["force_N,modulus_MPa,sd_microstrain", *rows]) + "\n")
+    done = papilla("calibrate", "--check", "sd.csv", "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["check"]["answered"] == 9
 
 
 def test_presses_that_are_not_recovered_end_with_exit_code_1_and_are_named(papilla, made):

@@ -9,7 +9,7 @@ import pytest
 from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job, published_form
+from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
 from papilla.calibrate.checking import Check, CheckedPress
 from papilla.calibrate.job import QUICK_FORCES, QUICK_MODULI
 from papilla.cli import calibrate
@@ -63,7 +63,7 @@ def asked(monkeypatch, tmp_path):
 
 def test_the_options_of_a_calibration_reach_its_job_and_its_numbers_the_json(papilla, asked, tmp_path, monkeypatch):
     compared = SimpleNamespace(scale=1.1, relative_rms=0.2, heavy_rms=0.3, press_rms=0.4, heavy_press_rms=0.5)
-    monkeypatch.setattr(published_form, "covered_comparison", lambda made: compared)
+    monkeypatch.setattr("papilla.calibration.published.covered_comparison", lambda predict: compared)
     options = ("--friction", 0.25, "--size-mm", 1.3, "--quick", "--finger", "published", "--out", "here")
     answer = papilla("calibrate", *options, "--json")
     assert answer.code == 0, answer.err
@@ -85,7 +85,7 @@ def test_the_options_of_a_calibration_reach_its_job_and_its_numbers_the_json(pap
 
 
 def test_a_bench_is_a_finger_that_is_identified_calibrated_and_written(papilla, asked, tmp_path, monkeypatch):
-    monkeypatch.setattr(published_form, "covered_comparison", lambda made: None)
+    monkeypatch.setattr("papilla.calibration.published.covered_comparison", lambda predict: None)
     answer = papilla("calibrate", "--bench", "log.csv", "--json")
     assert answer.code == 0, answer.err
     ((log, design, how),) = asked
@@ -102,6 +102,12 @@ def test_a_bench_is_a_finger_that_is_identified_calibrated_and_written(papilla, 
     assert "The finger: fine; moduli 0.2 (0.1 to 0.3), 0.05 (held) MPa." in said
     assert "10 % at most, 7.07 % rms, 1 of 2 answered; the 95 % interval holds it for 2." in said
     assert "Wrote calibration/calibration.json, calibration/sweep.csv, calibration/report.html, calibration/" in said
+
+
+def test_a_bench_log_may_have_s_d_alone(papilla, asked, tmp_path):
+    (tmp_path / "sd.csv").write_text("force_N,modulus_MPa,sd_microstrain\n0.2,0.1,900\n0.3,0.1,1200\n")
+    assert papilla("calibrate", "--bench", "sd.csv").code == 0
+    assert asked[0][0].stated_sd.tolist() == [900.0, 1200.0]
 
 
 def options(**parts) -> SweepOptions:

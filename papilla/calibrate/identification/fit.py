@@ -148,6 +148,12 @@ class Identification:
         """(n, c) predicted measurements of other presses by forces (n,) on specimens of moduli (n,), zeros included."""
         return self.problem.of(force_N, modulus_MPa).modelled(self.vector).values
 
+    @property
+    def measured_sd(self) -> np.ndarray:
+        """(n,) S_d of the presses in microstrain, without the identified zeros of the gauges."""
+        log, zeros = self.problem.log, self.problem.each("zero_microstrain", self.values)
+        return (log.readings - zeros).std(axis=1) if log.stated_sd is None else log.stated_sd
+
     @cached_property
     def residuals(self) -> np.ndarray:
         """(n, c) measured minus modelled values: readings in microstrain, then indentation in mm."""

@@ -103,8 +103,7 @@ def _curves(found: Identification):
     moduli = np.unique(log.modulus_MPa)
     shown = moduli if len(moduli) <= MOST_NAMED else moduli[np.linspace(0, len(moduli) - 1, MOST_NAMED).astype(int)]
     curves = np.array([found.at(forces, np.full(len(forces), modulus))[:, :g].std(axis=1) for modulus in shown]).T
-    zeros = problem.each("zero_microstrain", found.values)
-    sd = log.sd_microstrain if log.stated_sd is not None else (log.readings - zeros).std(axis=1)
+    sd = found.measured_sd
     bars = problem.noise.readings_microstrain / np.sqrt(g) + problem.noise.force * sd
     # The curves are of the first shape of specimen, at the apex
     kept = problem.shapes[0].rows

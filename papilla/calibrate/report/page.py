@@ -5,14 +5,13 @@ pictures.
 """
 
 import math
-from collections import Counter
 from dataclasses import dataclass, replace
 from os import PathLike
 
 import numpy as np
 from markupsafe import Markup, escape
 
-from papilla import mesh, view
+from papilla import view
 from papilla.calibrate.fitting import COMPACT_GRID
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import Calibrated
@@ -24,13 +23,20 @@ from papilla.calibrate.press_table import (
     Sweep,
     cached_press,
 )
-from papilla.calibrate.published_form import Comparison, covered_comparison, rounding_error
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.calibration.published import PUBLISHED_FORWARD, PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse
+from papilla.calibration.published import (
+    PUBLISHED_FORWARD,
+    PUBLISHED_INVERSE,
+    SPECIMENS_MPA,
+    Comparison,
+    covered_comparison,
+    exact_inverse,
+    rounding_error,
+)
 from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
-from papilla.units import KPA_PER_MPA, MICROSTRAIN, gf_to_newton, newton_to_gf
+from papilla.units import MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import either, environment, image
 from papilla.workers import Say
 
@@ -42,7 +48,6 @@ SLOPE_FORCE_N = gf_to_newton(50.0)
 SHOWN_MODULI = tuple(sorted((0.05, 0.2, *SPECIMENS_MPA)))
 """Moduli (MPa) of the curves of S_d, the published ones among them; its slope is stated for two harder ones, too."""
 SLOPE_MODULI = (*SHOWN_MODULI, 2.0, DEFAULT_MODULI[-1])
-CONTACT_FORCES = (0.05, 0.1, 0.2, 0.5, 1.0)
 MAP_POINTS = 48
 SHOWN_FORCE_N, SHOWN_MODULUS_MPA = SCENE
 """The press in the picture of the strain field."""
@@ -112,7 +117,7 @@ def write_report(
 
     Parameters
     ----------
-    finger : the design; needed for the strain field and the mesh.
+    finger : the design; needed for the strain field.
     seconds : how long the calibration took.
     progress : called with a line of text before a long step (the strain field, unless it is in the cache).
 
@@ -121,7 +126,7 @@ def write_report(
     """
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
-    answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration)
+    answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration.predict)
     templates = environment("papilla.calibrate.report")
     templates.filters["symbols"] = symbols
     text = templates.get_template("report.html").render(
@@ -152,15 +157,14 @@ def symbols(text: str) -> Markup:
 
 
 def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None) -> dict:
-    """Content that needs the finger's model: figures of its mesh, and the picture of its strain field."""
+    """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
     if done.reduced is None or finger is None:
-        return {"quality": None, "strain_picture": None, "default_finger": False}
+        return {"strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
     scene = {"force": SHOWN_FORCE_N, "friction": done.presses.friction}
     press = cached_press(view.shown, done.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
-        "quality": mesh.quality(mesh.build(finger, size_mm=done.reduced.mesh_size_mm)),
         "strain_picture": either(view.strain_pictures(finger, done.reduced, press, specimen, progress), alt, "png"),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
@@ -241,20 +245,6 @@ def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, fl
     ]
 
 
-def contacts(sweep: Sweep) -> list[tuple[float, ...]]:
-    """By published modulus and a few forces: E, force, in gf, indentation, area, peak pressure (kPa), S_d."""
-    rows = []
-    for modulus in SPECIMENS_MPA:
-        nearest = sweep.modulus_MPa[np.abs(sweep.modulus_MPa - modulus).argmin()]
-        near = np.flatnonzero(sweep.modulus_MPa == nearest)
-        for force in CONTACT_FORCES:
-            row = near[np.abs(np.log(sweep.force_N[near] / force)).argmin()]
-            columns = (sweep.indentation_mm, sweep.contact_area_mm2, KPA_PER_MPA * sweep.peak_pressure_MPa)
-            measured = (float(column[row]) for column in (*columns, sweep.sd_microstrain))
-            rows.append((nearest, float(sweep.force_N[row]), newton_to_gf(float(sweep.force_N[row])), *measured))
-    return rows
-
-
 def large_strain(sweep: Sweep) -> bool:
     """Whether the presses of a sweep include large strain."""
     return any("large strain included" in status for status in sweep.status)
@@ -263,19 +253,6 @@ def large_strain(sweep: Sweep) -> bool:
 def largest_reading(sweep: Sweep) -> float:
     """Largest |reading| of a sweep, as a strain."""
     return MICROSTRAIN * float(np.nanmax(np.abs(sweep.reading)))
-
-
-def statuses(done: Calibrated, answers: AnswerMap) -> tuple[list[tuple[str, int]], list[tuple[str, float]]]:
-    """Number of presses of the sweep with each status, and shares of the domain with each status of the answer."""
-    kinds = Counter(map(_kind, done.presses.status))
-    answered = Counter(SoftnessStatus(int(code)).sentence for code in answers.status.ravel())
-    return kinds.most_common(), [(kind, count / answers.status.size) for kind, count in answered.most_common()]
-
-
-def _kind(sentence: str) -> str:
-    """A status without its figures: the text before the first colon or comma; "converged" for a converged press."""
-    head, _, said = sentence.partition(": ")
-    return "converged" if said.startswith("converged") else head.split(",")[0]
 
 
 def provenance(calibration: Calibration) -> list[tuple[str, object]]:
@@ -306,6 +283,6 @@ def quadratic_error(calibration: Calibration) -> dict[str, float]:
     return {"rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan, "answered": known.size / errors.size}
 
 
-_IN_TABLES = (slopes, contacts, force_cost, large_strain, largest_reading, statuses, provenance)
+_IN_TABLES = (slopes, force_cost, large_strain, largest_reading, provenance)
 FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": FORCE_ERROR}
 """What the page's tables and sentences compute, by the names in the template."""

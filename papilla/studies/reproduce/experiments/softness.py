@@ -12,9 +12,8 @@ from papilla.calibrate.fitting import with_compact
 from papilla.calibrate.job import cached_sweep
 from papilla.calibrate.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.calibrate.press_table import DEFAULT_MODULI, Sweep
-from papilla.calibrate.published_form import rounding_error
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd
+from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd, rounding_error
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline, PrintedSoftness
 from papilla.finger import Finger
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
