@@ -1,11 +1,7 @@
 """Hyperelastic rubbers: energy, derivatives and closed forms of the three classical tests, in MPa.
 
 A material gives the energy per reference volume of an isochoric deformation. The change of volume is described by the
-Poisson's ratio of the finger's layer. Its parameters come from the stretch and nominal stress (MPa) of a test by
-`scipy.optimize.curve_fit`:
-
->>> stress_of = lambda stretch, mu, alpha: Ogden(mu, alpha).nominal_stress(stretch, "uniaxial")
->>> (mu, alpha), covariance = curve_fit(stress_of, stretch, stress, p0=(0.1, 2.0), bounds=([1e-3, 0.1], [10.0, 30.0]))
+Poisson's ratio of the finger's layer.
 """
 
 from abc import ABC, abstractmethod
@@ -24,6 +20,10 @@ MODES = ("uniaxial", "equibiaxial", "pure_shear")
 
 _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
 """Test -> exponent: the principal stretch in the stress-free direction is stretch ** exponent."""
+
+POSITIVE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
+"""Ranges of a parameter in a fit, relative to the shear modulus of a neo-Hookean fit. No fit starts at that modulus
+itself: a parameter that ended there would look like one that the fit never moved."""
 
 
 class _Material(ABC):
@@ -108,6 +108,7 @@ class NeoHookean(FirstInvariantMaterial):
     mu: float
     kind: ClassVar[str] = "neo-hookean"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (0.7, *POSITIVE)}
 
     def __post_init__(self):
         checks.positive("neo-Hookean mu (MPa)", self.mu)
@@ -127,6 +128,11 @@ class Yeoh(FirstInvariantMaterial):
     c3: float = 0.0
     kind: ClassVar[str] = "yeoh"
     in_MPa: ClassVar[tuple[str, ...]] = ("c1", "c2", "c3")
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {
+        "c1": (0.5, *POSITIVE),
+        "c2": (0.0, *ANY_SIGN),
+        "c3": (0.0, *ANY_SIGN),
+    }
 
     def __post_init__(self):
         checks.positive("Yeoh c1 (MPa)", self.c1)
@@ -150,6 +156,7 @@ class Ogden(_Material):
     alpha: float
     kind: ClassVar[str] = "ogden"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (1.0, *POSITIVE), "alpha": (2.0, 0.1, 30.0)}
 
     def __post_init__(self):
         checks.positive("Ogden mu (MPa)", self.mu)
@@ -193,7 +200,8 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 Material = NeoHookean | Yeoh | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
-"""Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli."""
+"""Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has the
+start, lowest and highest value of each parameter in a fit, moduli over the shear modulus of a neo-Hookean fit."""
 
 
 def checked_material(what: str, material: object) -> Material:
@@ -202,6 +210,13 @@ def checked_material(what: str, material: object) -> Material:
         *names, last = (cls.__name__ for cls in MATERIALS.values())
         raise InputError(f"{what} must be {', '.join(names)} or {last}, got {type(material).__name__}")
     return material
+
+
+def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
+    """The class with the name `kind`; raises `InputError` if it is not in `MATERIALS`."""
+    if kind not in MATERIALS:
+        raise InputError(f"material must be one of {', '.join(MATERIALS)}, got {kind!r}")
+    return MATERIALS[kind]
 
 
 def principal_pair(stretch: ArrayLike, mode: str) -> tuple[np.ndarray, np.ndarray]:

@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
+from papilla.calibrate import MaterialTests, fit_material
 from papilla.calibration import PositionTerms, Surface
 from papilla.logs import PressLog
+from papilla.materials import NeoHookean
+
+STRETCH = np.linspace(1.0, 2.0, 30)
+TESTS = MaterialTests(STRETCH, NeoHookean(0.1).nominal_stress(STRETCH, "uniaxial"), "uniaxial")
 
 
 @pytest.mark.parametrize(
@@ -19,6 +24,8 @@ from papilla.logs import PressLog
             "force_N=<5>, modulus_MPa=<5>, readings=<5 x 2>",
         ),
         (PositionTerms((0.05, 1.0), (0.02, 5.0), 4.0, np.zeros((2, 5, 6, 11)), np.zeros((2, 9))), "error=<2 x 9>)"),
+        (TESTS, "MaterialTests(stretch=<30>, stress=<30>, mode=<30>)"),
+        (fit_material("ogden", TESTS), "covariance=<2 x 2>"),
     ],
     ids=lambda value: type(value).__name__,
 )

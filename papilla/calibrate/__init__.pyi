@@ -8,6 +8,8 @@ from .identification import Identification as Identification
 from .identification import identify as identify
 from .job import Calibrated as Calibrated
 from .job import calibrate_finger as calibrate_finger
+from .material_fit import MaterialTests as MaterialTests
+from .material_fit import fit_material as fit_material
 from .one_touch import IndentationModulus as IndentationModulus
 from .one_touch import Relaxation as Relaxation
 from .one_touch import fit_indentation as fit_indentation
