@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.options import PROCESSES, FingerOption, keep_inputs, option
+from papilla.cli.options import PROCESSES, FingerOption, keep_inputs, option, surface_files
 from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
 from papilla.errors import InputError
 from papilla.units import MS_PER_S, PER_CENT
@@ -73,9 +73,9 @@ def bench(
 
     folder = out or Path.cwd()
     plot = folder / PLOT
-    keep_inputs([finger], [plot])
-    check_writable(folder)
     design = Finger.load(finger or "default")
+    keep_inputs([finger, *surface_files(design)], [plot])
+    check_writable(folder)
     with progress() as shown:
         found = study.bench(design, study.SHORT if short else study.FULL, progress=shown.line)
         if not short:

@@ -135,9 +135,8 @@ def calibrate(
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
-    keep_inputs([finger, bench, check, log_map], written)
     design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
-    keep_inputs(surface_files(design), written)
+    keep_inputs([finger, *surface_files(design), bench, check, log_map], written)
     log = None if bench is None else read_press_log(bench, False, log_map=log_map)
     presses = None if check is None else read_press_log(check, True, log_map=log_map)
     if presses is not None and len(design.gauges) != len(presses.gauge_names):

@@ -32,14 +32,15 @@ def compare(
     from papilla.calibrate.comparison import candidate
     from papilla.calibrate.comparison import compare as side_by_side
     from papilla.files import check_writable
+    from papilla.finger import Finger
 
-    keep_inputs(candidates, written)
+    designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
+    keep_inputs([*candidates, *(file for design in designs for file in surface_files(design))], written)
     for path in written:
         check_writable(path.parent)
     with progress() as shown:
         how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
         found = [candidate(one, **how) for one in candidates]
-        keep_inputs([name for one in found if one.finger for name in surface_files(one.finger)], written)
         comparison = side_by_side(found, shown.line)
         if written:
             from papilla.calibrate.comparison import write_comparison, write_comparison_table

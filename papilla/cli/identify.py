@@ -147,10 +147,9 @@ def identify(
     from papilla.finger import Finger
 
     outputs = [path for path in (out, report) if path is not None]
-    keep_inputs([log, finger, log_map], outputs)
     design = Finger.load(finger) if finger else Finger.default()
+    keep_inputs([log, finger, *surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
-    keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)

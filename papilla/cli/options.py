@@ -245,11 +245,11 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
     """Refuse an output that is an input or another output, also through a link or another spelling, or that cannot be
-    replaced. If an output is a link, say which file is written."""
+    replaced. If an output that may be written is a link, say which file is written."""
     from papilla.files import target_of
 
-    named, written = [*inputs], [*outputs]
-    given = [Path(name) for name in named if name is not None]
+    written = [*outputs]
+    given = [Path(name) for name in inputs if name is not None]
     for number, output in enumerate(written):
         if any(_same(output, other) for other in written[:number]):
             raise InputError(f"{output} is given for two outputs, of which one would be lost: choose another name")
@@ -259,9 +259,8 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
         target = target_of(output)
         if target.exists() and not target.stat().st_mode & 0o222:
             raise InputError(f"cannot write {output}: it is read-only, and its content would be lost")
-        # Do not import this again for the surfaces of a design, which most designs do not have
-        if named and output.is_symlink():
-            say(f"{output} is a link: {target} is written")
+    for output in filter(Path.is_symlink, written):
+        say(f"{output} is a link: {target_of(output)} is written")
 
 
 def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":

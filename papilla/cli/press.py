@@ -17,6 +17,7 @@ from papilla.cli.options import (
     option,
     read_friction,
     scene_of,
+    surface_files,
 )
 from papilla.cli.output import Answer, print_table, progress, tell
 from papilla.errors import FileFormatError, InputError
@@ -67,7 +68,6 @@ def press(
         positive("--indentation (mm)", indentation)
     place("--at", at)
     written = _outputs(log, export, fidelity)
-    keep_inputs([finger], list(written.values()))
 
     from papilla.fem.preparing import prepare
     from papilla.fem.pressing.fidelity import press as press_reduced
@@ -75,6 +75,7 @@ def press(
     from papilla.finger import Finger
 
     design, size = Finger.load(finger or "default"), mesh_size(size_mm)
+    keep_inputs([finger, *surface_files(design)], written.values())
     touched = specimen.of(modulus, design)
     with progress() as shown:
         for path in written.values():

@@ -74,9 +74,8 @@ def view(
         need_plotly()
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
-    keep_inputs([finger], written)
     design = Finger.load(finger or "default")
-    keep_inputs(surface_files(design), written)
+    keep_inputs([finger, *surface_files(design)], written)
     for path in written:
         check_writable(path.parent)
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
