@@ -296,13 +296,15 @@ def test_without_dask_workers_are_processes_and_without_workers_this_one(monkeyp
     asked = []
 
     class Processes(Executor):
-        def __init__(self, workers, context):
-            asked.append((workers, context.get_start_method()))
+        def __init__(self, workers, context, begin):
+            asked.append((workers, context.get_start_method(), begin))
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", Processes)
     with running.pool(3, None) as found:
-        assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [(3, "spawn")]
+        assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [
+            (3, "spawn", running._end_with_client)
+        ]
     with running.pool(0, None) as found:
         assert (found.workers, found.how) == (1, "this process")
         assert found.executor.submit(divmod, 7, 2).result() == (3, 1)
