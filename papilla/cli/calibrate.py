@@ -1,7 +1,6 @@
 """`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
 
 import math
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -23,7 +22,7 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, Answer, Progress, print_table, progress, show_table, tell
+from papilla.cli.output import CHECK_FAILED, Answer, Progress, plain, print_table, progress, show_table, tell
 from papilla.errors import InputError
 from papilla.units import PER_CENT
 
@@ -147,14 +146,14 @@ def calibrate(
         check_writable(export_c.parent)
 
     with progress() as shown:
-        with about(bench) if bench else nullcontext():
+        with about(bench):
             done = _calibrated(log, design, rubbing, size_mm, shown, table)
         check_writable(out)
         from papilla.calibrate import c_header
         from papilla.calibrate import check as recovered
 
         found = None
-        if presses is not None and check is not None:
+        if presses is not None:
             with about(check):
                 found = recovered(done.calibration, presses)
         header = None if export_c is None else c_header(done.calibration)
@@ -342,8 +341,9 @@ def _inverse_in_words(inverse: dict) -> str:
 def _print_check(found: "Check", path: Any) -> None:
     """Print the check as a table: failed presses first, then others up to `MOST_ROWS`."""
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=f"check: {path}")
+    table = Table(title=Text(plain(f"check: {path}"), style="table.title"))
     for title in ("force N", "stated MPa", "recovered MPa", "95 % interval MPa"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("", overflow="fold")

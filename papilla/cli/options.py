@@ -284,13 +284,14 @@ def surface_files(design: "Finger") -> list[str]:
 
 
 @contextmanager
-def about(path: Path) -> Iterator[None]:
-    """Bad input that is found while the content of a file is used names the file, like a fault found while reading
-    it."""
+def about(path: Path | None) -> Iterator[None]:
+    """Bad input that is found while the content of a file, if there is one, is used names the file, like a fault found
+    while reading it."""
     try:
         yield
     except InputError as error:
-        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+        named = path is None or str(path) in str(error)
+        raise InputError(str(error) if named else f"{path}: {error}") from error
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -47,7 +47,7 @@ def print_json(value: Mapping) -> None:
 
 def json_text(value: Mapping, ascii_only: bool = True) -> str:
     """One JSON object as text, NaN and infinities as null."""
-    text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=ascii_only)
+    text = json.dumps(finite(value), allow_nan=False, ensure_ascii=ascii_only)
     return re.sub("[\x7f-\x9f]", lambda sign: f"\\u{ord(sign[0]):04x}", text)
 
 
@@ -152,11 +152,12 @@ def progress() -> Iterator[Progress]:
         yield Progress(bar)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """A value of JSON, with null for NaN and infinities."""
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value

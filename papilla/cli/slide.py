@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from papilla.cli.options import FingerOption, SceneOption, keep_inputs, option, scene_of, surface_files
-from papilla.cli.output import Answer, print_table, progress, tell
+from papilla.cli.output import Answer, finite, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
@@ -187,7 +187,6 @@ def _at_rest(tied: "Tie | None") -> dict | None:
 
 def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:
     import json
-    import math
 
     import numpy as np
 
@@ -203,10 +202,9 @@ def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, fact
         "position_mm": found.motion.position_mm,
         "tangential_N": found.tangential_N,
     }
-    odd = {key: None for key, value in facts.items() if isinstance(value, float) and not math.isfinite(value)}
     with replacing_set([out, truth]) as (log, beside):
         write_table(log, columns)
-        beside.write_text(json.dumps(facts | odd, indent=1) + "\n", encoding="utf-8")
+        beside.write_text(json.dumps(finite(facts), indent=1) + "\n", encoding="utf-8")
 
 
 def _print(facts: dict) -> None:

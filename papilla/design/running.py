@@ -55,12 +55,12 @@ Row = tuple[int, Values, str]
 
 @dataclass
 class Tally:
-    """What a run cost. spent : processor seconds of all workers by stage (`costs`); memory_MB : of the largest one."""
+    """What a run cost. spent : processor seconds of all workers by stage of `geometry`; memory_MB : of the largest
+    one."""
 
     designs: int = 0
     reused: int = 0
     failed: int = 0
-    batches: int = 0
     seconds: float = 0.0
     spent: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
     memory_MB: float = 0.0
@@ -294,7 +294,6 @@ class _Runner:
                 made = Done((Record({}, f"its worker was killed {RETRIES} times"),) * len(rows), version(), {}, 0)
             _refuse_version("a worker", made.version)
             self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
-            self.tally.batches += 1
             for name, seconds in made.spent.items():
                 self.tally.spent[name] += seconds
             self.tally.memory_MB = max(self.tally.memory_MB, made.memory_MB)

@@ -342,13 +342,13 @@ def test_designs_are_batched_for_all_workers_and_counted(study_file, tmp_path, w
     executor = Counting()
     runner = running._Runner(study, store, tally, lambda *given: stages.append(given), Pool(executor, workers, "here"))
     runner.run(groups(study))
-    assert executor.sizes == sizes and (tally.designs, tally.reused, tally.failed, tally.batches) == (120, 0, 0, 3)
+    assert executor.sizes == sizes and (tally.designs, tally.reused, tally.failed) == (120, 0, 0)
     assert tally.spent["scenes"] == 1.5 and tally.memory_MB == 100.0 + max(sizes)
     assert [done for _, done, _ in stages] == np.cumsum(sizes).tolist() and {one[2] for one in stages} == {120}
     assert stages[0][0].startswith(f"designs, {sizes[0]} of 120, about ") and stages[-1][0] == "designs, 120 of 120"
     assert [row[0] for row in store.rows(study.sha256)] == list(range(120))
     again = running._Runner(study, store, running.Tally(), lambda *given: stages.append(given), Pool(executor, 1, ""))
     again.run(groups(study))
-    assert (again.tally.designs, again.tally.reused, again.tally.batches) == (120, 120, 0)
+    assert (again.tally.designs, again.tally.reused, executor.sizes) == (120, 120, sizes)
     assert stages[-1] == ("designs, 120 of 120", 120, 120) and again.number == 120
     store.close()
