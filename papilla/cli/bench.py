@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.options import PROCESSES, FingerOption, keep_inputs, option, surface_files
+from papilla.cli.options import PROCESSES, FingerOption, design_of, keep_inputs, option, surface_files
 from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
 from papilla.errors import InputError
 from papilla.units import MS_PER_S, PER_CENT
@@ -65,7 +65,6 @@ def bench(
         return bench_estimators(short, out)
     from papilla.fem.pressing.pricing import price
     from papilla.files import check_writable
-    from papilla.finger import Finger
     from papilla.studies import bench as study
     from papilla.studies.bench.peers import missing_peers, run_peers
     from papilla.view.study_plots import price_figure
@@ -73,7 +72,7 @@ def bench(
 
     folder = out or Path.cwd()
     plot = folder / PLOT
-    design = Finger.load(finger or "default")
+    design = design_of(finger)
     keep_inputs([finger, *surface_files(design)], [plot])
     check_writable(folder)
     with progress() as shown:
@@ -198,11 +197,10 @@ def _shown(column: str, value: Any) -> str:
 
 def bench_physics(finger: Path | None, short: bool) -> Answer:
     """Press with and without each effect, and show the change of S_d and of the modulus that follows from it."""
-    from papilla.finger import Finger
     from papilla.mesh import DEFAULT_SIZE_MM
     from papilla.studies.physics import FORCES_GF, MODULI_MPA, physics
 
-    design = Finger.load(finger or "default")
+    design = design_of(finger)
     with progress() as shown:
         found = physics(design, SHORT_MM if short else DEFAULT_SIZE_MM, shown.line)
     facts = {"finger": design.name, "forces_gf": list(FORCES_GF), "moduli_MPa": list(MODULI_MPA)}

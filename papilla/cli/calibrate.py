@@ -15,6 +15,7 @@ from papilla.cli.options import (
     MapOption,
     SizeOption,
     about,
+    design_of,
     keep_inputs,
     number,
     option,
@@ -129,12 +130,11 @@ def calibrate(
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.files import check_writable, write_text
-    from papilla.finger import Finger
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
-    design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
+    design = swept.bench_of(design_of(finger))
     keep_inputs([finger, *surface_files(design), bench, check, log_map], written)
     log = None if bench is None else read_press_log(bench, False, log_map=log_map)
     presses = None if check is None else read_press_log(check, True, log_map=log_map)

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import PROCESSES, FrictionOption, argument, keep_inputs, option, read_friction, surface_files
+from papilla.cli.options import PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
 from papilla.cli.output import Answer, progress, show_rows, tell
 
 if TYPE_CHECKING:
@@ -31,13 +31,10 @@ def compare(
     written = [path for path in (html, csv) if path is not None]
     from papilla.calibrate.comparison import candidate
     from papilla.calibrate.comparison import compare as side_by_side
-    from papilla.files import check_writable
     from papilla.finger import Finger
 
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
-    keep_inputs([*candidates, *(file for design in designs for file in surface_files(design))], written)
-    for path in written:
-        check_writable(path.parent)
+    ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
     with progress() as shown:
         how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
         found = [candidate(one, **how) for one in candidates]

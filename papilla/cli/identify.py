@@ -15,6 +15,7 @@ from papilla.cli.options import (
     about,
     argument,
     describe,
+    design_of,
     keep_inputs,
     number,
     option,
@@ -144,10 +145,9 @@ def identify(
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
     from papilla.files import check_writable, replacing_set
-    from papilla.finger import Finger
 
     outputs = [path for path in (out, report) if path is not None]
-    design = Finger.load(finger) if finger else Finger.default()
+    design = design_of(finger)
     keep_inputs([log, finger, *surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
     stated = Noise(readings_microstrain=noise, force=force_error)

@@ -263,6 +263,16 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
         say(f"{output} is a link: {target_of(output)} is written")
 
 
+def ready(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
+    """`keep_inputs`, and make the folders of the outputs, so that a long computation does not fail at its end."""
+    from papilla.files import check_writable
+
+    written = [*outputs]
+    keep_inputs(inputs, written)
+    for path in written:
+        check_writable(path.parent)
+
+
 def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
     """The presses of a log, read as `how` says; its notes are shown, and its remarks on units if `units`.
 
@@ -274,6 +284,13 @@ def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
     for note in (*log.notes, *(log.sizes if units else ())):
         say(f"{path}: {note}")
     return log
+
+
+def design_of(finger: Path | None) -> "Finger":
+    """The design that `FingerOption` names, without it the default finger."""
+    from papilla.finger import Finger
+
+    return Finger.load(finger or "default")
 
 
 def surface_files(design: "Finger") -> list[str]:
