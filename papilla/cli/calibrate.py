@@ -17,7 +17,7 @@ from papilla.cli.options import (
     about,
     design_of,
     keep_inputs,
-    number,
+    moduli_of,
     option,
     read_friction,
     read_press_log,
@@ -28,7 +28,7 @@ from papilla.errors import InputError
 from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.calibrate.checking import Check
+    from papilla.calibrate.checking import Check, Recovery
     from papilla.calibrate.job import Calibrated
     from papilla.finger import Finger
     from papilla.logs import PressLog
@@ -92,8 +92,7 @@ class SweepOptions:
     def _moduli(self) -> tuple[float, ...] | None:
         if self.moduli is None:
             return None
-        rule = "--moduli must be numbers in MPa with commas"
-        moduli = tuple(sorted(positive("--moduli (MPa)", number(rule, one)) for one in self.moduli.split(",")))
+        moduli = tuple(sorted(moduli_of(self.moduli)))
         if len(moduli) < 2:
             raise InputError("--moduli needs the two ends of a range, or three or more moduli")
         return moduli
@@ -207,10 +206,8 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         **{name: str(path) for name, path in paths.items()},
         "presses": len(done.presses),
         "softness": {name: softness.get(name) for name in ("forward", "inverse", "compact")},
-        "max_error": done.recovery.max_error,
-        "rms_error": done.recovery.rms_error,
+        **_errors_of(done.recovery),
         "checked_presses": len(done.recovery.error),
-        "unanswered": len(done.recovery.error) - done.recovery.answered,
         "bench": _of_the_bench(done),
         "published": _against_published(done),
         "truth": done.truth and done.truth.to_json(),
@@ -228,13 +225,14 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
         return None
     from papilla.cli.identify import summary_of
 
-    recovered = done.bench.recovery
-    return summary_of(done.bench.found, done.bench.diagnosis) | {
-        "max_error": recovered.max_error,
-        "rms_error": recovered.rms_error,
-        "unanswered": len(recovered.error) - recovered.answered,
-        "inside_interval": int(done.bench.inside.sum()),
-    }
+    identified = summary_of(done.bench.found, done.bench.diagnosis)
+    return identified | _errors_of(done.bench.recovery) | {"inside_interval": int(done.bench.inside.sum())}
+
+
+def _errors_of(recovery: "Recovery") -> dict:
+    """Errors of recovered moduli, and the number of presses without one."""
+    unanswered = len(recovery.error) - recovery.answered
+    return {"max_error": recovery.max_error, "rms_error": recovery.rms_error, "unanswered": unanswered}
 
 
 def _against_published(done: "Calibrated") -> dict | None:

@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.checks import positive
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
@@ -17,6 +16,7 @@ from papilla.cli.options import (
     describe,
     design_of,
     keep_inputs,
+    moduli_of,
     number,
     option,
     read_friction,
@@ -72,8 +72,7 @@ class SuggestOptions:
 
     def read_moduli(self) -> list[float]:
         """The moduli (MPa), empty if not given; raises `InputError`."""
-        texts = [] if self.moduli is None else self.moduli.split(",")
-        return [positive("--moduli (MPa)", number("--moduli must be numbers in MPa", text)) for text in texts]
+        return [] if self.moduli is None else moduli_of(self.moduli)
 
     def read_places(self) -> list[tuple[float, float]]:
         """The places (x, y in mm), the apex if not given; raises `InputError`."""

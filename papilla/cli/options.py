@@ -188,6 +188,12 @@ def number(rule: str, text: str) -> float:
         raise InputError(f"{rule}, got {text!r}") from error
 
 
+def moduli_of(text: str) -> list[float]:
+    """The moduli (MPa) in the text of `--moduli`; raises `InputError`."""
+    rule = "--moduli must be numbers in MPa with commas"
+    return [positive("--moduli (MPa)", number(rule, one)) for one in text.split(",")]
+
+
 def mesh_size(size_mm: float | None) -> float:
     """The element size of an option, or the default that the README uses; raises `InputError`."""
     from papilla.mesh import DEFAULT_SIZE_MM
