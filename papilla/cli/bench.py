@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from papilla.cli.options import PROCESSES, FingerOption, keep_inputs, option
+from papilla.cli.options import PROCESSES, FingerOption, design_of, keep_inputs, option, surface_files
 from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
 from papilla.errors import InputError
 from papilla.units import MS_PER_S, PER_CENT
@@ -57,7 +57,6 @@ def bench(
         return bench_estimators(short, out)
     from papilla.fem.pressing.pricing import price
     from papilla.files import check_writable
-    from papilla.finger import Finger
     from papilla.studies import bench as study
     from papilla.studies.bench.peers import missing_peers, run_peers
     from papilla.view.study_plots import price_figure
@@ -65,9 +64,9 @@ def bench(
 
     folder = out or Path.cwd()
     plot = folder / PLOT
-    keep_inputs([finger], [plot])
+    design = design_of(finger)
+    keep_inputs([finger, *surface_files(design)], [plot])
     check_writable(folder)
-    design = Finger.load(finger or "default")
     with progress() as shown:
         found = study.bench(design, study.SHORT if short else study.FULL, progress=shown.line)
         if not short:

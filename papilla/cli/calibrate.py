@@ -1,7 +1,6 @@
 """`papilla calibrate`: the main job, from a design file or a bench log to calibration coefficients."""
 
 import math
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,19 +15,20 @@ from papilla.cli.options import (
     MapOption,
     SizeOption,
     about,
+    design_of,
     keep_inputs,
-    number,
+    moduli_of,
     option,
     read_friction,
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, Answer, Progress, print_table, progress, show_table, tell
+from papilla.cli.output import CHECK_FAILED, Answer, Progress, plain, print_table, progress, show_table, tell
 from papilla.errors import InputError
 from papilla.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.calibrate.checking import Check
+    from papilla.calibrate.checking import Check, Recovery
     from papilla.calibrate.job import Calibrated
     from papilla.finger import Finger
     from papilla.logs import PressLog
@@ -92,8 +92,7 @@ class SweepOptions:
     def _moduli(self) -> tuple[float, ...] | None:
         if self.moduli is None:
             return None
-        rule = "--moduli must be numbers in MPa with commas"
-        moduli = tuple(sorted(positive("--moduli (MPa)", number(rule, one)) for one in self.moduli.split(",")))
+        moduli = tuple(sorted(moduli_of(self.moduli)))
         if len(moduli) < 2:
             raise InputError("--moduli needs the two ends of a range, or three or more moduli")
         return moduli
@@ -130,14 +129,12 @@ def calibrate(
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.files import check_writable, write_text
-    from papilla.finger import Finger
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
-    keep_inputs([finger, bench, check, log_map], written)
-    design = swept.bench_of(Finger.load(finger) if finger else Finger.default())
-    keep_inputs(surface_files(design), written)
+    design = swept.bench_of(design_of(finger))
+    keep_inputs([finger, *surface_files(design), bench, check, log_map], written)
     log = None if bench is None else read_press_log(bench, False, sd_alone=True, log_map=log_map)
     presses = None if check is None else read_press_log(check, True, sd_alone=True, log_map=log_map)
     if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
@@ -148,14 +145,14 @@ def calibrate(
         check_writable(export_c.parent)
 
     with progress() as shown:
-        with about(bench) if bench else nullcontext():
+        with about(bench):
             done = _calibrated(log, design, rubbing, size_mm, shown, table)
         check_writable(out)
         from papilla.calibrate import c_header
         from papilla.calibrate import check as recovered
 
         found = None
-        if presses is not None and check is not None:
+        if presses is not None:
             with about(check):
                 found = recovered(done.calibration, presses)
         header = None if export_c is None else c_header(done.calibration)
@@ -209,10 +206,8 @@ def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict
         **{name: str(path) for name, path in paths.items()},
         "presses": len(done.presses),
         "softness": {name: softness.get(name) for name in ("forward", "inverse", "compact")},
-        "max_error": done.recovery.max_error,
-        "rms_error": done.recovery.rms_error,
+        **_errors_of(done.recovery),
         "checked_presses": len(done.recovery.error),
-        "unanswered": len(done.recovery.error) - done.recovery.answered,
         "bench": _of_the_bench(done),
         "published": _against_published(done),
         "truth": done.truth and done.truth.to_json(),
@@ -230,13 +225,14 @@ def _of_the_bench(done: "Calibrated") -> dict | None:
         return None
     from papilla.cli.identify import summary_of
 
-    recovered = done.bench.recovery
-    return summary_of(done.bench.found, done.bench.diagnosis) | {
-        "max_error": recovered.max_error,
-        "rms_error": recovered.rms_error,
-        "unanswered": len(recovered.error) - recovered.answered,
-        "inside_interval": int(done.bench.inside.sum()),
-    }
+    identified = summary_of(done.bench.found, done.bench.diagnosis)
+    return identified | _errors_of(done.bench.recovery) | {"inside_interval": int(done.bench.inside.sum())}
+
+
+def _errors_of(recovery: "Recovery") -> dict:
+    """Errors of recovered moduli, and the number of presses without one."""
+    unanswered = len(recovery.error) - recovery.answered
+    return {"max_error": recovery.max_error, "rms_error": recovery.rms_error, "unanswered": unanswered}
 
 
 def _against_published(done: "Calibrated") -> dict | None:
@@ -344,8 +340,9 @@ def _inverse_in_words(inverse: dict) -> str:
 def _print_check(found: "Check", path: Any) -> None:
     """Print the check as a table: failed presses first, then others up to `MOST_ROWS`."""
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=f"check: {path}")
+    table = Table(title=Text(plain(f"check: {path}"), style="table.title"))
     for title in ("force N", "stated MPa", "recovered MPa", "95 % interval MPa"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("", overflow="fold")

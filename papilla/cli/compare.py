@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import PROCESSES, FrictionOption, argument, keep_inputs, option, read_friction, surface_files
+from papilla.cli.options import PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
 from papilla.cli.output import Answer, progress, show_rows, tell
 
 if TYPE_CHECKING:
@@ -31,15 +31,13 @@ def compare(
     written = [path for path in (html, csv) if path is not None]
     from papilla.calibrate.comparison import candidate
     from papilla.calibrate.comparison import compare as side_by_side
-    from papilla.files import check_writable
+    from papilla.finger import Finger
 
-    keep_inputs(candidates, written)
-    for path in written:
-        check_writable(path.parent)
+    designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
+    ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
     with progress() as shown:
         how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
         found = [candidate(one, **how) for one in candidates]
-        keep_inputs([name for one in found if one.finger for name in surface_files(one.finger)], written)
         comparison = side_by_side(found, shown.line)
         if written:
             from papilla.calibrate.comparison import write_comparison, write_comparison_table

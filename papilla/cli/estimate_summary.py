@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.output import json_text, plain, print_json, say, show_table, tell
+from papilla.cli.output import json_text, print_json, say, show_table, tell
 from papilla.errors import InputError
 from papilla.units import PER_CENT
 
@@ -70,14 +70,11 @@ def print_summary(summary: dict) -> None:
     """The summary as a table, some lines and a legend on stdout."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
-    from rich.text import Text
 
     table = Table(*HEADS, box=SIMPLE_HEAD, pad_edge=False)
     for column in table.columns[:4]:
         column.no_wrap = True
-    for row in [*_results(summary), *_lines(summary)]:
-        table.add_row(*(Text(plain(cell)) for cell in row))
-    show_table(table)
+    show_table(table, [*_results(summary), *_lines(summary)])
     tell(_counts(summary))
     for line in legend(summary):
         tell(line)

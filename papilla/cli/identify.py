@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.checks import positive
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
@@ -15,7 +14,9 @@ from papilla.cli.options import (
     about,
     argument,
     describe,
+    design_of,
     keep_inputs,
+    moduli_of,
     number,
     option,
     read_friction,
@@ -71,8 +72,7 @@ class SuggestOptions:
 
     def read_moduli(self) -> list[float]:
         """The moduli (MPa), empty if not given; raises `InputError`."""
-        texts = [] if self.moduli is None else self.moduli.split(",")
-        return [positive("--moduli (MPa)", number("--moduli must be numbers in MPa", text)) for text in texts]
+        return [] if self.moduli is None else moduli_of(self.moduli)
 
     def read_places(self) -> list[tuple[float, float]]:
         """The places (x, y in mm), the apex if not given; raises `InputError`."""
@@ -144,13 +144,11 @@ def identify(
     from papilla.calibrate.identification import identify as fit
     from papilla.calibrate.report.identification_page import write_identification
     from papilla.files import check_writable, replacing_set
-    from papilla.finger import Finger
 
     outputs = [path for path in (out, report) if path is not None]
-    keep_inputs([log, finger, log_map], outputs)
-    design = Finger.load(finger) if finger else Finger.default()
+    design = design_of(finger)
+    keep_inputs([log, finger, *surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
-    keep_inputs(surface_files(design), outputs)
     stated = Noise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)

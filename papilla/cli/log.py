@@ -14,9 +14,7 @@ def map(
     """Propose for each column of a log its meaning and unit, with the reason; no command uses the map before you pass
     it on."""
     from rich.table import Table
-    from rich.text import Text
 
-    from papilla.cli.output import plain
     from papilla.files import write_text
     from papilla.logs.proposal import propose
 
@@ -27,10 +25,8 @@ def map(
     facts |= {"delimiter": found.delimiter, "decimal": found.decimal, "header_line": found.header_line}
 
     def show() -> None:
-        table = Table("column", "is", "unit", "because")
-        for guess in found.guesses:
-            table.add_row(*(Text(plain(cell)) for cell in (guess.name, guess.meant or "-", guess.unit, guess.reason)))
-        show_table(table)
+        rows = ((guess.name, guess.meant or "-", guess.unit, guess.reason) for guess in found.guesses)
+        show_table(Table("column", "is", "unit", "because"), rows)
         for question in found.open_questions:
             say(question)
         tell(f"Wrote {out}: check it, then give it by --map, or leave it beside the log as log_map.toml")

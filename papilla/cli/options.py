@@ -188,6 +188,12 @@ def number(rule: str, text: str) -> float:
         raise InputError(f"{rule}, got {text!r}") from error
 
 
+def moduli_of(text: str) -> list[float]:
+    """The moduli (MPa) in the text of `--moduli`; raises `InputError`."""
+    rule = "--moduli must be numbers in MPa with commas"
+    return [positive("--moduli (MPa)", number(rule, one)) for one in text.split(",")]
+
+
 def mesh_size(size_mm: float | None) -> float:
     """The element size of an option, or the default that the README uses; raises `InputError`."""
     from papilla.mesh import DEFAULT_SIZE_MM
@@ -245,11 +251,11 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
     """Refuse an output that is an input or another output, also through a link or another spelling, or that cannot be
-    replaced. If an output is a link, say which file is written."""
+    replaced. If an output that may be written is a link, say which file is written."""
     from papilla.files import target_of
 
-    named, written = [*inputs], [*outputs]
-    given = [Path(name) for name in named if name is not None]
+    written = [*outputs]
+    given = [Path(name) for name in inputs if name is not None]
     for number, output in enumerate(written):
         if any(_same(output, other) for other in written[:number]):
             raise InputError(f"{output} is given for two outputs, of which one would be lost: choose another name")
@@ -259,9 +265,18 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
         target = target_of(output)
         if target.exists() and not target.stat().st_mode & 0o222:
             raise InputError(f"cannot write {output}: it is read-only, and its content would be lost")
-        # Do not import this again for the surfaces of a design, which most designs do not have
-        if named and output.is_symlink():
-            say(f"{output} is a link: {target} is written")
+    for output in filter(Path.is_symlink, written):
+        say(f"{output} is a link: {target_of(output)} is written")
+
+
+def ready(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
+    """`keep_inputs`, and make the folders of the outputs, so that a long computation does not fail at its end."""
+    from papilla.files import check_writable
+
+    written = [*outputs]
+    keep_inputs(inputs, written)
+    for path in written:
+        check_writable(path.parent)
 
 
 def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
@@ -277,6 +292,13 @@ def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
     return log
 
 
+def design_of(finger: Path | None) -> "Finger":
+    """The design that `FingerOption` names, without it the default finger."""
+    from papilla.finger import Finger
+
+    return Finger.load(finger or "default")
+
+
 def surface_files(design: "Finger") -> list[str]:
     """The files of a design's surfaces; empty for a dome or slab."""
     from papilla.finger import Surfaces
@@ -285,13 +307,14 @@ def surface_files(design: "Finger") -> list[str]:
 
 
 @contextmanager
-def about(path: Path) -> Iterator[None]:
-    """Bad input that is found while the content of a file is used names the file, like a fault found while reading
-    it."""
+def about(path: Path | None) -> Iterator[None]:
+    """Bad input that is found while the content of a file, if there is one, is used names the file, like a fault found
+    while reading it."""
     try:
         yield
     except InputError as error:
-        raise InputError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+        named = path is None or str(path) in str(error)
+        raise InputError(str(error) if named else f"{path}: {error}") from error
 
 
 def _same(one: Path, other: Path) -> bool:

@@ -47,7 +47,7 @@ def print_json(value: Mapping) -> None:
 
 def json_text(value: Mapping, ascii_only: bool = True) -> str:
     """One JSON object as text, NaN and infinities as null."""
-    text = json.dumps(_finite(value), allow_nan=False, ensure_ascii=ascii_only)
+    text = json.dumps(finite(value), allow_nan=False, ensure_ascii=ascii_only)
     return re.sub("[\x7f-\x9f]", lambda sign: f"\\u{ord(sign[0]):04x}", text)
 
 
@@ -64,22 +64,23 @@ def tell(line: str) -> None:
 def print_table(rows: Sequence[tuple[str, str, str]]) -> None:
     """A table of quantity, value and unit on stdout."""
     from rich.table import Table
-    from rich.text import Text
 
     table = Table(show_header=False)
     table.add_column(style="bold")
     table.add_column(justify="right", no_wrap=True)
     table.add_column(style="dim", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(plain(cell)) for cell in row))
-    show_table(table)
+    show_table(table, rows)
 
 
-def show_table(table: "Table") -> None:
-    """Print a table on stdout, as wide as its `no_wrap` columns need: numbers are neither cut nor wrapped."""
+def show_table(table: "Table", rows: Iterable[Sequence[str]] = ()) -> None:
+    """Add rows of text to a table, without markup, and print it on stdout, as wide as its `no_wrap` columns need:
+    numbers are neither cut nor wrapped."""
     from rich.console import Console
     from rich.measure import Measurement
+    from rich.text import Text
 
+    for row in rows:
+        table.add_row(*(Text(plain(cell)) for cell in row))
     console = Console()
     options = console.options.update(width=10_000)
     for column in table.columns:
@@ -98,9 +99,7 @@ def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | 
     table = Table(title=Text(plain(title or "")), title_justify="left", title_style="bold")
     for number, head in enumerate(heads):
         table.add_column(head, justify="right" if number else "left", no_wrap=True)
-    for row in rows:
-        table.add_row(*(Text(plain(cell)) for cell in row))
-    show_table(table)
+    show_table(table, rows)
 
 
 class Progress:
@@ -153,11 +152,12 @@ def progress() -> Iterator[Progress]:
         yield Progress(bar)
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """A value of JSON, with null for NaN and infinities."""
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value

@@ -12,11 +12,13 @@ from papilla.cli.options import (
     PlaceOption,
     SizeOption,
     SpecimenOptions,
-    keep_inputs,
+    design_of,
     mesh_size,
     option,
     read_friction,
+    ready,
     scene_of,
+    surface_files,
 )
 from papilla.cli.output import Answer, print_table, progress, tell
 from papilla.errors import FileFormatError, InputError
@@ -67,18 +69,14 @@ def press(
         positive("--indentation (mm)", indentation)
     place("--at", at)
     written = _outputs(log, export, fidelity)
-    keep_inputs([finger], list(written.values()))
 
     from papilla.fem.preparing import prepare
     from papilla.fem.pressing.fidelity import press as press_reduced
-    from papilla.files import check_writable
-    from papilla.finger import Finger
 
-    design, size = Finger.load(finger or "default"), mesh_size(size_mm)
+    design, size = design_of(finger), mesh_size(size_mm)
     touched = specimen.of(modulus, design)
+    ready([finger, *surface_files(design)], written.values())
     with progress() as shown:
-        for path in written.values():
-            check_writable(path.parent)
         if fidelity == "finite":
             load = {"force": force, "indentation": indentation}
             found = _finite(design, size, touched, rubbing, shown.line, at=at, **load)
@@ -89,7 +87,7 @@ def press(
             if log is not None:
                 write_touch_log(log, found, lambda own: press_reduced(reduced, touched, force=own, **how), shown.line)
             if export is not None:
-                _export(export, design, reduced, found, shown.line)
+                write_field(export, design, reduced, found, shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     facts = {**found.to_json(), **named} | {name: str(path) for name, path in written.items()}
     return Answer(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
@@ -124,11 +122,15 @@ def _finite(
     return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
 
 
-def _export(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]) -> None:
+def write_field(
+    path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]
+) -> None:
+    """Write the field of a press for ParaView; raises `FileAccessError`."""
+    from papilla import view
     from papilla.fem.fields import save_field
-    from papilla.view.pictures import fields
 
-    save_field(fields(design, reduced, [found], progress=say)[0], path)
+    (field,) = view.fields(design, reduced, [found], progress=say)
+    save_field(field, path)
 
 
 def _print(found: "Press", named: dict, gauges: list[str], written: dict[str, Path]) -> None:

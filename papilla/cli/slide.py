@@ -5,14 +5,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from papilla.cli.options import FingerOption, SceneOption, keep_inputs, option, scene_of, surface_files
-from papilla.cli.output import Answer, print_table, progress, tell
+from papilla.cli.options import FingerOption, SceneOption, design_of, keep_inputs, option, scene_of, surface_files
+from papilla.cli.output import Answer, finite, print_table, progress, tell
 from papilla.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Motion, Slide
     from papilla.fem.sliding.tying import Tie
-    from papilla.finger import Finger
     from papilla.textures import Texture
 
 SCHEMA = "papilla.slide/1"
@@ -100,7 +99,8 @@ def slide(
     from papilla.mesh.section import patch_half_width
 
     truth = sidecar(out, "truth.json")
-    design = _design(finger, ridges)
+    design = design_of(finger)
+    design = design if ridges else replace(design, ridges=None)
     keep_inputs(
         [scene, ground.profile, moving.motion, finger, *surface_files(design)],
         [out, truth, *([movie] if movie else [])],
@@ -135,13 +135,6 @@ def slide(
 
         write_slide_movie(movie, design, texture, found)
     return Answer(facts, partial(_print, facts))
-
-
-def _design(path: Path | None, ridges: bool) -> "Finger":
-    from papilla.finger import Finger
-
-    design = Finger.load(path) if path else Finger.default()
-    return design if ridges else replace(design, ridges=None)
 
 
 def _facts(found: "Slide", texture: "Texture") -> dict:
@@ -187,7 +180,6 @@ def _at_rest(tied: "Tie | None") -> dict | None:
 
 def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:
     import json
-    import math
 
     import numpy as np
 
@@ -203,10 +195,9 @@ def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, fact
         "position_mm": found.motion.position_mm,
         "tangential_N": found.tangential_N,
     }
-    odd = {key: None for key, value in facts.items() if isinstance(value, float) and not math.isfinite(value)}
     with replacing_set([out, truth]) as (log, beside):
         write_table(log, columns)
-        beside.write_text(json.dumps(facts | odd, indent=1) + "\n", encoding="utf-8")
+        beside.write_text(json.dumps(finite(facts), indent=1) + "\n", encoding="utf-8")
 
 
 def _print(facts: dict) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from papilla.cli.options import SceneOption, about, keep_inputs, option
+from papilla.cli.options import SceneOption, about, option, ready
 from papilla.cli.output import Answer, print_table, progress, say, tell
 from papilla.cli.telepresence_options import (
     GRATING,
@@ -105,14 +105,11 @@ def simulate(
     With --calibration a soft specimen lies under the texture and the finger presses while it slides: modulus, friction
     and contact area are sent, too, each with its standard deviation and status.
     """
-    from papilla.files import check_writable
     from papilla.telepresence.direct import DirectFeedback
     from papilla.telepresence.loop import Set, run
 
     written = [path for path in (out, html) if path is not None]
-    keep_inputs([scene, log, display.curve, specimen.calibration, specimen.sweep], written)
-    for path in written:
-        check_writable(path.parent)
+    ready([scene, log, display.curve, specimen.calibration, specimen.sweep], written)
     refuse_with_log(context, log, *GRATING, "calibration")
     (up, down), motion, soft, (model, described) = link.ways(), hand.motion(), specimen.soft(), display.model()
     _check_force(soft, hand.force)

@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -68,7 +69,7 @@ class SensorAddress:
         own, other = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
         if own == other:
             raise InputError(f"--listen and --peer must differ, got {own} twice")
-        with about(self.key_file or Path()):
+        with about(self.key_file):
             return Endpoint(own, other, key)
 
 
@@ -212,7 +213,7 @@ def _live() -> "Iterator[Report]":
         line = f"{live.time_s:8.1f} s  {live.state}; {said}{counts.accepted} messages, {counts.dropped} dropped, "
         line += f"{live.period.missed} periods missed"
         if terminal:
-            print(f"\r\x1b[2K{line[: _width()]}", end="", file=sys.stderr, flush=True)
+            print(f"\r\x1b[2K{line[: get_terminal_size().columns - 1]}", end="", file=sys.stderr, flush=True)
         elif live.time_s - last >= AWAY_S or live.state != state:
             last, state = live.time_s, live.state
             say(line)
@@ -222,12 +223,6 @@ def _live() -> "Iterator[Report]":
     finally:
         if terminal:
             print(file=sys.stderr)
-
-
-def _width() -> int:
-    from shutil import get_terminal_size
-
-    return get_terminal_size().columns - 1
 
 
 def _quantiles_ms(times: "Spread") -> dict[str, float]:

@@ -1,5 +1,6 @@
 """`papilla view`: pictures of a press and of receptive fields."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,17 +11,21 @@ from papilla.cli.options import (
     SizeOption,
     SpecimenOptions,
     argument,
-    keep_inputs,
+    design_of,
     mesh_size,
     option,
+    ready,
     scene_of,
     surface_files,
 )
-from papilla.cli.output import Answer, Progress, progress, tell
+from papilla.cli.output import Answer, progress, tell
+from papilla.cli.press import write_field
 from papilla.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
+    from papilla.fem import ReducedFinger
     from papilla.finger import Finger
+    from papilla.specimen import Specimen
 
 What = Literal["strain", "contact", "receptive"]
 Component = Literal["xx", "yy", "zz", "xy", "yz", "xz", "mises"]
@@ -28,8 +33,8 @@ Component = Literal["xx", "yy", "zz", "xy", "yz", "xz", "mises"]
 SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
 """The default scene: 60 gf on the middle one of the published specimens."""
 
-SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8, 1.0)
-"""Factors of the force between which the slider of a page moves."""
+SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8)
+"""Lighter forces that the slider of a page shows besides the force, as factors of it."""
 
 
 def view(
@@ -61,9 +66,8 @@ def view(
     targets = {"screenshot": screenshot, "html": html, "export": export}
     written = [path for path in targets.values() if path is not None]
 
+    from papilla import fem
     from papilla import view as pictures
-    from papilla.files import check_writable
-    from papilla.finger import Finger
     from papilla.view.style import kind_of
 
     if screenshot is not None:
@@ -74,11 +78,8 @@ def view(
         need_plotly()
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
-    keep_inputs([finger], written)
-    design = Finger.load(finger or "default")
-    keep_inputs(surface_files(design), written)
-    for path in written:
-        check_writable(path.parent)
+    design = design_of(finger)
+    ready([finger, *surface_files(design)], written)
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
     with progress() as shown:
         if what == "receptive":
@@ -87,8 +88,9 @@ def view(
         else:
             moduli = [SHOWN_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
             load = SHOWN_FORCE_N if force is None else positive("--force (N)", force)
-            scene = _Pictures(design, specimen, moduli, load, at, mesh_size(size_mm), shown)
-            facts |= scene.write(what, targets, component)
+            touched = [specimen.of(one, design) for one in moduli]
+            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown.line)
+            facts |= _draw(what, component, targets, design, reduced, touched, load, shown.line)
     facts |= {key: path and str(path) for key, path in targets.items()}
 
     def show() -> None:
@@ -112,48 +114,34 @@ def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press:
             raise InputError(f"--{name} goes with strain, not with {what}")
 
 
-class _Pictures:
-    """The presses to show, and the files to write."""
+def _draw(
+    what: str,
+    component: str | None,
+    targets: dict[str, Path | None],
+    design: "Finger",
+    reduced: "ReducedFinger",
+    touched: "list[Specimen]",
+    force: float,
+    say: Callable[[str], None],
+) -> dict[str, Any]:
+    """Press the touched specimens and write the files whose paths are not None; returns the press as plain values."""
+    from papilla import view as pictures
+    from papilla.view.style import STRAIN
 
-    def __init__(
-        self,
-        design: "Finger",
-        specimen: SpecimenOptions,
-        moduli: list[float],
-        force: float,
-        at: tuple[float, float],
-        size_mm: float,
-        shown: Progress,
-    ):
-        from papilla import fem
-        from papilla import view as pictures
-
-        self.design, self.force, self.say = design, force, shown.line
-        self.touched = [specimen.of(modulus, design) for modulus in moduli]
-        self.reduced = fem.prepare(design, size_mm=size_mm, at=at, progress=self.say)
-        self.found = [pictures.shown(self.reduced, one, force=force) for one in self.touched]
-
-    def write(self, what: str, targets: dict[str, Path | None], component: str | None) -> dict[str, Any]:
-        """Write the files whose paths are not None; returns the press as plain values."""
-        from papilla import view as pictures
-        from papilla.fem.fields import save_field
-        from papilla.view.style import STRAIN
-
-        first, touched = self.found[0], self.touched[0]
-        other = (self.found[1], self.touched[1]) if len(self.found) > 1 else None
-        kind: Any = {"shown": component or STRAIN, "progress": self.say}
-        if (path := targets["screenshot"]) is not None:
-            if what == "contact":
-                pictures.contact(path, self.reduced, first, touched, other)
-            else:
-                pictures.strain(path, self.design, self.reduced, first, touched, beside=other, **kind)
-        if (path := targets["html"]) is not None:
-            lighter = [pictures.shown(self.reduced, touched, force=share * self.force) for share in SLIDER_SHARES[:-1]]
-            pictures.strain_page(path, self.design, self.reduced, [*lighter, first], touched, **kind)
-        if (path := targets["export"]) is not None:
-            (field,) = pictures.fields(self.design, self.reduced, [first], progress=self.say)
-            save_field(field, path)
-        facts = (
-            first.to_json() | scene_of(touched, first) | {"shown": "pressure" if what == "contact" else kind["shown"]}
-        )
-        return facts | ({} if other is None else {"beside": other[0].to_json() | scene_of(other[1], other[0])})
+    first, *others = ((pictures.shown(reduced, one, force=force), one) for one in touched)
+    press, specimen = first
+    other = others[0] if others else None
+    kind: Any = {"shown": component or STRAIN, "progress": say}
+    if (path := targets["screenshot"]) is not None:
+        if what == "contact":
+            pictures.contact(path, reduced, press, specimen, other)
+        else:
+            pictures.strain(path, design, reduced, press, specimen, beside=other, **kind)
+    if (path := targets["html"]) is not None:
+        lighter = [pictures.shown(reduced, specimen, force=share * force) for share in SLIDER_SHARES]
+        pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **kind)
+    if (path := targets["export"]) is not None:
+        write_field(path, design, reduced, press, say)
+    facts = press.to_json() | scene_of(specimen, press)
+    facts["shown"] = "pressure" if what == "contact" else kind["shown"]
+    return facts | ({} if other is None else {"beside": other[0].to_json() | scene_of(other[1], other[0])})

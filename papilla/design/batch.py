@@ -41,8 +41,8 @@ class Batch:
 
 @dataclass(frozen=True)
 class Done:
-    """Records of a batch; the version that made them, processor seconds by stage (`costs`), and the largest memory of
-    the worker (MB) so far."""
+    """Records of a batch; the version that made them, processor seconds by stage of `geometry`, and the largest memory
+    of the worker (MB) so far."""
 
     records: tuple[Record, ...]
     version: str

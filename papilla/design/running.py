@@ -9,6 +9,7 @@ worker if one is killed; without Dask they are plain processes. Both are used th
 import hashlib
 import logging
 import math
+import os
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -16,6 +17,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice, zip_longest
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from time import perf_counter
 from typing import Any
 
@@ -52,12 +55,12 @@ Row = tuple[int, Values, str]
 
 @dataclass
 class Tally:
-    """What a run cost. spent : processor seconds of all workers by stage (`costs`); memory_MB : of the largest one."""
+    """What a run cost. spent : processor seconds of all workers by stage of `geometry`; memory_MB : of the largest
+    one."""
 
     designs: int = 0
     reused: int = 0
     failed: int = 0
-    batches: int = 0
     seconds: float = 0.0
     spent: defaultdict[str, float] = field(default_factory=partial(defaultdict, float))
     memory_MB: float = 0.0
@@ -89,9 +92,8 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
         if scheduler is not None:
             raise MissingExtraError('--scheduler needs Dask: pip install "papilla[cluster]"') from error
         from concurrent.futures import ProcessPoolExecutor
-        from multiprocessing import get_context
 
-        with ProcessPoolExecutor(workers, get_context("spawn")) as executor:
+        with ProcessPoolExecutor(workers, get_context("spawn"), _end_with_client) as executor:
             yield Pool(executor, workers, "processes, without Dask")
         return
     with config.set({"distributed.nanny.pre-spawn-environ": dict.fromkeys(THREADS, "1")}):
@@ -116,6 +118,17 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
             client.close()
             if scheduler is None:
                 cluster.close()
+
+
+def _end_with_client() -> None:
+    """Let this worker process end as soon as its client has ended, even if the client was killed."""
+    Thread(target=_wait_for_client, daemon=True).start()
+
+
+def _wait_for_client() -> None:
+    if (client := parent_process()) is not None:
+        client.join()
+        os._exit(1)
 
 
 def _refuse_other_versions(client: Any) -> None:
@@ -203,12 +216,19 @@ class _Runner:
         The records of designs that an optimiser asks for are kept, too.
         """
         flight: dict[Future, list[Row]] = {}
-        for rows, batch in self._interleaved(groups):
-            flight[self.pool.executor.submit(evaluate, batch)] = rows
-            while len(flight) >= AHEAD * self.pool.workers:
+        try:
+            for rows, batch in self._interleaved(groups):
+                flight[self.pool.executor.submit(evaluate, batch)] = rows
+                while len(flight) >= AHEAD * self.pool.workers:
+                    self._take(flight)
+            while flight:
                 self._take(flight)
-        while flight:
-            self._take(flight)
+        except BrokenExecutor as error:
+            # Raised by a result of the killed process, and by the next batch that is submitted
+            raise SolverError(
+                f"a worker process was killed ({error}): --resume goes on, and with papilla[cluster] Dask starts "
+                "another one by itself"
+            ) from error
 
     def scores(self, designs: list[Values]) -> list[float]:
         """The scores of designs for an optimiser: the first objective, smaller is better."""
@@ -268,18 +288,12 @@ class _Runner:
             rows = flight.pop(future)
             try:
                 made: Done = future.result()
-            except BrokenExecutor as error:
-                raise SolverError(
-                    f"a worker process was killed ({error}): --resume goes on, and with papilla[cluster] Dask starts "
-                    "another one by itself"
-                ) from error
             except Exception as error:
                 if type(error).__name__ != "KilledWorker":
                     raise
                 made = Done((Record({}, f"its worker was killed {RETRIES} times"),) * len(rows), version(), {}, 0)
             _refuse_version("a worker", made.version)
             self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
-            self.tally.batches += 1
             for name, seconds in made.spent.items():
                 self.tally.spent[name] += seconds
             self.tally.memory_MB = max(self.tally.memory_MB, made.memory_MB)

@@ -53,7 +53,7 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
     side = side_of(reduced)
     lift = np.array([0, -side, 0])
     groups = [
-        [*_solids(one, limit, LIFTED_MM * lift), *_gauges(one, scene, finger, lift)]
+        [*_solids(one, LIFTED_MM * lift), *_gauges(one, scene, finger, lift)]
         for one, scene in zip(parts, scenes, strict=True)
     ]
     titles = [_title(scene, finger) for scene in scenes]
@@ -97,7 +97,7 @@ def _title(scene: Scene, finger: Finger) -> str:
     return f"<b>{finger.name}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
 
 
-def _solids(one: Drawn, limit: float, lift: np.ndarray) -> list[Any]:
+def _solids(one: Drawn, lift: np.ndarray) -> list[Any]:
     """The cut, the skin behind it, the bone, the specimen and their lines."""
     import plotly.graph_objects as go
 

@@ -54,6 +54,11 @@ def test_presses_that_are_not_recovered_end_with_exit_code_1_and_are_named(papil
     assert done.code == 1 and "MISSED" in done.out and "9 presses, 9 with a modulus" in done.out
 
 
+def test_a_file_with_brackets_in_its_name_is_named_as_it_is(papilla, made):
+    done = papilla("calibrate", "--check", made("[new]c.csv"))
+    assert done.code == 0 and "check: [new]c.csv" in done.out, done.err
+
+
 def test_a_check_of_other_gauges_is_refused_before_the_work(refused, tmp_path):
     (tmp_path / "three.csv").write_text("force_N,modulus_MPa,g1,g2,g3\n0.5,0.1,1,2,3\n0.6,0.1,1,2,4\n")
     assert "3 gauges" in refused("calibrate", "--check", "three.csv")

@@ -208,7 +208,8 @@ def test_moduli_and_places_of_a_text(moduli, places, found):
 
 
 @pytest.mark.parametrize("moduli, places, said", [
-    ("0", None, r"--moduli \(MPa\) must be greater than 0"), ("a", None, "--moduli must be numbers in MPa, got 'a'"),
+    ("0", None, r"--moduli \(MPa\) must be greater than 0"),
+    ("a", None, "--moduli must be numbers in MPa with commas, got 'a'"),
     (None, "1,a", "--places must be pairs x,y in mm with spaces between, got 'a'"),
 ])  # fmt: skip
 def test_texts_that_are_no_moduli_and_places(moduli, places, said):

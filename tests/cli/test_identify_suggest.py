@@ -47,7 +47,7 @@ def test_what_to_press_after_a_log(papilla, tmp_path):
         ([], "Missing argument 'LOG.csv'"),
         (["--suggest", 3], "needs --moduli"),
         (["--suggest", 0, "--moduli", "0.1"], "must be at least 1, got 0"),
-        (["--suggest", 3, "--moduli", "0.1,soft"], "--moduli must be numbers in MPa, got 'soft'"),
+        (["--suggest", 3, "--moduli", "0.1,soft"], "--moduli must be numbers in MPa with commas, got 'soft'"),
         (["--suggest", 3, "--moduli", "0.1,-2"], "--moduli (MPa) must be greater than 0"),
         (["--suggest", 3, "--moduli", "0.1", "--out", "f.toml"], "--out needs a log of presses"),
         (["log.csv", "--out", "f.toml", "--moduli", "0.1"], "--moduli goes with --suggest"),

@@ -65,18 +65,20 @@ def test_an_input_is_never_overwritten(folder, refused, arguments):
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["calibrate", "--export-c"],
-        ["identify", "sweep.csv", "--out"],
-        ["slide", "--out"],
-        ["view", "contact", "--screenshot"],
+        ["calibrate", "--finger", "scan.toml", "--export-c"],
+        ["identify", "sweep.csv", "--finger", "scan.toml", "--out"],
+        ["slide", "--finger", "scan.toml", "--out"],
+        ["view", "contact", "--finger", "scan.toml", "--screenshot"],
+        ["compare", "scan.toml", "default", "--csv"],
+        ["press", "--finger", "scan.toml", "--modulus", "0.1", "--force", "0.1", "--log"],
     ],
     ids=lambda arguments: arguments[0],
 )
 def test_a_link_to_a_surface_of_the_finger_is_the_output_that_is_named(folder, papilla, arguments):
     (folder / "link.png").symlink_to("s.png")
-    answer = papilla(*arguments, "link.png", "--finger", "scan.toml")
+    answer = papilla(*arguments, "link.png")
     assert answer.code == 2 and (folder / "s.png").read_bytes() == b""
-    assert answer.err.splitlines()[-1] == "papilla: link.png would overwrite the input s.png: choose another name"
+    assert answer.err == "papilla: link.png would overwrite the input s.png: choose another name\n"
 
 
 def test_other_names_are_free(tmp_path):

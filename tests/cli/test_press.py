@@ -253,7 +253,7 @@ def made(monkeypatch):
 
 def test_the_options_of_a_press_reach_it_and_its_numbers_the_table(papilla, made, tmp_path, monkeypatch):
     saved = []
-    monkeypatch.setattr("papilla.view.pictures.fields", lambda *given, progress: [given])
+    monkeypatch.setattr("papilla.view.fields", lambda *given, progress: [given])
     monkeypatch.setattr("papilla.fem.fields.save_field", lambda field, path: saved.append((field, path)))
     scene = ("press", "--modulus", 0.5, "--force", 0.4, "--at", 1, 2, "--size-mm", 1.3, "--friction", 0.25)
     answer = papilla(*scene, "--thickness", 7, "--finger", "published", "--export", "f.vtu")

@@ -146,4 +146,4 @@ def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused,
     assert facts["domain"] == {"force_N": [0.1, 0.9], "modulus_MPa": [0.02, 5.0]} and facts["rows"][1] == {"name": "a"}
     assert "Wrote" not in papilla("compare", "default", "published").out
     (tmp_path / "file").write_text("")
-    assert "cannot write to folder file" in refused("compare", "a", "b", "--csv", "file/c.csv")
+    assert "cannot write to folder file" in refused("compare", "default", "published", "--csv", "file/c.csv")

@@ -187,3 +187,27 @@ def test_without_dask_plain_processes_do_the_same_and_a_scheduler_needs_it(study
     assert "without Dask" in found.how and (found.designs, found.failed) == (200, 0)
     with pytest.raises(MissingExtraError, match=r"papilla\[cluster\]"), running.pool(1, "tcp://127.0.0.1:1"):
         pass
+
+
+CLIENT = """
+import os, sys, time
+sys.modules["distributed"] = None
+from papilla.design.running import pool
+if __name__ == "__main__":
+    with pool(1, None) as found:
+        print(found.executor.submit(os.getpid).result(), flush=True)
+        time.sleep(600)
+"""
+
+
+def test_plain_processes_end_with_a_client_that_is_killed(tmp_path):
+    program = tmp_path / "client.py"
+    program.write_text(CLIENT)
+    with subprocess.Popen([sys.executable, str(program)], stdout=subprocess.PIPE, text=True) as client:
+        worker = int(client.stdout.readline())
+        client.kill()
+    try:
+        wait_for(lambda: not _alive(worker), 20.0)
+    finally:
+        if _alive(worker):
+            os.kill(worker, signal.SIGKILL)

@@ -1,6 +1,7 @@
 """Parameters, ranges, places, samples and geometries of studies, each against values found by hand."""
 
 import math
+from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -340,23 +341,31 @@ def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
     store.close()
 
 
-@pytest.mark.parametrize("error, said", [("BrokenExecutor", "a worker process was killed"), ("KilledWorker", None)])
-def test_killed_workers(study_file, tmp_path, error, said):
-    from concurrent.futures import BrokenExecutor, Future
-
-    kinds = {"BrokenExecutor": BrokenExecutor, "KilledWorker": type("KilledWorker", (Exception,), {})}
+def test_a_batch_whose_worker_dask_gives_up_is_the_reason_of_its_designs():
     future: Future = Future()
-    future.set_exception(kinds[error]("gone"))
+    future.set_exception(type("KilledWorker", (Exception,), {})("gone"))
     stored = []
     runner = object.__new__(running._Runner)
     runner._store, runner.tally = stored.extend, running.Tally()
-    if said:
-        with pytest.raises(SolverError, match=f"{said} .gone.: --resume goes on"):
-            runner._take({future: [(0, {}, "k")]})
-    else:
-        runner._take({future: [(0, {}, "k"), (1, {}, "l")]})
-        assert [(row[0], row[3].status) for row in stored] == [(k, "its worker was killed 3 times") for k in (0, 1)]
-        assert runner.tally.batches == 1
+    runner._take({future: [(0, {}, "k"), (1, {}, "l")]})
+    assert [(row[0], row[3].status) for row in stored] == [(k, "its worker was killed 3 times") for k in (0, 1)]
+
+
+@pytest.mark.parametrize("when", ["a batch is submitted", "a result is asked for"])
+def test_a_killed_worker_is_one_line_whenever_it_is_noticed(study_file, tmp_path, when):
+    class Broken(Executor):
+        def submit(self, job, batch):
+            if when == "a batch is submitted":
+                raise BrokenExecutor("gone")
+            future: Future = Future()
+            future.set_exception(BrokenExecutor("gone"))
+            return future
+
+    study, store = read_study(study_file()), Store(tmp_path / "store.sqlite")
+    runner = running._Runner(study, store, running.Tally(), lambda *_: None, running.Pool(Broken(), 1, "here"))
+    with pytest.raises(SolverError, match=r"a worker process was killed \(gone\): --resume goes on"):
+        runner.run(sampling.groups(study))
+    store.close()
 
 
 # ---- What a study costs

@@ -296,13 +296,15 @@ def test_without_dask_workers_are_processes_and_without_workers_this_one(monkeyp
     asked = []
 
     class Processes(Executor):
-        def __init__(self, workers, context):
-            asked.append((workers, context.get_start_method()))
+        def __init__(self, workers, context, begin):
+            asked.append((workers, context.get_start_method(), begin))
 
     monkeypatch.setitem(sys.modules, "distributed", None)
     monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", Processes)
     with running.pool(3, None) as found:
-        assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [(3, "spawn")]
+        assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [
+            (3, "spawn", running._end_with_client)
+        ]
     with running.pool(0, None) as found:
         assert (found.workers, found.how) == (1, "this process")
         assert found.executor.submit(divmod, 7, 2).result() == (3, 1)
@@ -340,13 +342,13 @@ def test_designs_are_batched_for_all_workers_and_counted(study_file, tmp_path, w
     executor = Counting()
     runner = running._Runner(study, store, tally, lambda *given: stages.append(given), Pool(executor, workers, "here"))
     runner.run(groups(study))
-    assert executor.sizes == sizes and (tally.designs, tally.reused, tally.failed, tally.batches) == (120, 0, 0, 3)
+    assert executor.sizes == sizes and (tally.designs, tally.reused, tally.failed) == (120, 0, 0)
     assert tally.spent["scenes"] == 1.5 and tally.memory_MB == 100.0 + max(sizes)
     assert [done for _, done, _ in stages] == np.cumsum(sizes).tolist() and {one[2] for one in stages} == {120}
     assert stages[0][0].startswith(f"designs, {sizes[0]} of 120, about ") and stages[-1][0] == "designs, 120 of 120"
     assert [row[0] for row in store.rows(study.sha256)] == list(range(120))
     again = running._Runner(study, store, running.Tally(), lambda *given: stages.append(given), Pool(executor, 1, ""))
     again.run(groups(study))
-    assert (again.tally.designs, again.tally.reused, again.tally.batches) == (120, 120, 0)
+    assert (again.tally.designs, again.tally.reused, executor.sizes) == (120, 120, sizes)
     assert stages[-1] == ("designs, 120 of 120", 120, 120) and again.number == 120
     store.close()
