@@ -65,12 +65,26 @@ def counted(say: Say, name: str) -> Callable[[int, int], None]:
     return step
 
 
+def end_with_parent() -> None:
+    """Let this process end as soon as the one that started it has ended, even if that one was killed."""
+    Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    from multiprocessing import parent_process
+
+    if (parent := parent_process()) is not None:
+        parent.join()
+        os._exit(1)
+
+
 def _nothing(line: str) -> None:
     pass
 
 
 def _begin(lines: Any) -> None:
     global _lines
+    end_with_parent()
     _lines = lines
 
 

@@ -1,6 +1,9 @@
 """Functions in other processes: what they give, raise and say."""
 
 import os
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -45,3 +48,37 @@ def test_counts_say_what_is_left_until_nothing_is():
     step(1, 2)
     step(2, 2)
     assert said[0].startswith("press: 1 of 2, about ") and said[1] == "press: 2 of 2"
+
+
+CLIENT = """
+import os, sys, time
+from papilla.workers import workers
+
+def name(say):
+    return os.getpid()
+
+if __name__ == "__main__":
+    with workers(2) as start:
+        print(start(name)(), flush=True)
+        time.sleep(600)
+"""
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def test_workers_end_with_a_program_that_is_killed(tmp_path):
+    program = tmp_path / "client.py"
+    program.write_text(CLIENT)
+    with subprocess.Popen([sys.executable, str(program)], stdout=subprocess.PIPE, text=True) as client:
+        worker = int(client.stdout.readline())
+        client.kill()
+    end = time.monotonic() + 20
+    while _alive(worker) and time.monotonic() < end:
+        time.sleep(0.05)
+    assert not _alive(worker)

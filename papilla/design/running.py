@@ -9,7 +9,6 @@ worker if one is killed; without Dask they are plain processes. Both are used th
 import hashlib
 import logging
 import math
-import os
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
@@ -17,8 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice, zip_longest
-from multiprocessing import get_context, parent_process
-from threading import Thread
+from multiprocessing import get_context
 from time import perf_counter
 from typing import Any
 
@@ -31,7 +29,7 @@ from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
 from papilla.errors import InputError, MissingExtraError, SolverError
-from papilla.workers import THREADS
+from papilla.workers import THREADS, end_with_parent
 
 BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses
@@ -93,7 +91,7 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
             raise MissingExtraError('--scheduler needs Dask: pip install "papilla[cluster]"') from error
         from concurrent.futures import ProcessPoolExecutor
 
-        with ProcessPoolExecutor(workers, get_context("spawn"), _end_with_client) as executor:
+        with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent) as executor:
             yield Pool(executor, workers, "processes, without Dask")
         return
     with config.set({"distributed.nanny.pre-spawn-environ": dict.fromkeys(THREADS, "1")}):
@@ -118,17 +116,6 @@ def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
             client.close()
             if scheduler is None:
                 cluster.close()
-
-
-def _end_with_client() -> None:
-    """Let this worker process end as soon as its client has ended, even if the client was killed."""
-    Thread(target=_wait_for_client, daemon=True).start()
-
-
-def _wait_for_client() -> None:
-    if (client := parent_process()) is not None:
-        client.join()
-        os._exit(1)
 
 
 def _refuse_other_versions(client: Any) -> None:

@@ -303,7 +303,7 @@ def test_without_dask_workers_are_processes_and_without_workers_this_one(monkeyp
     monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", Processes)
     with running.pool(3, None) as found:
         assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [
-            (3, "spawn", running._end_with_client)
+            (3, "spawn", running.end_with_parent)
         ]
     with running.pool(0, None) as found:
         assert (found.workers, found.how) == (1, "this process")
