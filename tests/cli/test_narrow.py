@@ -61,7 +61,7 @@ def test_the_reasons_of_an_estimate_wrap_alone(capsys):
 def test_rows_of_claims_follow_each_other_closely(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "150")
     answer = Answer.untested(CLAIMS[0], EXPERIMENTS[0].name, "no sensor")
-    reproduce._print([Result(EXPERIMENTS[0], (answer,) * 13, None)], ["last"])
+    reproduce._print([Result(EXPERIMENTS[0], (answer,) * 13)], ["last"])
     *table, note, last = lines(capsys)
     rows = [line for line in table if line.startswith(f"{CLAIMS[0].key} ")]
     assert len(rows) == 13 and last == "last" and note.startswith("Notes, tolerances and calls")
@@ -79,18 +79,18 @@ def test_numbers_and_verdicts_stay_whole_where_nothing_fits(capsys, monkeypatch)
     output.show_rows(["name", "1.5 ± 0.25 mm"], [["a long name", "1.25 ± 0.125 N"]])
     assert any("a long name │ 1.25 ± 0.125 N" in line for line in lines(capsys))
     answer = Answer.untested(CLAIMS[0], EXPERIMENTS[0].name, "no sensor")
-    reproduce._print([Result(EXPERIMENTS[0], (answer,) * 13, None)], [])
+    reproduce._print([Result(EXPERIMENTS[0], (answer,) * 13)], [])
     assert sum("not testable here" in line for line in lines(capsys)) == 13
     claim = replace(CLAIMS[0], published=letters, unit=letters, source=letters, claim=letters)
     case = Case("", "", 123456.0, (0.0, 1.0))
-    reproduce._print([Result(EXPERIMENTS[0], (Answer(claim, "x", case),) * 13, None)], [])
+    reproduce._print([Result(EXPERIMENTS[0], (Answer(claim, "x", case),) * 13)], [])
     assert sum(" 1.235e+05 " in line for line in lines(capsys)) == 13
 
 
 def test_published_words_and_units_are_folded_at_14_letters(capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "150")
     claim = replace(CLAIMS[0], published="p" * 15, unit="u" * 15)
-    reproduce._print([Result(EXPERIMENTS[0], (Answer.untested(claim, "x", "no sensor"),), None)], [])
+    reproduce._print([Result(EXPERIMENTS[0], (Answer.untested(claim, "x", "no sensor"),))], [])
     said = " ".join(" ".join(lines(capsys)).split())
     assert f" {'p' * 14} – {'u' * 14} not testable here" in said and "p" * 15 not in said and "u" * 15 not in said
 

@@ -99,11 +99,11 @@ def test_frames_are_evenly_spaced_samples(tmp_path, monkeypatch):
         return np.zeros((len(samples), 3, 2)), np.full((len(samples), 1), 0.01)
 
     monkeypatch.setattr(slide_movie, "SectionModel", lambda finger, section: made)
-    monkeypatch.setattr(slide_movie, "build_section", lambda finger, ridges: asked.append(ridges))
+    monkeypatch.setattr(slide_movie, "build_section", lambda finger: asked.append(finger))
     monkeypatch.setattr(slide_movie, "_fields", fields)
     path = tmp_path / "slide.gif"
-    slide_movie.write_slide_movie(path, None, TEXTURE, slide(), frames=4)
-    assert asked == [False, [0, 20, 39, 59]]
+    slide_movie.write_slide_movie(path, "the finger", TEXTURE, slide(), frames=4)
+    assert asked == ["the finger", [0, 20, 39, 59]]
     with Image.open(path) as movie:
         assert movie.n_frames == 4 and movie.size == (648, 540) and movie.info["duration"] == 80
         shown = []
