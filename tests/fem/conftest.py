@@ -2,8 +2,6 @@
 
 import dataclasses
 import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -60,18 +58,6 @@ def reference_model() -> FingerModel:
 def reference() -> ReducedFinger:
     """The default finger condensed at its apex."""
     return prepare(Finger.default())
-
-
-@pytest.fixture(scope="session")
-def finest():
-    """Function: the default finger on a mesh of a fine size (mm), made once in a process of its own."""
-
-    def make(size_mm: float) -> ReducedFinger:
-        code = "import sys, papilla.fem; papilla.fem.prepare(papilla.Finger.default(), size_mm=float(sys.argv[1]))"
-        subprocess.run([sys.executable, "-c", code, str(size_mm)], check=True)
-        return prepare(Finger.default(), size_mm=size_mm)
-
-    return make
 
 
 # ---- Two-layer boxes

@@ -77,18 +77,17 @@ def test_unusable_values_are_refused(coarse_model, coarse, pressed):
 def test_it_is_the_real_contact_beside_the_apex(reference_model, reference, friction):
     """Change of each reading from the apex, against contacts solved at x: within 2 % of it and 0.5 % of the largest
     reading, which two meshes differ by at the apex already; 1 % where the contact sticks."""
-    places, cases = (0.0, 1.0, 3.0), [(0.05, 0.3), (0.3, 0.15), (0.3, 0.6), (1.0, 0.9)]
+    places, cases = (0.0, 3.0), [(0.05, 0.3), (0.3, 0.15), (0.3, 0.6), (1.0, 0.9)]
     blocks = [(Block(modulus, 10.0), force) for modulus, force in cases]
     apex = [press(reference, block, force=force, fidelity="contact", friction=friction) for block, force in blocks]
     start = np.array([found.reading for found in apex])
     moved = transported_readings(reference_model, reference.patch, np.array([one.traction for one in apex]), places)
     np.testing.assert_allclose(moved[0], start, atol=1e-3 * np.abs(start).max())
-    for place, change in zip(places[1:], moved[1:] - moved[0], strict=True):
-        beside = reference_model.reduce((place, 0.0))
-        real = [
-            press(beside, block, force=force, fidelity="contact", friction=friction).reading for block, force in blocks
-        ]
-        real = np.array(real) - start
-        allowed = 0.02 * np.abs(real) + (0.01 if friction else 0.005) * np.abs(start).max(axis=1, keepdims=True)
-        assert (np.abs(change - real) < allowed).all()
-        assert (np.abs(real) > 3 * allowed).any(axis=1).all()
+    beside = reference_model.reduce((places[1], 0.0))
+    there = [
+        press(beside, block, force=force, fidelity="contact", friction=friction).reading for block, force in blocks
+    ]
+    real, change = np.array(there) - start, moved[1] - moved[0]
+    allowed = 0.02 * np.abs(real) + (0.01 if friction else 0.005) * np.abs(start).max(axis=1, keepdims=True)
+    assert (np.abs(change - real) < allowed).all()
+    assert (np.abs(real) > 3 * allowed).any(axis=1).all()
