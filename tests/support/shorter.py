@@ -22,6 +22,7 @@ def shortened(line: str) -> list[str]:
     for name, more in SHORTER.items():
         if " ".join(said).startswith(name):
             options = shlex.split(more)
-            given = {said.index(one) + shift for one in options if one in said for shift in (0, 1)}
+            printed = [said.index(one) for one in options if one in said and one.startswith("--")]
+            given = {place + shift for place in printed for shift in (0, 1)}
             return [*(one for place, one in enumerate(said) if place not in given), *options]
     return said
