@@ -1,11 +1,9 @@
 """Functions in other processes: what they give, raise and say."""
 
 import os
-import subprocess
-import sys
-import time
 
 import pytest
+from killed_client import worker_ends_with
 
 from papilla.workers import counted, workers
 
@@ -64,21 +62,7 @@ if __name__ == "__main__":
 """
 
 
-def _alive(process: int) -> bool:
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    return True
-
-
 def test_workers_end_with_a_program_that_is_killed(tmp_path):
     program = tmp_path / "client.py"
     program.write_text(CLIENT)
-    with subprocess.Popen([sys.executable, str(program)], stdout=subprocess.PIPE, text=True) as client:
-        worker = int(client.stdout.readline())
-        client.kill()
-    end = time.monotonic() + 20
-    while _alive(worker) and time.monotonic() < end:
-        time.sleep(0.05)
-    assert not _alive(worker)
+    assert worker_ends_with(program)

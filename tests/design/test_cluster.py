@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from killed_client import is_alive, worker_ends_with
 
 from papilla.design import running
 from papilla.design.batch import version
@@ -113,15 +114,8 @@ def test_a_killed_client_loses_at_most_what_is_in_flight_and_a_resume_repeats_no
     client.communicate()
     before = stored(store)
     assert 0 < before < 200
-    wait_for(lambda: not any(_alive(pid) for pid in orphans))
+    wait_for(lambda: not any(is_alive(pid) for pid in orphans))
     assert answer(client_of(study_file, store)) == {"designs": 200, "reused": before, "failed": 0}
-
-
-def _alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 def test_a_killed_worker_is_replaced(study_file, tmp_path):
@@ -203,11 +197,4 @@ if __name__ == "__main__":
 def test_plain_processes_end_with_a_client_that_is_killed(tmp_path):
     program = tmp_path / "client.py"
     program.write_text(CLIENT)
-    with subprocess.Popen([sys.executable, str(program)], stdout=subprocess.PIPE, text=True) as client:
-        worker = int(client.stdout.readline())
-        client.kill()
-    try:
-        wait_for(lambda: not _alive(worker), 20.0)
-    finally:
-        if _alive(worker):
-            os.kill(worker, signal.SIGKILL)
+    assert worker_ends_with(program)
