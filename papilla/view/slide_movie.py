@@ -39,11 +39,16 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
     """Write a GIF of a slide with `frames` evenly spaced samples.
 
     Each frame shows the strain along x of the deformed section under the instantaneous forces (without inertia), the
-    texture, the nodal pressure, and each gauge's signal. Raises `InputError` unless the path ends in .gif, and
-    `FileAccessError`.
+    texture, the nodal pressure, and each gauge's signal. Raises `InputError` unless the path ends in .gif and the
+    finger has the ridges of the slide, and `FileAccessError`.
     """
     if Path(path).suffix.lower() != ".gif":
         raise InputError(f"{path}: a moving picture is written as .gif")
+    if finger.ridge_pitch_mm != found.ridge_pitch_mm:
+        raise InputError(
+            f"the finger has ridges every {finger.ridge_pitch_mm:g} mm, the one that slid every "
+            f"{found.ridge_pitch_mm:g} mm (0 is none): give the finger that slid"
+        )
     samples = np.unique(np.linspace(0, len(found.readings) - 1, frames).round().astype(int))
     model = SectionModel(finger, build_section(finger))
     moved, strain = _fields(model, found, samples)

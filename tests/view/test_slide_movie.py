@@ -102,8 +102,10 @@ def test_frames_are_evenly_spaced_samples(tmp_path, monkeypatch):
     monkeypatch.setattr(slide_movie, "build_section", lambda finger: asked.append(finger))
     monkeypatch.setattr(slide_movie, "_fields", fields)
     path = tmp_path / "slide.gif"
-    slide_movie.write_slide_movie(path, "the finger", TEXTURE, slide(), frames=4)
-    assert asked == ["the finger", [0, 20, 39, 59]]
+    found = slide()
+    finger = SimpleNamespace(ridge_pitch_mm=found.ridge_pitch_mm)
+    slide_movie.write_slide_movie(path, finger, TEXTURE, found, frames=4)
+    assert asked == [finger, [0, 20, 39, 59]]
     with Image.open(path) as movie:
         assert movie.n_frames == 4 and movie.size == (648, 540) and movie.info["duration"] == 80
         shown = []
@@ -114,3 +116,5 @@ def test_frames_are_evenly_spaced_samples(tmp_path, monkeypatch):
     assert sorted(item.name for item in tmp_path.iterdir()) == ["slide.gif"]
     with pytest.raises(InputError, match="written as .gif"):
         slide_movie.write_slide_movie(tmp_path / "slide.mp4", None, TEXTURE, slide())
+    with pytest.raises(InputError, match="the finger has ridges every 1.3 mm, the one that slid every"):
+        slide_movie.write_slide_movie(path, SimpleNamespace(ridge_pitch_mm=1.3), TEXTURE, slide())
