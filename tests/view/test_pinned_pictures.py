@@ -298,7 +298,7 @@ def _frames(monkeypatch) -> dict[str, list[str]]:
     monkeypatch.setattr(slide_movie, "PillowWriter", Writer)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "slide.gif"
-        slide_movie.write_slide_movie(path, None, _texture(), _slide(), frames=2)
+        slide_movie.write_slide_movie(path, SimpleNamespace(ridge_pitch_mm=0.5), _texture(), _slide(), frames=2)
         kept["files"] = sorted(one.name for one in path.parent.iterdir())
     return kept
 
