@@ -13,11 +13,12 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # Tests, the programs that they start and both suites share the bytecode, even where the environment says not to write it.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: help calibrate test slow slow-tests budget docs lint lock clean
+.PHONY: help calibrate test short slow slow-tests budget docs lint lock clean
 
 help:
 	@echo "make calibrate   main job: calibration coefficients of the default finger, in calibration/"
 	@echo "make test        linters, type checker and the quick tests"
+	@echo "make short       the short ones of the quick tests, in a minute, once make test has timed them"
 	@echo "make slow        the tests that take more than a few seconds each, and what the main jobs cost"
 	@echo "make docs        the documentation site, in docs/_build/html; a warning is an error"
 	@echo "make lint        linters and type checker only"
@@ -35,6 +36,9 @@ PYTEST := $(ONE_THREAD) $(BIN)/python -m pytest --numprocesses $(JOBS) --dist wo
 
 test: lint
 	$(PYTEST) -m "not slow"
+
+short: $(VENV)/.dev
+	$(PYTEST) -m "not slow" --short
 
 slow: slow-tests
 	$(MAKE) budget

@@ -29,6 +29,7 @@ BLOCK = 8192  # Number of rows that are read at once
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
+_AROUND_UNITS, _NUMBER = ' \t\r\n"[]()', re.compile(r"[-+.]*[0-9].*|nan|[-+]?inf", re.IGNORECASE)
 MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # Larger headers are refused
 
 
@@ -115,6 +116,8 @@ class TableReader(Reader):
     words : wanted columns that hold text.
     delimiter, decimal, header_line : format of the table; None detects it, and `notes` mention it unless it is comma
         and point.
+    is_unit : whether a text is a unit. If the first row has such a cell and no number, it is a row of units: a column
+        "Fz" with "N" below it is then called "Fz [N]".
 
     names : the wanted columns in the file's order. ignored : the other columns, which are not read. header : all
     columns.
@@ -132,6 +135,7 @@ class TableReader(Reader):
         delimiter: str | None = None,
         decimal: str | None = None,
         header_line: int = 1,
+        is_unit: Callable[[str], bool] = lambda cell: False,
     ):
         self.path, self._skipped = Path(path), header_line - 1
         self.live = self.path == PIPE
@@ -139,9 +143,14 @@ class TableReader(Reader):
         self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
             self._cut_off = self._raw is not None and _last_byte(self._raw) not in b"\r\n"
-            self._written, self.delimiter, self.decimal = self._dialect(delimiter, decimal)
+            self._written, self.delimiter, self.decimal, units = self._dialect(delimiter, decimal, is_unit)
+            self._rows_above = 1
             self.header, _ = self._begin()
             _check_header(self.path, self.header, header_line)
+            if len(units) == len(self.header):
+                self._rows_above = 2
+                named = zip(self.header, units, strict=True)
+                self.header = [f"{name} [{unit}]" if unit else name for name, unit in named]
         except BaseException:
             self._text.close()
             raise
@@ -229,36 +238,45 @@ class TableReader(Reader):
             if count == size or self.live and not self._text.pending():
                 return
 
-    def _dialect(self, delimiter: str | None, decimal: str | None) -> tuple[str, str, str]:
-        """A note on the format, the delimiter and the decimal mark; detected from the first two rows if not given."""
-        header, first = self._lines()
+    def _dialect(
+        self, delimiter: str | None, decimal: str | None, is_unit: Callable[[str], bool]
+    ) -> tuple[str, str, str, list[str]]:
+        """A note on the format, the delimiter and the decimal mark; detected from the first two rows if not given. And
+        the units in the row below the header, none if that is a row of numbers."""
+        header, first = self._lines(2)
         if delimiter is None:
             delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
+        units = [cell.strip(_AROUND_UNITS) for cell in first.split(delimiter)]
+        if any(map(_NUMBER.fullmatch, units)) or not any(map(is_unit, units)):
+            units = []
+        else:
+            first = self._lines(3)[-1]
         if decimal is None:
             german = delimiter != "," and any(COMMA_NUMBER.fullmatch(cell.strip()) for cell in first.split(delimiter))
             decimal = "," if german else "."
         notes = [f"cells are separated by {DELIMITERS[delimiter]}"] if delimiter != "," else []
         notes += ["decimal commas"] if decimal == "," else []
-        return ", ".join(notes), delimiter, decimal
+        return ", ".join(notes), delimiter, decimal, units
 
-    def _lines(self) -> tuple[str, str]:
-        """The header's line and the next one."""
+    def _lines(self, count: int) -> list[str]:
+        """The header's line and those after it, `count` in all."""
         self._text.seek(0)
         with self._faults(None):
-            *_, header, first = (self._text.readline(MAX_HEADER) for _ in range(self._skipped + 2))
-        if len(header) == MAX_HEADER:
+            lines = [self._text.readline(MAX_HEADER) for _ in range(self._skipped + count)][self._skipped :]
+        if len(lines[0]) == MAX_HEADER:
             place = f"{self.path}, line {self._skipped + 1}"
             raise FileFormatError(f"{place}: longer than {MAX_HEADER} characters; this is no table")
-        return header, first
+        return lines
 
     def _begin(self) -> tuple[list[str], Any]:
-        """The names of the header, and the rows after it."""
+        """The names of the header, and the rows after it and after the row of units."""
         self._text.seek(0)
         for _ in range(self._skipped):
             self._text.readline()
         rows = csv.reader(self._text, delimiter=self.delimiter, strict=True)
         with self._faults(rows, self._skipped):
-            return [name.strip() for name in next(rows, [])], rows
+            names, *_ = (next(rows, []) for _ in range(self._rows_above))
+            return [name.strip() for name in names], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
         """Rows and their line numbers as a `Table`; raises `FileFormatError` for a row of another length, and for text

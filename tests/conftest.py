@@ -4,6 +4,7 @@ import ctypes
 import gc
 import os
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,10 @@ SHARED_CACHE = "PAPILLA_TEST_CACHE"
 """Environment variable with the folder of a cache that several sessions share, such as quick and slow tests."""
 
 MESH_TESTS = Path(__file__).parent / "mesh"
+
+TOOK, LONG_S = "papilla/took_s", 0.1
+"""Entry of pytest's cache with the seconds of setup and of the rest of each test, when all ran last; and the seconds
+above which `--short` leaves a test out."""
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -28,6 +33,48 @@ def cache_folder(tmp_path_factory):
         # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
         patch.setattr("papilla.cache.PATIENCE_S", 600.0)
         yield folder
+
+
+def pytest_addoption(parser):
+    """`--short` : a first answer within a minute."""
+    parser.addoption("--short", action="store_true", help=f"leave out tests that took more than {LONG_S} s last time")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave out the long tests if `--short` asks for it; a test that never ran is not left out.
+
+    Fixtures are set up for the first test that needs them, and the next would pay if it were left out. So each test of
+    a module has an equal share of the module's setup.
+    """
+    if not config.getoption("short"):
+        return
+    took, setups = config.cache.get(TOOK, {}), defaultdict(list)
+    for name, (setup, _) in took.items():
+        setups[name.split("::")[0]].append(setup)
+    share = {module: sum(seconds) / len(seconds) for module, seconds in setups.items()}
+    long = {name for name, (_, rest) in took.items() if share[name.split("::")[0]] + rest > LONG_S}
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in long])
+    items[:] = [item for item in items if item.nodeid not in long]
+
+
+class Times:
+    """Keeps the seconds of each test of this session for the next one with `--short`."""
+
+    def __init__(self, config):
+        self.config, self.took = config, defaultdict(lambda: [0.0, 0.0])
+
+    def pytest_runtest_logreport(self, report):
+        self.took[report.nodeid][report.when != "setup"] += report.duration
+
+    def pytest_sessionfinish(self):
+        if not self.config.getoption("short"):
+            self.config.cache.set(TOOK, self.config.cache.get(TOOK, {}) | self.took)
+
+
+def pytest_configure(config):
+    """Where tests run in other processes, the one that collects their reports keeps the times."""
+    if not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Times(config))
 
 
 def pytest_collection_finish():
@@ -56,8 +103,10 @@ def _refuse(*_, **__):
 
 @pytest.fixture(scope="module", autouse=True)
 def memory_given_back():
-    """What a module's tests no longer need goes back to the machine, not only to the allocator."""
+    """What a module's tests no longer need goes back to the machine, not only to the allocator. What is left stays for
+    the session, such as imported modules: the collector need not visit it again."""
     yield
     gc.collect()
+    gc.freeze()
     if sys.platform == "linux":
         ctypes.CDLL(None).malloc_trim(0)

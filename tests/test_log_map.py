@@ -58,6 +58,31 @@ def test_columns_with_their_unit_need_no_map(file):
     assert said in found.report.notes and "ignored columns: room" in found.report.notes
 
 
+def test_units_may_stand_in_a_row_of_their_own(file):
+    rows = "Time;Fz;strain 1;room\n[ms];[gf];[µm/m];\n0;50,5;1,5;21\n2;51;2,5;21\n4;52;x;21\n"
+    with pytest.raises(FileFormatError, match=r"line 5, column strain 1 \[µm/m\]: expected a number, got 'x'"):
+        read_time_log(file(rows))
+    found = read_time_log(file(rows.replace(";x;", ";3;")))
+    np.testing.assert_allclose(found.t_s, [0, 0.002, 0.004])
+    np.testing.assert_allclose(found.force_N, np.array([50.5, 51, 52]) * GF)
+    np.testing.assert_array_equal(found.readings[:, 0], [1.5, 2.5, 3])
+    said = "columns by its name: Time [ms] is t_s in ms, Fz [gf] is force_N in gf, strain 1 [µm/m] is g1"
+    assert said in found.report.notes and "ignored columns: room" in found.report.notes
+
+
+@pytest.mark.parametrize("row", ["s,N", "second,newton,gram", "s,1,N", "nan,N,nan"])
+def test_other_words_below_the_header_are_refused(file, row):
+    """A wrong number of cells, no known unit, and numbers beside units."""
+    with pytest.raises(FileFormatError, match="line 2"):
+        read_time_log(file(f"t_s,force_N,g1\n{row}\n0,1,2\n1,1,2\n"))
+
+
+def test_a_unit_below_a_name_with_a_unit_counts(file):
+    found = read_time_log(file("t_s,force_N,g1\ns,gf,ue\n0,50,2\n1,50,3\n"))
+    np.testing.assert_allclose(found.force_N, 50 * GF)
+    assert "columns by its name: t_s [s] is t_s, force_N [gf] is force_N in gf, g1 [ue] is g1" in found.report.notes
+
+
 @pytest.mark.parametrize("name", ["log.csv", "log.csv.gz"])
 def test_semicolons_and_decimal_commas_are_read_and_told(file, name):
     found = read_time_log(file("t_s;g1;force_N\n0,000;1,5;0,1\n0,001;2,5;0,2\n0,002;;0,3\n", name))

@@ -46,5 +46,7 @@ def test_a_notebook_runs_and_shows_its_pictures(path, tmp_path):
     client.execute()
     shown = [output for cell in code_cells(notebook) for output in cell.outputs]
     assert len(pictures(notebook)) >= 2
-    assert not [output for output in shown if output.get("name") == "stderr"], "a cell wrote warnings"
+    written = [output.text for output in shown if output.get("name") == "stderr"]
+    # Another test may be making what a notebook needs from the cache
+    assert not [text for text in written if "waiting for another process that makes" not in text], written
     assert not list(tmp_path.iterdir()), "the notebook left files behind"

@@ -13,7 +13,16 @@ from numpy.typing import ArrayLike
 from papilla import checks
 from papilla.errors import InputError
 from papilla.estimators.fundamental import SLACK, fundamental_of
-from papilla.estimators.spectrum import FEWEST_STEPS, Line, Spectrum, Strokes, background, spectrum_of, strokes_of
+from papilla.estimators.spectrum import (
+    CUBIC,
+    FEWEST_STEPS,
+    Line,
+    Spectrum,
+    Strokes,
+    background,
+    spectrum_of,
+    strokes_of,
+)
 from papilla.estimators.stream import completed
 from papilla.units import TINY
 
@@ -28,8 +37,9 @@ BEYOND = 4.0
 harmonics and the background."""
 
 GRID, PADDING = 8, 8
-"""Grid points in the shortest wavelength: aliases from beyond the grid are then weaker than 2 %. And the factor by
-which the grid is extended with zeros, so that a peak is sampled near its top."""
+"""Grid points in the shortest wavelength: images of a line from beyond the grid (evenly stepped paths make them) then
+have less than 1e-4 of its amplitude. And the factor by which the grid is extended with zeros, so that a peak is sampled
+near its top."""
 MOST_HARMONICS = 12
 """Largest order of a harmonic that is recognised."""
 SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
@@ -130,7 +140,7 @@ def find_lines(
     step = finest / GRID
     size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
     count = int((1 / finest + 3 / strokes.extent) * size * step) + 1
-    spectrum = completed(spectrum_of(strokes, step, size, count))
+    spectrum = completed(spectrum_of(strokes, step, size, count, CUBIC))
     octaves = float(np.log(high / low)) * strokes.extent
     peaks = _peaks(spectrum, strokes, used, false_alarm, octaves)
     wavenumber = spectrum.step * np.arange(len(spectrum.power))

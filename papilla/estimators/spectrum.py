@@ -42,6 +42,13 @@ POINTS = 2**20
 FEWEST_ROWS, NEARLY = 8, 0.6
 """Rows that a stroke must have more than; and the part of the longest stroke's extent that the others must have: the
 shortest one sets the resolution."""
+LINEAR = np.array([[-1, 1], [1, 0]])
+"""Shares of two grid points in a sample: a row by power (1, 0) of its distance from the begin of its cell, a column by
+point. The images of a line beyond the grid, which even steps of the path make, come back by the transform sinc^2: with
+1 % of its amplitude where the grid has eight points in the shortest wavelength."""
+CUBIC = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
+"""The same of four points by a cubic B-spline: sinc^4, less than 1e-4. On a grid as coarse as the path's steps it would
+raise the noise of short wavelengths 17 times."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be separated from it."""
 WIDTH, GUARD, FEWEST = 20, 2, 2
@@ -252,9 +259,11 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
     return Strokes(place, flat, seen, weight, begin, min(extents))
 
 
-def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = None) -> Pieces[Spectrum]:
+def spectrum_of(
+    strokes: Strokes, step: float, size: int, count: int | None = None, spread: np.ndarray = LINEAR
+) -> Pieces[Spectrum]:
     """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge: its first `count`
-    places (all)."""
+    places (all). spread : of a sample over points, `LINEAR` or `CUBIC`."""
     from scipy.fft import rfft
 
     gauges, count = strokes.readings.shape[1], count or size // 2 + 1
@@ -262,19 +271,19 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
     for rows in strokes.rows:
         place = strokes.place[rows]
         at = (place - place.min()) / step
-        cell = np.minimum(at.astype(int), size - 2)
-        share = (at - cell)[:, None]
+        cell = np.minimum(at.astype(int), size - len(spread))
+        shares = np.vander(at - cell, len(spread)) @ spread
         values = strokes.weight[rows, None] * strokes.readings[rows]
         for some in [slice(begin, begin + together) for begin in range(0, gauges, together)]:
             own, power = values[:, some], each[some]
             index = (cell[:, None] + size * np.arange(len(power))).ravel()
-            grid = np.bincount(index, ((1 - share) * own).ravel(), len(power) * size)
-            grid += np.bincount(index + 1, (share * own).ravel(), len(power) * size)
+            grid = np.zeros(len(power) * size)
+            for k, share in enumerate(shares.T):
+                grid += np.bincount(index + k, (share[:, None] * own).ravel(), len(grid))
             transform = rfft(grid.reshape(-1, size))[:, :count]
             power += transform.real**2 + transform.imag**2
         yield
-    # Spreading a sample over two grid points is a convolution with a triangle, whose transform is sinc squared.
-    each /= _spread(size, each.shape[1])
+    each /= _spread(size, each.shape[1], len(spread))
     resolution = size * step / strokes.extent
     own = np.median(each[:, int(resolution) :: max(int(resolution), 1)], axis=1)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
@@ -283,9 +292,9 @@ def spectrum_of(strokes: Strokes, step: float, size: int, count: int | None = No
 
 
 @lru_cache(maxsize=8)
-def _spread(size: int, count: int) -> np.ndarray:
-    """(count,) what spreading a sample over two of the `size` points of a grid does to its power."""
-    return np.sinc(np.arange(count) / size) ** 4
+def _spread(size: int, count: int, points: int) -> np.ndarray:
+    """(count,) what spreading a sample over so many of the `size` points of a grid does to its power."""
+    return np.sinc(np.arange(count) / size) ** (2 * points)
 
 
 def size_of(extent: float, step: float) -> int:

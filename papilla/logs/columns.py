@@ -16,7 +16,7 @@ import numpy as np
 from papilla.errors import FileFormatError
 from papilla.logs.bags import BagReader
 from papilla.logs.frames import PARQUET, FrameReader, parquet
-from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, quantity_of, split_unit
+from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
 from papilla.tables import BLOCK, Reader, Table, TableReader, closest
 
 TORQUE = "torque_Nmm"
@@ -201,8 +201,8 @@ def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...],
         return parquet(source, wanted, words)
     if is_bag(source):
         return BagReader(source, wanted)
-    dialect = {"delimiter": how.delimiter, "decimal": how.decimal}
-    return TableReader(source, wanted, words, **dialect, header_line=how.header_line)
+    dialect: dict[str, Any] = {"delimiter": how.delimiter, "decimal": how.decimal, "header_line": how.header_line}
+    return TableReader(source, wanted, words, **dialect, is_unit=is_unit)
 
 
 def is_bag(path: Path) -> bool:
@@ -228,7 +228,7 @@ def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) ->
     found: dict[str, Column] = {}
     for name in header:
         stem, unit = split_unit(name)
-        column = name if wanted(name) else column_meant(stem) if unit else None
+        column = name if wanted(name) else (stem if wanted(stem) else column_meant(stem)) if unit else None
         if column is None or not wanted(column) or (column != name and unit not in quantity_of(column).units):
             continue
         if column in found and column != name and found[column].column != column:

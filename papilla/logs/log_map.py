@@ -72,7 +72,7 @@ QUANTITIES = {
     "radius_mm": Quantity(_LENGTHS, ("radius",)),
     "x_mm": Quantity(_LENGTHS, ("x",)),
     "y_mm": Quantity(_LENGTHS, ("y",)),
-    "sd_microstrain": Quantity(STRAINS, ("sd",)),
+    "sd_microstrain": Quantity(STRAINS, ("sd", "s_d")),
     "specimen": Quantity({"text": 1.0}, ("specimen",)),
 }
 """Papilla's column -> its quantity; gauges g1, g2, ... are those of `GAUGE`."""
@@ -98,9 +98,14 @@ def split_unit(name: str) -> tuple[str, str | None]:
     parts = name.split("_")
     for count in (2, 1):
         unit = plain_unit("/".join(parts[-count:]))
-        if len(parts) > count and any(unit in one.units for one in (*QUANTITIES.values(), GAUGE)):
+        if len(parts) > count and is_unit(unit):
             return "_".join(parts[:-count]), unit
     return name, None
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of some quantity."""
+    return any(plain_unit(text) in quantity.units for quantity in (*QUANTITIES.values(), GAUGE))
 
 
 def plain_unit(unit: str) -> str:
