@@ -37,6 +37,8 @@ PYTEST := $(ONE_THREAD) $(BIN)/python -m pytest --numprocesses $(JOBS) --dist wo
 test: lint
 	$(PYTEST) -m "not slow"
 
+# What they need from papilla's cache is kept until `make clean`.
+short: export PAPILLA_TEST_CACHE = $(CURDIR)/.pytest_cache/papilla
 short: $(VENV)/.dev
 	$(PYTEST) -m "not slow" --short
 

@@ -14,7 +14,7 @@ SHARED_CACHE = "PAPILLA_TEST_CACHE"
 
 MESH_TESTS = Path(__file__).parent / "mesh"
 
-TOOK, LONG_S = "papilla/took_s", 0.1
+TOOK, LONG_S = "papilla/took_s", 0.08
 """Entry of pytest's cache with the seconds of setup and of the rest of each test, when all ran last; and the seconds
 above which `--short` leaves a test out."""
 
@@ -26,7 +26,7 @@ def cache_folder(tmp_path_factory):
     base = tmp_path_factory.getbasetemp()
     base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     folder = Path(os.environ.get(SHARED_CACHE) or base / "papilla-cache")
-    folder.mkdir(mode=0o700, exist_ok=True)
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PAPILLA_CACHE", str(folder))
         patch.setenv("MPLBACKEND", "Agg")
