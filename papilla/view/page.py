@@ -57,10 +57,15 @@ def plain(value: float) -> str:
 
 
 def image(figure: Figure, alt: str) -> Markup:
-    """A figure for a page: as wide as it is, and `narrow`ed for a telephone. The figure is changed."""
+    """A figure for a page in `both_widths`. The figure is changed."""
+    return either(both_widths(figure), alt, "svg+xml")
+
+
+def both_widths(figure: Figure) -> tuple[bytes, bytes]:
+    """A figure as wide as it is, and `narrow`ed for a telephone, as SVG. The figure is changed."""
     wide = svg(figure)
     narrow(figure)
-    return either((wide, svg(figure)), alt, "svg+xml")
+    return wide, svg(figure)
 
 
 def either(pictures: Iterable[bytes], alt: str, kind: str) -> Markup:

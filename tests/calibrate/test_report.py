@@ -384,9 +384,10 @@ def test_the_diagrams_have_forces_and_moduli_of_the_calibration(monkeypatch, swe
         monkeypatch.setattr(
             page.view.plots, name, lambda *parts, name=name, **more: drawn.setdefault(name, (parts, more))
         )
-    monkeypatch.setattr(page, "image", lambda plot, words: plot)
+    monkeypatch.setattr(page, "both_widths", lambda plot: (b"wide", b"narrow"))
+    monkeypatch.setattr(page.cache, "fetch", lambda kind, key, make: make())
     assert set(page._plots(swept, answers, None)) == set(DIAGRAMS)
-    force, moduli, sd = drawn["sd_against_force"][0]
+    force, moduli, sd, _ = drawn["sd_against_force"][0]
     assert sd == pytest.approx(calibration.predict(force[:, None], np.array(moduli)[None, :]))
     assert (force[0], force[-1]) == pytest.approx(calibration.domain["force_N"])
     assert (moduli[0], moduli[-1]) == pytest.approx(calibration.domain["modulus_MPa"]) and moduli == sorted(moduli)

@@ -72,9 +72,15 @@ def test_unusable_values_are_refused(coarse_model, coarse, pressed):
         transported_readings(coarse_model, coarse.patch, pressed.traction[None], (np.nan,))
 
 
+@pytest.fixture(scope="module")
+def beside(reference_model):
+    """The finger reduced where it is touched, 3 mm beside the apex."""
+    return reference_model.reduce((3.0, 0.0))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, "stick"])
-def test_it_is_the_real_contact_beside_the_apex(reference_model, reference, friction):
+def test_it_is_the_real_contact_beside_the_apex(reference_model, reference, beside, friction):
     """Change of each reading from the apex, against contacts solved at x: within 2 % of it and 0.5 % of the largest
     reading, which two meshes differ by at the apex already; 1 % where the contact sticks."""
     places, cases = (0.0, 3.0), [(0.05, 0.3), (0.3, 0.15), (0.3, 0.6), (1.0, 0.9)]
@@ -83,7 +89,6 @@ def test_it_is_the_real_contact_beside_the_apex(reference_model, reference, fric
     start = np.array([found.reading for found in apex])
     moved = transported_readings(reference_model, reference.patch, np.array([one.traction for one in apex]), places)
     np.testing.assert_allclose(moved[0], start, atol=1e-3 * np.abs(start).max())
-    beside = reference_model.reduce((places[1], 0.0))
     there = [
         press(beside, block, force=force, fidelity="contact", friction=friction).reading for block, force in blocks
     ]

@@ -6,7 +6,7 @@ SHORTER = {
     "calibrate": "--quick",
     "verify": "--only patch",
     "reproduce": "--only A14",
-    "figures": "--paper textiles",
+    "figures": "--paper 2007",
     "bench": "--short",
     "telepresence simulate": "--seconds 2",
     "texture train": "--window 20 --wavelengths 1 10 --bands 5",

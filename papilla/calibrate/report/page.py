@@ -11,7 +11,7 @@ from os import PathLike
 import numpy as np
 from markupsafe import Markup, escape
 
-from papilla import view
+from papilla import cache, view
 from papilla.calibrate.fitting import COMPACT_GRID
 from papilla.calibrate.identification.noise import Noise
 from papilla.calibrate.job import Calibrated
@@ -37,7 +37,8 @@ from papilla.errors import InputError
 from papilla.files import write_text
 from papilla.finger import DEFAULT_FINGER, Finger
 from papilla.units import MICROSTRAIN, gf_to_newton, newton_to_gf
-from papilla.view.page import either, environment, image
+from papilla.view.page import both_widths, either, environment
+from papilla.view.style import SHEET
 from papilla.workers import Say
 
 FORCE_ERROR = Noise.force
@@ -184,7 +185,7 @@ def _bench(done: Calibrated) -> dict | None:
 
 
 def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, Markup]:
-    """The page's diagrams."""
+    """The page's diagrams, kept in the cache: to draw them takes longer than the rest of a second calibration."""
     calibration, recovery, plots = done.calibration, done.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CURVE_POINTS)
@@ -200,14 +201,20 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
     by_force = calibration.predict(force[:, None], np.array(moduli))
     by_modulus = calibration.predict(forces[:, None], modulus)
     found = answers.force_N, answers.modulus_MPa, answers.relative_sigma, answers.identified
-    figures = {
-        "sd_against_force": plots.sd_against_force(force, moduli, by_force, published=published),
-        "sd_against_modulus": plots.sd_against_modulus(modulus, forces.tolist(), by_modulus),
-        "gauge_readings": plots.gauge_readings(force, names, readings, f"{shown:.3g} MPa"),
-        "uncertainty_map": plots.uncertainty_map(*found, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
-        "recovery_map": plots.recovery_map(recovery.force_N, recovery.modulus_MPa, recovery.error),
+    inputs: dict[str, tuple] = {
+        "sd_against_force": (force, moduli, by_force, published),
+        "sd_against_modulus": (modulus, forces.tolist(), by_modulus),
+        "gauge_readings": (force, names, readings, f"{shown:.3g} MPa"),
+        "uncertainty_map": (*found, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
+        "recovery_map": (recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
-    return {name: image(plot, ALT[name]) for name, plot in figures.items()}
+
+    def draw() -> dict[str, np.ndarray]:
+        both = {name: both_widths(getattr(plots, name)(*values)) for name, values in inputs.items()}
+        return {f"{name} {k}": np.frombuffer(one, np.uint8) for name, two in both.items() for k, one in enumerate(two)}
+
+    kept = cache.fetch("picture", cache.key(__name__, inputs, SHEET), draw)
+    return {name: either([kept[f"{name} {k}"].tobytes() for k in (0, 1)], alt, "svg+xml") for name, alt in ALT.items()}
 
 
 def share_with_known_friction(calibration: Calibration) -> float | None:
