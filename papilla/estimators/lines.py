@@ -37,9 +37,12 @@ BEYOND = 4.0
 harmonics and the background."""
 
 GRID, PADDING = 8, 8
-"""Grid points in the shortest wavelength: images of a line from beyond the grid (evenly stepped paths make them) then
-have less than 1e-4 of its amplitude. And the factor by which the grid is extended with zeros, so that a peak is sampled
-near its top."""
+"""Grid points in the shortest wavelength; and the factor by which the grid is extended with zeros, so that a peak is
+sampled near its top."""
+IMAGE = 5e-4
+"""Amplitude of an image over that of its line, at most: sinc(1 - 1 / GRID)^4 / sinc(1 / GRID)^4. The steps of an even
+path repeat a line at each multiple of their wavenumber, and the grid folds these images back. A weaker peak may be an
+image, unless it is a harmonic."""
 MOST_HARMONICS = 12
 """Largest order of a harmonic that is recognised."""
 SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
@@ -127,6 +130,8 @@ def find_lines(
     """All significant lines of readings (n,) or (n, channels) at positions (n,) in mm, greatest amplitude first.
 
     Positions need not be evenly spaced or rising. Rows and channels without a finite number are left out and counted.
+    A peak of less than `IMAGE` of the greatest one's amplitude that is no harmonic may be an image of that one, and
+    counts as no line.
     Raises `InputError` for unequal lengths, fewer than 16 usable rows, no movement, no usable channel, and a range of
     which nothing can be searched.
     """
@@ -240,6 +245,8 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
             continue
         orders = ((order_of(peak, stronger, resolution), agreed) for stronger, agreed in fundamentals)
         order, fundamental = next((found for found in orders if found[0] > 1), (1, 0.0))
+        if order == 1 and peak.amplitude < IMAGE * peaks[0].amplitude:
+            continue
         agreed = peak if order > 1 else with_harmonics(peak, peaks, resolution)
         wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
         if order == 1:

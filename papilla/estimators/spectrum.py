@@ -45,9 +45,9 @@ shortest one sets the resolution."""
 LINEAR = np.array([[-1, 1], [1, 0]])
 """Shares of two grid points in a sample: a row by power (1, 0) of its distance from the begin of its cell, a column by
 point. The images of a line beyond the grid, which even steps of the path make, come back by the transform sinc^2: with
-1 % of its amplitude where the grid has eight points in the shortest wavelength."""
+2 % of its amplitude at most where the grid has eight points in the shortest wavelength."""
 CUBIC = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
-"""The same of four points by a cubic B-spline: sinc^4, less than 1e-4. On a grid as coarse as the path's steps it would
+"""The same of four points by a cubic B-spline: sinc^4, 4e-4 at most. On a grid as coarse as the path's steps it would
 raise the noise of short wavelengths 17 times."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be separated from it."""
