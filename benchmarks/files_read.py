@@ -65,6 +65,7 @@ def read_by(task: Callable[[], object]) -> Read:
         return path[len(str(ROOT)) + 1 :]
 
     def note(frame, event: str, _) -> None:
+        """Keep the function that is called, and the files of a call from one to another."""
         if event != "call" or (file := file_of(frame)) is None:
             return
         code = frame.f_code

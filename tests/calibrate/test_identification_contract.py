@@ -19,7 +19,7 @@ from papilla.fem.pressing.response import response
 from papilla.finger import Finger
 
 pytestmark = pytest.mark.slow
-FINGERS, REFITTED = range(1000, 1100), 25
+FINGERS, REFITTED = range(1000, 1100), 40
 """Seeds of the fingers; and of how many of them gauges are fitted again and again."""
 GAUGES, EVERY = 5, 5
 """Of the fingers, where each takes the time of a whole fit."""
