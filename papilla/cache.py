@@ -30,7 +30,8 @@ from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
 from papilla.errors import FileAccessError, InputError
-from papilla.files import check_writable, reason, replacing
+from papilla.files import check_writable, replacing
+from papilla.outside import reason
 
 ENVIRONMENT = "PAPILLA_CACHE"
 

@@ -17,9 +17,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
-from papilla.errors import FileAccessError, FileFormatError
+from papilla.errors import FileAccessError
+from papilla.outside import reason, shown
 
 _HOST = f"{zlib.crc32(socket.gethostname().encode()):08x}"
 _TEMPORARY = re.compile(r"\.?.*papilla-([0-9a-f]{8})-(\d+)-[0-9a-f]{8}\.tmp")
@@ -96,37 +96,6 @@ def write_text(path: str | PathLike, text: str) -> None:
         temporary.write_text(text, encoding="utf-8", newline="")
 
 
-def read_text(path: str | PathLike, what: str = "") -> str:
-    """The text of a file in UTF-8; `what` names the kind of file in messages.
-
-    Raises `FileAccessError` if it cannot be read, `FileFormatError` if it is not UTF-8.
-    """
-    try:
-        return read_bytes(path, what).decode("utf-8-sig").replace("\r\n", "\n")
-    except UnicodeDecodeError as error:
-        raise FileFormatError(f"{path} is not a text file in UTF-8") from error
-
-
-def read_bytes(path: str | PathLike, what: str = "") -> bytes:
-    """The content of a file; raises `FileAccessError` if it cannot be read."""
-    try:
-        return Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{_shown(path)}: {reason(error)}") from error
-
-
-def read_toml(path: str | PathLike, what: str = "") -> dict[str, Any]:
-    """The tables of a TOML file; raises as `read_text` does, and `FileFormatError` if it is not TOML."""
-    import tomllib
-
-    try:
-        return tomllib.loads(read_text(path, what))
-    except tomllib.TOMLDecodeError as error:
-        raise FileFormatError(f"{path} is not valid TOML: {error}") from error
-    except RecursionError as error:
-        raise FileFormatError(f"{path} is not valid TOML: its brackets are nested too deeply") from error
-
-
 def check_writable(folder: str | PathLike) -> None:
     """Make `folder` if it is missing and create a file in it, so that a long computation does not fail at its end.
 
@@ -138,7 +107,7 @@ def check_writable(folder: str | PathLike) -> None:
         probe.touch()
         probe.unlink()
     except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot write to folder {_shown(folder)}: {reason(error)}") from error
+        raise FileAccessError(f"cannot write to folder {shown(folder)}: {reason(error)}") from error
 
 
 @contextmanager
@@ -171,15 +140,6 @@ def sweep(folder: Path) -> None:
                     os.unlink(item.path)
 
 
-def _shown(path) -> str:
-    return str(path).replace("\0", "\\0")
-
-
-def reason(error: BaseException) -> str:
-    """Why a file could not be used, as the operating system says it."""
-    return str(getattr(error, "strerror", None) or error)
-
-
 def _left_behind(host: str, process: str, status: os.stat_result) -> bool:
     if hasattr(os, "getuid") and status.st_uid != os.getuid():
         return False
@@ -208,5 +168,5 @@ def target_of(path: str | PathLike) -> Path:
         raise
     except (OSError, RuntimeError, ValueError) as error:
         # A loop of links is a RuntimeError to pathlib, a NUL a ValueError.
-        raise FileAccessError(f"cannot write {_shown(path)}: {reason(error)}") from error
+        raise FileAccessError(f"cannot write {shown(path)}: {reason(error)}") from error
     return target

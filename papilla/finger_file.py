@@ -15,9 +15,10 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.files import read_toml, write_text
+from papilla.files import write_text
 from papilla.finger_parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Slab, Surfaces
 from papilla.materials import MATERIALS, Material
+from papilla.outside import read_toml
 
 Design = TypeVar("Design")
 

@@ -22,7 +22,8 @@ from typing import IO, Any, Self
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import reason, replacing
+from papilla.files import replacing
+from papilla.outside import reason
 from papilla.pipes import PIPE, LiveText
 
 BLOCK = 8192  # Number of rows that are read at once

@@ -128,7 +128,7 @@ def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
     """Use the values of a scene file as the defaults of the options."""
     if path is None:
         return None
-    from papilla.files import read_toml
+    from papilla.outside import read_toml
     from papilla.tables import closest
 
     found = read_toml(path, "scene file")

@@ -60,7 +60,7 @@ class SensorAddress:
 
     def endpoint(self) -> "Endpoint":
         """The endpoint; raises `InputError` and `FileAccessError`."""
-        from papilla.files import read_bytes
+        from papilla.outside import read_bytes
         from papilla.telepresence.udp import Address, Endpoint
 
         key = None if self.key_file is None else read_bytes(self.key_file).strip()

@@ -18,8 +18,8 @@ from papilla.design.scene import Scene, Tolerances, Unknowns
 from papilla.errors import FileFormatError, InputError
 from papilla.estimators.softness import Doubts
 from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.files import read_toml
 from papilla.finger import SHIPPED_FINGERS, Finger
+from papilla.outside import read_toml
 
 ELSEWHERE = ("unknown", "tolerances")
 """Parts of a scene that are tables of their own in the file."""

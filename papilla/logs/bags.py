@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import reason
 from papilla.logs.frames import FrameReader
+from papilla.outside import reason
 from papilla.tables import BLOCK, Table
 from papilla.units import NS_PER_S, S_PER_NS
 

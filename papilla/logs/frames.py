@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import reason, replacing
+from papilla.files import replacing
+from papilla.outside import reason
 from papilla.tables import BLOCK, Reader, Table, table_writer
 
 PARQUET = (".parquet", ".pq")

@@ -30,7 +30,7 @@ from pydantic import TypeAdapter, ValidationError
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
 from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.files import read_toml
+from papilla.outside import read_toml
 from papilla.tables import closest
 from papilla.units import CM, KILO, MEGA, MICRO, MICROSTRAIN_PER_STRAIN, MILLI, NANO, PER_CENT, S_PER_MIN, gf_to_newton
 

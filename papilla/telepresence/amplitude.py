@@ -15,7 +15,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
-from papilla.files import read_bytes
+from papilla.outside import read_bytes
 from papilla.tables import TableReader
 from papilla.telepresence.actuator import PIEZO
 
