@@ -29,9 +29,9 @@ import numpy as np
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
-from papilla.errors import FileAccessError, InputError
+from papilla.errors import FileAccessError, InputError, NotOwnError
 from papilla.files import check_writable, replacing
-from papilla.outside import reason
+from papilla.outside import check_own, reason
 
 ENVIRONMENT = "PAPILLA_CACHE"
 
@@ -138,9 +138,9 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
         _check_own(path)
         with path.open("rb") as file:
             # Check the file that is open: its name may stand for another file by now.
-            _check_status(path, os.fstat(file.fileno()))
+            check_own(path, os.fstat(file.fileno()))
             content = file.read()
-    except _NotOwnError as error:
+    except NotOwnError as error:
         _go_on_without(error)
         return None
     except OSError:
@@ -195,12 +195,8 @@ def _locked(path: Path) -> Iterator[None]:
         lock.release()
 
 
-class _NotOwnError(PermissionError):
-    """Somebody else may have written what lies in the cache."""
-
-
 def _make_folders(path: Path) -> None:
-    """Make the folders of an entry, for the user alone; raises `_NotOwnError` if others can write there."""
+    """Make the folders of an entry, for the user alone; raises `NotOwnError` if others can write there."""
     folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
     path.parent.mkdir(mode=PRIVATE_FOLDER, exist_ok=True)
     _check_own(path)
@@ -208,19 +204,7 @@ def _make_folders(path: Path) -> None:
 
 def _check_own(path: Path) -> None:
     for place in (folder(), path.parent, path):
-        with suppress(FileNotFoundError):
-            _check_status(place, place.lstat())
-            _check_status(place, place.stat())
-
-
-def _check_status(place: Path, status: os.stat_result) -> None:
-    """Raise `_NotOwnError` where another user owns a place or may write to it."""
-    if not hasattr(os, "geteuid"):
-        return
-    if status.st_uid != os.geteuid():
-        raise _NotOwnError(f"{place} belongs to another user")
-    if not stat.S_ISLNK(status.st_mode) and status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        raise _NotOwnError(f"others can write to {place}")
+        check_own(place)
 
 
 _warned: set[str] = set()
@@ -233,7 +217,7 @@ def _go_on_without(error: BaseException) -> None:
     if place not in _warned:
         _warned.add(place)
         advice = f"make room there, or set {ENVIRONMENT} to another folder"
-        if isinstance(error, _NotOwnError):
+        if isinstance(error, NotOwnError):
             advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
         message = f"cannot use the cache folder {place} ({reason(error)}): going on without it; {advice}"
         warnings.warn(message, RuntimeWarning, stacklevel=4)

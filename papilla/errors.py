@@ -17,6 +17,10 @@ class FileAccessError(PapillaError, OSError):
     """A file or folder is missing, unreadable or cannot be written."""
 
 
+class NotOwnError(FileAccessError, PermissionError):
+    """Another user may have written what lies in a place from which papilla would use results."""
+
+
 class MeshError(PapillaError, RuntimeError):
     """The mesher failed, or made a mesh that cannot be used."""
 

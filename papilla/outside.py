@@ -19,7 +19,7 @@ from os import PathLike
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 
 if TYPE_CHECKING:
     import socket
@@ -35,6 +35,8 @@ DOCUMENT_BYTES = 256 * MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
 BINARY_BYTES = 4096 * MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
+PACKED_TIMES = 500
+"""Most bytes that a packed byte of a log may become: a log that repeats one row has 340, a bomb of zeros 1030."""
 NUMBER_DIGITS = 400
 """Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
 
@@ -102,18 +104,18 @@ def json_value(text: str | bytes, name: str, what: str = "") -> Any:
 def _real(digits: str) -> float:
     value = float(digits)
     if value in (float("inf"), float("-inf")):
-        raise ValueError(f"{digits[:40]} is too large for a number")
+        raise InputError(f"{digits[:40]} is too large for a number")
     return value
 
 
 def _whole(digits: str) -> int:
     if len(digits) > NUMBER_DIGITS:
-        raise ValueError(f"{digits[:40]}... is too long for a number")
+        raise InputError(f"{digits[:40]}... is too long for a number")
     return int(digits)
 
 
 def _no_number(name: str) -> float:
-    raise ValueError(f"{name} is no number of JSON")
+    raise InputError(f"{name} is no number of JSON")
 
 
 def shipped(package: str, *names: str) -> str:
@@ -129,6 +131,40 @@ def binary_stream(path: str | PathLike) -> IO[bytes]:
         return open(path, "rb")
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+
+
+def repeatable_stream(path: Path) -> IO[bytes]:
+    """A file, pipe or gzip file (.gz), open for reading as often as needed; what cannot be read twice is copied.
+
+    Raises `FileAccessError`, and `FileFormatError` for a gzip file that grows by more than `PACKED_TIMES`.
+    """
+    import gzip
+    import zlib
+
+    stream: Any = binary_stream(path)
+    packed = path.suffix == ".gz"
+    if not packed and stream.seekable():
+        return stream
+    try:
+        with stream, gzip.open(stream) if packed else stream as once:
+            return _copied(once, path, max(MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None)
+    except (EOFError, zlib.error) as error:
+        raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
+    except OSError as error:
+        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
+
+
+def _copied(source: IO[bytes], path: Path, most_bytes: int | None) -> IO[bytes]:
+    """A temporary file with the content of a stream."""
+    import tempfile
+
+    target, size = tempfile.TemporaryFile(), 0  # noqa: SIM115 - the reader closes it
+    while piece := source.read(MIB):
+        size += len(piece)
+        if most_bytes is not None and size > most_bytes:
+            raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
+        target.write(piece)
+    return target
 
 
 def read_arrays(
@@ -175,14 +211,10 @@ def message_decoder(
 
     def bounded(data: bytes) -> Any:
         if len(data) > most_bytes:
-            raise ValueError(f"{len(data)} bytes where at most {most_bytes} are expected")
+            raise InputError(f"{len(data)} bytes where at most {most_bytes} are expected")
         return decode(data)
 
     return bounded
-
-
-class NotOwnError(FileAccessError, PermissionError):
-    """Somebody else may have written what lies in a place whose content papilla would use as its own."""
 
 
 def check_own(path: Path, status: os.stat_result | None = None) -> None:

@@ -2,14 +2,10 @@
 
 import csv
 import difflib
-import gzip
 import io
 import math
 import re
-import shutil
 import sys
-import tempfile
-import zlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -21,9 +17,9 @@ from typing import IO, Any, Self
 
 import numpy as np
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.errors import FileFormatError, InputError
 from papilla.files import replacing
-from papilla.outside import reason
+from papilla.outside import repeatable_stream
 from papilla.pipes import PIPE, LiveText
 
 BLOCK = 8192  # Number of rows that are read at once
@@ -140,7 +136,7 @@ class TableReader(Reader):
     ):
         self.path, self._skipped = Path(path), header_line - 1
         self.live = self.path == PIPE
-        self._raw = None if self.live else _opened(self.path)
+        self._raw = None if self.live else repeatable_stream(self.path)
         self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
             self._cut_off = self._raw is not None and _last_byte(self._raw) not in b"\r\n"
@@ -400,22 +396,6 @@ def _cells(values: Sequence | np.ndarray) -> Sequence:
         return cells.tolist()
     plain = values.tolist() if isinstance(values, np.ndarray) else values
     return [None if x != x else x for x in plain]
-
-
-def _opened(path: Path) -> IO[bytes]:
-    """The open file, which can be read as often as needed."""
-    try:
-        packed = path.suffix == ".gz"
-        stream: Any = gzip.open(path) if packed else open(path, "rb")  # noqa: SIM115
-        if packed or not stream.seekable():
-            with stream as once:
-                stream = tempfile.TemporaryFile()  # noqa: SIM115
-                shutil.copyfileobj(once, stream)
-    except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
-    except (EOFError, zlib.error) as error:
-        raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
-    return stream
 
 
 def _last_byte(stream: IO[bytes]) -> bytes:
