@@ -154,7 +154,7 @@ def repeatable_stream(path: Path) -> IO[bytes]:
         raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
 
 
-def _copied(source: IO[bytes], path: Path, most_bytes: int | None) -> IO[bytes]:
+def _copied(source: Any, path: Path, most_bytes: int | None) -> IO[bytes]:
     """A temporary file with the content of a stream."""
     import tempfile
 
