@@ -15,16 +15,7 @@ import pinned
 import pytest
 
 from papilla import fem
-from papilla.studies.reproduce.experiments import (
-    counts,
-    fitted,
-    presses,
-    softness,
-    specimens,
-    spectra,
-    textiles,
-    toolkit,
-)
+from papilla.studies.reproduce.experiments import counts, presses, softness, specimens, spectra, textiles, toolkit
 from papilla.studies.verify.structured import cube
 
 KEPT = Path(__file__).with_name("pinned_experiments.json")
@@ -96,11 +87,6 @@ def _field(patch, cause=True):
     patch.setattr(fem, "recover", recover)
     finger = presses.Finger.default()
     return presses._field(finger, made_up_finger.prepare(finger), cause)
-
-
-def _fitted(patch):
-    _pressed(patch)
-    return fitted.run(silent)
 
 
 def _jobs(patch, cause=True):
@@ -178,7 +164,6 @@ PARTS = {
     "presses without cause": lambda patch: _presses(patch, False),
     "field": _field,
     "field without cause": lambda patch: _field(patch, False),
-    "fitted": _fitted,
     "jobs": _jobs,
     "jobs without cause": lambda patch: _jobs(patch, False),
     "toolkit": _toolkit,

@@ -1,0 +1,41 @@
+"""The fit of the published finger to printed figures: the better of its minima, and no answer where there is none."""
+
+import numpy as np
+import pytest
+
+from papilla.errors import SolverError
+from papilla.finger import Finger
+from papilla.studies.reproduce.experiments.fitted import DEPTH_FORCES_N, PRINTED_N, Relatives
+
+SPECIMENS = [0, 1, 2]
+DEPTHS_MM = list(PRINTED_N)
+
+
+PATTERN = np.array([-0.3, 0.5, 1.0, 0.4, -0.2])
+"""Strains of five gauges."""
+
+
+def relatives(curvature: np.ndarray) -> Relatives:
+    """Presses of nine fingers whose gauges see `PATTERN` and a change of curvature (5,); both grow with force, modulus
+    and softness, the depth as Hertz has it."""
+    factors = [0.7, 1.0, 1.4], [0.8, 1.0, 1.25]
+    skins, stiffer, forces, moduli = np.ix_(*factors, np.geomspace(0.1, 1, 10), [0.089, 0.51, 0.72])
+    size = 1e4 * forces**0.8 * (moduli / (moduli + 0.05 * skins * stiffer)) / stiffer**0.8
+    readings = np.stack([size[..., None] * (PATTERN + lever * curvature) for lever in (-1.0, 0.0)], axis=2)
+    depths = (DEPTH_FORCES_N / 0.57 / (stiffer * skins**0.4)[..., 0]) ** (2 / 3)
+    return Relatives(Finger.published(), readings, np.broadcast_to(depths, (3, 3, len(DEPTH_FORCES_N))))
+
+
+def test_a_lever_that_the_readings_do_not_determine_is_refused():
+    with pytest.raises(SolverError, match="do not determine the lever"):
+        relatives(0.1 * PATTERN).fit(SPECIMENS, DEPTHS_MM)
+    assert np.isfinite(relatives(np.array([0.1, -0.2, 0.3, 0.0, 0.1])).fit(SPECIMENS, DEPTHS_MM)).all()
+
+
+@pytest.mark.slow
+def test_of_two_minima_the_fit_takes_the_lower_one_from_wherever_it_starts():
+    """S_d does not see the sign of the readings, so a lever on the other side is a second, much worse minimum."""
+    family = Relatives.of(Finger.published())
+    for specimens, depths in ([SPECIMENS, DEPTHS_MM], [SPECIMENS[1:], DEPTHS_MM], [SPECIMENS, DEPTHS_MM[1:]]):
+        lever_mm = family.fit(specimens, depths)[2]
+        assert -1.3 < lever_mm < -1.0
