@@ -35,8 +35,8 @@ DOCUMENT_BYTES = 256 * MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
 BINARY_BYTES = 4096 * MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
-PACKED_TIMES = 500
-"""Most bytes that a packed byte of a log may become: a log that repeats one row has 340, a bomb of zeros 1030."""
+PACKED_TIMES = 700
+"""Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
 NUMBER_DIGITS = 400
 """Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
 
@@ -147,7 +147,9 @@ def repeatable_stream(path: Path) -> IO[bytes]:
         return stream
     try:
         with stream, gzip.open(stream) if packed else stream as once:
-            return _copied(once, path, max(MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None)
+            return _copied(
+                once, path, max(64 * MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None
+            )
     except (EOFError, zlib.error) as error:
         raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
     except OSError as error:
@@ -159,11 +161,16 @@ def _copied(source: Any, path: Path, most_bytes: int | None) -> IO[bytes]:
     import tempfile
 
     target, size = tempfile.TemporaryFile(), 0  # noqa: SIM115 - the reader closes it
-    while piece := source.read(MIB):
-        size += len(piece)
-        if most_bytes is not None and size > most_bytes:
-            raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
-        target.write(piece)
+    try:
+        while piece := source.read(MIB):
+            size += len(piece)
+            if most_bytes is not None and size > most_bytes:
+                raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
+            target.write(piece)
+    except BaseException:
+        target.close()
+        raise
+    target.seek(0)
     return target
 
 
@@ -189,7 +196,11 @@ def read_arrays(
         if hasattr(source, "seek"):
             source.seek(0)
         with np.load(source, allow_pickle=False) as arrays:
-            return {key: arrays[key] for key in arrays.files}
+            found = {key: arrays[key] for key in arrays.files}
+        # NumPy returns the bytes of a member that is no array
+        if strange := next((key for key, array in found.items() if not isinstance(array, np.ndarray)), None):
+            raise FileFormatError(f"{name} is no file of arrays that papilla wrote: {strange!r} is no array")
+        return found
     except FileFormatError:
         raise
     except OSError as error:

@@ -1,0 +1,264 @@
+"""What comes from outside passes through `papilla.outside`, and what is written through `papilla.files`: found in the
+syntax trees of the package; and what those functions refuse."""
+
+import ast
+import os
+import socket
+import zipfile
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papilla import outside
+from papilla.errors import FileAccessError, FileFormatError, InputError, NotOwnError
+
+ROOT = Path(__file__).parents[1]
+MODULES = sorted((ROOT / "papilla").rglob("*.py"))
+
+READERS = (
+    "open", "io.open*", "os.open", "os.fdopen", "codecs.open", "gzip.*", "bz2.*", "lzma.*", "zipfile.*", "tarfile.*",
+    "json.load*", "tomllib.load*", "pickle.*", "marshal.*", "shelve.*", "dill.*", "cloudpickle.*", "joblib.load",
+    "yaml.*", "csv.DictReader", "configparser.*", "xml.*", "sqlite3.connect", "ctypes.CDLL", "importlib.resources.*",
+    "numpy.load", "numpy.genfromtxt", "numpy.fromfile", "numpy.memmap", "numpy.lib.format.*", "scipy.io.*",
+    "meshio.read",    "pyvista.read", "msgspec.*decode", "msgspec.*Decoder", "pyarrow.parquet.ParquetFile",
+    "pyarrow.parquet.read_table",
+    "rosbags.highlevel.AnyReader", "pandas.read_*", "urllib.*", "http.*", "requests.*", "eval", "exec", "compile",
+    "simpleeval.*",
+)  # fmt: skip
+"""Functions, by the module that they are imported from, that read what papilla did not make itself."""
+LISTENERS = (
+    "socket.socket", "socket.create_*", "socketserver.*", "asyncio.start_server", "asyncio.open_connection",
+    "http.server.*", "multiprocessing.managers.*", "multiprocessing.connection.*", "xmlrpc.*", "distributed.*",
+    "dask.*",
+)  # fmt: skip
+METHODS = ("read_text", "read_bytes", "open", "recv", "recvfrom", "makefile", "listen", "accept", "fromfile")
+"""Methods that read, whatever they belong to."""
+WRITERS = (
+    "numpy.save*", "json.dump", "os.write", "shutil.copy*", "shutil.move", "pyarrow.parquet.ParquetWriter",
+    "pyarrow.parquet.write_*", "meshio.write",
+)  # fmt: skip
+WRITING_METHODS = ("write_text", "write_bytes", "savefig", "saving", "tofile", "to_csv", "rename", "symlink_to")
+TEMPORARY = ("replacing", "replacing_set", "scratch")
+"""Functions of `papilla.files` that give a temporary path: it replaces the file at the end, or goes with its folder."""
+
+EXCEPTIONS = {
+    ("papilla/mesh/worker.py", "*"): "a script of the child process, which cannot import papilla; it reads what its "
+    "parent wrote into a folder of its own"
+}
+"""(file, function) -> why it may stand there."""
+
+
+def imported_names(tree: ast.AST) -> dict[str, str]:
+    """Name in a module -> dotted name of what was imported, also inside functions."""
+    names = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.asname or alias.name.split(".")[0]: alias.name if alias.asname else alias.name.split(".")[0]
+                      for alias in node.names}  # fmt: skip
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def dotted(node: ast.AST, names: dict[str, str]) -> str:
+    """Dotted name of a function that is called; "?.read_text" for a method of some object."""
+    parts: list[str] = []
+    while isinstance(node, ast.Attribute):
+        parts.insert(0, node.attr)
+        node = node.value
+    if not isinstance(node, ast.Name):
+        return ".".join(["?", *parts[-1:]])
+    if node.id in names:
+        return ".".join([names[node.id], *parts])
+    return ".".join(["?", parts[-1]]) if parts else node.id
+
+
+def calls(code: str) -> Iterator[tuple[str, ast.Call, bool]]:
+    """Each call in a module: its dotted name, its node, and whether it stands in a block with a temporary path."""
+    tree = ast.parse(code)
+    names = imported_names(tree)
+
+    def walk(node: ast.AST, temporary: bool) -> Iterator[tuple[str, ast.Call, bool]]:
+        if isinstance(node, ast.With):
+            opened = {dotted(item.context_expr.func, names).split(".")[-1]
+                      for item in node.items if isinstance(item.context_expr, ast.Call)}  # fmt: skip
+            temporary = temporary or bool(opened & {*TEMPORARY})
+        if isinstance(node, ast.Call):
+            yield dotted(node.func, names), node, temporary
+        for child in ast.iter_child_nodes(node):
+            yield from walk(child, temporary)
+
+    return walk(tree, False)
+
+
+def writes(name: str, call: ast.Call) -> bool:
+    """Whether a call writes a file; `open` does if its mode says so."""
+    if name in ("open", "?.open"):
+        given = [
+            *call.args[1 if name == "open" else 0 :],
+            *(word.value for word in call.keywords if word.arg == "mode"),
+        ]
+        modes = [str(mode.value) for mode in given if isinstance(mode, ast.Constant)]
+        return any({*mode} & {*"wax+"} and len(mode) < 4 for mode in modes)
+    method = name.startswith("?.") and name[2:] in WRITING_METHODS
+    return method or any(fnmatch(name, pattern) for pattern in WRITERS)
+
+
+def reads(name: str) -> bool:
+    """Whether a call reads or listens to something from outside."""
+    if name.startswith("?."):
+        return name[2:] in METHODS
+    return any(fnmatch(name, pattern) for pattern in READERS + LISTENERS)
+
+
+def faults(code: str, file: str) -> list[str]:
+    """The calls in a module that should be made by `papilla.outside` or `papilla.files`."""
+    if file in ("papilla/outside.py", "papilla/files.py"):
+        return []
+    excepted = [pattern for place, pattern in EXCEPTIONS if place == file]
+    found = []
+    for name, call, temporary in calls(code):
+        if any(fnmatch(name, pattern) for pattern in excepted):
+            continue
+        if writes(name, call):
+            found += [] if temporary else [f"{file}:{call.lineno} writes by {name}"]
+        elif reads(name):
+            found.append(f"{file}:{call.lineno} reads by {name}")
+    return found
+
+
+def test_every_reader_listener_and_writer_goes_through_its_module():
+    """A new one belongs into papilla/outside.py or papilla/files.py, with owner, type, bound and check."""
+    found = [line for path in MODULES for line in faults(path.read_text(), path.relative_to(ROOT).as_posix())]
+    assert found == []
+
+
+def test_every_exception_is_needed_and_has_a_reason():
+    for (file, pattern), why in EXCEPTIONS.items():
+        names = [name for name, call, _ in calls((ROOT / file).read_text()) if reads(name) or writes(name, call)]
+        assert any(fnmatch(name, pattern) for name in names), f"{file} has no {pattern}"
+        assert len(why.split()) > 5
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "open(path)", "open(path, 'rb')", "path.open()", "path.read_text()", "import json\njson.loads(text)",
+        "from json import loads as parse\nparse(text)", "import numpy as np\nnp.load(path)", 
+        "import pickle\npickle.loads(b)",
+        "def f():\n    import sqlite3\n    return sqlite3.connect(p)", "import socket\nsocket.socket()", "eval(text)",
+        "from tomllib import loads\nloads(t)", "import msgspec\nmsgspec.msgpack.decode(b)", "s.recvfrom(9)",
+        "from distributed import LocalCluster\nLocalCluster()", "import gzip\ngzip.open(p)", "Path(p).read_bytes()",
+        "import pyarrow.parquet as pq\npq.read_table(p)", "from http.server import HTTPServer\nHTTPServer(a, b)",
+        "open(path, 'w')", "path.write_text(t)", "import numpy\nnumpy.savez(p)", "figure.savefig(p)", 
+        "open(p, mode='a')",
+    ],
+)  # fmt: skip
+def test_the_search_finds_each_kind(code):
+    assert len(faults(code, "papilla/somewhere.py")) == 1
+
+
+def test_a_write_to_a_temporary_path_is_none():
+    code = "with replacing(path) as temporary, open(temporary, 'w') as stream:\n    temporary.write_text('')"
+    assert faults(code, "papilla/somewhere.py") == []
+    assert faults("Finger.load(path)\nlog.read(5)\ncache.fetch('a', 'b', c)", "papilla/somewhere.py") == []
+
+
+# ---- what the functions refuse
+
+
+def test_a_file_larger_than_its_bound_is_refused_before_it_is_used(tmp_path):
+    path = tmp_path / "big.toml"
+    path.write_bytes(b"a = 1\n" * 1000)
+    assert outside.read_bytes(path, most_bytes=6000) == path.read_bytes()
+    with pytest.raises(FileFormatError, match="big.toml has more than 5999 bytes"):
+        outside.read_bytes(path, most_bytes=5999)
+
+
+@pytest.mark.parametrize("name", ["missing.json", ".", "nul\0.json"])
+def test_a_file_that_cannot_be_read_is_named_in_one_line(tmp_path, name):
+    with pytest.raises(FileAccessError, match="cannot read calibration ") as caught:
+        outside.read_json(tmp_path / name, "calibration")
+    assert "\n" not in str(caught.value) and "\0" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["NaN", "[1, -Infinity]", "1e999", "[" * 100_000, "9" * 5000, "{'a': 1}", "", '{"a": 1', "[1] 2"]
+)
+def test_json_has_finite_numbers_and_an_end(text):
+    with pytest.raises(FileFormatError, match="^row 3 .*not valid JSON"):
+        outside.json_value(text, "row 3")
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "9" * 5000, "a = 'b", "a = 1\na = 2"])
+def test_toml_that_is_none_is_refused_in_one_line(text):
+    with pytest.raises(FileFormatError, match="^design.toml is not valid TOML"):
+        outside.toml(text, "design.toml")
+
+
+def test_arrays_are_counted_before_they_are_unpacked(tmp_path):
+    bomb = tmp_path / "bomb.npz"
+    np.savez_compressed(bomb, zeros=np.zeros(10**7))
+    assert bomb.stat().st_size < 10**6
+    with pytest.raises(FileFormatError, match="would take 8000[0-9]* bytes"):
+        outside.read_arrays(bomb, most_bytes=10**7)
+    assert outside.read_arrays(bomb)["zeros"].shape == (10**7,)
+
+
+def test_arrays_of_objects_are_never_unpickled(tmp_path):
+    path = tmp_path / "objects.npz"
+    np.savez(path, harmless=np.ones(2), objects=np.array([{"a": 1}, None], dtype=object))
+    with pytest.raises(FileFormatError, match="objects.npz is no file of arrays"):
+        outside.read_arrays(path)
+    with zipfile.ZipFile(path, "w") as members:
+        members.writestr("a.npy", b"not an array")
+    with pytest.raises(FileFormatError, match="objects.npz is no file of arrays"):
+        outside.read_arrays(path)
+
+
+def test_a_packed_log_that_unpacks_to_far_more_is_refused(tmp_path):
+    import gzip
+
+    path = tmp_path / "log.csv.gz"
+    path.write_bytes(gzip.compress(b"0" * (100 * outside.MIB)))
+    with pytest.raises(FileFormatError, match="unpacks to more than 700 times"):
+        outside.repeatable_stream(path)
+    path.write_bytes(gzip.compress(b"t_s,g1\n" + b"0.125,100.5\n" * 10**5))
+    with outside.repeatable_stream(path) as stream:
+        assert stream.read(6) == b"t_s,g1" and stream.seek(0) == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="no owners of files on this system")
+@pytest.mark.parametrize("mode", [0o620, 0o602, 0o666])
+def test_a_store_that_others_can_write_to_is_not_used(tmp_path, mode):
+    path = tmp_path / "store.sqlite"
+    outside.own_database(path, 1.0).close()
+    assert path.stat().st_mode & 0o777 == 0o600
+    path.chmod(mode)
+    with pytest.raises(NotOwnError, match="others can write to .*store.sqlite"):
+        outside.own_database(path, 1.0)
+
+
+@pytest.mark.parametrize("host, family", [("0.0.0.0", socket.AF_INET), ("::", socket.AF_INET6)])
+def test_nothing_listens_off_this_machine_without_a_key(host, family):
+    with pytest.raises(InputError, match="needs a key"):
+        outside.datagram_socket(family, (host, 0), keyed=False)
+
+
+def test_it_listens_on_this_machine_without_a_key_and_elsewhere_with_one():
+    for host, keyed in (("127.0.0.1", False), ("127.0.0.1", True), ("0.0.0.0", True)):
+        with outside.datagram_socket(socket.AF_INET, (host, 0), keyed=keyed) as made:
+            assert made.getsockname()[0] == host and not made.getblocking()
+
+
+def test_a_message_beyond_its_bound_is_not_decoded():
+    import msgspec
+
+    decode = outside.message_decoder(list[int], most_bytes=4)
+    assert decode(msgspec.msgpack.encode([1, 2, 3])) == [1, 2, 3]
+    for data in (msgspec.msgpack.encode([1, 2, 3, 4]), msgspec.msgpack.encode("ab"), b"\xc1"):
+        with pytest.raises(ValueError):
+            decode(data)
