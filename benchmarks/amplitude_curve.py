@@ -12,9 +12,9 @@ import numpy as np
 import typer
 
 import papilla
-from papilla.files import write_text
-from papilla.finger import Finger
-from papilla.studies.grating_signals import signals_over_gratings
+from papilla.core.files import write_text
+from papilla.model.finger import Finger
+from papilla_papers.grating_signals import signals_over_gratings
 from papilla.telepresence.amplitude import SCHEMA, read_curve
 
 WAVELENGTHS_MM = tuple(np.round(np.arange(0.8, 2.05, 0.1), 1).tolist())

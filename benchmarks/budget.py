@@ -23,8 +23,8 @@ from rich.console import Console
 from rich.progress import track
 
 import papilla
-from papilla.files import write_text
-from papilla.workers import THREADS
+from papilla.core.files import write_text
+from papilla.core.workers import THREADS
 
 ROOT = Path(__file__).parents[1]
 RELEASE = Path(__file__).with_name("budget_of_release.json")
@@ -43,7 +43,7 @@ OWN = {
 
 SCENES = """
 from papilla import Finger, fem
-from papilla.studies.bench.measure import drawn, thousand
+from papilla.cli.speed.measure import drawn, thousand
 from time import process_time
 reduced = fem.prepare(Finger.default())
 {job}
@@ -51,7 +51,7 @@ reduced = fem.prepare(Finger.default())
 DRAWN = "print(sorted(drawn(reduced, 100, seed=1)[1:])[49])"
 THOUSAND = "print(thousand(reduced, 'contact')[0])"
 UPDATE = """
-from papilla.studies.estimator_bench.cost import costs
+from benchmarks.estimators.cost import costs
 print(1e-6 * costs(None, 2.0)[0].update_mean_us)
 """
 

@@ -21,7 +21,7 @@ from papilla.cli.estimate_summary import Summary
 from papilla.estimators import Pipeline
 from papilla.estimators.pipeline import PipelineEstimate
 from papilla.logs import TimeLogFile
-from papilla.tables import table_writer, write_table
+from papilla.core.tables import table_writer, write_table
 
 ONE_CORE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1"}
 NOISE = {"strong line": 1.0, "weak line": 12.0}

@@ -16,10 +16,10 @@ from dataclasses import replace
 import numpy as np
 
 from papilla import Finger
-from papilla.finger import Dome, Shape, Slab
+from papilla.model.finger import Dome, Shape, Slab
 from papilla.mesh import DEFAULT_SIZE_MM, build, quality
 from papilla.mesh.drawing import drawn
-from papilla.studies.verify import meshes as verified
+from papilla.verify import meshes as verified
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF, MODULI_MPA = (10.0, 30.0, 60.0, 100.0), (0.05, 0.15, 0.5)

@@ -86,7 +86,7 @@ PROCESSES.set_forkserver_preload(
      "scipy.stats", "skfem", "pydantic", "msgspec", "meshio", "matplotlib.pyplot", "typer", "rich.console", "pytest"]
 )  # fmt: skip
 
-STARTERS = ("papilla/mesh/child.py", "papilla/workers.py")  # They start processes, in which nothing is traced
+STARTERS = ("papilla/mesh/child.py", "papilla/core/workers.py")  # They start processes, in which nothing is traced
 EVERY = "tests/conftest.py"  # A file that all tests reach
 
 QUICK = ("-x", "-q", "-m", "not slow", "-p", "no:cacheprovider")
@@ -95,19 +95,19 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
     ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket that is wider than it need be",
     ("papilla/calibration/surface.py", "1e-16", "1.1e-16"): "below the rounding at which a search stops",
-    ("papilla/calibrate/press_table.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
-    ("papilla/calibrate/one_touch.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
-    ("papilla/estimators/published/window.py", "place + count", "(place - count)"): "counted from the other end",
-    ("papilla/estimators/published/softness.py", "101", "102"): "where a range in tens ends",
-    ("papilla/estimators/published/wavelet/cross.py", "6", "7"): "zeros behind where a wavelet has died away",
-    ("papilla/estimators/published/wavelet/cross.py", "cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)",
+    ("papilla/calibration/fitting/sweep.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
+    ("papilla/identification/one_touch.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
+    ("papilla_papers/methods/window.py", "place + count", "(place - count)"): "counted from the other end",
+    ("papilla_papers/methods/softness.py", "101", "102"): "where a range in tens ends",
+    ("papilla_papers/methods/wavelet/cross.py", "6", "7"): "zeros behind where a wavelet has died away",
+    ("papilla_papers/methods/wavelet/cross.py", "cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)",
      "cross_threshold(twos, ones, sample_rate_Hz, a.frequency_Hz)"): "symmetric",
-    ("papilla/estimators/published/roughness/spectra.py", "2 * self._lines", "(2 / self._lines)"): "two ways",
-    ("papilla/estimators/tracking/refine.py", "self._place - self._place[-1]", "(self._place + self._place[-1])"):
+    ("papilla_papers/methods/roughness/spectra.py", "2 * self._lines", "(2 / self._lines)"): "two ways",
+    ("papilla/estimators/wavelength/refine.py", "self._place - self._place[-1]", "(self._place + self._place[-1])"):
      "the mean of each stroke is taken away",
-    ("papilla/estimators/tracking/refine.py", "1e-9", "1.1e-09"): "of a scaled matrix: keeps its inverse finite",
-    ("papilla/estimators/tracking/refine.py", "1e-12", "1.1e-12"): "below any step of a path, or next to no prior",
-    ("papilla/estimators/tracking/motion_fit.py", "1e-10", "1.1e-10"): "of a scaled matrix: keeps its inverse finite",
+    ("papilla/estimators/wavelength/refine.py", "1e-9", "1.1e-09"): "of a scaled matrix: keeps its inverse finite",
+    ("papilla/estimators/wavelength/refine.py", "1e-12", "1.1e-12"): "below any step of a path, or next to no prior",
+    ("papilla/estimators/wavelength/motion_fit.py", "1e-10", "1.1e-10"): "of a scaled matrix: keeps its inverse finite",
     ("papilla/estimators/softness/fitter.py", "hs[1] - hs[0]", "(hs[1] + hs[0])"): "the first is 0",
     ("papilla/estimators/softness/fitter.py", "1.0", "1.1"): "how far a step goes, and when the steps are short enough",
     ("papilla/telepresence/loop.py", "2**SESSION_BITS + number", "(2 ** SESSION_BITS - number)"):
@@ -135,7 +135,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/fem/pressing/contact_path.py", "24", "25"): "with how many nodes a path begins, and when it gives up",
     ("papilla/fem/pressing/contact_step.py", "4", "5"): "when single nodes begin to change sets",
     ("papilla/view/plots.py", "_nearest(moduli, modulus)", "_nearest(modulus, moduli)"): "a distance",
-    ("papilla/studies/reproduce/experiments/softness.py", "1e-9", "1.1e-09"): "above the rounding of two same answers",
+    ("papilla_papers/claims/experiments/softness.py", "1e-9", "1.1e-09"): "above the rounding of two same answers",
 }  # fmt: skip
 """(file, code before, code after) -> why no test could tell the two apart."""
 

@@ -3,7 +3,7 @@
 `python benchmarks/own_fingers.py [--geometry A B C] [--moduli MPA ...]`
 
 Three domes of revolution, none of them the one that ships; bonded blocks of 10 mm, 5 to 100 gf, stuck, mu 0.1 and
-without friction. The truth is `papilla.studies.verify.axisymmetric`: finger and neo-Hookean block at finite strain. The
+without friction. The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain. The
 first run of a geometry makes its tables of large strain (`papilla.fem.finite.strain_tables`). Printed are the largest
 errors: of S_d and indentation, relative; of the gauges' strains over the largest strain of the press.
 """
@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from papilla import Finger, fem, units
-from papilla.errors import ContactRangeError
-from papilla.finger import Layer
+from papilla import Finger, fem
+from papilla.core import units
+from papilla.core.errors import ContactRangeError
+from papilla.model.finger import Layer
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.specimen import STICK, Block, Friction, friction_coefficient
-from papilla.studies.verify.axisymmetric.bodies import Bodies, Rubber, Shape
-from papilla.studies.verify.axisymmetric.presses import press_path
+from papilla.model.specimen import STICK, Block, Friction, friction_coefficient
+from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
+from papilla.references.axisymmetric.presses import press_path
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)

@@ -2,7 +2,7 @@
 
 `python benchmarks/own_identification.py [--geometry A] [--fingers 12] [--seed 1] [--presses 15 5]`
 
-Truths are paths of `papilla.studies.verify.axisymmetric` (finger and block at finite strain) over forces, at a few
+Truths are paths of `papilla.references.axisymmetric` (finger and block at finite strain) over forces, at a few
 moduli and ratios, between which a polynomial goes. Of each finger the inner
 modulus is 0.9 to 1.6 of the design's, the outer 2 to 8 times that, gains 0.02 to 0.2 of either sign, levers -2 to 1 mm
 of the gain, zeros up to 20 microstrain; its presses stick, have a friction of 0.1 or none, in turn. Noise is 5
@@ -22,17 +22,17 @@ from identified_fingers import FORCE_ERROR, NOISE, Drawn, ln_sd
 from own_fingers import GEOMETRIES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
-from papilla import cache
-from papilla.calibrate.identification import PARAMETERS, diagnose, identify
-from papilla.calibrate.identification.parameters import kind
-from papilla.calibrate.suggest import suggest_presses
-from papilla.errors import SolverError
-from papilla.finger import Finger
+from papilla.core import cache
+from papilla.identification import PARAMETERS, diagnose, identify
+from papilla.identification.parameters import kind
+from papilla.identification.suggest import suggest_presses
+from papilla.core.errors import SolverError
+from papilla.model.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import STICK, Friction, friction_coefficient
-from papilla.studies.verify.axisymmetric import presses as presses_of
-from papilla.studies.verify.axisymmetric.bodies import Bodies, Rubber
-from papilla.units import gf_to_newton
+from papilla.model.specimen import STICK, Friction, friction_coefficient
+from papilla.references.axisymmetric import presses as presses_of
+from papilla.references.axisymmetric.bodies import Bodies, Rubber
+from papilla.core.units import gf_to_newton
 
 SIZE_MM: float | None = None
 """Elements at the contact of the fit; None is what `identify` takes."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import typer
 
 from papilla.calibration import Calibration
-from papilla.studies.estimator_bench.cost import costs
+from benchmarks.estimators.cost import costs
 
 
 def main(calibration: Path | None = None, seconds: float = 4.0) -> None:

@@ -10,10 +10,10 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.calibrate.job import calibrate_finger
-from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.calibration.fitting.job import calibrate_finger
+from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 
 MESHES = (5, 6)
 FRICTIONS = (0.0, 0.03, 0.06, 0.1, 0.15, 0.2, "stick")

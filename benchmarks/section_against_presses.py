@@ -18,9 +18,9 @@ from papilla.fem.sliding.coulomb import Laws, Rubbed, rub
 from papilla.fem.sliding.felt_profile import FeltProfile
 from papilla.fem.sliding.section import ReducedSection
 from papilla.fem.sliding.tying import FLAT, tie
-from papilla.finger import Dome, Finger
+from papilla.model.finger import Dome, Finger
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.specimen import Grating, Specimen
+from papilla.model.specimen import Grating, Specimen
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_N = (0.1, 0.3, 0.6)

@@ -11,20 +11,20 @@ from dataclasses import replace
 import numpy as np
 import typer
 
-from papilla.calibrate.identification import identify
-from papilla.calibrate.identification.posing import SIZE_MM
-from papilla.calibrate.press_table import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
-from papilla.calibrate.suggest import FORCES_N, suggest_presses
+from papilla.identification import identify
+from papilla.identification.posing import SIZE_MM
+from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
+from papilla.identification.suggest import FORCES_N, suggest_presses
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
-from papilla.finger import Bench, Finger
+from papilla.model.finger import Bench, Finger
 from papilla.logs import PressLog
-from papilla.specimen import STICK, THICKNESS_MM, Block
+from papilla.model.specimen import STICK, THICKNESS_MM, Block
 
 MODULI = (0.089, 0.51, 0.72)
 FORCE_ERROR, NOISE = 0.01, 5.0
 LEAST_SLOPE = 0.02
-"""As in `papilla.calibrate.suggest`: E is told no better than this slope of ln S_d lets it."""
+"""As in `papilla.identification.suggest`: E is told no better than this slope of ln S_d lets it."""
 
 
 def drawn(random, design):

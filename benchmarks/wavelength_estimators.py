@@ -7,7 +7,7 @@ Run with `python benchmarks/wavelength_estimators.py --scenes hum late --methods
 import argparse
 
 from papilla.cli.bench import print_scenes
-from papilla.studies.estimator_bench.comparison import LONG, Plan, compare
+from benchmarks.estimators.comparison import LONG, Plan, compare
 
 
 def main() -> None:

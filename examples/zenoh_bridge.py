@@ -20,7 +20,7 @@ from typing import Any
 
 import msgspec
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import Address, Trust
 from papilla.telepresence.messages import MAX_BYTES, Parameters, Quantity, decode
 

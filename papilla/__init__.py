@@ -3,7 +3,7 @@
 Every name is imported on first use, so that `import papilla` costs nothing (no numpy, no FEM).
 """
 
-from papilla._lazy import attach as _attach
+from papilla.core._lazy import attach as _attach
 
 __version__ = "0.2.0"
 __getattr__, __dir__, __all__ = _attach(__name__, __file__)

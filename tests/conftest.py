@@ -31,7 +31,7 @@ def cache_folder(tmp_path_factory):
         patch.setenv("PAPILLA_CACHE", str(folder))
         patch.setenv("MPLBACKEND", "Agg")
         # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
-        patch.setattr("papilla.cache.PATIENCE_S", 600.0)
+        patch.setattr("papilla.core.cache.PATIENCE_S", 600.0)
         yield folder
 
 

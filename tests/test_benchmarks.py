@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import typer
 
-from papilla.calibrate.identification.posing import family_of
+from papilla.identification.posing import family_of
 from papilla.fem.pressing.response import response
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import Block, Friction
+from papilla.model.specimen import Block, Friction
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references.bounds import chirp_bound, frequency_bound
 
 RATE, COUNT, NOISE = 1000.0, 200, 0.05

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references.bounds import modulus_bound
 
 

@@ -17,17 +17,18 @@ import pytest
 from filelock import FileLock
 
 import papilla
-from papilla import cache, calibrate, fem, mesh, references
+from papilla.core import cache
+from papilla import calibration as calibrate, fem, mesh, references
 from papilla.calibration import Calibration
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS
 from papilla.mesh.surfaces import Ellipsoid, TriangleSurface
 from papilla.mesh.worker import read_surface
-from papilla.specimen import Block, Sphere
+from papilla.model.specimen import Block, Sphere
 from papilla.view import pictures
 from papilla.view.strain_field import strain_figure
 
@@ -74,15 +75,15 @@ def test_a_key_tells_values_apart():
     values = [(), (1, 2.0), (2, 1.0), ("1", 2.0), (1, 2.0 + 1e-15), ((1, 2.0),), (None,), (True,), (b"1",), (long,)]
     values += [(other,), (long.astype(np.float32),), (long.reshape(50, 100),), ({"a": 1},), ({"b": 1},)]
     values += [(Block(0.5, 10.0),), (Block(0.5, 10.1),), (Sphere(0.5, 10.0),), (Block(0.5, 10.0), 1)]
-    keys = [cache.key("papilla.files", *parts) for parts in values]
+    keys = [cache.key("papilla.core.files", *parts) for parts in values]
     assert len(set(keys)) == len(values)
-    assert keys == [cache.key("papilla.files", *parts) for parts in values]
-    assert cache.key("papilla.files", np.float64(0.7)) == cache.key("papilla.files", 0.7)
+    assert keys == [cache.key("papilla.core.files", *parts) for parts in values]
+    assert cache.key("papilla.core.files", np.float64(0.7)) == cache.key("papilla.core.files", 0.7)
 
 
 def test_what_has_no_content_of_its_own_is_no_part_of_a_key():
     with pytest.raises(InputError, match="cannot depend on a function"):
-        cache.key("papilla.files", lambda: 1)
+        cache.key("papilla.core.files", lambda: 1)
     with pytest.raises(InputError, match=r"papilla\.nothing is no module of papilla"):
         cache.key("papilla.nothing", 1)
 
@@ -171,9 +172,9 @@ def test_a_constant_moves_the_keys_of_all_that_may_use_it_and_of_nothing_else(ed
 
 def test_names_that_a_package_imports_on_first_use_count_too(edit):
     edit("calibrate/checking.py", None, "from papilla.view import strain\n")
-    before = cache.key("papilla.calibrate.checking", 1)
+    before = cache.key("papilla.calibration.fitting.checking", 1)
     edit("view/strain_field.py")
-    assert cache.key("papilla.calibrate.checking", 1) != before
+    assert cache.key("papilla.calibration.fitting.checking", 1) != before
 
 
 def test_a_key_changes_with_the_versions_of_what_it_is_computed_with(monkeypatch):

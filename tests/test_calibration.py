@@ -21,8 +21,8 @@ from papilla.calibration import (
 from papilla.calibration.document import SCHEMA, to_document
 from papilla.calibration.readouts import two_ended
 from papilla.calibration.surface import Surface
-from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.sealed import checksum
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.sealed import checksum
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
 

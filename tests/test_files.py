@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from papilla import files
-from papilla.errors import FileAccessError, InputError
-from papilla.files import check_writable, replacing, replacing_set, scratch, write_text
-from papilla.tables import write_table
+from papilla.core import files
+from papilla.core.errors import FileAccessError, InputError
+from papilla.core.files import check_writable, replacing, replacing_set, scratch, write_text
+from papilla.core.tables import write_table
 
 
 def test_replaces_the_file_and_leaves_nothing_beside_it(tmp_path):
@@ -128,7 +128,7 @@ def test_no_file_of_a_new_set_stands_beside_one_of_the_old(tmp_path, monkeypatch
 def left_by_a_killed_process(*places):
     """What a process leaves at each place that is killed while it writes there."""
     code = (
-        "import os, sys\nfrom papilla.files import replacing\n"
+        "import os, sys\nfrom papilla.core.files import replacing\n"
         "contexts = [replacing(place) for place in sys.argv[1:]]\n"
         "for context in contexts: context.__enter__().write_text('half')\n"
         "os._exit(9)\n"

@@ -7,11 +7,22 @@ import tomllib
 
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError, InputError, PapillaError
-from papilla.finger import DEFAULT_FINGER, SHIPPED_FINGERS, Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
-from papilla.finger_file import FORMS
-from papilla.materials import NeoHookean, Ogden, Yeoh
-from papilla.specimen import Block
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
+from papilla.model.finger import (
+    DEFAULT_FINGER,
+    SHIPPED_FINGERS,
+    Bench,
+    Dome,
+    Finger,
+    Gauge,
+    Layer,
+    Ridges,
+    Slab,
+    Surfaces,
+)
+from papilla.model.file import FORMS
+from papilla.model.materials import NeoHookean, Ogden, Yeoh
+from papilla.model.specimen import Block
 
 TEXT = DEFAULT_FINGER.read_text()
 SLAB = """
@@ -458,9 +469,9 @@ def test_a_finger_built_in_python_is_checked_alike():
 
 
 def test_a_saved_design_is_the_same_finger(tmp_path):
-    from papilla.finger import Bench
-    from papilla.finger_parts import Identified
-    from papilla.materials import Ogden
+    from papilla.model.finger import Bench
+    from papilla.model.parts import Identified
+    from papilla.model.materials import Ogden
 
     told = Identified(
         status='ok: "quoted", µ and\ttab',
@@ -510,7 +521,7 @@ def test_a_saved_design_is_the_same_finger(tmp_path):
     ],
 )
 def test_an_identification_that_does_not_fit_together_is_refused(change, message):
-    from papilla.finger_parts import Identified
+    from papilla.model.parts import Identified
 
     given = {
         **{"status": "ok", "presses": 3, "specimen": "block", "friction": 0.0, "touch_down_mm": 0.0},

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.logs import read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.logs import TimeLogFile, read_time_log
 
 ROWS = "t_s,g1,force_N,velocity_mm_s,torque_Nmm\n0,1,0.5,10,8\n0.001,2,0.5,10,-8\n0.002,3,0.5,10,nan\n"

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.materials import (
+from papilla.core.errors import InputError
+from papilla.model.materials import (
     MATERIALS,
     MODES,
     FirstInvariantMaterial,

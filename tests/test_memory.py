@@ -2,8 +2,8 @@
 
 import pytest
 
-from papilla import memory
-from papilla.errors import MemoryEstimateError, PapillaError
+from papilla.core import memory
+from papilla.core.errors import MemoryEstimateError, PapillaError
 
 MEMINFO = "MemTotal:       24000000 kB\nMemFree:         1000000 kB\nMemAvailable:   20000000 kB\n"
 

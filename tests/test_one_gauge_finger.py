@@ -1,6 +1,6 @@
 """The second design that ships: the one-gauge finger of 2011."""
 
-from papilla.finger import Finger, Slab
+from papilla.model.finger import Finger, Slab
 
 
 def test_it_loads_and_is_what_its_paper_says():

@@ -1,4 +1,4 @@
-"""What comes from outside passes through `papilla.outside`, and what is written through `papilla.files`: found in the
+"""What comes from outside passes through `papilla.core.outside`, and what is written through `papilla.core.files`: found in the
 syntax trees of the package; and what those functions refuse."""
 
 import ast
@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla import outside
-from papilla.errors import FileAccessError, FileFormatError, InputError, NotOwnError
+from papilla.core import outside
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 
 ROOT = Path(__file__).parents[1]
 MODULES = sorted((ROOT / "papilla").rglob("*.py"))
@@ -42,7 +42,7 @@ WRITERS = (
 )  # fmt: skip
 WRITING_METHODS = ("write_text", "write_bytes", "savefig", "saving", "tofile", "to_csv", "rename", "symlink_to")
 TEMPORARY = ("replacing", "replacing_set", "scratch")
-"""Functions of `papilla.files` that give a temporary path: it replaces the file at the end, or goes with its folder."""
+"""Functions of `papilla.core.files` that give a temporary path: it replaces the file at the end, or goes with its folder."""
 
 EXCEPTIONS = {
     ("papilla/mesh/worker.py", "*"): "a script of the child process, which cannot import papilla; it reads what its "
@@ -115,8 +115,8 @@ def reads(name: str) -> bool:
 
 
 def faults(code: str, file: str) -> list[str]:
-    """The calls in a module that should be made by `papilla.outside` or `papilla.files`."""
-    if file in ("papilla/outside.py", "papilla/files.py"):
+    """The calls in a module that should be made by `papilla.core.outside` or `papilla.core.files`."""
+    if file in ("papilla/core/outside.py", "papilla/core/files.py"):
         return []
     excepted = [pattern for place, pattern in EXCEPTIONS if place == file]
     found = []
@@ -131,7 +131,7 @@ def faults(code: str, file: str) -> list[str]:
 
 
 def test_every_reader_listener_and_writer_goes_through_its_module():
-    """A new one belongs into papilla/outside.py or papilla/files.py, with owner, type, bound and check."""
+    """A new one belongs into papilla/core/outside.py or papilla/core/files.py, with owner, type, bound and check."""
     found = [line for path in MODULES for line in faults(path.read_text(), path.relative_to(ROOT).as_posix())]
     assert found == []
 

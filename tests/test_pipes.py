@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError
+from papilla.core.errors import FileFormatError
 from papilla.logs import TimeLogFile, time_log
-from papilla.pipes import LiveText
-from papilla.tables import Table
+from papilla.core.pipes import LiveText
+from papilla.core.tables import Table
 
 
 def rows(count: int) -> list[str]:
@@ -28,7 +28,7 @@ def pipe(monkeypatch):
     """Standard input in the place of the real one: writes text to it; `None` ends it."""
     reading, writing = os.pipe()
     stdin = os.fdopen(reading)
-    monkeypatch.setattr("papilla.pipes.sys.stdin", stdin)
+    monkeypatch.setattr("papilla.core.pipes.sys.stdin", stdin)
     ends = {writing}
 
     def write(text: str | None) -> None:

@@ -67,7 +67,7 @@ def test_a_lazy_package_offers_what_its_stub_names(package):
 
 
 def test_every_error_is_a_papilla_error_and_a_builtin():
-    from papilla import errors
+    from papilla.core import errors
 
     found = [value for value in vars(errors).values() if isinstance(value, type) and issubclass(value, Exception)]
     assert len(found) >= 5

@@ -73,9 +73,9 @@ def laboratory(tmp_path_factory):
         header = "t_s,g1,g2,g3,g4,g5,velocity_mm_s"
         np.savetxt(folder / f"{name}.csv", np.column_stack(columns), delimiter=",", header=header, comments="")
     (folder / "their_log.csv").write_text("time (ms),Fz [N],ch1,ch2\n0,0.1,1,2\n1,0.2,2,3\n2,0.2,2,3\n")
-    table = papilla.calibrate.sweep(reduced, moduli=np.geomspace(0.05, 2, 14), forces=np.geomspace(0.05, 1, 16))
+    table = papilla.calibration.sweep(reduced, moduli=np.geomspace(0.05, 2, 14), forces=np.geomspace(0.05, 1, 16))
     (folder / "calibration").mkdir()
-    papilla.calibrate.fit(table).save(folder / "calibration" / "calibration.json")
+    papilla.calibration.fit(table).save(folder / "calibration" / "calibration.json")
     shutil.copytree(folder / "calibration", folder / "mine")
     finger.save(folder / "finger.toml")
     ramp = np.linspace(0, 1, 200)
@@ -95,8 +95,8 @@ def test_a_command_runs(line, laboratory, tmp_path, monkeypatch, capsys):
 
     here = shutil.copytree(laboratory, tmp_path / "laboratory")
     monkeypatch.chdir(here)
-    monkeypatch.setattr("papilla.studies.bench.peers.run_peers", lambda *_, **__: ())
-    monkeypatch.setattr("papilla.calibrate.identification.posing.SIZE_MM", 2.8)  # Identifying takes a third of the time
+    monkeypatch.setattr("benchmarks.presses.peers.run_peers", lambda *_, **__: ())
+    monkeypatch.setattr("papilla.identification.posing.SIZE_MM", 2.8)  # Identifying takes a third of the time
     if line.startswith("papilla new"):
         (here / "finger.toml").unlink()
     with pytest.raises(SystemExit) as end:

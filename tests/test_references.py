@@ -8,9 +8,9 @@ import pytest
 from scipy import integrate, special
 
 from papilla import references as ref
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references.layer import panel_quadrature
-from papilla.specimen import HalfSpace
+from papilla.model.specimen import HalfSpace
 
 NUS = (0.0, 0.3, 0.495, 0.5)
 

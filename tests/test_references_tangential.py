@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate, special
 
 from papilla import references as ref
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references.halfspace import _through_thick, _through_thin
 
 NUS = (0.0, 0.3, 0.495, 0.5)

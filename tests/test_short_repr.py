@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla.calibrate import MaterialTests, fit_material
+from papilla.calibration import MaterialTests, fit_material
 from papilla.calibration import PositionTerms, Surface
 from papilla.logs import PressLog
-from papilla.materials import NeoHookean
+from papilla.model.materials import NeoHookean
 
 STRETCH = np.linspace(1.0, 2.0, 30)
 TESTS = MaterialTests(STRETCH, NeoHookean(0.1).nominal_stress(STRETCH, "uniaxial"), "uniaxial")

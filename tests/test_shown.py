@@ -7,11 +7,11 @@ import pytest
 from made_up_sweep import make_sweep
 
 import papilla
-from papilla.calibrate import fit, sweep
+from papilla.calibration import fit, sweep
 from papilla.calibration import SoftnessStatus
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.estimators import Pipeline
-from papilla.finger import DEFAULT_FINGER
+from papilla.model.finger import DEFAULT_FINGER
 
 SWEEP = make_sweep(np.geomspace(0.02, 5, 12), np.geomspace(0.05, 1, 12))
 

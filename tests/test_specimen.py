@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.specimen import Block, Grating, HalfSpace, Sphere
+from papilla.core.errors import InputError
+from papilla.model.specimen import Block, Grating, HalfSpace, Sphere
 
 GOOD = (HalfSpace(0.5), Block(0.5, 10.0), Sphere(0.5, 8.0), Grating(1.5, 0.5, 0.3))
 each = pytest.mark.parametrize("specimen", GOOD, ids=lambda specimen: type(specimen).__name__)

@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 RIGHT = [
-    "finger: papilla.finger.Finger = papilla.Finger.default()",
+    "finger: papilla.model.finger.Finger = papilla.Finger.default()",
     "skin: float = papilla.Layer(0.1).modulus + papilla.Ogden(1.0, 2.0).mu",
     "pipeline = papilla.estimators.Pipeline(gauges=2)",
     "picture = papilla.view.strain_figure",
@@ -21,7 +21,7 @@ WRONG = ["papilla.Fingre", "papilla.Finger.default().outre", "papilla.estimators
 @pytest.mark.slow
 def test_right_code_passes_and_each_misspelt_name_is_an_error(tmp_path):
     snippet = tmp_path / "snippet.py"
-    snippet.write_text("\n".join(["import papilla", "import papilla.finger", *RIGHT, *WRONG]))
+    snippet.write_text("\n".join(["import papilla", "import papilla.model.finger", *RIGHT, *WRONG]))
     # In the project's folder, so with its options and with what `make lint` has cached
     command = [sys.executable, "-m", "mypy", str(snippet)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla import units
+from papilla.core import units
 
 
 def test_gram_force_is_standard_gravity_times_a_gram():
@@ -26,7 +26,7 @@ def test_arrays_are_converted_element_by_element():
 
 @pytest.mark.parametrize("former", ["MS", "UM", "KPA"])
 def test_former_names_of_factors_warn(former):
-    with pytest.warns(DeprecationWarning, match=f"papilla.units.{former} is now"):
+    with pytest.warns(DeprecationWarning, match=f"papilla.core.units.{former} is now"):
         assert getattr(units, former) == 1000.0
     with pytest.raises(AttributeError, match="has no attribute 'FURLONG'"):
         units.FURLONG  # noqa: B018

@@ -5,7 +5,7 @@ import os
 import pytest
 from killed_client import worker_ends_with
 
-from papilla.workers import counted, workers
+from papilla.core.workers import counted, workers
 
 
 def doubled(number, say):
@@ -50,7 +50,7 @@ def test_counts_say_what_is_left_until_nothing_is():
 
 CLIENT = """
 import os, sys, time
-from papilla.workers import workers
+from papilla.core.workers import workers
 
 def name(say):
     return os.getpid()

@@ -15,7 +15,7 @@ PACKAGES = (
     "papilla",
     "papilla.mesh",
     "papilla.fem",
-    "papilla.calibrate",
+    "papilla.calibration",
     "papilla.estimators",
     "papilla.telepresence",
     "papilla.view",

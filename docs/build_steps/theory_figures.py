@@ -12,7 +12,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 import papilla
 from papilla import Block, Finger, fem
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.scenes.scenes import scene
 from papilla.view import contact_figure, plots, png
 from papilla.view.style import ACCENTS, GAUGE_COLOR, INK, MUTED, plain_log, styled
 

@@ -1,4 +1,4 @@
-"""The calibration record (NumPy; pydantic to load a file). `papilla.calibrate` makes it; the estimators use it."""
+"""The calibration record (NumPy; pydantic to load a file). `papilla.calibration` makes it; the estimators use it."""
 
 from papilla.calibration.published import Quadratic as Quadratic
 from papilla.calibration.published import QuadraticInverse as QuadraticInverse

@@ -20,9 +20,9 @@ from papilla.calibration.readouts import (
     Uncertainty,
 )
 from papilla.calibration.surface import DEGREE, Axes, Surface
-from papilla.errors import FileFormatError, InputError
-from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.sealed import read_sealed
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.file_models import first_of, in_words, keys_of, table
+from papilla.core.sealed import read_sealed
 
 SCHEMA = "papilla.calibration/1"
 

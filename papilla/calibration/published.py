@@ -14,10 +14,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.short_repr import short_repr
-from papilla.units import gf_to_newton, newton_to_gf
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.core.short_repr import short_repr
+from papilla.core.units import gf_to_newton, newton_to_gf
 
 FORWARD_TERMS = ("f2", "f", "E2", "E", "1")
 INVERSE_TERMS = ("sd", "f2", "f", "1")

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.calibration.surface import DEGREE, ORDER, Axes, Spline, Surface, inside
-from papilla.errors import InputError
-from papilla.short_repr import short_repr
-from papilla.status import Named, Status
+from papilla.core.errors import InputError
+from papilla.core.short_repr import short_repr
+from papilla.core.status import Named, Status
 
 LEVEL = 0.95
 """Probability of the stated intervals."""

@@ -15,14 +15,14 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
+from papilla.core import checks
 from papilla.calibration import readouts
 from papilla.calibration.published import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import Compact, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus
-from papilla.errors import InputError
-from papilla.sealed import write_sealed
-from papilla.short_repr import html_table, short_repr
-from papilla.units import PER_CENT
+from papilla.core.errors import InputError
+from papilla.core.sealed import write_sealed
+from papilla.core.short_repr import html_table, short_repr
+from papilla.core.units import PER_CENT
 
 GRID = 8
 """Points along each axis of the domain over which an error is averaged."""

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.errors import InputError
-from papilla.short_repr import short_repr
+from papilla.core.errors import InputError
+from papilla.core.short_repr import short_repr
 
 DEGREE = 3
 """Degree of the splines: an axis of n cells has n + DEGREE coefficients."""

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import PROCESSES, FingerOption, design_of, keep_inputs, option, surface_files
 from papilla.cli.output import Answer, plain, progress, say, show_rows, tell
-from papilla.errors import InputError
-from papilla.units import MS_PER_S, PER_CENT
+from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_S, PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibration import Calibration
-    from papilla.studies.bench import Bench
-    from papilla.studies.estimator_bench.comparison import Row
-    from papilla.studies.estimator_bench.touches import TouchRow
+    from papilla.cli.speed import Bench
+    from benchmarks.estimators.comparison import Row
+    from benchmarks.estimators.touches import TouchRow
 
 PLOT, HONESTY_PLOT = "speed_against_error.png", "estimators.png"
 COST_SECONDS = 4.0
@@ -56,10 +56,10 @@ def bench(
             raise InputError("--finger is for the fidelities, not for --estimators")
         return bench_estimators(short, out)
     from papilla.fem.pressing.pricing import price
-    from papilla.files import check_writable
-    from papilla.studies import bench as study
-    from papilla.studies.bench.peers import missing_peers, run_peers
-    from papilla.view.study_plots import price_figure
+    from papilla.core.files import check_writable
+    from papilla.cli import speed as study
+    from benchmarks.presses.peers import missing_peers, run_peers
+    from papilla_papers.study_plots import price_figure
     from papilla.view.style import write_png
 
     folder = out or Path.cwd()
@@ -108,10 +108,10 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
     `short` makes one run per scene, and leaves out softness, which needs a calibrated finger. The picture is written to
     the folder `out`. Raises `FileAccessError` before any work if that is not possible.
     """
-    from papilla.files import check_writable
-    from papilla.studies.estimator_bench.comparison import LONG, SHORT, compare
-    from papilla.studies.estimator_bench.cost import costs
-    from papilla.view.study_plots import honesty_figure
+    from papilla.core.files import check_writable
+    from benchmarks.estimators.comparison import LONG, SHORT, compare
+    from benchmarks.estimators.cost import costs
+    from papilla_papers.study_plots import honesty_figure
     from papilla.view.style import write_png
 
     if out is not None:
@@ -121,9 +121,9 @@ def bench_estimators(short: bool, out: Path | None) -> Answer:
     touches: tuple[TouchRow, ...] = ()
     with progress() as shown:
         if not short:
-            from papilla.calibrate.job import calibrate_finger
-            from papilla.finger import Finger
-            from papilla.studies.estimator_bench.touches import feel
+            from papilla.calibration.fitting.job import calibrate_finger
+            from papilla.model.finger import Finger
+            from benchmarks.estimators.touches import feel
 
             finger = Finger.default()
             calibration = calibrate_finger(finger, progress=shown.line).calibration

@@ -7,7 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.checks import positive
+from papilla.core.checks import positive
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
@@ -24,15 +24,15 @@ from papilla.cli.options import (
     surface_files,
 )
 from papilla.cli.output import CHECK_FAILED, Answer, Progress, plain, print_table, progress, show_table, tell
-from papilla.errors import InputError
-from papilla.units import PER_CENT
+from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.calibrate.checking import Check, Recovery
-    from papilla.calibrate.job import Calibrated
-    from papilla.finger import Finger
+    from papilla.calibration.fitting.checking import Check, Recovery
+    from papilla.calibration.fitting.job import Calibrated
+    from papilla.model.finger import Finger
     from papilla.logs import PressLog
-    from papilla.specimen import Friction
+    from papilla.model.specimen import Friction
 
 DEFAULT_OUT = Path("calibration")
 _OPTIONS = {"forces": "force-range (N)", "moduli": "moduli (MPa)"}
@@ -72,7 +72,7 @@ class SweepOptions:
         """Forces, moduli and `quick` as arguments of `calibrate_finger`; raises `InputError`."""
         import numpy as np
 
-        from papilla.calibrate.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
+        from papilla.calibration.fitting.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
 
         given = {"forces": self.force_range, "moduli": self._moduli()}
         usual = {"forces": DEFAULT_FORCES, "moduli": DEFAULT_MODULI}
@@ -128,7 +128,7 @@ def calibrate(
     rubbing, table = read_friction(friction), swept.table()
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
-    from papilla.files import check_writable, write_text
+    from papilla.core.files import check_writable, write_text
 
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
@@ -148,8 +148,8 @@ def calibrate(
         with about(bench):
             done = _calibrated(log, design, rubbing, size_mm, shown, table)
         check_writable(out)
-        from papilla.calibrate import c_header
-        from papilla.calibrate import check as recovered
+        from papilla.calibration import c_header
+        from papilla.calibration import check as recovered
 
         found = None
         if presses is not None:
@@ -174,7 +174,7 @@ def _calibrated(
     table: dict[str, Any],
 ) -> "Calibrated":
     """The calibration of a design, or of the finger that made the presses of a log."""
-    from papilla.calibrate import job
+    from papilla.calibration.fitting import job
 
     how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES, **table}
     how |= {"progress": shown.line, "steps": shown.steps}
@@ -185,8 +185,8 @@ def _calibrated(
 
 def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: Progress) -> None:
     """Write all results, or none."""
-    from papilla.calibrate.report.page import write_report
-    from papilla.files import replacing_set
+    from papilla.calibration.fitting.page import write_report
+    from papilla.core.files import replacing_set
 
     if done.bench is not None:
         finger = done.bench.finger

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from papilla.cli.options import PROCESSES, argument, keep_inputs, option
 from papilla.cli.output import Answer, progress, say, show_rows, tell
-from papilla.errors import InputError
-from papilla.units import MS_PER_S
+from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_S
 
 if TYPE_CHECKING:
     from papilla.design.results import Outcome

@@ -23,7 +23,8 @@ def doctor(
 
     The environment variable PAPILLA_CACHE names the cache's folder. Exit code 1 says that a check failed.
     """
-    from papilla import __version__, cache
+    from papilla import __version__
+    from papilla.core import cache
 
     removed = 0
     if clean:
@@ -42,7 +43,7 @@ def doctor(
         "cache": _cache() | {"removed_bytes": removed},
         "extras": extras,
     }
-    from papilla.studies.self_test import self_test
+    from papilla.verify.self_test import self_test
 
     began = perf_counter()
     cases = [case_keys(case) for case in self_test()]
@@ -80,13 +81,13 @@ def _rendering() -> str:
 
 
 def _threads() -> dict:
-    from papilla.workers import THREADS
+    from papilla.core.workers import THREADS
 
     return {"cores": os.cpu_count(), "processes": PROCESSES} | {name: os.environ.get(name) for name in THREADS}
 
 
 def _cache() -> dict:
-    from papilla import cache
+    from papilla.core import cache
 
     sizes = cache.entries()
     kinds: dict[str, int] = {}

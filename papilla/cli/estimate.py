@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
 from papilla.cli.output import Progress, progress
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ class EstimatorOptions:
 
     def check(self) -> None:
         """Raise `InputError` for options that exclude each other, or a range that does not rise."""
-        from papilla import checks
+        from papilla.core import checks
 
         if self.softness not in ("gauges", "surface", "sd") and self.thickness is not None:
             raise InputError(f"--thickness is for the calibrated surfaces: --softness {self.softness} knows none")
@@ -61,7 +61,7 @@ class EstimatorOptions:
     def pipeline(self, record: "Calibration | None", recorded: "TimeLogFile", noise: dict[str, Any]) -> "Pipeline":
         """The pipeline for a log; raises `InputError`."""
         from papilla.estimators import Doubts, Pipeline
-        from papilla.finger import Finger
+        from papilla.model.finger import Finger
 
         chosen: dict[str, Any] = {
             "wavelength_range_mm": self.wavelength_range,
@@ -101,7 +101,7 @@ def estimate(
     from papilla.calibration.document import read_calibration
     from papilla.cli.estimate_summary import Summary, show, write_pictures
     from papilla.estimators.pipeline import PipelineEstimate
-    from papilla.files import check_writable
+    from papilla.core.files import check_writable
     from papilla.logs.frames import estimates_writer
 
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
@@ -156,8 +156,8 @@ def _picture(recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None) -
 
 def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | None], as_json: bool) -> Path | None:
     """Refuse impossible outputs; returns the path of the summary, None if standard output has the estimates."""
-    from papilla.files import sidecar
-    from papilla.pipes import PIPE
+    from papilla.core.files import sidecar
+    from papilla.core.pipes import PIPE
 
     if out == PIPE and as_json:
         raise InputError("--out - and --json both want standard output: give one of them")
@@ -221,7 +221,7 @@ class DepthModulus:
     """
 
     def __init__(self, calibration: Path | None, recorded: "TimeLogFile", pipeline: "Pipeline"):
-        from papilla.estimators.published.force_depth import DepthErrors, ForceDepth
+        from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
         from papilla.logs import read_presses
 
         if calibration is None or "force_N" not in recorded.optional:

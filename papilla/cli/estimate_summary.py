@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla.cli.output import json_text, print_json, say, show_table, tell
-from papilla.errors import InputError
-from papilla.units import PER_CENT
+from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
     import numpy as np
 
     from papilla.estimators import Pipeline, PipelineEstimate
-    from papilla.estimators.lines import LineSpectrum
+    from papilla.estimators.wavelength.lines import LineSpectrum
     from papilla.logs import TimeLogFile
     from papilla.view.log_picture import LogPicture
 
@@ -52,7 +52,7 @@ LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at o
 def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
     """Write the summary to the file next to the estimates, and to stdout unless that has the estimates; write notes on
     the log, and advice, to stderr."""
-    from papilla.files import write_text
+    from papilla.core.files import write_text
 
     if summary["summary"] is None:
         for line in legend(summary):
@@ -90,7 +90,7 @@ def write_pictures(
     page: Path | None,
 ) -> None:
     """The picture of the log and its estimates (png, pdf or svg), and a page of the summary with this picture."""
-    from papilla.files import write_text
+    from papilla.core.files import write_text
     from papilla.view.page import environment, image
     from papilla.view.style import content, kind_of, write_bytes
 
@@ -323,7 +323,7 @@ class Summary:
             return [], None
         import numpy as np
 
-        from papilla.estimators.lines import find_lines, latest_stretch
+        from papilla.estimators.wavelength.lines import find_lines, latest_stretch
 
         names = self._log.gauge_names
         rows = np.concatenate(self._tail)[-LONGEST_ROWS:]
@@ -361,7 +361,7 @@ class Summary:
 
         from papilla.estimators.pipeline import path
         from papilla.estimators.pipeline.clock import Clock
-        from papilla.tables import BLOCK
+        from papilla.core.tables import BLOCK
 
         clock, names = Clock(self._log.sample_rate_Hz), ("velocity_mm_s", "position_mm")
         at = [self._columns.index(name) if name in self._columns else None for name in names]

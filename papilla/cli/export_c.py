@@ -15,9 +15,9 @@ def export_c(
 ) -> Answer:
     """Write the modulus with sigma, 95 % interval and status as C code: five coefficients, with checks of their
     ranges."""
-    from papilla.calibrate.export_c import c_header
+    from papilla.calibration.fitting.export_c import c_header
     from papilla.calibration import Calibration
-    from papilla.files import write_text
+    from papilla.core.files import write_text
 
     keep_inputs([calibration], [out])
     write_text(out, c_header(Calibration.load(calibration), real))

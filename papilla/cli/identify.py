@@ -24,15 +24,15 @@ from papilla.cli.options import (
     surface_files,
 )
 from papilla.cli.output import CHECK_FAILED, Answer, print_table, progress, tell
-from papilla.errors import InputError
-from papilla.units import PER_CENT
+from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.calibrate.identification import Diagnosis, Identification, Noise
-    from papilla.calibrate.suggest import Suggestion
-    from papilla.finger import Finger
+    from papilla.identification import Diagnosis, Identification, Noise
+    from papilla.identification.suggest import Suggestion
+    from papilla.model.finger import Finger
     from papilla.logs import PressLog
-    from papilla.specimen import Specimen
+    from papilla.model.specimen import Specimen
 
 _UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
 MOST_NAMED = 4
@@ -100,7 +100,7 @@ class SuggestOptions:
         return {} if self.suggest is None else self._found(found, moduli)
 
     def _found(self, known: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
-        from papilla.calibrate.suggest import suggest_presses
+        from papilla.identification.suggest import suggest_presses
 
         places: Any = self.read_places()
         return suggested(
@@ -140,10 +140,10 @@ def identify(
         return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **given)
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
-    from papilla.calibrate.identification import Noise, diagnose, record
-    from papilla.calibrate.identification import identify as fit
-    from papilla.calibrate.report.identification_page import write_identification
-    from papilla.files import check_writable, replacing_set
+    from papilla.identification import Noise, diagnose, record
+    from papilla.identification import identify as fit
+    from papilla.identification.page import write_identification
+    from papilla.core.files import check_writable, replacing_set
 
     outputs = [path for path in (out, report) if path is not None]
     design = design_of(finger)
@@ -214,7 +214,7 @@ def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
 
 
 def _print(summary: dict) -> None:
-    from papilla.calibrate.identification.parameters import kind, plain_value
+    from papilla.identification.parameters import kind, plain_value
 
     rows, still = [], []
     for name, one in summary["parameters"].items():
@@ -286,7 +286,7 @@ def _loops_of(log: "PressLog") -> dict:
 def _relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
     """Relaxation fitted to the longest touch of a log: its Prony terms as plain values for `--json`, and what the table
     `[identified]` of the design keeps of them. Both are empty without `--relaxation`."""
-    from papilla.calibrate.one_touch import fit_touch
+    from papilla.identification.one_touch import fit_touch
     from papilla.logs import read_presses
 
     if terms is None:
@@ -320,8 +320,8 @@ def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object
         raise InputError("--compare needs the log of the new presses")
     if asked := [name for name, value in given.items() if value]:
         raise InputError(f"--{asked[0].replace('_', '-')} does not go with --compare: the identified design says all")
-    from papilla.calibrate.identification import compare
-    from papilla.finger import Finger
+    from papilla.identification import compare
+    from papilla.model.finger import Finger
     from papilla.logs import read_presses
 
     finger, presses = Finger.load(old), read_presses(log, log_map=log_map)

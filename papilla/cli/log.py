@@ -15,7 +15,7 @@ def map(
     it on."""
     from rich.table import Table
 
-    from papilla.files import write_text
+    from papilla.core.files import write_text
     from papilla.logs.proposal import propose
 
     keep_inputs([file], [out])

@@ -19,21 +19,21 @@ from papilla.cli.design import design
 from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
 from papilla.cli.export_c import export_c
-from papilla.cli.figures import figures
+from papilla_papers.cli.figures import figures
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
 from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, Answer, plain
 from papilla.cli.press import press
-from papilla.cli.reproduce import reproduce
+from papilla_papers.cli.reproduce import reproduce
 from papilla.cli.slide import slide
-from papilla.cli.telepresence import simulate
-from papilla.cli.telepresence_ends import display, sensor
+from papilla.telepresence.cli.commands import simulate
+from papilla.telepresence.cli.ends import display, sensor
 from papilla.cli.texture import classify, train
 from papilla.cli.verify import verify
 from papilla.cli.view import view
-from papilla.errors import InputError, PapillaError
+from papilla.core.errors import InputError, PapillaError
 
 TRACEBACK = "PAPILLA_TRACEBACK"
 """Environment variable that, if set, adds the traceback to the message of an internal error."""
@@ -104,7 +104,7 @@ def run(arguments: list[str] | None = None) -> None:
 
     0 done, 1 a check failed, 2 bad input, 70 an error of papilla's own (each one line on stderr), 130 interrupted.
     """
-    from papilla.workers import THREADS
+    from papilla.core.workers import THREADS
 
     _open_what_is_closed()
     # A command's matrices are small: a second thread doubles the processor time of a press without saving time

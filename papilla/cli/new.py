@@ -5,7 +5,7 @@ from typing import Literal
 
 from papilla.cli.options import argument, option
 from papilla.cli.output import Answer, tell
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 Shape = Literal["dome", "slab", "surfaces"]
 
@@ -18,8 +18,8 @@ def new(
     shape: Shape = option("dome", "Half ellipsoid, extruded section, or three surface files, which are written too."),
 ) -> Answer:
     """Write a commented design file to start from; nothing is overwritten."""
-    from papilla.files import replacing_set
-    from papilla.finger import DEFAULT_FINGER, Finger
+    from papilla.core.files import replacing_set
+    from papilla.model.finger import DEFAULT_FINGER, Finger
 
     own = {} if shape != "surfaces" else {getattr(Finger.default().shape, key): name for key, name in SURFACES.items()}
     written = [file, *map(file.with_name, own.values())]

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
-from papilla.checks import positive
+from papilla.core.checks import positive
 from papilla.cli.output import Answer, print_json, say
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Press
-    from papilla.finger import Finger
+    from papilla.model.finger import Finger
     from papilla.logs import PressLog
-    from papilla.specimen import Friction, Specimen
+    from papilla.model.specimen import Friction, Specimen
 
 PROCESSES = min(2, os.cpu_count() or 1)
 """Number of processes for long jobs; each takes up to 1 GB."""
@@ -128,8 +128,8 @@ def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
     """Use the values of a scene file as the defaults of the options."""
     if path is None:
         return None
-    from papilla.outside import read_toml
-    from papilla.tables import closest
+    from papilla.core.outside import read_toml
+    from papilla.core.tables import closest
 
     found = read_toml(path, "scene file")
     names = {option.opts[0].lstrip("-").replace("-", "_"): option.name for option in context.command.params}
@@ -169,7 +169,7 @@ def given(context: typer.Context, names: Iterable[str]) -> list[str]:
 
 def read_friction(text: str | None) -> "Friction | None":
     """The friction for an option's text, None if it is not given; raises `InputError`."""
-    from papilla.specimen import STICK, friction_coefficient
+    from papilla.model.specimen import STICK, friction_coefficient
 
     if text is None:
         return None
@@ -212,7 +212,7 @@ class SpecimenOptions:
     def of(self, modulus: float, design: "Finger") -> "Specimen":
         """The specimen, by default a block with the thickness of the design's bench. Raises `InputError` for an option
         that does not apply to its shape."""
-        from papilla.specimen import SPECIMEN_KINDS
+        from papilla.model.specimen import SPECIMEN_KINDS
 
         measures = {"block": ("thickness", self.thickness), "sphere": ("radius", self.radius)}
         for kind, (name, value) in measures.items():
@@ -230,7 +230,7 @@ def describe(specimen: "Specimen") -> dict:
     """Kind and dimensions of a specimen as plain values, under the names of files."""
     from dataclasses import asdict
 
-    from papilla.specimen import SPECIMEN_KINDS
+    from papilla.model.specimen import SPECIMEN_KINDS
 
     units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
     names = (kind for kind, made in SPECIMEN_KINDS.items() if made is type(specimen))
@@ -240,7 +240,7 @@ def describe(specimen: "Specimen") -> dict:
 
 def scene_of(touched: "Specimen", found: "Press") -> dict:
     """Specimen, friction and large strain of a press, as plain values and in words."""
-    from papilla.specimen import friction_words, physics_words
+    from papilla.model.specimen import friction_words, physics_words
 
     return {
         "specimen": describe(touched),
@@ -252,7 +252,7 @@ def scene_of(touched: "Specimen", found: "Press") -> dict:
 def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
     """Refuse an output that is an input or another output, also through a link or another spelling, or that cannot be
     replaced. If an output that may be written is a link, say which file is written."""
-    from papilla.files import target_of
+    from papilla.core.files import target_of
 
     written = [*outputs]
     given = [Path(name) for name in inputs if name is not None]
@@ -271,7 +271,7 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
 
 def ready(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) -> None:
     """`keep_inputs`, and make the folders of the outputs, so that a long computation does not fail at its end."""
-    from papilla.files import check_writable
+    from papilla.core.files import check_writable
 
     written = [*outputs]
     keep_inputs(inputs, written)
@@ -294,14 +294,14 @@ def read_press_log(path: Path, units: bool, **how: Any) -> "PressLog":
 
 def design_of(finger: Path | None) -> "Finger":
     """The design that `FingerOption` names, without it the default finger."""
-    from papilla.finger import Finger
+    from papilla.model.finger import Finger
 
     return Finger.load(finger or "default")
 
 
 def surface_files(design: "Finger") -> list[str]:
     """The files of a design's surfaces; empty for a dome or slab."""
-    from papilla.finger import Surfaces
+    from papilla.model.finger import Surfaces
 
     return [*vars(design.shape).values()] if isinstance(design.shape, Surfaces) else []
 

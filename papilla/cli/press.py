@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.checks import place, positive
+from papilla.core.checks import place, positive
 from papilla.cli.options import (
     FingerOption,
     FrictionOption,
@@ -21,12 +21,12 @@ from papilla.cli.options import (
     surface_files,
 )
 from papilla.cli.output import Answer, print_table, progress, tell
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Press, ReducedFinger
-    from papilla.finger import Finger
-    from papilla.specimen import Friction, Specimen
+    from papilla.model.finger import Finger
+    from papilla.model.specimen import Friction, Specimen
 
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
@@ -116,7 +116,7 @@ def _finite(
     """The press on the whole mesh, which sticks if neither the option nor the bench states a friction."""
     from papilla.fem.finite import press_finite
     from papilla.mesh import build
-    from papilla.specimen import STICK
+    from papilla.model.specimen import STICK
 
     friction = next(one for one in (rubbing, design.bench.friction, STICK) if one is not None)
     return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
@@ -163,7 +163,7 @@ def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"
     """
     import numpy as np
 
-    from papilla.tables import write_table
+    from papilla.core.tables import write_table
 
     count, loading = round((AIR_S + LOADING_S + HELD_S) * RATE_HZ), round(LOADING_S * RATE_HZ)
     time = np.arange(count) / RATE_HZ

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Literal
 
 from papilla.cli.options import FingerOption, SceneOption, design_of, keep_inputs, option, scene_of, surface_files
 from papilla.cli.output import Answer, finite, print_table, progress, tell
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Motion, Slide
     from papilla.fem.sliding.tying import Tie
-    from papilla.textures import Texture
+    from papilla.model.textures import Texture
 
 SCHEMA = "papilla.slide/1"
 DEPTH_MM, FORCE_N = 0.5, 0.3
@@ -31,8 +31,8 @@ class TextureOptions:
 
     def texture(self) -> "Texture":
         """The texture that the options describe; raises `InputError` for options that contradict each other."""
-        from papilla.specimen import Grating
-        from papilla.textures import MeasuredProfile
+        from papilla.model.specimen import Grating
+        from papilla.model.textures import MeasuredProfile
 
         if self.profile is not None:
             if not self.groove is self.ridge is self.depth is None or self.form != "trapezoid" or self.flank:
@@ -94,8 +94,9 @@ def slide(
 
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
     """
-    from papilla import checks, fem
-    from papilla.files import check_writable, sidecar
+    from papilla.core import checks
+    from papilla import fem
+    from papilla.core.files import check_writable, sidecar
     from papilla.mesh.section import patch_half_width
 
     truth = sidecar(out, "truth.json")
@@ -140,7 +141,7 @@ def slide(
 def _facts(found: "Slide", texture: "Texture") -> dict:
     import numpy as np
 
-    from papilla.textures import MeasuredProfile
+    from papilla.model.textures import MeasuredProfile
 
     slides = found.sliding
     measured = isinstance(texture, MeasuredProfile)
@@ -183,8 +184,8 @@ def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, fact
 
     import numpy as np
 
-    from papilla.files import replacing_set
-    from papilla.tables import write_table
+    from papilla.core.files import replacing_set
+    from papilla.core.tables import write_table
 
     added = noise * np.random.default_rng(seed).standard_normal(found.amplified.shape)
     columns = {

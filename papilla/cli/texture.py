@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from papilla.cli.options import MapOption, argument, keep_inputs, option
 from papilla.cli.output import Answer, print_table, tell
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -68,7 +68,7 @@ def _run(path: Path, log_map: Path | None) -> tuple[float, "np.ndarray", "np.nda
     """Median speed in mm/s, position (n,) and readings (n, channels) of a log."""
     import numpy as np
 
-    from papilla.estimators.lines import travelled
+    from papilla.estimators.wavelength.lines import travelled
     from papilla.logs import read_time_log
 
     log = read_time_log(path, log_map=log_map)

@@ -7,7 +7,7 @@ from papilla.cli.options import option
 from papilla.cli.output import CHECK_FAILED, Answer, progress, say, show_table
 
 if TYPE_CHECKING:
-    from papilla.studies.verify import Case
+    from papilla.verify import Case
 
 
 def verify(only: list[str] | None = option(None, "Run this family of cases alone (may be repeated).")) -> Answer:
@@ -15,8 +15,8 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
 
     Each case has a bound; exit code 1 means that a case exceeds its bound.
     """
-    from papilla.studies.runner import fitting_processes
-    from papilla.studies.verify import verify as run_families
+    from papilla.verify.jobs import fitting_processes
+    from papilla.verify import verify as run_families
 
     skipped: list[str] = []
     with progress() as shown:

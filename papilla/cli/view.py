@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.checks import positive
+from papilla.core.checks import positive
 from papilla.cli.options import (
     FingerOption,
     PlaceOption,
@@ -20,12 +20,12 @@ from papilla.cli.options import (
 )
 from papilla.cli.output import Answer, progress, tell
 from papilla.cli.press import write_field
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:
     from papilla.fem import ReducedFinger
-    from papilla.finger import Finger
-    from papilla.specimen import Specimen
+    from papilla.model.finger import Finger
+    from papilla.model.specimen import Specimen
 
 What = Literal["strain", "contact", "receptive"]
 Component = Literal["xx", "yy", "zz", "xy", "yz", "xz", "mises"]

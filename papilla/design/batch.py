@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from functools import cache as once
 from time import process_time
 
-from papilla import __version__, cache
+from papilla import __version__
+from papilla.core import cache
 from papilla.design.geometry import SCENES, SPENT, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places
 from papilla.design.scene import Scene
-from papilla.errors import PapillaError
-from papilla.finger import Finger
+from papilla.core.errors import PapillaError
+from papilla.model.finger import Finger
 
 OK = "ok"
 

@@ -17,10 +17,10 @@ from papilla.design.results import Effect, Outcome, Results, first_words, write_
 from papilla.design.running import Stage, run
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.errors import InputError, PapillaError
-from papilla.files import check_writable, write_text
-from papilla.finger import Finger
-from papilla.units import PER_CENT
+from papilla.core.errors import InputError, PapillaError
+from papilla.core.files import check_writable, write_text
+from papilla.model.finger import Finger
+from papilla.core.units import PER_CENT
 from papilla.view.page import either, environment, image, number
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, color_bar, plain_log, styled
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from simpleeval import DEFAULT_FUNCTIONS, InvalidExpression, SimpleEval
 
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Gauge, Layer, Slab
+from papilla.core.errors import InputError
+from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
 OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")
 SURFACES = ("outer", "interface", "bone")

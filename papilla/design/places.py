@@ -18,9 +18,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Gauge, Shape, Slab
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.model.finger import Dome, Finger, Gauge, Shape, Slab
 
 ANGLE_STEP_DEG, FARTHEST_DEG = 4.0, 64.0
 """Angles of the sites (degrees): steps of 1.5 mm on the interface of the default finger, whose strain has extremes 4 mm

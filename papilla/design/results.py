@@ -19,10 +19,10 @@ from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 from papilla.logs.frames import estimates_writer
-from papilla.units import PER_CENT
+from papilla.core.units import PER_CENT
 
 CHOSEN = 3
 """Number of designs for which a file is written: the best in the first objective."""

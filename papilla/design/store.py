@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from papilla.design.batch import Record
-from papilla.errors import FileAccessError
-from papilla.files import check_writable
+from papilla.core.errors import FileAccessError
+from papilla.core.files import check_writable
 
 PATIENCE_S = 60.0
 """Time that a transaction waits for one of another client, s."""

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from operator import eq
 from typing import NamedTuple
 
-from papilla.errors import InputError
-from papilla.status import Status
+from papilla.core.errors import InputError
+from papilla.core.status import Status
 
 STUCK_SAMPLES = 50
 """Number of repetitions of a reading, while another gauge moves, after which a gauge counts as stuck: dead, or at the

@@ -13,8 +13,8 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from papilla.checks import LARGEST, believable
-from papilla.errors import InputError
+from papilla.core.checks import LARGEST, believable
+from papilla.core.errors import InputError
 
 WHOLE = ("status", "gauges", "left_out", "channels")
 """Which values of an estimate are whole numbers."""

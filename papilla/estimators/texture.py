@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import AfterValidator, TypeAdapter, ValidationError
 
-from papilla import checks
-from papilla.errors import FileFormatError, InputError, MissingExtraError
-from papilla.estimators.published.texture import integral
-from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.sealed import read_sealed, write_sealed
+from papilla.core import checks
+from papilla.core.errors import FileFormatError, InputError, MissingExtraError
+from papilla_papers.methods.texture import integral
+from papilla.core.file_models import first_of, in_words, keys_of, table
+from papilla.core.sealed import read_sealed, write_sealed
 
 SCHEMA = "papilla.texture/1"
 UNKNOWN = "unknown"

@@ -3,6 +3,6 @@
 Names are imported on first use: a press needs neither sliding nor the full mesh at finite strain.
 """
 
-from papilla._lazy import attach as _attach
+from papilla.core._lazy import attach as _attach
 
 __getattr__, __dir__, __all__ = _attach(__name__, __file__)

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from papilla import cache, checks
+from papilla.core import cache, checks
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 
 REDUCED_BY = "papilla.fem.reduction.finger_model"

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
-from papilla.files import replacing
-from papilla.outside import reason
-from papilla.tables import BLOCK, Reader, Table, table_writer
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.files import replacing
+from papilla.core.outside import reason
+from papilla.core.tables import BLOCK, Reader, Table, table_writer
 
 PARQUET = (".parquet", ".pq")
 """Suffixes of Parquet files."""

@@ -27,12 +27,23 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from papilla import checks
-from papilla.errors import FileFormatError, InputError
-from papilla.file_models import first_of, in_words, keys_of, table
-from papilla.outside import read_toml
-from papilla.tables import closest
-from papilla.units import CM, KILO, MEGA, MICRO, MICROSTRAIN_PER_STRAIN, MILLI, NANO, PER_CENT, S_PER_MIN, gf_to_newton
+from papilla.core import checks
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.file_models import first_of, in_words, keys_of, table
+from papilla.core.outside import read_toml
+from papilla.core.tables import closest
+from papilla.core.units import (
+    CM,
+    KILO,
+    MEGA,
+    MICRO,
+    MICROSTRAIN_PER_STRAIN,
+    MILLI,
+    NANO,
+    PER_CENT,
+    S_PER_MIN,
+    gf_to_newton,
+)
 
 _TIMES = {"s": 1.0, "ms": MILLI, "us": MICRO, "ns": NANO, "min": S_PER_MIN}
 _NEWTON = {"N": 1.0, "mN": MILLI, "kN": KILO}

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Gauge, Slab
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 from papilla.mesh.surface_files import read_nested
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, TriangleSurface
 

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla import cache, checks
-from papilla.errors import InputError
-from papilla.files import replacing
-from papilla.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
+from papilla.core import cache, checks
+from papilla.core.errors import InputError
+from papilla.core.files import replacing
+from papilla.model.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
 from papilla.mesh.body import NAMES, Body, body_of
 from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION, Progress

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.errors import FileAccessError, MeshError
-from papilla.files import scratch
+from papilla.core.errors import FileAccessError, MeshError
+from papilla.core.files import scratch
 from papilla.mesh import worker
-from papilla.outside import reason
+from papilla.core.outside import reason
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
 HEARTBEAT_S = 0.5

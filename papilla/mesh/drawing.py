@@ -12,9 +12,9 @@ from itertools import permutations
 
 import numpy as np
 
-from papilla.checks import SIZE_OPTION
-from papilla.errors import MeshError
-from papilla.finger import Finger
+from papilla.core.checks import SIZE_OPTION
+from papilla.core.errors import MeshError
+from papilla.model.finger import Finger
 from papilla.mesh.body import Body
 from papilla.mesh.cells import TaggedCells, between, compact, edges_of, paired_faces, positively_oriented
 from papilla.mesh.child import Progress, tetrahedralise

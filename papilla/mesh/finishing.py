@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from papilla.checks import SIZE_OPTION
-from papilla.errors import MeshError
+from papilla.core.checks import SIZE_OPTION
+from papilla.core.errors import MeshError
 from papilla.mesh.body import Body
 from papilla.mesh.cells import (
     EDGES_OF_TET,

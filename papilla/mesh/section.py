@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Slab
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh.layered import BONE, INNER, OUTER
 
 SIZE_MM = 0.1

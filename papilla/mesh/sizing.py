@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from papilla import checks
-from papilla.finger import Finger
-from papilla.memory import least_bytes, refuse_size
+from papilla.core import checks
+from papilla.model.finger import Finger
+from papilla.core.memory import least_bytes, refuse_size
 from papilla.mesh.body import Body, body_of, gauge_site
 
 FINE_ZONE = 0.37

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from papilla import checks
+from papilla.core import checks
 from papilla.mesh.cells import edges_of
-from papilla.short_repr import short_repr
+from papilla.core.short_repr import short_repr
 
 if TYPE_CHECKING:
     from pyvista import PolyData

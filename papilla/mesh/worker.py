@@ -71,7 +71,7 @@ def read_surface(file: Arrays) -> Arrays:
 
 def _limit_memory() -> None:
     """Limit the memory, so that a damaged file that asks for too much cannot take it."""
-    from papilla.memory import available_bytes
+    from papilla.core.memory import available_bytes
 
     free = available_bytes()
     if sys.platform == "linux" and free is not None:

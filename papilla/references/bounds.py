@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 
 
 def wavelength_bound(

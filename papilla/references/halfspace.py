@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 
 
 def boussinesq_displacement(points: ArrayLike, force: float, modulus: float, nu: float) -> np.ndarray:

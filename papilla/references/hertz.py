@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 
 MAX_RADIUS_RATIO = 1e4
 """Largest ratio of principal radii that `hertz_ellipse` accepts; beyond it the contact is a line, not an ellipse."""

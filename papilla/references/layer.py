@@ -28,8 +28,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import j0, j1
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 
 DEFICIT_CUTOFF = 24.0
 """Value of Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipkm1
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 from papilla.references.layer import panel_quadrature
 
 _ELEMENTS = 240

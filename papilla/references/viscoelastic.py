@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,6 @@ motion.
 Every name is imported on first use.
 """
 
-from papilla._lazy import attach as _attach
+from papilla.core._lazy import attach as _attach
 
 __getattr__, __dir__, __all__ = _attach(__name__, __file__)

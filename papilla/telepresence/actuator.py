@@ -4,7 +4,7 @@ silent, and how it fades out and in again within a stated time, without a step."
 import math
 from dataclasses import dataclass
 
-from papilla import checks
+from papilla.core import checks
 
 FADE = 0.05
 """Share of the band, at its upper end, over which a component fades out."""

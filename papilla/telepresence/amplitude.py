@@ -12,11 +12,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from papilla import checks
-from papilla.errors import FileFormatError, InputError
-from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
-from papilla.outside import read_bytes
-from papilla.tables import TableReader
+from papilla.core import checks
+from papilla.core.errors import FileFormatError, InputError
+from papilla_papers.methods.roughness import AmplitudeFit, fit_amplitude
+from papilla.core.outside import read_bytes
+from papilla.core.tables import TableReader
 from papilla.telepresence.actuator import PIEZO
 
 SCHEMA = "papilla.amplitude/1"

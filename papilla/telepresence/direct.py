@@ -6,7 +6,7 @@ Equations (3) and (9) of Okamoto et al. 2011: y_m(t) = a_d y_s(t - T) = a_d G(x_
 import math
 import warnings
 
-from papilla import checks
+from papilla.core import checks
 from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_PER_V
 from papilla.telepresence.local_model import LONGEST_STEP, DisplayStatus, Shown

@@ -20,7 +20,7 @@ from papilla.telepresence.messages import Force, HandReading, Header, Length, Me
 from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, RATE_HZ, Motion, RemoteHand
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.touch import Touch
-from papilla.units import S_PER_NS
+from papilla.core.units import S_PER_NS
 
 
 class Source(Protocol):

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.units import MS_PER_S, S_PER_MIN, S_PER_MS, S_PER_NS
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_S, S_PER_MIN, S_PER_MS, S_PER_NS
 
 OVERTAKES_S = 0.02
 """Time after a reordered datagram within which later ones may arrive before it."""

@@ -10,14 +10,14 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.status import Status
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.core.status import Status
 from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import Measured, Rule
 from papilla.telepresence.messages import MAX_LINES, Component, Trust, strongest
 from papilla.telepresence.motion import FASTEST_MM_S, RATE_HZ, Hand
-from papilla.units import S_PER_NS
+from papilla.core.units import S_PER_NS
 
 
 class DisplayStatus(Status):

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypeVar
 import msgspec
 from msgspec import Meta, Struct
 
-from papilla.status import Named
+from papilla.core.status import Named
 
 
 class Trust(Named):

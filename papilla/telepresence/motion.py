@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
-from papilla.units import SAMPLE_RATE_HZ
+from papilla.core import checks
+from papilla.core.units import SAMPLE_RATE_HZ
 
 HAND_HZ, RATE_HZ = 250.0, SAMPLE_RATE_HZ
 """Positions and control periods per second: Okamoto et al. 2011, section 3."""

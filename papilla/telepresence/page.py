@@ -6,7 +6,7 @@ from importlib.resources import files
 from os import PathLike
 from typing import Any
 
-from papilla.files import write_text
+from papilla.core.files import write_text
 from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Safety
 from papilla.telepresence.local_model import RAMP_S
 from papilla.telepresence.motion import FASTEST_MM_S, WANDER_HZ, Motion

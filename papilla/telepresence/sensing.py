@@ -20,14 +20,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
-from papilla.estimators.tracking.memory import TrackingStatus
-from papilla.tables import TableReader
+from papilla.estimators.wavelength.memory import TrackingStatus
+from papilla.core.tables import TableReader
 from papilla.telepresence import messages
 from papilla.telepresence.messages import Component, Header, Parameters, Trust, quantity
-from papilla.units import SAMPLE_RATE_HZ
+from papilla.core.units import SAMPLE_RATE_HZ
 
 WINDOW_S = 0.2
 """Time over which amplitudes are measured."""

@@ -10,11 +10,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
+from papilla.core import checks
 from papilla.calibration import Calibration
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
-from papilla.estimators.lines import find_lines, travelled
+from papilla.estimators.wavelength.lines import find_lines, travelled
 from papilla.logs import TimeLog
 from papilla.telepresence.sensing import ContactArea, Sensing
 

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple, Self
 
-from papilla.errors import FileAccessError, InputError
+from papilla.core.errors import FileAccessError, InputError
 from papilla.telepresence.gate import Gate, Received
 from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
 

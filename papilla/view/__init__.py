@@ -6,6 +6,6 @@ They render with VTK where it can (EGL, OSMesa) and with matplotlib alone where 
 figures of arrays. Everything is imported on first use.
 """
 
-from papilla._lazy import attach as _attach
+from papilla.core._lazy import attach as _attach
 
 __getattr__, __dir__, __all__ = _attach(__name__, __file__)

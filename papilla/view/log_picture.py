@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from papilla.checks import ROUNDING
+from papilla.core.checks import ROUNDING
 from papilla.logs.statistics import Thinned
-from papilla.units import PER_CENT
+from papilla.core.units import PER_CENT
 from papilla.view.style import ACCENTS, INK, MUTED, THIN, literal, plain_log, styled, titled
 
 MEASURED = {

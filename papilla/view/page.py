@@ -12,7 +12,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from papilla.units import PER_CENT
+from papilla.core.units import PER_CENT
 from papilla.view.style import narrow, svg
 
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from papilla import cache
-from papilla.errors import InputError
+from papilla.core import cache
+from papilla.core.errors import InputError
 from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.files import write_text
-from papilla.finger import Finger
+from papilla.core.files import write_text
+from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 from papilla.view.style import NARROW_IN, SHEET, STRAIN, content, kind_of, write_bytes
 
 if TYPE_CHECKING:

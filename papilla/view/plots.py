@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from papilla import checks
-from papilla.units import PER_CENT
+from papilla.core import checks
+from papilla.core.units import PER_CENT
 from papilla.view import style
 
 CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there

@@ -5,12 +5,12 @@ import pyvista as pv
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.fields import ReceptiveFields
 from papilla.fem.reduction.gauges import gauge_frame
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh.body import surfaces_of
-from papilla.units import to_microstrain
+from papilla.core.units import to_microstrain
 from papilla.view import style
 from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
 

@@ -9,15 +9,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.tri import Triangulation
 from skfem import Basis, ElementTriP2, ElementVector
 
-from papilla import checks
-from papilla.errors import InputError
+from papilla.core import checks
+from papilla.core.errors import InputError
 from papilla.fem.sliding.section import SectionModel
 from papilla.fem.sliding.slide import Slide
-from papilla.files import replacing
-from papilla.finger import Finger
+from papilla.core.files import replacing
+from papilla.model.finger import Finger
 from papilla.mesh.section import build_section
-from papilla.textures import Texture
-from papilla.units import PER_CENT, TINY
+from papilla.model.textures import Texture
+from papilla.core.units import PER_CENT, TINY
 from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, literal, styled
 
 FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90

@@ -10,15 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, cKDTree
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh.body import surfaces_of
-from papilla.specimen import Specimen
-from papilla.units import PER_CENT
+from papilla.model.specimen import Specimen
+from papilla.core.units import PER_CENT
 from papilla.view import style
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.section import Section, contact_outline, cut, half_skin, specimen_solid

@@ -18,10 +18,10 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from papilla import checks
-from papilla.errors import InputError
-from papilla.files import replacing
-from papilla.specimen import friction_words
+from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.core.files import replacing
+from papilla.model.specimen import friction_words
 
 _SHEET = Path(__file__).parents[1] / "data" / "papilla.mplstyle"
 SHEET = _SHEET.read_text(encoding="utf-8")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_up_sweep import make_sweep, true_readings, true_sd
 
-from papilla.calibrate import fit
+from papilla.calibration import fit
 
 
 @pytest.fixture(scope="session")

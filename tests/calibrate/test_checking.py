@@ -1,4 +1,4 @@
-"""`papilla.calibrate.check`: right presses pass, wrong ones are named, and what tells nothing does not pass."""
+"""`papilla.calibration.check`: right presses pass, wrong ones are named, and what tells nothing does not pass."""
 
 from dataclasses import replace
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate import check
-from papilla.errors import InputError
+from papilla.calibration import check
+from papilla.core.errors import InputError
 from papilla.logs import PressLog
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)

@@ -5,19 +5,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla import cache
-from papilla.calibrate import checking, fitting
-from papilla.calibrate.fitting import _inside, _slope, fit_compact
-from papilla.calibrate.identification import Noise
-from papilla.calibrate.identification.diagnosis import _condition, influence_by_parameter
-from papilla.calibrate.identification.fit import _distinct
-from papilla.calibrate.job import _between
-from papilla.calibrate.one_touch import crept, fit_indentation, fit_touch, on_finger, on_half_space
-from papilla.calibrate.press_table import DEFAULT_FORCES, DEFAULT_MODULI
-from papilla.calibrate.report.identification_page import weighted_residuals
+from papilla.core import cache
+from papilla.calibration.fitting import checking, fit as fitting
+from papilla.calibration.fitting.fit import _inside, _slope, fit_compact
+from papilla.identification import Noise
+from papilla.identification.diagnosis import _condition, influence_by_parameter
+from papilla.identification.fit import _distinct
+from papilla.calibration.fitting.job import _between
+from papilla.identification.one_touch import crept, fit_indentation, fit_touch, on_finger, on_half_space
+from papilla.calibration.fitting.sweep import DEFAULT_FORCES, DEFAULT_MODULI
+from papilla.identification.page import weighted_residuals
 from papilla.calibration.readouts import ln_sd
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 from papilla.logs import PressLog
 from papilla.references import Prony
 from tests.support.spring_calibration import TRUE, calibration

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from spring_calibration import FORCE, MODULUS, TRUE, calibration
 
-from papilla.calibrate.export_c import c_header
-from papilla.calibrate.fitting import fit_compact, with_compact
+from papilla.calibration.fitting.export_c import c_header
+from papilla.calibration.fitting.fit import fit_compact, with_compact
 from papilla.calibration import Calibration
 from papilla.calibration.readouts import Compact
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 
 @pytest.fixture(scope="module")

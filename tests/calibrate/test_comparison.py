@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import comparison, fit
-from papilla.calibrate.comparison import (
+from papilla.identification import compare as comparison
+from papilla.calibration import fit
+from papilla.identification.compare import (
     NOISE_MICROSTRAIN,
     Candidate,
     Reach,
@@ -20,8 +21,8 @@ from papilla.calibrate.comparison import (
     write_comparison,
     write_comparison_table,
 )
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibrate import fit
-from papilla.calibrate.fitting import Doubts
-from papilla.calibrate.surface_fit import Resolution, SurfaceFit
+from papilla.calibration import fit
+from papilla.calibration.fitting.fit import Doubts
+from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 
 RNG_FORCE = np.exp(np.random.default_rng(1).uniform(np.log(0.196), np.log(0.98), 300))
@@ -137,11 +137,11 @@ def test_a_small_sweep_gets_polynomials(truth):
 @pytest.mark.slow
 def test_real_presses_between_the_points_and_on_another_mesh():
     """The default finger on two of its reference meshes, noise-free: the figures that the README states."""
-    from papilla.calibrate import sweep
+    from papilla.calibration import sweep
     from papilla.fem import press
     from papilla.fem.preparing import prepare
-    from papilla.finger import Finger
-    from papilla.specimen import Block
+    from papilla.model.finger import Finger
+    from papilla.model.specimen import Block
 
     meshes = [prepare(Finger.default(), variant=variant) for variant in range(3)]
     few = np.geomspace(0.02, 5, 12), np.geomspace(0.05, 1, 20)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
-from papilla.calibrate.identification import PARAMETERS, diagnose, identify, record
-from papilla.calibrate.identification.fit import solve
-from papilla.calibrate.identification.parameters import kind
-from papilla.calibrate.identification.posing import family_of
-from papilla.errors import InputError
+from papilla.identification import PARAMETERS, diagnose, identify, record
+from papilla.identification.fit import solve
+from papilla.identification.parameters import kind
+from papilla.identification.posing import family_of
+from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 
 pytestmark = pytest.mark.slow
 FINGERS, REFITTED = range(1000, 1100), 40

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate.identification import PARAMETERS, compare, diagnose, identify, posing, problem, record
-from papilla.calibrate.identification.fit import solve
-from papilla.calibrate.identification.identified_finger import unmoved, with_identification
-from papilla.calibrate.identification.parameters import MOVES, kind
-from papilla.calibrate.identification.posing import problem_of
-from papilla.calibrate.suggest import suggest_presses
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.identification import PARAMETERS, compare, diagnose, identify, posing, problem, record
+from papilla.identification.fit import solve
+from papilla.identification.identified_finger import unmoved, with_identification
+from papilla.identification.parameters import MOVES, kind
+from papilla.identification.posing import problem_of
+from papilla.identification.suggest import suggest_presses
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Block, HalfSpace
+from papilla.model.specimen import Block, HalfSpace
 
 SIZE_MM = 2.8
 NAMES = tuple(f"g{k}" for k in range(1, 6))

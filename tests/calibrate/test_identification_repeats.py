@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import Noise
-from papilla.calibrate.identification.noise import STATED_FREEDOM, estimated_noise
+from papilla.identification import Noise
+from papilla.identification.noise import STATED_FREEDOM, estimated_noise
 from papilla.logs import PressLog
 
 SLOPE = np.array([800.0, -300.0, 1500.0, -250.0, 700.0, 0.4])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.calibrate.identification import posing
-from papilla.calibrate.identification.identified_finger import with_identification
+from papilla.identification import posing
+from papilla.identification.identified_finger import with_identification
 from papilla.calibration import Calibration
 from papilla.cli.estimate import _zeros
-from papilla.errors import InputError
-from papilla.finger import Finger
-from papilla.finger_parts import Identified
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
+from papilla.model.parts import Identified
 
 SIGMA = 0.1
 
@@ -86,11 +86,11 @@ def test_zeros_of_another_number_of_gauges_are_refused():
 
 
 def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
-    from papilla.calibrate import job
-    from papilla.calibrate.identification.posing import family_of
+    from papilla.calibration.fitting import job
+    from papilla.identification.posing import family_of
     from papilla.fem.pressing.response import response
     from papilla.logs import PressLog
-    from papilla.specimen import Block
+    from papilla.model.specimen import Block
 
     monkeypatch.setattr(posing, "SIZE_MM", 2.8)
     smooth = response(family_of(Finger.default()), Block(1.0, 10.0))

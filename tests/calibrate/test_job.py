@@ -7,9 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
-from papilla.finger import Bench, Finger
-from papilla.specimen import STICK
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI
+from papilla.calibration.fitting import job
+from papilla.model.finger import Bench, Finger
+from papilla.model.specimen import STICK
 
 FREE = 0.03
 """What S_d of the made-up finger is larger by without friction."""
@@ -50,7 +51,7 @@ def made(monkeypatch, tmp_path, truth):
         asked["positions"].append((finger, reduced.variant, friction))
         return calibration
 
-    sweep.__module__ = "papilla.calibrate.press_table"
+    sweep.__module__ = "papilla.calibration.fitting.sweep"
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path))
     monkeypatch.setattr(job.fem, "prepare", prepare)
     monkeypatch.setattr(job, "sweep", sweep)

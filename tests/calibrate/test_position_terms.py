@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import position_terms as position
-from papilla.calibrate.position_terms import CELLS, ERROR, fit_positions, with_positions
-from papilla.errors import ContactRangeError, InputError
+from papilla.calibration.fitting import position_terms as position
+from papilla.calibration.fitting.position_terms import CELLS, ERROR, fit_positions, with_positions
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing import fidelity
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 
 GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])
 PLACES = np.linspace(-4, 4, 2 * CELLS + 1)

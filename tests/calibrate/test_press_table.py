@@ -5,13 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, press_table, sweep
-from papilla.errors import ContactRangeError, InputError
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibration.fitting import sweep as press_table
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing import fidelity
-from papilla.finger import Bench
+from papilla.model.finger import Bench
 from papilla.logs import read_presses
-from papilla.specimen import HalfSpace
-from papilla.tables import TableReader
+from papilla.model.specimen import HalfSpace
+from papilla.core.tables import TableReader
 
 REDUCED = SimpleNamespace(
     gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0),

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification.presses import Shape, felt_by, needs_places, places, refuse_far, rolled
-from papilla.errors import InputError
+from papilla.identification.presses import Shape, felt_by, needs_places, places, refuse_far, rolled
+from papilla.core.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.logs import PressLog
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 GAUGES = ("g1", "g2")
 LOG = PressLog(

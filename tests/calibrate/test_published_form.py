@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla import fem
-from papilla.calibrate import fit
-from papilla.calibrate.checking import PUBLISHED_POINTS, published_depths
+from papilla.calibration import fit
+from papilla.calibration.fitting.checking import PUBLISHED_POINTS, published_depths
 from papilla.calibration.published import (
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
@@ -16,9 +16,9 @@ from papilla.calibration.published import (
     published_sd,
     rounding_error,
 )
-from papilla.errors import InputError
-from papilla.finger import Bench, Finger
-from papilla.specimen import HalfSpace
+from papilla.core.errors import InputError
+from papilla.model.finger import Bench, Finger
+from papilla.model.specimen import HalfSpace
 
 
 def test_the_exact_inverse_has_the_known_coefficients():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from papilla.calibration.published import PUBLISHED_FORWARD, fit_quadratic
-from papilla.errors import InputError
-from papilla.units import gf_to_newton
+from papilla.core.errors import InputError
+from papilla.core.units import gf_to_newton
 
 FORCE_GF, MODULI = np.linspace(5, 100, 12), np.linspace(0.089, 0.72, 6)
 

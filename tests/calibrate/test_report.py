@@ -8,16 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate import fit
-from papilla.calibrate.checking import Truth
-from papilla.calibrate.job import Calibrated, Recovery
-from papilla.calibrate.report import page
-from papilla.calibrate.report.page import AnswerMap, force_cost, provenance, slopes, symbols, write_report
+from papilla.calibration import fit
+from papilla.calibration.fitting.checking import Truth
+from papilla.calibration.fitting.job import Calibrated, Recovery
+from papilla.calibration.fitting import page
+from papilla.calibration.fitting.page import AnswerMap, force_cost, provenance, slopes, symbols, write_report
 from papilla.calibration import SoftnessStatus
-from papilla.errors import FileAccessError, InputError
+from papilla.core.errors import FileAccessError, InputError
 from papilla.fem import prepare
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 from papilla.view.page import number, percent, plain
 
 DIAGRAMS = ("sd_against_force", "sd_against_modulus", "gauge_readings", "uncertainty_map", "recovery_map")
@@ -261,7 +261,7 @@ def test_a_sweep_without_its_finger_is_refused(swept, tmp_path):
 
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_shows_its_field(swept, read, monkeypatch):
-    from papilla.calibrate.report import page
+    from papilla.calibration.fitting import page
 
     finger, reduced = Finger.default(), SimpleNamespace(gains=np.ones(5), levers=np.zeros(5))
     drawn = []
@@ -284,8 +284,8 @@ def test_a_folder_that_is_not_there_is_refused_in_one_line(swept, tmp_path):
 @pytest.mark.slow
 def test_the_report_of_the_default_finger_shows_its_field(read, tmp_path, monkeypatch):
     from papilla import fem
-    from papilla.calibrate import sweep
-    from papilla.calibrate.job import recover
+    from papilla.calibration import sweep
+    from papilla.calibration.fitting.job import recover
 
     finger = Finger.default()
     reduced = fem.prepare(finger)

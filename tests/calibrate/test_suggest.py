@@ -5,15 +5,15 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from papilla.calibrate import suggest as module
-from papilla.calibrate.identification import identify
-from papilla.calibrate.suggest import suggest_presses
-from papilla.errors import InputError
+from papilla.identification import suggest as module
+from papilla.identification import identify
+from papilla.identification.suggest import suggest_presses
+from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.logs import PressLog
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 MODULI, FORCES = (0.089, 0.72), (0.1, 0.4, 0.9)

@@ -5,8 +5,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from papilla.calibrate import suggest
-from papilla.calibrate.suggest import _exchanged, _Finger, _greedy, _score
+from papilla.identification import suggest
+from papilla.identification.suggest import _exchanged, _Finger, _greedy, _score
 
 
 @pytest.fixture(scope="module")

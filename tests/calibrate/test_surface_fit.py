@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibrate.surface_fit import (
+from papilla.calibration.fitting.surface_fit import (
     Fitted,
     Resolution,
     SurfaceFit,
@@ -14,7 +14,7 @@ from papilla.calibrate.surface_fit import (
     usable_part,
 )
 from papilla.calibration.surface import Surface
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 
 def points(surface, count=200):

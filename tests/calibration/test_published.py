@@ -13,7 +13,7 @@ from papilla.calibration.published import (
     published_sd,
 )
 from papilla.calibration.readouts import two_ended
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 FORCE_GF = np.array([10.0, 37.0, 60.0, 100.0])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration.published import Quadratic, QuadraticInverse, invert_quadratic
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 
 def test_the_form_is_that_of_the_publication():

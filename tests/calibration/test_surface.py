@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration.surface import Axis, Surface, solve_cubic
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 
 @pytest.fixture(scope="module")

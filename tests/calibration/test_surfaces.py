@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 from papilla.calibration import PositionTerms, SdSurface, SoftnessStatus, Uncertainty
 from papilla.calibration.published import Quadratic, invert_quadratic
 from papilla.calibration.surface import Axis, Surface, inside, solve_cubic
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (4, 5)
 

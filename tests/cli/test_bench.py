@@ -24,7 +24,7 @@ class Stand:
 
 @pytest.mark.slow
 def test_short_form(papilla, tmp_path, monkeypatch):
-    monkeypatch.setattr("papilla.studies.bench.peers.run_peers", lambda *_, **__: (Stand(),))
+    monkeypatch.setattr("benchmarks.presses.peers.run_peers", lambda *_, **__: (Stand(),))
     answer = papilla("bench", "--short", "--json", "--out", tmp_path / "priced")
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)

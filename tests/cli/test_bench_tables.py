@@ -9,8 +9,8 @@ import pytest
 
 from papilla.cli import bench
 from papilla.cli.options import PROCESSES
-from papilla.finger import Finger
-from papilla.studies.estimator_bench import comparison
+from papilla.model.finger import Finger
+from benchmarks.estimators import comparison
 
 
 def words(text: str) -> str:
@@ -57,9 +57,10 @@ class Found(SimpleNamespace):
 def measured(monkeypatch):
     """The bench of three rows, and what its parts were asked for."""
     from papilla.fem.pressing import pricing
-    from papilla.studies import bench as study
-    from papilla.studies.bench import peers
-    from papilla.view import study_plots, style
+    from papilla.cli import speed as study
+    from benchmarks.presses import peers
+    from papilla_papers import study_plots
+    from papilla.view import style
 
     calls = []
     rows = (Row(pareto=True), Row(element="P1", reference=True, pareto=True), Row(fidelity="hertz"))
@@ -84,7 +85,7 @@ def measured(monkeypatch):
 
 @pytest.mark.parametrize("short", [True, False])
 def test_the_bench_of_a_finger_is_a_table_a_plot_and_json(papilla, measured, tmp_path, short):
-    from papilla.studies import bench as study
+    from papilla.cli import speed as study
 
     options = ["--short"] if short else []
     answer = papilla("bench", "--finger", "published", *options)
@@ -129,9 +130,10 @@ def test_scenes_are_a_table_of_the_product_and_all_methods_side_by_side(capsys):
 
 @pytest.mark.parametrize("short", [True, False])
 def test_the_bench_of_estimators_needs_a_calibration_unless_it_is_short(papilla, monkeypatch, tmp_path, short):
-    from papilla.calibrate import job
-    from papilla.studies.estimator_bench import cost, touches
-    from papilla.view import study_plots, style
+    from papilla.calibration.fitting import job
+    from benchmarks.estimators import cost, touches
+    from papilla_papers import study_plots
+    from papilla.view import style
 
     asked = {}
     touch = touches.TouchRow("creep", "gauges", 0.5, 0.1, 0.2, 0.9, 0.05, 1.5, 2.5, 8)

@@ -8,10 +8,10 @@ import pytest
 import spring_calibration
 from made_up_sweep import make_sweep
 
-from papilla.finger import DEFAULT_FINGER
+from papilla.model.finger import DEFAULT_FINGER
 from papilla.logs import read_presses
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.tables import write_table
+from papilla.core.tables import write_table
 
 
 def bench_columns(seed=5):
@@ -60,7 +60,7 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
 
 
 def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
-    from papilla.finger_file import FORMS
+    from papilla.model.file import FORMS
 
     told = " ".join(papilla("calibrate", "--help").out.split())
     assert f'"shape" of a design names three closed surface files beside it, as papilla/data/{SCANNED} does' in told
@@ -73,8 +73,8 @@ SCANNED = "surfaces_finger.toml"
 
 @pytest.mark.slow
 def test_an_element_size_reaches_the_meshes(papilla, monkeypatch):
-    from papilla.calibrate import job
-    from papilla.errors import MeshError
+    from papilla.calibration.fitting import job
+    from papilla.core.errors import MeshError
 
     def prepare(finger, *, size_mm, **_):
         raise MeshError(f"asked for {size_mm:g}")
@@ -87,7 +87,7 @@ def test_an_element_size_reaches_the_meshes(papilla, monkeypatch):
 @pytest.fixture
 def made_up(monkeypatch):
     """A calibration that is known in closed form in the place of the long job; its presses have a stated factor."""
-    from papilla.calibrate import job
+    from papilla.calibration.fitting import job
 
     def set_to(factor):
         presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9], lambda *_: factor)
@@ -101,7 +101,7 @@ def made_up(monkeypatch):
 def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, made_up, tmp_path, monkeypatch):
     import errno
 
-    from papilla.calibrate.report import page
+    from papilla.calibration.fitting import page
 
     def results():
         return {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
@@ -122,8 +122,8 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, made_u
 
 
 def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path, monkeypatch):
-    from papilla.calibrate import job
-    from papilla.errors import InputError
+    from papilla.calibration.fitting import job
+    from papilla.core.errors import InputError
 
     def stop(log, *_, **__):
         raise InputError(f"{len(log)} presses came")

@@ -7,8 +7,8 @@ import pytest
 from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
-from papilla.calibrate import job
-from papilla.calibrate.fitting import with_compact
+from papilla.calibration.fitting import job
+from papilla.calibration.fitting.fit import with_compact
 from papilla.logs import PressLog, read_presses
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0, 0.0]) / np.sqrt(0.8)

@@ -9,14 +9,15 @@ import pytest
 from made_up_sweep import make_sweep
 from spring_calibration import calibration
 
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
-from papilla.calibrate.checking import Check, CheckedPress
-from papilla.calibrate.job import QUICK_FORCES, QUICK_MODULI
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI
+from papilla.calibration.fitting import job
+from papilla.calibration.fitting.checking import Check, CheckedPress
+from papilla.calibration.fitting.job import QUICK_FORCES, QUICK_MODULI
 from papilla.cli import calibrate
 from papilla.cli.calibrate import SweepOptions
 from papilla.cli.options import PROCESSES
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 
 LOG = "force_N,modulus_MPa,g1,g2,g3,g4,g5\n0.2,0.5,1,2,3,4,5\n0.3,0.1,2,3,4,5,6\n"
 
@@ -55,7 +56,7 @@ def asked(monkeypatch, tmp_path):
     monkeypatch.setattr(job, "calibrate_finger", lambda design, **how: calls.append((design, how)) or done())
     monkeypatch.setattr(job, "calibrate_bench", of_log)
     write = lambda path, done, finger, seconds, progress: path.write_text(f"{finger.name} {seconds > 0}")  # noqa: E731
-    monkeypatch.setattr("papilla.calibrate.report.page.write_report", write)
+    monkeypatch.setattr("papilla.calibration.fitting.page.write_report", write)
     (tmp_path / "log.csv").write_text(LOG)
     (tmp_path / "log.csv").chmod(0o444)
     return calls

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from papilla import Calibration, Finger
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, job
-from papilla.errors import PapillaError
-from papilla.specimen import HalfSpace
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI
+from papilla.calibration.fitting import job
+from papilla.core.errors import PapillaError
+from papilla.model.specimen import HalfSpace
 
 
 @pytest.fixture

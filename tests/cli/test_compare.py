@@ -32,7 +32,7 @@ def test_bad_input_is_one_line(refused, files):
 
 @pytest.mark.slow
 def test_designs_bring_receptive_fields_and_the_price_of_a_press(papilla, monkeypatch):
-    from papilla.calibrate import comparison
+    from papilla.identification import compare as comparison
 
     made = {"human-finger-mimetic sensor": calibration((0.02, 5.0))}
     calibrated = lambda finger, **_: SimpleNamespace(calibration=made.get(finger.name, calibration((0.1, 1.0))))  # noqa: E731

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from made_up_sweep import make_sweep
 
-from papilla.calibrate import fit
+from papilla.calibration import fit
 from papilla.logs import white_noise
-from papilla.tables import write_table
+from papilla.core.tables import write_table
 
 COLUMNS = (
     "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_kinetic_sigma "
@@ -313,7 +313,7 @@ def test_a_gauge_is_called_by_the_name_that_the_header_gives_it(papilla, tmp_pat
 
 @pytest.mark.slow
 def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sliding, monkeypatch):
-    from papilla.tables import TableReader
+    from papilla.core.tables import TableReader
 
     told = [papilla("estimate", sliding, "--out", "whole.csv", "--json").out]
     blocks = TableReader.blocks
@@ -326,7 +326,7 @@ def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sl
 @pytest.mark.slow
 def test_lines_of_a_long_log_are_those_of_its_latest_rows(papilla, tmp_path, sliding, monkeypatch):
     from papilla.cli import estimate_summary
-    from papilla.tables import TableReader
+    from papilla.core.tables import TableReader
 
     blocks = TableReader.blocks
     monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 300))
@@ -348,7 +348,7 @@ def test_memory_does_not_grow_with_the_log(tmp_path):
         t = np.arange(rows) / 1000
         write_table(tmp_path / "log.csv", {"t_s": t, **{f"g{k}": rng.normal(size=rows) for k in range(1, 6)}})
         # Blocks that both logs have several of
-        code = "import resource, sys; from papilla.tables import TableReader; blocks = TableReader.blocks; "
+        code = "import resource, sys; from papilla.core.tables import TableReader; blocks = TableReader.blocks; "
         code += "TableReader.blocks = lambda reader: blocks(reader, 2000)\n"
         code += "from papilla.cli.main import run\ntry: run(sys.argv[1:])\nexcept SystemExit: "
         code += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from made_up_sweep import make_sweep
 
-from papilla.calibrate import fit
-from papilla.errors import InputError
-from papilla.estimators.published.force_depth import DepthErrors, ForceDepth
-from papilla.tables import write_table
+from papilla.calibration import fit
+from papilla.core.errors import InputError
+from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
+from papilla.core.tables import write_table
 
 
 @pytest.fixture

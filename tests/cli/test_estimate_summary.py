@@ -10,9 +10,9 @@ import pytest
 from papilla.calibration.readouts import SoftnessStatus
 from papilla.cli import estimate, estimate_summary
 from papilla.cli.estimate_summary import Summary
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.pipeline import PipelineEstimate
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.logs.time_log import LogReport
 
 REPORT = LogReport(6, 2, 1, 4, 3, 0, ("a note of the log",))
@@ -119,7 +119,7 @@ def test_numbers_in_another_unit_are_an_error_if_no_row_is_ok():
 
 @pytest.mark.parametrize("moving", ["velocity_mm_s", "position_mm"])
 def test_lines_are_of_the_latest_rows_and_count_the_rows_that_agree(monkeypatch, moving):
-    from papilla.estimators import lines
+    from papilla.estimators.wavelength import lines
 
     asked = {}
     made = [
@@ -322,7 +322,7 @@ def test_a_picture_collects_all_rows_and_is_written_with_the_summary(papilla, tm
 
 
 def test_the_errors_of_a_depth_are_those_of_the_log_and_not_below_a_floor(tmp_path, monkeypatch):
-    from papilla.estimators.published import force_depth
+    from papilla_papers.methods import force_depth
 
     floor, asked = force_depth.DepthErrors(), []
     rows = np.array([[f, e, 1.0, 0.5 * f / e] for f in (0.1, 0.2, 0.4) for e in (0.1, 0.2, 0.4)])

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from papilla.finger import DEFAULT_FINGER
+from papilla.model.finger import DEFAULT_FINGER
 
 SCENE = ["--modulus", "0.5", "--force", "0.3"]
 

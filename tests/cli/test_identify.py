@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import posing
-from papilla.calibrate.identification.posing import family_of
+from papilla.identification import posing
+from papilla.identification.posing import family_of
 from papilla.fem.pressing.response import response
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 
@@ -172,7 +172,7 @@ def test_a_comparison_ends_with_1_and_names_four_changes_at_most_if_the_finger_i
     found.changes = changes
     asked = []
     monkeypatch.setattr(
-        "papilla.calibrate.identification.compare", lambda *given, progress: asked.append(given) or found
+        "papilla.identification.compare", lambda *given, progress: asked.append(given) or found
     )
     Finger.default().save(tmp_path / "f.toml")
     (tmp_path / "two.csv").write_text("force_N,modulus_MPa,g1,g2\n0.2,0.5,1,2\n0.3,0.5,2,3\n")

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.identification import Noise
+from papilla.identification import Noise
 from papilla.cli import identify
 from papilla.cli.identify import SuggestOptions
 from papilla.cli.options import PROCESSES
-from papilla.errors import InputError
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 
 LOG = "force_N,modulus_MPa,g1,g2\n0.2,0.5,1,2\n0.3,0.1,2,3\n0.4,0.5,3,4\n"
 
@@ -48,8 +48,9 @@ def found_of(log) -> Found:
 @pytest.fixture
 def fitted(monkeypatch, tmp_path):
     """What the fit, and what follows it, were asked for."""
-    from papilla.calibrate import identification, one_touch, suggest
-    from papilla.calibrate.report import identification_page
+    from papilla import identification
+    from papilla.identification import one_touch, suggest
+    from papilla.identification import page as identification_page
 
     (tmp_path / "log.csv").write_text(LOG)
     (tmp_path / "log.csv").chmod(0o444)

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from papilla.calibrate.identification import posing
-from papilla.calibrate.suggest import FORCES_N
+from papilla.identification import posing
+from papilla.identification.suggest import FORCES_N
 
 
 @pytest.fixture(autouse=True)

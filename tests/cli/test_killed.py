@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.logs import read_presses
 
 COMMAND = "import sys; from papilla.cli.main import run; run(sys.argv[1:])"

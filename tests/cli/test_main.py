@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from papilla.cli import main
-from papilla.errors import PapillaError
+from papilla.core.errors import PapillaError
 
 
 @pytest.fixture

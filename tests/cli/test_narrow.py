@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from papilla.calibrate.checking import Check, CheckedPress
-from papilla.cli import calibrate, estimate_summary, output, reproduce, verify
-from papilla.studies.case import Case
-from papilla.studies.reproduce.claim import Answer
-from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, Result
+from papilla.calibration.fitting.checking import Check, CheckedPress
+from papilla.cli import calibrate, estimate_summary, output, verify
+from papilla_papers.cli import reproduce
+from papilla.verify.case import Case
+from papilla_papers.claims.claim import Answer
+from papilla_papers.claims.runner import CLAIMS, EXPERIMENTS, Result
 
 WORDS = "many words that say at some length what happened here"
 

@@ -5,7 +5,8 @@ import re
 
 import pytest
 
-from papilla import Finger, cache
+from papilla import Finger
+from papilla.core import cache
 from papilla.cli import doctor
 
 
@@ -83,7 +84,7 @@ def test_clean_empties_the_cache_and_nothing_else(papilla, tmp_path, monkeypatch
     import numpy as np
 
     monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
-    monkeypatch.setattr("papilla.studies.self_test.self_test", list)
+    monkeypatch.setattr("papilla.verify.self_test.self_test", list)
     cache.keep("thing", "one", {"a": np.arange(3.0)})
     (tmp_path / "cache" / "thing" / "notes.txt").write_text("mine")
     answer = papilla("doctor", "--clean", "--json")
@@ -93,9 +94,9 @@ def test_clean_empties_the_cache_and_nothing_else(papilla, tmp_path, monkeypatch
 
 
 def test_a_check_that_fails_is_exit_1_and_is_named(papilla, monkeypatch):
-    from papilla.studies.case import Case
+    from papilla.verify.case import Case
 
-    monkeypatch.setattr("papilla.studies.self_test.self_test", lambda: [Case("press, force", "sum", 0.5, 1e-9)])
+    monkeypatch.setattr("papilla.verify.self_test.self_test", lambda: [Case("press, force", "sum", 0.5, 1e-9)])
     answer = papilla("doctor")
     assert answer.code == 1 and "0 of 1 checks passed" in answer.out and "FAILED: press, force" in answer.out
 
@@ -183,7 +184,7 @@ def test_the_renderer_is_named(monkeypatch, window, named, said):
 def test_the_cache_says_who_chose_it_and_what_was_removed(papilla, tmp_path, monkeypatch):
     import numpy as np
 
-    monkeypatch.setattr("papilla.studies.self_test.self_test", list)
+    monkeypatch.setattr("papilla.verify.self_test.self_test", list)
     monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
     for kind, name in (("thing", "one"), ("thing", "two"), ("other", "one")):
         cache.keep(kind, name, {"a": np.arange(1000.0)})

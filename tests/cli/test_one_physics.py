@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import papilla as library
-from papilla.calibrate import DEFAULT_FORCES, DEFAULT_MODULI, fit, sweep
-from papilla.calibrate.identification.posing import family_of
-from papilla.calibrate.job import cached_sweep
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, fit, sweep
+from papilla.identification.posing import family_of
+from papilla.calibration.fitting.job import cached_sweep
 from papilla.fem.pressing.response import response
-from papilla.finger import Bench, Finger
-from papilla.specimen import physics_words
+from papilla.model.finger import Bench, Finger
+from papilla.model.specimen import physics_words
 
 pytestmark = pytest.mark.slow
 

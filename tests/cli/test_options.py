@@ -5,9 +5,9 @@ import os
 import pytest
 
 from papilla.cli.options import keep_inputs
-from papilla.errors import InputError
-from papilla.files import sidecar
-from papilla.finger import DEFAULT_FINGER
+from papilla.core.errors import InputError
+from papilla.core.files import sidecar
+from papilla.model.finger import DEFAULT_FINGER
 
 LOG = "t_s,g1\n0,1\n0.001,2\n0.002,3\n"
 PRESSES = "force_N,modulus_MPa,g1\n1,1,1\n2,1,2\n"

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from papilla.cli import main, options, output
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 
 
 def test_json_has_no_numbers_that_are_none_and_no_control_characters():
@@ -131,7 +131,7 @@ def test_what_the_application_returns_is_the_code(papilla, monkeypatch, returned
 
 
 def test_the_application_is_called_with_the_arguments_and_one_thread(papilla, monkeypatch):
-    from papilla.workers import THREADS
+    from papilla.core.workers import THREADS
 
     asked = []
     for name in THREADS:

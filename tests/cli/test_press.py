@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.logs import read_time_log
 
 KEYS = {
@@ -137,8 +137,8 @@ def test_the_finite_rung_is_a_choice(papilla):
 
 
 def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(papilla, tmp_path, monkeypatch):
-    from papilla import memory
-    from papilla.finger import DEFAULT_FINGER
+    from papilla.core import memory
+    from papilla.model.finger import DEFAULT_FINGER
 
     text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", "modulus_MPa = 0.1357")
     (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
@@ -155,7 +155,7 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
 @pytest.mark.parametrize("fidelity", ["contact", "finite"])
 def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch, fidelity):
     from papilla import mesh
-    from papilla.errors import MeshError
+    from papilla.core.errors import MeshError
     from papilla.fem import preparing
 
     def build(finger, size_mm, **_):
@@ -169,7 +169,7 @@ def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch,
 
 
 def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
-    from papilla.finger import DEFAULT_FINGER
+    from papilla.model.finger import DEFAULT_FINGER
 
     card = 'modulus_MPa = 0.136\nmaterial = { model = "Ogden", mu_MPa = 0.1, alpha = 3.0 }'
     text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", card)

@@ -7,16 +7,16 @@ from types import SimpleNamespace
 import pytest
 
 from papilla.cli.options import PROCESSES
-from papilla.finger import Finger
-from papilla.studies.case import Case
-from papilla.studies.reproduce import runner
-from papilla.studies.reproduce.claim import Answer
-from papilla.studies.reproduce.runner import CLAIMS, EXPERIMENTS, Result
+from papilla.model.finger import Finger
+from papilla.verify.case import Case
+from papilla_papers.claims import runner
+from papilla_papers.claims.claim import Answer
+from papilla_papers.claims.runner import CLAIMS, EXPERIMENTS, Result
 
 
 @pytest.fixture(autouse=True)
 def three_processes(monkeypatch):
-    monkeypatch.setattr("papilla.studies.runner.fitting_processes", lambda: 3)
+    monkeypatch.setattr("papilla.verify.jobs.fitting_processes", lambda: 3)
 
 
 @pytest.mark.parametrize("value, code", [(0.5, 0), (2.0, 1)])
@@ -29,7 +29,7 @@ def test_a_case_outside_its_bound_ends_with_1(papilla, monkeypatch, value, code)
         skipped("adhesion: skipped, no package")
         return [Case("hertz: the area", "a sphere", value, 1.0), Case("hertz: depth", "a sphere", 0.1, 1.0)]
 
-    monkeypatch.setattr("papilla.studies.verify.verify", verify)
+    monkeypatch.setattr("papilla.verify.verify", verify)
     answer = papilla("verify", "--only", "hertz", "--only", "cube")
     assert answer.code == code and asked[0] == (["hertz", "cube"], 3)
     assert answer.err.splitlines() == ["hertz", "adhesion: skipped, no package"]
@@ -75,7 +75,7 @@ def test_a_table_of_few_claims_has_notes_and_one_of_many_says_where_they_are(pap
 
 
 def test_the_page_of_claims_is_written_and_named(papilla, monkeypatch, asked, claims):
-    from papilla.studies.reproduce import page
+    from papilla_papers.claims import page
 
     claims.append(untested())
     written = []
@@ -89,7 +89,7 @@ def test_the_page_of_claims_is_written_and_named(papilla, monkeypatch, asked, cl
 
 
 def test_figures_are_named_with_what_was_found(papilla, refused, monkeypatch, tmp_path):
-    from papilla.studies.figures import runner as maker
+    from papilla_papers.figures import runner as maker
 
     asked = []
     figure = SimpleNamespace(name="fig. 3", title="A title", claims=("A1", "A2"))
@@ -116,7 +116,7 @@ def test_figures_are_named_with_what_was_found(papilla, refused, monkeypatch, tm
 
 
 def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused, monkeypatch, tmp_path):
-    from papilla.calibrate import comparison
+    from papilla.identification import compare as comparison
 
     asked = []
     row = SimpleNamespace(

@@ -38,9 +38,9 @@ def test_a_recorded_texture_is_felt(papilla, tmp_path):
 @pytest.fixture(scope="module")
 def calibrated(tmp_path_factory):
     """Calibration and sweep of the default finger, of few presses without friction."""
-    from papilla.calibrate import fit, sweep
+    from papilla.calibration import fit, sweep
     from papilla.fem import prepare
-    from papilla.finger import Finger
+    from papilla.model.finger import Finger
 
     folder = tmp_path_factory.mktemp("calibrated")
     presses = sweep(

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.cli import telepresence_ends as ends
-from papilla.errors import InputError
+from papilla.telepresence.cli import ends as ends
+from papilla.core.errors import InputError
 from papilla.telepresence import processes
 from papilla.telepresence.udp import Address
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.view.style import STRAIN
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -49,7 +49,7 @@ def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_
 
 
 def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
-    from papilla.errors import MeshError
+    from papilla.core.errors import MeshError
     from papilla.fem import preparing
     from papilla.view import pictures
 

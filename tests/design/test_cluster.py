@@ -16,7 +16,7 @@ from papilla.design import running
 from papilla.design.batch import version
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.errors import InputError, MissingExtraError
+from papilla.core.errors import InputError, MissingExtraError
 
 pytestmark = pytest.mark.slow
 

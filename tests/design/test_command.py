@@ -10,7 +10,7 @@ from papilla.cli.options import PROCESSES
 from papilla.design import running
 from papilla.design.running import price
 from papilla.design.study import read_study
-from papilla.finger import Gauge
+from papilla.model.finger import Gauge
 
 pytestmark = pytest.mark.usefixtures("made_up")
 

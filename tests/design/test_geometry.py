@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.press_table import DEFAULT_MODULI
+from papilla.calibration.fitting.sweep import DEFAULT_MODULI
 from papilla.design.geometry import GeometryMap, _table_of, measure_base, with_sites
 from papilla.design.in_scene import MESH, DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.scene import Scene
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, known
-from papilla.finger import Finger, Layer
+from papilla.model.finger import Finger, Layer
 
 
 def test_a_finger_a_third_as_large_has_the_large_strain_of_the_default(tmp_path, monkeypatch):

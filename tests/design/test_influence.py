@@ -13,10 +13,10 @@ from papilla.design.influence import Influence
 from papilla.design.placement import KNOWN, UNKNOWN, Placed, problem
 from papilla.design.scene import PRIOR, Scene
 from papilla.design.study import read_study
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.softness.touch import RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
-from papilla.finger import Finger, Gauge
+from papilla.model.finger import Finger, Gauge
 
 FINGER = Finger.default()
 QUARTER = [Gauge("a", angle_deg=0.0), Gauge("b", angle_deg=20.0), Gauge("c", angle_deg=20.0, y_mm=5.0),

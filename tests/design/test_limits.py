@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibrate.press_table import NOT_INCLUDED
+from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.design import confirming, influence, scene
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
@@ -15,8 +15,8 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.places import Places, foil_of, half_length
 from papilla.design.scene import PRIOR, Scene
 from papilla.design.study import read_study
-from papilla.errors import InputError
-from papilla.finger import Finger, Gauge, Slab
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger, Gauge, Slab
 
 FINGER = Finger.default()
 SPREAD = "{ low = 20.0, high = 50.0 }"

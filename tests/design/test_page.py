@@ -11,8 +11,8 @@ from papilla.design import job, placement
 from papilla.design.results import Results
 from papilla.design.running import Tally
 from papilla.design.study import read_study
-from papilla.errors import InputError
-from papilla.finger import Finger
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 
 FINGER = Finger.default()
 

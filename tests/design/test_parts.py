@@ -17,10 +17,10 @@ from papilla.design.results import Results, first_words, write_tables
 from papilla.design.scene import Scene, Unknowns
 from papilla.design.store import Store
 from papilla.design.study import Free, Limit, Study, probes, read_study
-from papilla.errors import InputError, SolverError
+from papilla.core.errors import InputError, SolverError
 from papilla.fem.finite.strain_tables import SPANNING
 from papilla.fem.reduction.family import RATIOS
-from papilla.finger import Finger, Gauge, Ridges, Slab
+from papilla.model.finger import Finger, Gauge, Ridges, Slab
 from papilla.mesh.body import narrowest_mm
 
 FINGER = Finger.default()

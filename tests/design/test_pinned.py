@@ -15,7 +15,7 @@ from papilla.design.placement import UNKNOWN, place, problem
 from papilla.design.places import Places
 from papilla.design.scene import Scene, Tolerances, Unknowns
 from papilla.design.study import Limit, Sampler
-from papilla.finger import Finger, Gauge, Layer
+from papilla.model.finger import Finger, Gauge, Layer
 
 FINGER = Finger.default()
 NAMES = [name for name in OBJECTIVES if name not in ("force_at_depth", "worst_over_tolerances")]

@@ -9,7 +9,7 @@ from papilla import fem
 from papilla.design.influence import influence
 from papilla.design.placement import Problem, place, problem
 from papilla.design.scene import Scene
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 
 
 def made_up(seed: int, k: int = 14) -> Problem:

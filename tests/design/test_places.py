@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.design.places import Places, foil_of, half_length, moved
-from papilla.errors import InputError
-from papilla.finger import Finger, Gauge
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger, Gauge
 
 SHAPE = Finger.default().shape
 FOIL = foil_of(Finger.default().gauges)

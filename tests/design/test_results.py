@@ -18,7 +18,7 @@ from papilla.design.results import Effect, Outcome, Results, first_words, summar
 from papilla.design.running import Tally
 from papilla.design.scene import Scene
 from papilla.design.study import read_study
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 
 FINGER = Finger.default()
 

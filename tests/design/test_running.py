@@ -13,8 +13,8 @@ from papilla.design.job import run_study
 from papilla.design.results import Results, first_words, summary
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.errors import FileAccessError, InputError
-from papilla.tables import TableReader
+from papilla.core.errors import FileAccessError, InputError
+from papilla.core.tables import TableReader
 
 pytestmark = pytest.mark.usefixtures("made_up")
 
@@ -32,7 +32,7 @@ def test_a_study_becomes_tables_a_page_and_fingers(study_file, tmp_path):
     assert best == table.columns["sigma_sd"].min() and best < told["base"]["sigma_sd"]
     page = (tmp_path / "out" / "study.html").read_text()
     assert "multiplies sigma_sd by" in page and "finger_1.toml" in page
-    from papilla.finger import Finger
+    from papilla.model.finger import Finger
 
     assert Finger.load(tmp_path / "out" / "finger_1.toml").outer.modulus == pytest.approx(
         told["best"][0]["free"]["outer.modulus_MPa"]

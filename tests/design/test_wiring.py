@@ -19,11 +19,11 @@ from papilla.design.results import summary
 from papilla.design.running import Pool
 from papilla.design.scene import Scene
 from papilla.design.study import read_study
-from papilla.errors import InputError, SolverError
+from papilla.core.errors import InputError, SolverError
 from papilla.fem.finite.strain_tables import SIZE
-from papilla.finger import Finger, Slab
+from papilla.model.finger import Finger, Slab
 from papilla.mesh.body import narrowest_mm
-from papilla.specimen import STICK
+from papilla.model.specimen import STICK
 
 FINGER = Finger.default()
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import papilla.estimators
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import (
     ChirpTracker,
     CrossRidge,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
 from papilla.estimators.pipeline.outputs import CREPT, LEAST_CHANGE, Creep
 from papilla.references import Prony

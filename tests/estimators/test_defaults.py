@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla import estimators
-from papilla.errors import InputError
-from papilla.estimators.published import texture, wavelet
+from papilla.core.errors import InputError
+from papilla_papers.methods import texture, wavelet
 from papilla.estimators.texture import Features
 
 COMMON = {

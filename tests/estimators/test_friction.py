@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.friction import Friction, FrictionStatus
 from tests.support import friction_logs
 

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from papilla.estimators.published.roughness import (
+from papilla_papers.methods.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,
@@ -18,8 +18,8 @@ from papilla.estimators.published.roughness import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.estimators.tracking import SpaceTracker, TrackingStatus
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.estimators.wavelength import SpaceTracker, TrackingStatus
+from papilla.scenes.scenes import scene
 
 PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
 SPECTRA = (ShortTimeSpectrum, Okamoto)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.health import MISSING, SATURATED, STUCK, GaugeHealth, words
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 from papilla.estimators.lags import channel_lags
-from papilla.estimators.lines import find_lines
+from papilla.estimators.wavelength.lines import find_lines
 
 RANGE_MM = (0.8, 6.0)
 GAIN, UNIT = 1024.0, 1 / 64

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.lags import channel_lags
-from papilla.estimators.lines import find_lines, latest_stretch, travelled, with_harmonics
-from papilla.estimators.spectrum import Line, background
+from papilla.estimators.wavelength.lines import find_lines, latest_stretch, travelled, with_harmonics
+from papilla.estimators.wavelength.spectrum import Line, background
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -275,7 +275,7 @@ def test_the_channels_of_a_line_are_those_that_show_it():
 def test_the_latest_stretch_of_a_long_path_is_searched(monkeypatch):
     position = np.linspace(0, 100, 5001)
     assert latest_stretch(position) == 0
-    monkeypatch.setattr("papilla.estimators.lines.LONGEST_GRID", 2000)
+    monkeypatch.setattr("papilla.estimators.wavelength.lines.LONGEST_GRID", 2000)
     first = latest_stretch(position, (1.0, 10.0))
     assert 100 - position[first] == pytest.approx(2000 / 8 / 4, rel=0.01), "a grid of 8 points in a quarter of 1 mm"
     assert latest_stretch(np.tile(position[:501], 10), (1.0, 10.0)) == 0, "to and fro is no long path"

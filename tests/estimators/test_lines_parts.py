@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.lags import _noise as noise_of
 from papilla.estimators.lags import _scatter as scatter_of
 from papilla.estimators.lags import channel_lags, phasors
-from papilla.estimators.lines import find_lines, order_of
-from papilla.estimators.spectrum import Level, Line, Spectrum, background, vertex
+from papilla.estimators.wavelength.lines import find_lines, order_of
+from papilla.estimators.wavelength.spectrum import Level, Line, Spectrum, background, vertex
 from papilla.estimators.stream import completed
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.scenes.scenes import scene
 
 PLACES = np.array([0.0, 3.0, 7.1])
 """Where three gauges are along the sliding direction, mm."""

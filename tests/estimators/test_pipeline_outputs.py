@@ -11,10 +11,10 @@ from papilla.estimators.health import Fault, pack
 from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.pipeline.outputs import FrequencyOutput, ModulusOutput, Row, WavelengthOutput
 from papilla.estimators.softness.gauges import GaugeEstimate
-from papilla.estimators.tracking import TrackingStatus
-from papilla.estimators.tracking.chirp import ChirpEstimate
-from papilla.estimators.tracking.memory import Finding
-from papilla.estimators.tracking.trackers import FusedEstimate
+from papilla.estimators.wavelength import TrackingStatus
+from papilla.estimators.wavelength.chirp import ChirpEstimate
+from papilla.estimators.wavelength.memory import Finding
+from papilla.estimators.wavelength.trackers import FusedEstimate
 
 ROW = Row((1.0, 2.0), (), 0.3, math.nan, Tick(0, 0, 1.0, 50.0, 50.0, 3.0))
 NAMES = ("left", "right")

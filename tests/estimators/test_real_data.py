@@ -13,8 +13,8 @@ import pytest
 
 from papilla.estimators import Pipeline
 from papilla.estimators.lags import channel_lags
-from papilla.estimators.lines import find_lines, travelled
-from papilla.estimators.published.texture import log_band_features
+from papilla.estimators.wavelength.lines import find_lines, travelled
+from papilla_papers.methods.texture import log_band_features
 from papilla.estimators.texture import Features, train
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")

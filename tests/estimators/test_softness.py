@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Softness
 
 PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 200)) ** 2

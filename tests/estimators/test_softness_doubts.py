@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import unpack
 from papilla.estimators.softness import fitter

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus, Surface
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.channels import distance_curve

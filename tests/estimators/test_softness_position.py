@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibrate.position_terms import fit_positions
+from papilla.calibration.fitting.position_terms import fit_positions
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.channels import GaugeSurfaces

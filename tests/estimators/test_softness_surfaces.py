@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 
 from papilla.calibration import GaugeSurface, Surface
 from papilla.calibration.surface import Spline
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.softness.channels import GaugeSurfaces, SdSurface, distance_curve
 
 

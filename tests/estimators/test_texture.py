@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
 from papilla.estimators.texture import UNKNOWN, Features, TextureModel, _strokes, train
-from papilla.sealed import CHECKSUM, write_sealed
+from papilla.core.sealed import CHECKSUM, write_sealed
 
 pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
 HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)

@@ -13,7 +13,7 @@ from papilla.fem.finite import strain_tables
 from papilla.fem.pressing import large_strain
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
-from papilla.finger import Dome, Finger
+from papilla.model.finger import Dome, Finger
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored

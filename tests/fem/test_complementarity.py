@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from papilla.errors import SolverError
+from papilla.core.errors import SolverError
 from papilla.fem.pressing import contact_step as complementarity
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.contact_path import ContactProblem

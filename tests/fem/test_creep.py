@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references import Prony
 
 SERIES = (Prony((0.3,), (2.0,)), Prony((0.2, 0.25), (0.5, 10.0)), Prony((), ()))

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing import press as module
 from papilla.fem.pressing.press import check_scene, linear_press, refuse_detail, too_coarse
-from papilla.specimen import DEEPEST, Block, HalfSpace, Sphere
+from papilla.model.specimen import DEEPEST, Block, HalfSpace, Sphere
 
 RIGID = HalfSpace(1e9)
 

@@ -9,7 +9,7 @@ from skfem.helpers import ddot, div, sym_grad
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
 from papilla.fem.discrete.solver import factorise
-from papilla.finger import Layer
+from papilla.model.finger import Layer
 from papilla.mesh.layered import INNER, OUTER
 from papilla.references import boussinesq_displacement
 

@@ -8,13 +8,13 @@ import scipy.sparse as sp
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, div, sym_grad
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import ELEMENTS, P1, P2
-from papilla.finger import Finger, Layer
+from papilla.model.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 BLOCK = Block(0.51, 10)
 LAYERS = {OUTER: Layer(0.136, 0.45), INNER: Layer(0.034, 0.3)}

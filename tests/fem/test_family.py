@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.reduction import family as module
 from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
-from papilla.finger import Finger, Layer
-from papilla.materials import NeoHookean
+from papilla.model.finger import Finger, Layer
+from papilla.model.materials import NeoHookean
 from papilla.mesh import build
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 

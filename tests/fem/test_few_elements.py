@@ -10,7 +10,7 @@ from papilla.fem import press
 from papilla.fem.pressing import contact
 from papilla.fem.pressing.contact import contact_press, with_ellipse
 from papilla.references import hertz_ellipse_at
-from papilla.specimen import Block, HalfSpace
+from papilla.model.specimen import Block, HalfSpace
 
 E_STAR, SOFT = 0.15, HalfSpace(0.3, 0.4)
 TOGETHER = 1 / (1 / E_STAR + (1 - 0.4**2) / 0.3)

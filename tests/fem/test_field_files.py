@@ -4,10 +4,10 @@ import meshio
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError
+from papilla.core.errors import FileFormatError
 from papilla.fem import Field
 from papilla.fem.fields import save_field
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
 
 

@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press, receptive_fields, recover
 from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
-from papilla.finger import Finger, Layer
+from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.cells import volumes
 from papilla.mesh.layered import BOUNDARIES
-from papilla.specimen import Block, HalfSpace
+from papilla.model.specimen import Block, HalfSpace
 
 BLOCK = Block(0.51, 10)
 

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import SolverError
+from papilla.core.errors import SolverError
 from papilla.fem.pressing.contact import LoadingPath
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature
 from papilla.references import dundurs_beta, effective_modulus, frictional_punch, goodman_stick_radius
-from papilla.specimen import HalfSpace
+from papilla.model.specimen import HalfSpace
 
 RADIUS = 20.0
 STICK = math.inf

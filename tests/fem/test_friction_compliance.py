@@ -5,7 +5,7 @@ import pytest
 
 from papilla.fem.reduction.compliance import PatchSurface, linear_moments
 from papilla.references import uniform_disc_mean_displacement
-from papilla.specimen import Block, HalfSpace, Sphere
+from papilla.model.specimen import Block, HalfSpace, Sphere
 
 
 def traction_compliance(patch, specimen):

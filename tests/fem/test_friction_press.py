@@ -9,11 +9,11 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from papilla import Block, HalfSpace, PapillaError
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, ReducedFinger, press, recover
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import loading_path
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 
 RIGID = HalfSpace(1e9, 0.3)
 BLOCK = Block(0.2, 10)

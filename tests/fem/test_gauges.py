@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, gauge_site, strain_functional
-from papilla.finger import Finger, Gauge, Slab
+from papilla.model.finger import Finger, Gauge, Slab
 from papilla.mesh.body import surfaces_of
 
 FINGER = Finger.default()

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import jv
 
-from papilla.errors import ContactRangeError
+from papilla.core.errors import ContactRangeError
 from papilla.fem.pressing import hertz
 from papilla.fem.pressing.ellipses import (
     HALF_SPACE_ENERGY,

@@ -6,15 +6,15 @@ import warnings
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import fidelity as choice
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.hertz import hertz_table
-from papilla.finger import Dome, Finger
+from papilla.model.finger import Dome, Finger
 from papilla.references import hertz_sphere_at
-from papilla.specimen import Block, HalfSpace, Sphere
-from papilla.units import gf_to_newton
+from papilla.model.specimen import Block, HalfSpace, Sphere
+from papilla.core.units import gf_to_newton
 
 BLOCK = Block(0.51, 10)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.discrete.elements import TaylorHood, interpolation, locate
 
 

@@ -8,22 +8,22 @@ import sys
 
 import pytest
 
-from papilla import memory
-from papilla.errors import MemoryEstimateError
+from papilla.core import memory
+from papilla.core.errors import MemoryEstimateError
 from papilla.fem import FingerModel, press_finite
 from papilla.fem.discrete import solver
-from papilla.finger import Finger
-from papilla.memory import SPREAD, finite_bytes, reduction_bytes
+from papilla.model.finger import Finger
+from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.mesh import build
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 MEASURE = """
 import json, sys
 import rslab, skfem
 from papilla.fem import FingerModel, press_finite
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 def peak():
     lines = open("/proc/self/status").read().splitlines()

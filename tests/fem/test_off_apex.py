@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import off_apex
 from papilla.fem.pressing.off_apex import (
@@ -21,8 +21,8 @@ from papilla.fem.pressing.off_apex import (
 from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, LogPolynomial
 from papilla.fem.reduction.family import RATIOS, family
 from papilla.fem.reduction.gauges import gauge_functionals
-from papilla.finger import Finger, Slab
-from papilla.specimen import Block
+from papilla.model.finger import Finger, Slab
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 BLOCK = Block(1.0, 10.0)

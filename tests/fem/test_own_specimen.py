@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing.contact import contact_press
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import Block, HalfSpace, Specimen, Sphere
+from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
 from papilla.fem.reduction.finger_model import _merge_nodes, build_patch
 from papilla.fem.reduction.patch import Frame, gap_of

@@ -10,7 +10,7 @@ import pytest
 
 from papilla.fem import press
 from papilla.fem.pressing.off_apex import transported_readings
-from papilla.specimen import Block, HalfSpace, Sphere
+from papilla.model.specimen import Block, HalfSpace, Sphere
 
 BLOCK = Block(0.51, 10)
 

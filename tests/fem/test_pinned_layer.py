@@ -13,7 +13,7 @@ import pytest
 from papilla.fem import press
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.reduction.compliance import PatchSurface, half_space_compliance, kernel_compliance
-from papilla.specimen import Block, HalfSpace, Sphere
+from papilla.model.specimen import Block, HalfSpace, Sphere
 
 SOFT = 0.15  # Contact modulus of the skin, MPa
 

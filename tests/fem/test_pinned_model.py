@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from papilla.fem import FingerModel, receptive_fields
-from papilla.finger import Finger, Gauge, Layer
+from papilla.model.finger import Finger, Gauge, Layer
 
 TURNED = Gauge("turned", angle_deg=25.0, y_mm=6.0, direction_deg=35.0, lever_mm=0.5)
 

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing import fidelity as auto
 from papilla.fem.pressing.prices import QUANTITIES, known_prices
-from papilla.finger import Finger, Slab
+from papilla.model.finger import Finger, Slab
 from papilla.mesh import build
-from papilla.specimen import Block, Grating, HalfSpace, Sphere
-from papilla.units import gf_to_newton
+from papilla.model.specimen import Block, Grating, HalfSpace, Sphere
+from papilla.core.units import gf_to_newton
 
 BLOCK = Block(0.51, 10)
 

@@ -6,10 +6,10 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from papilla import cache
+from papilla.core import cache
 from papilla.fem.pressing import prices as module
 from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
 
 FORCES = (0.05, 0.2, 0.5)

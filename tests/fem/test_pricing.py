@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla import cache
-from papilla.errors import ContactRangeError
+from papilla.core import cache
+from papilla.core.errors import ContactRangeError
 from papilla.fem import prepare, press, press_finite
 from papilla.fem.pressing import pricing
 from papilla.fem.pressing.prices import FORMAT, QUANTITIES, SHIPPED, Cost, Prices, known_prices
 from papilla.fem.pressing.pricing import FORCES, SPECIMEN, loss, price
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
 
 

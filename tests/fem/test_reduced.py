@@ -7,12 +7,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
+from papilla.core.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem import ReducedFinger, press
 from papilla.fem.reduction.finger_model import model_of
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import kept
-from papilla.specimen import Block, HalfSpace
+from papilla.model.specimen import Block, HalfSpace
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import response as module
 from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, Response, _fitted, response
 from papilla.fem.reduction.family import family
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from papilla.errors import SolverError
+from papilla.core.errors import SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete import solver
 from papilla.fem.discrete.solver import ENGINES, factorise
-from papilla.finger import Finger, Layer
+from papilla.model.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing.off_apex import transported_readings
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 PLACES = (-3.0, 0.0, 3.0)
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla.fem.finite.constitutive import Kinematics
-from papilla.finger import Finger
-from papilla.materials import Ogden
+from papilla.model.finger import Finger
+from papilla.model.materials import Ogden
 
 
 def _meshes():

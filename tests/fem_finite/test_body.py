@@ -6,8 +6,8 @@ import pytest
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.body import Body, Card
-from papilla.finger import Layer
-from papilla.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh, principal_pair
+from papilla.model.finger import Layer
+from papilla.model.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh, principal_pair
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3)]
 

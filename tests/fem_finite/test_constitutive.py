@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.fem.finite.constitutive import Kinematics, isochoric_stress, isochoric_tangent, principal, response
-from papilla.materials import MATERIALS, NeoHookean, Ogden, Yeoh
+from papilla.model.materials import MATERIALS, NeoHookean, Ogden, Yeoh
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
 

@@ -13,9 +13,9 @@ from papilla.fem.finite.body import Card
 from papilla.fem.finite.newton import Linearisation, State, StepError
 from papilla.fem.finite.pressing import Scene
 from papilla.fem.reduction.gauges import SHARES
-from papilla.finger import Layer
-from papilla.materials import NeoHookean
-from papilla.specimen import HalfSpace
+from papilla.model.finger import Layer
+from papilla.model.materials import NeoHookean
+from papilla.model.specimen import HalfSpace
 
 
 @pytest.fixture(scope="module")

@@ -11,9 +11,9 @@ import pytest
 
 from papilla.fem import press_finite
 from papilla.fem.finite import pressing
-from papilla.finger import Finger
-from papilla.materials import Ogden
-from papilla.specimen import Block, HalfSpace, Sphere
+from papilla.model.finger import Finger
+from papilla.model.materials import Ogden
+from papilla.model.specimen import Block, HalfSpace, Sphere
 
 PRESSES = {
     "by depth": (Block(0.3, 10), {"indentation": 0.7}),

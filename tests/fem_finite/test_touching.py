@@ -7,7 +7,7 @@ import pytest
 
 from papilla.fem.finite.pressing import Scene
 from papilla.fem.finite.touching import LAG, STEADY, Touching
-from papilla.specimen import Block, HalfSpace, Sphere
+from papilla.model.specimen import Block, HalfSpace, Sphere
 
 
 @pytest.fixture(scope="module")

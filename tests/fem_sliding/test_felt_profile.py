@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla import Grating
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.fem import Motion
 
 

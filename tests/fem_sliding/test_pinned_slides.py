@@ -10,7 +10,7 @@ import pytest
 
 from papilla import Grating
 from papilla.fem import Motion, slide
-from papilla.textures import MeasuredProfile
+from papilla.model.textures import MeasuredProfile
 
 GRATING = Grating(0.9, 0.9, 0.3)
 BUMPS = MeasuredProfile(np.linspace(-20, 20, 401), 0.05 * np.sin(np.linspace(-20, 20, 401)))

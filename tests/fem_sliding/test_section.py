@@ -9,14 +9,14 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from papilla import Dome, Layer, Slab
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import prepare_section
 from papilla.fem.sliding.dynamics import Modal
 from papilla.fem.sliding.section import Modes, SectionModel, _arrays
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, build_section
 from papilla.references import StackLayer, layered_surface_compliance
-from papilla.studies.verify.sliding import depth_of_a_hump
+from papilla.verify.sliding import depth_of_a_hump
 
 
 def areas(section):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla import Dome, Finger, Layer, Slab, Surfaces
-from papilla.errors import InputError
-from papilla.finger import Gauge, Ridges
+from papilla.core.errors import InputError
+from papilla.model.finger import Gauge, Ridges
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import build_section, patch_half_width, section_finger
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from papilla import Grating
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
 from papilla.fem.sliding.coulomb import STICK
 from papilla.fem.sliding.slide import amplify
-from papilla.finger import Bench
-from papilla.finger_parts import Identified
-from papilla.textures import Flat, MeasuredProfile
+from papilla.model.finger import Bench
+from papilla.model.parts import Identified
+from papilla.model.textures import Flat, MeasuredProfile
 
 GRATING = Grating(0.9, 0.9, 0.3)
 SLOW = {"force": 0.1, "length_mm": 5.0, "dynamics": "quasi-static"}

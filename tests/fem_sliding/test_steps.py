@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from papilla import Grating
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem import Motion
 from papilla.fem.sliding.coulomb import Rubbed
 from papilla.fem.sliding.felt_profile import FAR_MM
 from papilla.fem.sliding.slide import _Run, amplify
-from papilla.textures import Flat
+from papilla.model.textures import Flat
 
 
 @pytest.fixture

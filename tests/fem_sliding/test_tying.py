@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from papilla import Grating
-from papilla.errors import ContactRangeError
+from papilla.core.errors import ContactRangeError
 from papilla.fem import Motion, prepare, press, slide
 from papilla.fem.sliding import tying
 from papilla.fem.sliding.coulomb import Laws, rub
 from papilla.fem.sliding.slide import STUCK
 from papilla.fem.sliding.tying import FLAT, refuse_end, tie
-from papilla.finger import Bench, Finger
-from papilla.textures import Flat
+from papilla.model.finger import Bench, Finger
+from papilla.model.textures import Flat
 
 READING = np.array([100.0, 50.0, -20.0, 10.0, 5.0])
 STILL = Motion.steady(0.0, 0.01)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.finger import Dome, Finger, Gauge, Layer, Slab
+from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 from papilla.mesh.drawing import drawn
 
 COARSE_MM = 2.5

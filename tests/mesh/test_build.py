@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError, MeshError
-from papilla.finger import Dome, Finger, Slab
+from papilla.core.errors import InputError, MeshError
+from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
 from papilla.mesh import builder as builder_module
 from papilla.mesh.builder import VARIANTS

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, MeshError
+from papilla.core.errors import FileAccessError, MeshError
 from papilla.mesh import child
 from papilla.mesh.child import tetrahedralise
 from papilla.mesh.worker import JOBS

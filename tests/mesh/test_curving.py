@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.fem.discrete.elements import TaylorHood, interpolation
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.finishing import bent_edges

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipeinc
 
-from papilla.errors import InputError
-from papilla.finger import Dome, Finger, Gauge, Slab
+from papilla.core.errors import InputError
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 from papilla.mesh.body import facet_deviation, gauge_site, narrowest_mm, surfaces_of
 
 DOME = Dome((24.0, 22.0, 20.0), (21.0, 19.0, 17.0), (10.0, 9.0, 6.0))

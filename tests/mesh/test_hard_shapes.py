@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError, MeshError
-from papilla.finger import Dome, Finger, Slab
+from papilla.core.errors import InputError, MeshError
+from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh import build, drawing
 from papilla.mesh.builder import WORST, relative_sizes
 from papilla.mesh.cells import mean_ratio, volumes

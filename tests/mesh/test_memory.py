@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from papilla import memory
-from papilla.errors import MemoryEstimateError
-from papilla.finger import Finger, Layer
+from papilla.core import memory
+from papilla.core.errors import MemoryEstimateError
+from papilla.model.finger import Finger, Layer
 from papilla.mesh import build, drawing
 from papilla.mesh.sizing import asked
 

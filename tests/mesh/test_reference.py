@@ -6,16 +6,16 @@ from hashlib import sha256
 import numpy as np
 import pytest
 
-from papilla.errors import MeshError
+from papilla.core.errors import MeshError
 from papilla.fem import FingerModel, press
-from papilla.finger import Dome, Finger, Layer, Slab
+from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, builder, drawing, quality
 from papilla.mesh.body import body_of
 from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, morphed, path_of, relative_sizes
 from papilla.mesh.cells import TaggedCells, components, mean_ratio, paired_faces, volumes
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 PINNED = {
     0: "ceb274e87c76d8b46b5104d75d1b1d7c187d23494896a0291017770d70f7d6a3",

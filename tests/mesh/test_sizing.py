@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.finger import Finger, Layer
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger, Layer
 from papilla.mesh import build, drawing
 from papilla.mesh import sizing as sizing_module
 from papilla.mesh.body import body_of

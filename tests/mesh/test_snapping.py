@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import MeshError
-from papilla.finger import Dome
+from papilla.core.errors import MeshError
+from papilla.model.finger import Dome
 from papilla.mesh.body import Body, Plane
 from papilla.mesh.cells import TaggedCells, dihedral_angles, mean_ratio
 from papilla.mesh.finishing import POOR, Constraints, _move, relax

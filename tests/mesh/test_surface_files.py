@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
-from papilla.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
+from papilla.model.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 from papilla.mesh import INNER, OUTER, build, surface_files
 from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.cells import volumes

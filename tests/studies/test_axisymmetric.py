@@ -9,18 +9,18 @@ import pytest
 from papilla.fem import prepare, press, press_finite
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import elongation, gauge_functionals, linear_value
-from papilla.finger import Layer
-from papilla.materials import NeoHookean, Ogden
+from papilla.model.finger import Layer
+from papilla.model.materials import NeoHookean, Ogden
 from papilla.mesh import build
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.references import bonded_layer_sphere
 from papilla.references.tangential_contact import dundurs_beta, frictional_punch
-from papilla.specimen import Block
-from papilla.studies.verify.axisymmetric.bodies import APART, FINE, Bodies, Rubber, Shape
-from papilla.studies.verify.axisymmetric.contact import Contact
-from papilla.studies.verify.axisymmetric.presses import Readout, Rings, press_path
-from papilla.studies.verify.revolution import LINEAR
-from papilla.units import gf_to_newton
+from papilla.model.specimen import Block
+from papilla.references.axisymmetric.bodies import APART, FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.contact import Contact
+from papilla.references.axisymmetric.presses import Readout, Rings, press_path
+from papilla.verify.revolution import LINEAR
+from papilla.core.units import gf_to_newton
 
 COARSE = Shape(cells=(20, 3, 4, 5))
 GAUGES = FINE.finger.gauges

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from papilla.fem import FingerModel, press
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
-from papilla.studies.bench import FULL, SHORT, Bench, BenchRow
-from papilla.studies.bench.measure import SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
-from papilla.studies.bench.runner import pareto_front
-from papilla.units import gf_to_newton
-from papilla.view.study_plots import price_figure
+from papilla.cli.speed import FULL, SHORT, Bench, BenchRow
+from papilla.cli.speed.measure import SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
+from papilla.cli.speed.runner import pareto_front
+from papilla.core.units import gf_to_newton
+from papilla_papers.study_plots import price_figure
 from papilla.view.style import png
 
 KEYS = {

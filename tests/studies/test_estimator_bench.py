@@ -9,11 +9,11 @@ import pytest
 
 from papilla.cli import bench as command
 from papilla.cli.output import json_text
-from papilla.errors import InputError
-from papilla.studies.estimator_bench import comparison, cost, methods
-from papilla.studies.estimator_bench.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
-from papilla.studies.estimator_bench.scenes import CLAIMS, scene
-from papilla.view.study_plots import honesty_figure
+from papilla.core.errors import InputError
+from benchmarks.estimators import comparison, cost, methods
+from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
+from papilla.scenes.scenes import CLAIMS, scene
+from papilla_papers.study_plots import honesty_figure
 from papilla.view.style import png
 
 SMALL = comparison.Plan(

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.references.bounds import frequency_bound, wavelength_bound
-from papilla.studies.estimator_bench import scene_parts as parts
-from papilla.studies.estimator_bench.scene_parts import HARMONICS, common_period, profile_amplitudes, sheared
-from papilla.studies.estimator_bench.scenes import SCENES, WAVELENGTHS_MM, scene
+from papilla.scenes import parts as parts
+from papilla.scenes.parts import HARMONICS, common_period, profile_amplitudes, sheared
+from papilla.scenes.scenes import SCENES, WAVELENGTHS_MM, scene
 
 FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES]
 """Scenes of the finite elements take seconds."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Pipeline
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.scenes.scenes import scene
 
 pytestmark = pytest.mark.slow
 

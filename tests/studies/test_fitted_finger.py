@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from papilla.errors import SolverError
-from papilla.finger import Finger
-from papilla.studies.reproduce.experiments.fitted import DEPTH_FORCES_N, PRINTED_N, Relatives
+from papilla.core.errors import SolverError
+from papilla.model.finger import Finger
+from papilla_papers.claims.experiments.fitted import DEPTH_FORCES_N, PRINTED_N, Relatives
 
 SPECIMENS = [0, 1, 2]
 DEPTHS_MM = list(PRINTED_N)

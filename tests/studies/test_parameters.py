@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla import studies
-from papilla.studies import parameters
+from  import papilla_papers as studies
+from papilla.scenes import rules as parameters
 
 ROOT = Path(studies.__path__[0]).parent
 FOLDERS = sorted(path.parent for path in ROOT.rglob("parameters.toml"))

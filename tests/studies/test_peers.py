@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from papilla.errors import MissingExtraError, SolverError
+from papilla.core.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh.cells import paired_faces
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
-from papilla.specimen import HalfSpace
-from papilla.studies.bench.peers import PeerPress, missing_peers, run_peers
-from papilla.studies.bench.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene, PeerSolution
-from papilla.studies.bench.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
-from papilla.studies.verify.structured import shell
+from papilla.model.specimen import HalfSpace
+from benchmarks.presses.peers import PeerPress, missing_peers, run_peers
+from benchmarks.presses.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene, PeerSolution
+from benchmarks.presses.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
+from papilla.verify.structured import shell
 
 NAMES = [peer.name for peer in PEERS]
 PRESSED_N = {"FElupe + PyPardiso": 0.5565061425620326, "NGSolve + PyPardiso": 0.5564527462832497}
@@ -143,7 +143,7 @@ def test_scaled_moduli_scale_the_force_and_nothing_else(name, finger, mesh, quar
 
 def test_ngsolve_assembles_the_same_form(finger, quarter):
     installed("NGSolve + PyPardiso")
-    from papilla.studies.bench.peers.ngsolve_press import NgsolvePress, elastic_form
+    from benchmarks.presses.peers.ngsolve_press import NgsolvePress, elastic_form
 
     library = NgsolvePress(quarter, 1)
     form = elastic_form(library.space, quarter.elasticity)
@@ -180,9 +180,9 @@ def test_a_package_that_does_not_load_is_named_with_the_extra(quarter, monkeypat
     def broken(scene, threads):
         raise ImportError("mkl_rt not found")
 
-    monkeypatch.setattr("papilla.studies.bench.peers.broken", broken, raising=False)
+    monkeypatch.setattr("benchmarks.presses.peers.broken", broken, raising=False)
     with pytest.raises(MissingExtraError, match=r"Broken does not load \(mkl_rt not found\); pip install"):
-        Peer("Broken", (), ("papilla.studies.bench.peers", "broken")).prepare(quarter, 1)
+        Peer("Broken", (), ("benchmarks.presses.peers", "broken")).prepare(quarter, 1)
 
 
 def test_a_penalty_that_does_not_converge_is_refused(finger, mesh, monkeypatch):
@@ -192,9 +192,9 @@ def test_a_penalty_that_does_not_converge_is_refused(finger, mesh, monkeypatch):
         def press(self, penalty):
             return PeerSolution(penalty, np.zeros((1, 3)), 1, 1.0, 0.5)
 
-    monkeypatch.setattr("papilla.studies.bench.peers.soft", lambda scene, threads: Soft(), raising=False)
+    monkeypatch.setattr("benchmarks.presses.peers.soft", lambda scene, threads: Soft(), raising=False)
     with pytest.raises(SolverError, match="Soft, quarter by symmetry: the force still changes by more than 0.001"):
-        run_peers(finger, mesh, peers=[Peer("Soft", (), ("papilla.studies.bench.peers", "soft"))])
+        run_peers(finger, mesh, peers=[Peer("Soft", (), ("benchmarks.presses.peers", "soft"))])
 
 
 def test_contact_that_does_not_settle_is_refused():

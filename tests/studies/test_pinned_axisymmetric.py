@@ -16,11 +16,11 @@ import numpy as np
 import pinned
 import pytest
 
-from papilla.errors import SolverError
-from papilla.studies.verify.axisymmetric import presses
-from papilla.studies.verify.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
-from papilla.studies.verify.axisymmetric.contact import Contact, nearest
-from papilla.studies.verify.axisymmetric.presses import Rings, press_path
+from papilla.core.errors import SolverError
+from papilla.references.axisymmetric import presses
+from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.contact import Contact, nearest
+from papilla.references.axisymmetric.presses import Rings, press_path
 
 KEPT = Path(__file__).with_name("pinned_axisymmetric.json")
 COARSE = Shape(cells=(12, 2, 2, 3))

@@ -16,15 +16,16 @@ import pinned
 import pytest
 from spring_calibration import calibration
 
-from papilla.errors import ContactRangeError
-from papilla.finger import Finger
-from papilla.studies import telepresence
-from papilla.studies.bench import measure, runner
-from papilla.studies.bench.peers import runner as peer_runner
-from papilla.studies.estimator_bench import cost, scene_parts, scenes, touches
-from papilla.studies.reproduce.experiments import telepresence as experiment
-from papilla.studies.reproduce.experiments import wavelets
-from papilla.studies.verify.structured import cube
+from papilla.core.errors import ContactRangeError
+from papilla.model.finger import Finger
+from papilla_papers import telepresence
+from papilla.cli.speed import measure, runner
+from benchmarks.presses.peers import runner as peer_runner
+from benchmarks.estimators import cost, touches
+from papilla.scenes import parts as scene_parts, scenes
+from papilla_papers.claims.experiments import telepresence as experiment
+from papilla_papers.claims.experiments import wavelets
+from papilla.verify.structured import cube
 from papilla.telepresence.messages import Parameters
 
 KEPT = Path(__file__).with_name("pinned_bench.json")

@@ -17,13 +17,14 @@ import pytest
 import scipy.sparse as sp
 from artists import shown
 
-from papilla.studies.estimator_bench import comparison, methods, scenes
-from papilla.studies.figures import drawing
-from papilla.studies.figures.picture import Curve, Panel, Picture, Shade, Table, as_csv, dashed, printed
-from papilla.studies.figures.runner import PAPERS
-from papilla.studies.reproduce import claim
-from papilla.studies.verify import elements
-from papilla.studies.verify.structured import cube, cylinder, growing, shell
+from benchmarks.estimators import comparison, methods
+from papilla.scenes import scenes
+from papilla_papers.figures import drawing
+from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table, as_csv, dashed, printed
+from papilla_papers.figures.runner import PAPERS
+from papilla_papers.claims import claim
+from papilla.verify import elements
+from papilla.verify.structured import cube, cylinder, growing, shell
 
 KEPT = Path(__file__).with_name("pinned_rows.json")
 

@@ -16,11 +16,11 @@ import pinned
 import pytest
 import scipy.sparse as sp
 
-from papilla.errors import ContactRangeError
-from papilla.finger import Finger, Layer
-from papilla.studies import self_test
-from papilla.studies.case import Case
-from papilla.studies.verify import (
+from papilla.core.errors import ContactRangeError
+from papilla.model.finger import Finger, Layer
+from papilla.verify import self_test
+from papilla.verify.case import Case
+from papilla.verify import (
     bodies,
     contact,
     finger,
@@ -31,8 +31,8 @@ from papilla.studies.verify import (
     revolution,
     sliding,
 )
-from papilla.studies.verify.structured import cube
-from papilla.units import gf_to_newton
+from papilla.verify.structured import cube
+from papilla.core.units import gf_to_newton
 
 KEPT = Path(__file__).with_name("pinned_verify.json")
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 from scipy.stats import binomtest
 
-from papilla.errors import InputError, MissingExtraError, SolverError
-from papilla.studies.reproduce import CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, reproduce
-from papilla.studies.reproduce.claim import EVIDENCE, TESTED, beside, gathered
-from papilla.studies.reproduce.page import write_page
-from papilla.studies.reproduce.runner import by_evidence, head, results, summary
+from papilla.core.errors import InputError, MissingExtraError, SolverError
+from papilla_papers.claims import CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, reproduce
+from papilla_papers.claims.claim import EVIDENCE, TESTED, beside, gathered
+from papilla_papers.claims.page import write_page
+from papilla_papers.claims.runner import by_evidence, head, results, summary
 
 TABLE = {"experiment": "toy", "source": "a paper", "claim": "twice two", "published": 4.0, "unit": "-"}
 TABLE |= {"finding": "four", "call": "2 * 2", "note": "{four} it is, {simulated}", "evidence": "simulated"}
@@ -162,7 +162,7 @@ def fours(assumed: Assumed) -> dict:
     return {"four": 4.0 * assumed.edge_mm, "words": "not kept"}
 
 
-fours.__module__ = "papilla.studies.case"  # Whose code is part of the key under which its numbers are kept
+fours.__module__ = "papilla.verify.case"  # Whose code is part of the key under which its numbers are kept
 
 
 @pytest.mark.parametrize("missed", [True, False])

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from papilla import cache
-from papilla.studies import reproduce
-from papilla.studies.reproduce import EXPERIMENTS
-from papilla.studies.reproduce.scenes import Record, by_factors, even, scenes
+from papilla.core import cache
+from papilla_papers import claims as reproduce
+from papilla_papers.claims import EXPERIMENTS
+from papilla_papers.claims.scenes import Record, by_factors, even, scenes
 
 ROOM = Path(reproduce.__file__).parent
 NAMES = {"yarns_per_inch", "receptors_Hz", "more_grids", "snr_dB", "about", "weaves_mm"}

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.studies.telepresence import TESTS_MM, beside_each_other, experiments_2011
+from papilla_papers.telepresence import TESTS_MM, beside_each_other, experiments_2011
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Set, run
 from papilla.telepresence.touch import GratingTexture

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Surface, Uncertainty
-from papilla.errors import InputError
-from papilla.finger import Finger
-from papilla.studies.estimator_bench import touches
+from papilla.core.errors import InputError
+from papilla.model.finger import Finger
+from benchmarks.estimators import touches
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
 

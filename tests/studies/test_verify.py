@@ -9,17 +9,17 @@ from typer.testing import CliRunner
 
 from papilla.cli.options import grouped
 from papilla.cli.verify import verify as command
-from papilla.errors import InputError, MissingExtraError, SolverError
+from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla.fem.discrete.assembly import lame
-from papilla.finger import Layer
+from papilla.model.finger import Layer
 from papilla.mesh.cells import volumes
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
-from papilla.specimen import HalfSpace
-from papilla.studies.verify import FAMILIES, Case, verify
-from papilla.studies.verify.bodies import stack_sphere
-from papilla.studies.verify.elements import Manufactured
-from papilla.studies.verify.meshes import crushed
-from papilla.studies.verify.structured import cube, cylinder, growing, shell
+from papilla.model.specimen import HalfSpace
+from papilla.verify import FAMILIES, Case, verify
+from papilla.verify.bodies import stack_sphere
+from papilla.verify.elements import Manufactured
+from papilla.verify.meshes import crushed
+from papilla.verify.structured import cube, cylinder, growing, shell
 
 KEYS = ["name", "measure", "error", "bound", "passed", "seconds"]
 

@@ -7,14 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.errors import ContactRangeError
-from papilla.finger import Dome, Finger, Layer, Slab
+from papilla.core.errors import ContactRangeError
+from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.mesh.cells import volumes
 from papilla.references import boussinesq_displacement, hertz_sphere
-from papilla.studies.case import Case, Verdict
-from papilla.studies.verify import bodies, contact, elements, finger, hard, identification, meshes, sliding
-from papilla.studies.verify.structured import cube, cylinder, growing
-from papilla.units import MICROSTRAIN
+from papilla.verify.case import Case, Verdict
+from papilla.verify import bodies, contact, elements, finger, hard, identification, meshes, sliding
+from papilla.verify.structured import cube, cylinder, growing
+from papilla.core.units import MICROSTRAIN
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from papilla.calibrate.identification import PARAMETERS
-from papilla.calibrate.identification.parameters import kind
+from papilla.identification import PARAMETERS
+from papilla.identification.parameters import kind
 from papilla.logs import PressLog
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
 FORCES, MODULI = (0.1, 0.25, 0.5, 0.98), (0.089, 0.51)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.studies import parameters
+from papilla.scenes import rules as parameters
 
 FALSE = 0.1
 """Relative error above which an answer that says "ok" is false."""

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from papilla import fem
-from papilla.calibrate import Sweep
-from papilla.finger import Finger
+from papilla.calibration import Sweep
+from papilla.model.finger import Finger
 
 PATTERN = np.array([-0.3, 0.5, 1.0, 0.4, -0.2])
 STIFF_MPA, RADIUS_MM = 0.1, 10.0
@@ -108,7 +108,7 @@ def press(reduced, specimen, *, force=None, indentation=None, fidelity="contact"
 
 
 def sweep(reduced, moduli, forces, block, friction=0.0, steps=None):
-    """`papilla.calibrate.job.cached_sweep` by `press`."""
+    """`papilla.calibration.fitting.job.cached_sweep` by `press`."""
     pairs = [(modulus, force) for modulus in moduli for force in forces]
     made = block if callable(block) else lambda modulus: replace(block, modulus=modulus)
     found = [press(reduced, made(float(modulus)), force=force, friction=friction) for modulus, force in pairs]

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pyvista as pv
 
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.view import section, strain_field
 
 FINGER = Finger.default()

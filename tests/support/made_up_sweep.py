@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from papilla.calibrate import Sweep
+from papilla.calibration import Sweep
 
 PATTERN = np.array([-0.9, -0.4, 1.7, -0.6, -0.3])
 

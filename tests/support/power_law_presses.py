@@ -6,13 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from papilla.calibrate.identification import Noise
-from papilla.calibrate.identification.parameters import start_of
-from papilla.calibrate.identification.posing import free_parameters
-from papilla.calibrate.identification.presses import Shape
-from papilla.calibrate.identification.problem import Problem, unread
-from papilla.finger import Finger
-from papilla.specimen import Block
+from papilla.identification import Noise
+from papilla.identification.parameters import start_of
+from papilla.identification.posing import free_parameters
+from papilla.identification.presses import Shape
+from papilla.identification.problem import Problem, unread
+from papilla.model.finger import Finger
+from papilla.model.specimen import Block
 
 FINGER = replace(Finger.default(), gauges=Finger.default().gauges[:3])
 GAUGES = tuple(gauge.name for gauge in FINGER.gauges)

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
 from papilla.telepresence import FromWavelength, Measured, PowerCurve, read_curve
 
 

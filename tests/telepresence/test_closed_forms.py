@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import (
     Actuator,
     Component,

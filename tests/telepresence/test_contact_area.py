@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.telepresence import ContactArea
 
 FORCES, MODULI = np.geomspace(0.05, 1, 7), np.geomspace(0.05, 1, 5)

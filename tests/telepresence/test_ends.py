@@ -184,7 +184,7 @@ def test_a_display_that_runs_holds_no_more_with_time(wire, leaks):
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
 @pytest.mark.parametrize("mode, told", [(0o600, False), (0o640, True), (0o604, True)])
 def test_a_key_that_others_can_read_gets_a_remark(tmp_path, capsys, mode, told):
-    from papilla.cli.telepresence_ends import SensorAddress
+    from papilla.telepresence.cli.ends import SensorAddress
 
     key = tmp_path / "key"
     key.write_bytes(b"k" * 20)

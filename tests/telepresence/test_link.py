@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import Link, LinkModel
 from papilla.telepresence.link import HEADER_BYTES
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import Actuator, Component, DisplayStatus, LocalModel, Safety, Trust, icpf
 from papilla.telepresence.actuator import PIEZO
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.logs.time_log import LogReport, TimeLog
 from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
 from papilla.telepresence.link import Link

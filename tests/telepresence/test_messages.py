@@ -6,7 +6,7 @@ import random
 import msgspec
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import Component, Gate, Trust
 from papilla.telepresence.gate import FRESH_NS, Counts, Offset
 from papilla.telepresence.messages import (

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.messages import Component, strongest
 from papilla.telepresence.motion import WANDER_HZ, Motion

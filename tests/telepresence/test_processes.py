@@ -13,7 +13,7 @@ import pytest
 from free_ports import free_ports
 from stepped_clock import SteppedClock
 
-from papilla.errors import FileAccessError, InputError
+from papilla.core.errors import FileAccessError, InputError
 from papilla.telepresence import Address, Endpoint
 from papilla.telepresence.messages import HandReading, Length, quantity
 from papilla.telepresence.processes import Period, Spread

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.tracking.memory import TrackingStatus
+from papilla.core.errors import InputError
+from papilla.estimators.wavelength.memory import TrackingStatus
 from papilla.telepresence import Trust
 from papilla.telepresence.sensing import Sensing
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.telepresence import ContactArea, GratingTexture, Motion, Soft, Touch, Trust
 from papilla.telepresence.direct import HighPass
 from papilla.telepresence.messages import Header, decode, encode

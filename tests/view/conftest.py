@@ -6,9 +6,9 @@ import made_up_press
 import pytest
 
 from papilla import fem
-from papilla.finger import Finger
+from papilla.model.finger import Finger
 from papilla.mesh import build
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 from papilla.view import strain_field, turning
 
 

@@ -10,8 +10,8 @@ from made_up_press import AREA, FINGER, SPECIMEN, press, reduced
 from matplotlib.text import Text
 
 from papilla import view
-from papilla.errors import InputError
-from papilla.specimen import Sphere
+from papilla.core.errors import InputError
+from papilla.model.specimen import Sphere
 from papilla.view import contact_map, receptive_field, render, section, strain_field, turning
 from papilla.view.render import Part, View, fitted
 

@@ -5,7 +5,7 @@ import base64
 import pytest
 from matplotlib.text import Text
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.view import page, style
 
 

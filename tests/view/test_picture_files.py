@@ -7,10 +7,11 @@ import pytest
 from made_up_press import FINGER, SPECIMEN, press, reduced
 from matplotlib.figure import Figure
 
-from papilla import cache, fem
-from papilla.errors import InputError
+from papilla.core import cache
+from papilla import fem
+from papilla.core.errors import InputError
 from papilla.fem.reduction import finger_model
-from papilla.specimen import Block, Sphere
+from papilla.model.specimen import Block, Sphere
 from papilla.view import contact_map, page, pictures, receptive_field, strain_field, turning
 
 MESH = SimpleNamespace(sha256="mesh")

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from papilla import fem, view
-from papilla.errors import FileAccessError, InputError, MissingExtraError
-from papilla.specimen import Block
+from papilla.core.errors import FileAccessError, InputError, MissingExtraError
+from papilla.model.specimen import Block
 from papilla.view import pictures, receptive_field, render, strain_field
 
 pytestmark = pytest.mark.slow

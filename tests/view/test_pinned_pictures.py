@@ -21,7 +21,7 @@ from artists import numbers, shown, shown_axes
 from made_up_press import FINGER, SPECIMEN, press, reduced
 from matplotlib.figure import Figure
 
-from papilla.specimen import Block, Sphere
+from papilla.model.specimen import Block, Sphere
 from papilla.view import (
     contact_map,
     log_picture,
@@ -30,10 +30,10 @@ from papilla.view import (
     render,
     slide_movie,
     strain_field,
-    study_plots,
     style,
     turning,
 )
+from papilla_papers import study_plots
 
 BLOCK = Block(0.2, 4.0)
 KEPT = Path(__file__).with_name("pinned_pictures.json")

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 from skfem import Basis, ElementTriP2, ElementVector, MeshTri
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.view import slide_movie
 
 RATE = 100.0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from papilla.view import study_plots
+from papilla_papers import study_plots
 from papilla.view.style import ACCENTS, INK
 
 

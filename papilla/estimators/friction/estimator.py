@@ -19,11 +19,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from papilla import checks
+from papilla.core import checks
 from papilla.estimators.friction.offset import EXPONENT, MEMORY_BLOCKS, Block, Offset, Source, Stroke
 from papilla.estimators.stream import Stream
-from papilla.status import Status
-from papilla.units import SAMPLE_RATE_HZ
+from papilla.core.status import Status
+from papilla.core.units import SAMPLE_RATE_HZ
 
 SCATTER, SCATTER_BLOCKS = 0.04, 4.0
 """Prior relative scatter of mu from block to block, and the number of blocks that this prior counts as."""

@@ -7,7 +7,7 @@ neither jitter nor a drifting clock changes a wavelength.
 import math
 from typing import NamedTuple
 
-from papilla.status import Status
+from papilla.core.status import Status
 
 GAP_STEPS = 1.5
 """A sample that comes this many periods after the one before leaves a gap, as in `papilla.logs`."""

@@ -7,17 +7,17 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.health import in_words
 from papilla.estimators.pipeline.clock import Tick
-from papilla.estimators.published.softness import PrintedSoftness
+from papilla_papers.methods.softness import PrintedSoftness
 from papilla.estimators.softness import GaugeSoftness, Softness
-from papilla.estimators.tracking import FusedTracker, TrackingStatus
-from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
+from papilla.estimators.wavelength import FusedTracker, TrackingStatus
+from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
 from papilla.references import Prony
-from papilla.status import Status
-from papilla.units import MS_PER_S
+from papilla.core.status import Status
+from papilla.core.units import MS_PER_S
 
 CONTRADICTED_SIGMAS = 3.0
 """Difference between the wavelengths over the path and between the gauges, in standard deviations of the difference,

@@ -9,19 +9,19 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from papilla import checks
+from papilla.core import checks
 from papilla.calibration import Calibration
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import health
 from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
 from papilla.estimators.pipeline import outputs
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla.estimators.published.softness import PrintedSoftness
+from papilla_papers.methods.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
-from papilla.estimators.tracking.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
-from papilla.units import MS_PER_S, SAMPLE_RATE_HZ
+from papilla.estimators.wavelength.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
+from papilla.core.units import MS_PER_S, SAMPLE_RATE_HZ
 
 QUANTITIES = ("modulus", "wavelength", "friction")
 """The quantities that have their own status, in the order of the columns."""

@@ -15,8 +15,8 @@ import numpy as np
 
 from papilla.calibration import Calibration
 from papilla.calibration.surface import Curve, spline_of
-from papilla.errors import InputError
-from papilla.specimen import THICKNESS_MM
+from papilla.core.errors import InputError
+from papilla.model.specimen import THICKNESS_MM
 
 THIN_MM, THIN_SIGMAS = 3.0, 1.7
 """Thickness that lies this many standard deviations below the mean if the thickness is unknown."""

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla import checks
+from papilla.core import checks
 from papilla.calibration import Calibration, SoftnessStatus
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
 from papilla.estimators.softness import touch
 from papilla.estimators.softness.channels import Doubts, GaugeSurfaces

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.finger import Layer
+from papilla.model.finger import Layer
 
 AXES = 3  # Components of a displacement
 

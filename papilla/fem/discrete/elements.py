@@ -15,9 +15,9 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.fem.discrete.assembly import AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
-from papilla.finger import Layer
+from papilla.model.finger import Layer
 from papilla.mesh.cells import CORNERS, places
 from papilla.mesh.layered import LayeredMesh
 

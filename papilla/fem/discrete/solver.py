@@ -12,8 +12,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from papilla.errors import SolverError
-from papilla.memory import refuse_beyond
+from papilla.core.errors import SolverError
+from papilla.core.memory import refuse_beyond
 
 RESIDUAL_BOUND = 1e-10
 """Largest accepted relative residual of a solve."""

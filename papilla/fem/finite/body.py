@@ -15,8 +15,8 @@ import scipy.sparse as sp
 from papilla.fem.discrete.assembly import AXES, lame, restricted
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.constitutive import THIRD, Kinematics, principal, response, stress
-from papilla.finger import Layer
-from papilla.materials import Material
+from papilla.model.finger import Layer
+from papilla.model.materials import Material
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Body:
         return sp.csc_matrix((data, indices, starts), shape=(size, size))
 
     def stability(self, displacement: np.ndarray) -> tuple[float, float]:
-        """Smallest stability of the materials (`papilla.materials`, over mu) and largest principal stretch, at a
+        """Smallest stability of the materials (`papilla.model.materials`, over mu) and largest principal stretch, at a
         displacement (nodes, 3) in mm."""
         kinematics, least, largest = self._kinematics(displacement), np.inf, 1.0
         for card, cells in self._parts():

@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from papilla.materials import FirstInvariantMaterial, Ogden
+from papilla.model.materials import FirstInvariantMaterial, Ogden
 
 Rubber = FirstInvariantMaterial | Ogden
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.errors import ContactRangeError, SolverError
+from papilla.core.errors import ContactRangeError, SolverError
 from papilla.fem.discrete.assembly import AXES
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces

@@ -16,7 +16,7 @@ from time import perf_counter
 
 import numpy as np
 
-from papilla.errors import ContactRangeError, InputError, SolverError
+from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
@@ -26,14 +26,14 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.files import write_text
-from papilla.finger import Finger, Layer
+from papilla.core.files import write_text
+from papilla.model.finger import Finger, Layer
 from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
-from papilla.specimen import STICK as STUCK
-from papilla.specimen import Friction, friction_coefficient
-from papilla.units import PER_CENT
-from papilla.workers import Say, Start, counted, workers
+from papilla.model.specimen import STICK as STUCK
+from papilla.model.specimen import Friction, friction_coefficient
+from papilla.core.units import PER_CENT
+from papilla.core.workers import Say, Start, counted, workers
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 """F / E_inner in mm2; for the default finger: 0.03 to 1.2 N."""
@@ -160,7 +160,7 @@ def begin_large_strain(
     Parameters
     ----------
     ends : False for tables without friction, True for stuck ones.
-    start : from `papilla.workers.workers`.
+    start : from `papilla.core.workers.workers`.
     ratios : E_outer / E_inner of the tables; None is the finger's own ratio, unless the known tables cover it.
 
     The returned function gives the reason if a finger has no tables, else an empty text.

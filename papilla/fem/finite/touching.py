@@ -15,7 +15,7 @@ from papilla.fem.discrete.assembly import AXES
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.finger_model import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 
 STICK = 1e6
 """Coefficient of friction that stands for full stick."""

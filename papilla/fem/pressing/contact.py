@@ -28,7 +28,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from papilla.errors import ContactRangeError
+from papilla.core.errors import ContactRangeError
 from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.contact_step import SteppedPath, StepState
@@ -36,8 +36,8 @@ from papilla.fem.pressing.hertz import hertz_scene
 from papilla.fem.pressing.press import MEASURES, Load, Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger, kept
-from papilla.specimen import Specimen
-from papilla.units import PER_CENT
+from papilla.model.specimen import Specimen
+from papilla.core.units import PER_CENT
 
 ORDER_STEP = 1.0
 """Step of ln modulus between paths that are kept; other paths begin with their order of nodes."""

@@ -31,7 +31,7 @@ import numpy as np
 from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
-from papilla.errors import SolverError
+from papilla.core.errors import SolverError
 
 ROUNDS = 24
 """Largest number of orders that are tried. Two are usual, and more than ten were never needed."""

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from papilla.errors import SolverError
+from papilla.core.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem, ContactState
 
 PATIENCE = 4

@@ -21,13 +21,13 @@ from typing import TypeVar
 import numpy as np
 from scipy.special import ellipk
 
-from papilla import cache
-from papilla.errors import ContactRangeError
+from papilla.core import cache
+from papilla.core.errors import ContactRangeError
 from papilla.fem.reduction.patch import Patch, quadrature
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 
 Array = TypeVar("Array", float, np.ndarray)
 

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import brentq
 
-from papilla.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing.ellipses import (
     FLATTEST,
     HALF_SPACE_ENERGY,
@@ -35,7 +35,7 @@ from papilla.fem.pressing.ellipses import (
 )
 from papilla.fem.pressing.press import Load, Press, linear_press
 from papilla.fem.reduction.reduced import ReducedFinger, kept
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 
 LEVEL_STEP, LEVELS = 1 / 32, 6
 """Step of ln modulus between tables, and the number of tables through which the polynomial goes: accurate to 1e-6. If

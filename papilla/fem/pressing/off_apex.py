@@ -29,8 +29,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.interpolate import BarycentricInterpolator
 
-from papilla import cache, checks
-from papilla.errors import InputError
+from papilla.core import cache, checks
+from papilla.core.errors import InputError
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, LogPolynomial
@@ -38,9 +38,9 @@ from papilla.fem.reduction.family import RATIOS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
 from papilla.fem.reduction.patch import Frame, Patch, gap_of, quadrature
-from papilla.finger import Finger
-from papilla.specimen import Friction, Specimen
-from papilla.units import to_microstrain
+from papilla.model.finger import Finger
+from papilla.model.specimen import Friction, Specimen
+from papilla.core.units import to_microstrain
 
 REACH_MM = 5.0
 """Largest |x| and |y| of a contact on a finger of `WIDTH_MM`; they scale with the finger's width."""

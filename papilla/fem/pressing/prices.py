@@ -15,9 +15,9 @@ import numpy as np
 from pydantic import ConfigDict, TypeAdapter
 from pydantic.dataclasses import dataclass
 
-from papilla import cache
-from papilla.errors import InputError
-from papilla.finger import DEFAULT_FINGER
+from papilla.core import cache
+from papilla.core.errors import InputError
+from papilla.model.finger import DEFAULT_FINGER
 
 QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
 MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache

@@ -54,7 +54,7 @@ def kernel_compliance(patch: Patch, kernel: Callable[[np.ndarray], np.ndarray]) 
 
 @dataclass(frozen=True, eq=False)
 class PatchSurface:
-    """A patch on which a specimen computes its compliance (`papilla.specimen.Surface`); n patch nodes.
+    """A patch on which a specimen computes its compliance (`papilla.model.specimen.Surface`); n patch nodes.
 
     known : (n, n) result of `half_space_compliance`, if it is known already.
     """

@@ -13,11 +13,11 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
 
-from papilla import cache, checks
-from papilla.errors import InputError
+from papilla.core import cache, checks
+from papilla.core.errors import InputError
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.finger import Finger, Layer
+from papilla.model.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 
 RATIOS = (1.0, 16.0)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.finger import Finger, Gauge
+from papilla.model.finger import Finger, Gauge
 from papilla.mesh.body import gauge_site
 from papilla.mesh.surfaces import Surface
 

@@ -11,9 +11,9 @@ from functools import cached_property, lru_cache
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.mesh.surfaces import Surface
-from papilla.specimen import Specimen
+from papilla.model.specimen import Specimen
 
 NEWTON_STEPS = 3
 """Number of steps from a facet of the mesh to the exact skin; each one squares the relative error."""

@@ -17,14 +17,14 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from papilla import cache
-from papilla.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
+from papilla.core import cache
+from papilla.core.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
-from papilla.files import replacing
-from papilla.finger import Bench, Finger
-from papilla.specimen import Specimen
+from papilla.core.files import replacing
+from papilla.model.finger import Bench, Finger
+from papilla.model.specimen import Specimen
 
 COMPLIANCE_BY = PatchSurface.__module__
 """Module whose code makes the compliance of a specimen."""

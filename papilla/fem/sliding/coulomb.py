@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from papilla.units import TINY
+from papilla.core.units import TINY
 
 OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
 """States of a node; `RIGHT` and `LEFT` are the sign of its slip."""

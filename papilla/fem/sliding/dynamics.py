@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from papilla.fem.sliding.section import Modes
-from papilla.finger_parts import Identified
+from papilla.model.parts import Identified
 from papilla.references import Prony
 
 LOSS_FACTOR = 0.1

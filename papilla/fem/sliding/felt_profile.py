@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.errors import InputError
-from papilla.textures import Texture
+from papilla.core.errors import InputError
+from papilla.model.textures import Texture
 
 POINTS, KNOTS, MOST_KNOTS = 120, 25, 1_000_000
 """Number of points of an average, number of knots of the table per hat width, and largest number of knots of a

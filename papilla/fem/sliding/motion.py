@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla import checks
-from papilla.errors import FileFormatError, InputError
-from papilla.units import SAMPLE_RATE_HZ
+from papilla.core import checks
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.units import SAMPLE_RATE_HZ
 
 RATE_HZ = SAMPLE_RATE_HZ
 MOST_SAMPLES = 2_000_000
@@ -62,7 +62,7 @@ class Motion:
     @classmethod
     def read(cls, path: str | Path, rate_Hz: float = RATE_HZ, seconds: float | None = None) -> "Motion":
         """From a table `t_s,position_mm`; raises `FileAccessError` or `FileFormatError`."""
-        from papilla.tables import TableReader
+        from papilla.core.tables import TableReader
 
         with TableReader(path, lambda name: name in ("t_s", "position_mm")) as reader:
             for name in ("t_s", "position_mm"):

@@ -14,19 +14,19 @@ import numpy as np
 from scipy.ndimage import convolve1d
 from scipy.signal import firwin
 
-from papilla import checks
-from papilla.errors import ContactRangeError, InputError
+from papilla.core import checks
+from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
 from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.section import ReducedSection, prepare_section
 from papilla.fem.sliding.tying import Tie, refuse_end, tie
-from papilla.finger import Finger
-from papilla.specimen import STICK as STUCK
-from papilla.specimen import Friction
-from papilla.textures import Texture
-from papilla.units import TINY
+from papilla.model.finger import Finger
+from papilla.model.specimen import STICK as STUCK
+from papilla.model.specimen import Friction
+from papilla.model.textures import Texture
+from papilla.core.units import TINY
 
 DYNAMICS = ("auto", "quasi-static", "modal")
 

@@ -14,14 +14,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.errors import ContactRangeError
+from papilla.core.errors import ContactRangeError
 from papilla.fem.preparing import prepare
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
 from papilla.fem.sliding.coulomb import Laws, rub
 from papilla.fem.sliding.section import ReducedSection
-from papilla.finger import Finger
-from papilla.specimen import Friction, HalfSpace
+from papilla.model.finger import Finger
+from papilla.model.specimen import Friction, HalfSpace
 
 FLAT = HalfSpace(1e4)
 """Specimen of the press in three dimensions: rigid compared with silicone, like textures."""

@@ -9,9 +9,9 @@ import pytest
 from papilla.calibration import SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.calibration.readouts import Compact
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import Pipeline, PrintedSoftness
-from papilla.units import gf_to_newton
+from papilla.core.units import gf_to_newton
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0])
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.estimators.published.window import Window
+from papilla_papers.methods.window import Window
 
 
 def pushed(window: Window, rows) -> list[bool]:

@@ -6,9 +6,9 @@ import pickle
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.tracking.chirp import ChirpStatus, ChirpTracker
-from papilla.estimators.tracking.motion_fit import (
+from papilla.core.errors import InputError
+from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
+from papilla.estimators.wavelength.motion_fit import (
     KNOTS,
     MOTION,
     SHAPE,
@@ -23,7 +23,7 @@ from papilla.estimators.tracking.motion_fit import (
     swung,
     trend_of,
 )  # fmt: skip
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.scenes.scenes import scene
 
 
 def same(first, second) -> bool:

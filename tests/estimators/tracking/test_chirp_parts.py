@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
-from papilla.estimators.tracking.frequency_search import (
+from papilla.estimators.wavelength.chirp import HOP_S, LEARNT_S, ChirpStatus, ChirpTracker
+from papilla.estimators.wavelength.frequency_search import (
     CHIRPS,
     OCTAVE,
     STIFFNESS,
@@ -16,7 +16,7 @@ from papilla.estimators.tracking.frequency_search import (
     nominated,
     price_of,
 )
-from papilla.estimators.tracking.motion_fit import (
+from papilla.estimators.wavelength.motion_fit import (
     KNOTS,
     MOTION,
     SHAPE,

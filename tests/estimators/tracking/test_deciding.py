@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
-from papilla.estimators.fundamental import fundamental_of, lone
-from papilla.estimators.spectrum import Line
-from papilla.estimators.tracking import TrackingStatus
-from papilla.estimators.tracking.memory import Cells, Finding
-from papilla.estimators.tracking.trackers import wavelength_between
+from papilla.estimators.wavelength.fundamental import fundamental_of, lone
+from papilla.estimators.wavelength.spectrum import Line
+from papilla.estimators.wavelength import TrackingStatus
+from papilla.estimators.wavelength.memory import Cells, Finding
+from papilla.estimators.wavelength.trackers import wavelength_between
 
 
 def line(wavenumber, amplitude=1.0, ratio=1000.0):

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
-from papilla.estimators.spectrum import spectrum_of, strokes_of
+from papilla.estimators.wavelength.spectrum import spectrum_of, strokes_of
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking import TrackingStatus
-from papilla.estimators.tracking.follower import Follower
-from papilla.estimators.tracking.memory import checked
-from papilla.estimators.tracking.refine import share_kept
-from papilla.estimators.tracking.time_lines import credits_of
-from papilla.studies.estimator_bench.scenes import scene
+from papilla.estimators.wavelength import TrackingStatus
+from papilla.estimators.wavelength.follower import Follower
+from papilla.estimators.wavelength.memory import checked
+from papilla.estimators.wavelength.refine import share_kept
+from papilla.estimators.wavelength.time_lines import credits_of
+from papilla.scenes.scenes import scene
 
 RATE = 1000.0
 

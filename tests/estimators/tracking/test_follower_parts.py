@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
+from papilla.core.errors import InputError
 from papilla.estimators.stream import Spread
-from papilla.estimators.tracking import TrackingStatus as Status
-from papilla.estimators.tracking.follower import Follower, Search
-from papilla.estimators.tracking.memory import Finding, Options, Task, checked
+from papilla.estimators.wavelength import TrackingStatus as Status
+from papilla.estimators.wavelength.follower import Follower, Search
+from papilla.estimators.wavelength.memory import Finding, Options, Task, checked
 
 RATE, LOW, HIGH = 1000.0, 0.5, 4.0
 TRUE = 1 / 1.7

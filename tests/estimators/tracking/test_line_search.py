@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.fundamental import hints
-from papilla.estimators.spectrum import Line
+from papilla.estimators.wavelength.fundamental import hints
+from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking.line_search import LineSearch
-from papilla.estimators.tracking.memory import Options, Task, TrackingStatus, window_of
-from papilla.estimators.tracking.time_lines import credits_of, forward
-from papilla.studies.estimator_bench.scene_parts import sheared
+from papilla.estimators.wavelength.line_search import LineSearch
+from papilla.estimators.wavelength.memory import Options, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.time_lines import credits_of, forward
+from papilla.scenes.parts import sheared
 
 COUNT, RATE, TRUE_MM, NOISE, APART_MM = 900, 1000.0, 1.8, 0.2, 0.3
 PLACES = {

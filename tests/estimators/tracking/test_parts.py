@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.fundamental import fundamental_of
-from papilla.estimators.spectrum import (
+from papilla.estimators.wavelength.fundamental import fundamental_of
+from papilla.estimators.wavelength.spectrum import (
     FEWEST,
     GUARD,
     LOCAL,
@@ -20,9 +20,9 @@ from papilla.estimators.spectrum import (
     strokes_of,
 )
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking.refine import phases_of, regressed, share_kept
-from papilla.estimators.tracking.time_lines import silenced
-from papilla.estimators.tracking.trackers import wavelength_between
+from papilla.estimators.wavelength.refine import phases_of, regressed, share_kept
+from papilla.estimators.wavelength.time_lines import silenced
+from papilla.estimators.wavelength.trackers import wavelength_between
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_the_lowest_places_of_gauges_one_by_one_are_those_of_all_together(uneven
     place, readings = uneven
     strokes = completed(strokes_of(place, readings, np.array([0, 150, 300])))
     together = completed(spectrum_of(strokes, 0.2, 256))
-    monkeypatch.setattr("papilla.estimators.spectrum.POINTS", 256)
+    monkeypatch.setattr("papilla.estimators.wavelength.spectrum.POINTS", 256)
     apart = completed(spectrum_of(strokes, 0.2, 256, 60))
     np.testing.assert_allclose(apart.each, together.each[:, :60], rtol=1e-12)
 

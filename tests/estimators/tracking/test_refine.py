@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking.refine import BLOCKS, Phases, phases_of, regressed, share_kept
+from papilla.estimators.wavelength.refine import BLOCKS, Phases, phases_of, regressed, share_kept
 
 WAVENUMBER, NOISE, COUNT = 0.8, 0.1, 1200
 

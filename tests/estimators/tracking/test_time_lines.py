@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.spectrum import Line, Strokes, spectrum_of, strokes_of
+from papilla.estimators.wavelength.spectrum import Line, Strokes, spectrum_of, strokes_of
 from papilla.estimators.stream import completed
-from papilla.estimators.tracking.time_lines import credits_of, levelled, silenced
+from papilla.estimators.wavelength.time_lines import credits_of, levelled, silenced
 
 TIME = np.arange(900) / 1000
 BENT = 80 * TIME + 12 * TIME**2

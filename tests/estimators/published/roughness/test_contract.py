@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.published.roughness import (
+from papilla.core.errors import InputError
+from papilla_papers.methods.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,

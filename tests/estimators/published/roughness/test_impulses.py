@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from papilla.estimators.published.roughness.impulses import Corpuscle, ImpulseCount, LastInterval, Threshold, Trigger
-from papilla.estimators.published.roughness.stream import ALIASED, GAP, OK, SILENT
+from papilla_papers.methods.roughness.impulses import Corpuscle, ImpulseCount, LastInterval, Threshold, Trigger
+from papilla_papers.methods.roughness.stream import ALIASED, GAP, OK, SILENT
 
 NAN = math.nan
 

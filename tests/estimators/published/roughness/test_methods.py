@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
 
-from papilla.errors import InputError
-from papilla.estimators.published.roughness import (
+from papilla.core.errors import InputError
+from papilla_papers.methods.roughness import (
     ImpulseDensity,
     ImpulseInterval,
     Okamoto,
@@ -16,7 +16,7 @@ from papilla.estimators.published.roughness import (
     optimal_period,
     spectra,
 )
-from papilla.estimators.published.roughness.impulses import Corpuscle, UpwardCrossings
+from papilla_papers.methods.roughness.impulses import Corpuscle, UpwardCrossings
 
 WAVELENGTHS = (0.6, 1.2, 1.8, 2.4, 3.0)
 LONGER = WAVELENGTHS[1:]

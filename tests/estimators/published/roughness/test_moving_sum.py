@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from papilla.estimators.published.roughness.impulses import MovingSum
+from papilla_papers.methods.roughness.impulses import MovingSum
 
 
 @pytest.mark.parametrize("length", [1, 2, 7, 40])

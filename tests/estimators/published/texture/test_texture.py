@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.published.texture import (
+from papilla.core.errors import InputError
+from papilla_papers.methods.texture import (
     band_amplitudes,
     best_band,
     concordance,

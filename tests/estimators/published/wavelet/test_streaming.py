@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.published.wavelet import CrossRidge, RidgeStatus, cross_wavelet
+from papilla.core.errors import InputError
+from papilla_papers.methods.wavelet import CrossRidge, RidgeStatus, cross_wavelet
 
 RATE = 300.0
 

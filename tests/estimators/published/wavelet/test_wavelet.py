@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.errors import InputError
-from papilla.estimators.published.wavelet import (
+from papilla.core.errors import InputError
+from papilla_papers.methods.wavelet import (
     RedNoise,
     cross_quantile,
     cross_threshold,
@@ -14,7 +14,7 @@ from papilla.estimators.published.wavelet import (
     octaves,
     periods_of_phase,
 )
-from papilla.estimators.published.wavelet.cross import common_threshold
+from papilla_papers.methods.wavelet.cross import common_threshold
 
 RATE = 300.0
 

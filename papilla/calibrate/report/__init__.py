@@ -1,1 +1,0 @@
-"""The pages about a calibration, a comparison and an identification."""

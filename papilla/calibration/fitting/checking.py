@@ -1,0 +1,279 @@
+"""Checks a calibration: against presses at finite strain, stuck and without friction, on a mesh that it did not use,
+and against measured presses of known modulus. Its finger is checked against the published depths of presses."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from papilla.core import cache, checks
+from papilla.calibration.fitting.sweep import cached_press
+from papilla.calibration import Calibration, SoftnessStatus
+from papilla.core.errors import InputError
+from papilla.fem import ReducedFinger, press
+from papilla.fem.finite.strain_tables import finite_presses
+from papilla.model.finger import Finger
+from papilla.logs import PressLog
+from papilla.mesh import build
+from papilla.model.specimen import STICK, Friction, HalfSpace, friction_coefficient, friction_words
+from papilla.core.units import gf_to_newton
+from papilla.core.workers import Say, counted
+
+FORCES_N = (0.25, 1.0)
+MODULI_MPA = (0.07, 0.6)
+UNSEEN_VARIANT = 4
+"""Number of the mesh of these presses."""
+
+TOLERANCE = 0.02
+"""Share of the modulus by which the stated one may lie outside the 95 % interval."""
+
+PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.0, 0.6))
+"""Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
+
+RIGID = HalfSpace(1e4)
+"""Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """Moduli recovered by a calibration from n presses of known modulus.
+
+    force_N, modulus_MPa, recovered_MPa : (n,); recovered is NaN where the calibration gave no answer.
+    """
+
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    recovered_MPa: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n,) relative error of the modulus."""
+        return self.recovered_MPa / self.modulus_MPa - 1
+
+    @property
+    def max_error(self) -> float:
+        """Largest |relative error| of the answers; NaN where there is none."""
+        return float(np.max(np.abs(self._answered), initial=0.0)) if self._answered.size else float("nan")
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square relative error of the answers; NaN where there is none."""
+        return float(np.sqrt(np.mean(self._answered**2))) if self._answered.size else float("nan")
+
+    @property
+    def answered(self) -> int:
+        """Number of presses for which the surface gave a modulus; the errors are those of these presses."""
+        return len(self._answered)
+
+    @property
+    def _answered(self) -> np.ndarray:
+        return self.error[np.isfinite(self.error)]
+
+
+@dataclass(frozen=True, eq=False)
+class Truth(Recovery):
+    """Presses at finite strain on another mesh, and what a calibration recovers from them.
+
+    friction, sd_microstrain : (n,) of the presses; friction infinite where nothing slips.
+    sd_error : (n,) relative, of the calibration's S_d.
+    inside : (n,) whether the stated 95 % interval contains the modulus.
+    """
+
+    friction: np.ndarray
+    sd_microstrain: np.ndarray
+    sd_error: np.ndarray
+    inside: np.ndarray
+
+    @classmethod
+    def of(cls, calibration: Calibration, presses: np.ndarray) -> "Truth":
+        """The check of a calibration by the `presses` of `press_truth`; presses outside of its domain are left out."""
+        force, modulus = presses[:, 1], presses[:, 2]
+        predicted = calibration.predict(force, modulus)
+        friction, force, modulus, sd, predicted = (part[np.isfinite(predicted)] for part in (*presses.T, predicted))
+        answer = calibration.invert(sd, force)
+        inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
+        return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, predicted / sd - 1, inside)
+
+    @property
+    def max_sd_error(self) -> float:
+        """Largest |relative error| of the calibration's S_d."""
+        return float(np.abs(self.sd_error).max())
+
+    @property
+    def frictions(self) -> list[Friction]:
+        """The frictions of the presses, the largest first."""
+        return [friction_words(friction) for friction in sorted(set(self.friction.tolist()), reverse=True)]
+
+    def by(self, friction: Friction) -> "Truth":
+        """The presses of one friction."""
+        kept = self.friction == friction_coefficient(friction)
+        return Truth(**{name: part[kept] for name, part in vars(self).items()})
+
+    def to_json(self) -> dict:
+        """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
+        parts = {f"{friction:g}" if friction != STICK else STICK: self.by(friction) for friction in self.frictions}
+        return {
+            "presses": len(self.force_N),
+            "inside_interval": float(self.inside.mean()),
+            "sd_max_error": {name: part.max_sd_error for name, part in parts.items()},
+            "max_error": {name: part.max_error for name, part in parts.items()},
+        }
+
+
+def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) -> tuple[np.ndarray, str]:
+    """Presses at finite strain on a mesh that no calibration uses, and a remark on the stability of the layers'
+    material laws at the strains that they reach.
+
+    say : called with lines of progress. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
+    (microstrain), fewer if some leave the range of the model; the second time they come from the cache.
+    """
+
+    def make() -> dict[str, np.ndarray]:
+        mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, say))
+        words = "stuck" if friction == STICK else f"friction {friction:g}"
+        steps = counted(say, f"against physics, {words}: press")
+        found = list(finite_presses(finger, mesh, FORCES_N, MODULI_MPA, friction, steps))
+        laws = [said for one in found for said in one.status.split("; ") if "law" in said]
+        rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
+        return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
+
+    found = cache.fetch("truth", _key(finger, size_mm, friction), make)
+    return found["presses"], str(found["laws"])
+
+
+def worst_law(laws: Sequence[str]) -> str:
+    """The remark on the layers' material laws that is shown if there are several: the last that says "unstable", or the
+    last of all; "" if there are none."""
+    return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
+
+
+def mesh_number(variant: int, say: Say) -> Say:
+    """Adds the number of the mesh to each line of progress."""
+    return lambda line: say(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {line}")
+
+
+def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:
+    """Whether the cache already contains the result of `press_truth`."""
+    return cache.find("truth", _key(finger, size_mm, friction)) is not None
+
+
+def _key(finger: Finger, size_mm: float, friction: Friction) -> str:
+    return cache.key(__name__, finger.sha256, size_mm, str(friction), vars(finger.bench.specimen(1.0)))
+
+
+@dataclass(frozen=True)
+class CheckedPress:
+    """One press: what was stated, what was recovered, and whether that is right.
+
+    recovered_MPa, sigma_MPa, lower_MPa, upper_MPa : of `Calibration.invert`; NaN if there is none.
+    passed : the stated modulus lies in the interval, widened by the tolerance; an interval without any bound does not
+    pass.
+    sentence : what happened, in words.
+    """
+
+    force_N: float
+    modulus_MPa: float
+    recovered_MPa: float
+    sigma_MPa: float
+    lower_MPa: float
+    upper_MPa: float
+    passed: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """The presses of a check. passed : True if each of them passed and at least one has a modulus."""
+
+    presses: tuple[CheckedPress, ...]
+    tolerance: float
+
+    @property
+    def answered(self) -> int:
+        """Presses for which a modulus was found."""
+        return sum(math.isfinite(one.recovered_MPa) for one in self.presses)
+
+    @property
+    def missed(self) -> int:
+        """Presses that did not pass."""
+        return sum(not one.passed for one in self.presses)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the calibration is right for these presses."""
+        return self.missed == 0 and self.answered > 0
+
+    def to_json(self) -> dict:
+        """Everything as plain values."""
+        numbers = {"presses": len(self.presses), "answered": self.answered, "missed": self.missed}
+        return {"passed": self.passed, **numbers, "tolerance": self.tolerance, "rows": [vars(p) for p in self.presses]}
+
+
+def check(
+    calibration: Calibration,
+    presses: PressLog,
+    *,
+    tolerance: float = TOLERANCE,
+    gauge_sigma: float = 0.0,
+    force_error: float = 0.0,
+) -> Check:
+    """Recover the modulus of each press by the calibration's surface, and compare it with the stated one.
+
+    >>> assert papilla.calibration.check(calibration, papilla.read_presses("presses.csv")).passed
+
+    Parameters
+    ----------
+    presses : on specimens of known modulus, of the same gauges in the same order, or with S_d alone.
+    tolerance : share of the modulus by which the stated one may lie outside the stated 95 % interval.
+    gauge_sigma : noise of a gauge (microstrain); force_error : relative error of the force; both widen the intervals.
+
+    A press passes where its interval holds the stated modulus. A specimen that is too hard for the sensor has an
+    interval with one end; the press passes if that end is right. A press fails if its force lies outside the
+    calibrated domain, or if no modulus has its S_d.
+
+    Raises `InputError` for another number of gauges, or values below 0.
+    """
+    wanted = len(calibration.gauges)
+    if presses.stated_sd is None and len(presses.gauge_names) != wanted:
+        own = ", ".join(presses.gauge_names)
+        raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({own}), the calibration of {wanted}")
+    slack = 1 + checks.within("tolerance", tolerance, 0, 1e6)
+    noise = checks.within("gauge_sigma (microstrain)", gauge_sigma, 0, math.inf) / math.sqrt(wanted)
+    off = checks.within("force_error", force_error, 0, 1)
+    rows = []
+    for force, modulus, sd in zip(presses.force_N, presses.modulus_MPa, presses.sd_microstrain, strict=True):
+        found = calibration.invert(float(sd), float(force), sd_sigma=noise, force_sigma=off * float(force))
+        assert isinstance(found.status, SoftnessStatus)
+        low, high = float(found.lower_MPa), float(found.upper_MPa)
+        known = np.isfinite(low + high) or (low > 0) != (high < math.inf)
+        passed = bool(known and low / slack <= modulus <= high * slack)
+        sentence = found.status.sentence if passed or not known else f"{found.status.sentence}; outside the interval"
+        if not known:
+            sentence = f"{sentence}: it says nothing about the modulus"
+        given = float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa)
+        rows.append(CheckedPress(*given, low, high, passed, sentence))
+    return Check(tuple(rows), tolerance)
+
+
+@dataclass(frozen=True)
+class Depth:
+    """A published depth (mm) at a force (N), and that of a finger: its indentation plus the touch-down offset of its
+    bench."""
+
+    published_mm: float
+    force_N: float
+    depth_mm: float
+
+    @property
+    def error(self) -> float:
+        """Relative error of the finger's depth."""
+        return self.depth_mm / self.published_mm - 1
+
+
+def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
+    """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
+    return [
+        Depth(depth, force, cached_press(press, reduced, RIGID, force_N=force).indentation + finger.bench.touch_down)
+        for depth, force in PUBLISHED_POINTS
+    ]

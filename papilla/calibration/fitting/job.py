@@ -1,0 +1,263 @@
+"""The main job: from a finger's design, or from measured presses, to a calibration and a check of the moduli that it
+recovers."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from papilla.core import cache
+from papilla import fem
+from papilla.calibration.fitting.checking import (
+    Depth,
+    Recovery,
+    Truth,
+    mesh_number,
+    press_truth,
+    published_depths,
+    truth_is_known,
+    worst_law,
+)
+from papilla.calibration.fitting.fit import fit
+from papilla.calibration.fitting.position_terms import with_positions
+from papilla.calibration.fitting.sweep import (
+    CHECKED_FORCE_N,
+    CHECKED_MODULUS_MPA,
+    DEFAULT_FORCES,
+    DEFAULT_MODULI,
+    NOT_INCLUDED,
+    Sweep,
+    sweep,
+)
+from papilla.calibration import Calibration
+from papilla.core.errors import InputError
+from papilla.fem.finite.strain_tables import begin_large_strain
+from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
+from papilla.model.finger import Finger
+from papilla.logs import PressLog
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.specimen import STICK, Friction, friction_coefficient
+from papilla.core.units import PER_CENT
+from papilla.core.workers import Say, workers
+
+if TYPE_CHECKING:
+    from papilla.identification import Diagnosis, Identification
+
+SCATTER_VARIANTS = (1, 2, 3)
+"""Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
+SCATTER_STEP, SHORT_STEP, SHORT = 6, 2, 24
+"""On each other mesh every `SCATTER_STEP`-th force and modulus of a sweep is pressed; of up to `SHORT` values every
+`SHORT_STEP`-th."""
+QUICK = "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
+"""Note of a quick calibration."""
+QUICK_FORCES, QUICK_MODULI = 15, 12
+"""Numbers of forces and moduli of a quick calibration: S_d between them is off by up to 1 %, which its intervals
+contain."""
+
+CHECKED_PER_AXIS = 10
+"""Number of forces and of moduli, inside the range in which a modulus should be recovered, at which it is checked."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """A calibration, the presses to which it was fitted, and its checks: on its own mesh, and against finite strain.
+
+    presses : computed. truth : None if none of its presses is within the domain. depths : comparison with the published
+    ones.
+    bench : the measured presses that the finger was identified from, if it was.
+    """
+
+    calibration: Calibration
+    presses: Sweep
+    recovery: Recovery
+    reduced: fem.ReducedFinger | None = None
+    truth: Truth | None = None
+    depths: Sequence[Depth] = ()
+    bench: "BenchPresses | None" = None
+
+
+@dataclass(frozen=True, eq=False)
+class BenchPresses:
+    """The finger that was identified from measured presses, and their moduli recovered by its calibration.
+
+    inside : (n,) whether the stated 95 % interval of a press contains its modulus.
+    """
+
+    finger: Finger
+    found: "Identification"
+    diagnosis: "Diagnosis"
+    recovery: Recovery
+    inside: np.ndarray
+
+
+def calibrate_finger(
+    finger: Finger,
+    *,
+    friction: Friction | None = None,
+    size_mm: float | None = None,
+    progress: Say = lambda line: None,
+    steps: Callable[[int, int], None] | None = None,
+    processes: int = 1,
+    forces: Sequence[float] = DEFAULT_FORCES,
+    moduli: Sequence[float] = DEFAULT_MODULI,
+    quick: bool = False,
+) -> Calibrated:
+    """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
+
+    Parameters
+    ----------
+    friction : between finger and specimens: 0, Coulomb's coefficient or "stick". None takes the friction of the
+        finger's bench. If the bench states none, presses stick, as silicone does on silicone, and intervals also
+        contain presses without friction.
+    size_mm : element size at the contact on all meshes. None takes `DEFAULT_SIZE_MM`, and that of `identify` for the
+        uncertainty of an identification.
+    progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
+    processes : number of processes, if much is not in the cache (`papilla.core.workers`).
+    forces, moduli : of the sweep, N and MPa; at least three each.
+    quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
+        apex; the notes say so.
+
+    Raises what meshing, reduction and fitting raise.
+    """
+    friction = finger.bench.friction if friction is None else friction
+    size = size_mm or DEFAULT_SIZE_MM
+    block, known = finger.bench.specimen, friction is not None
+    pressed: tuple[Friction, ...] = (STICK, 0.0) if friction is None else (friction,)
+    against: tuple[Friction, ...] = () if quick else pressed
+    cold = not all(truth_is_known(finger, size, one) for one in against)
+    with workers(processes if cold else 1, progress) as start:
+        ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
+        tables = begin_large_strain(finger, ends, start, progress=progress)
+        truth = [start(press_truth, finger, size, one) for one in against]
+        reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
+        doubt = tables()
+        # Their sweeps need the tables of large strain
+        thin = [one[:: SHORT_STEP if len(one) <= SHORT else SCATTER_STEP] for one in (forces, moduli)]
+        scatter = [start(_scatter, finger, size, one, *thin) for one in SCATTER_VARIANTS[: 1 if quick else None]]
+        if friction is None:
+            friction = 0.0 if doubt else STICK
+        error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
+        progress("sweeping over force and modulus")
+        presses = cached_sweep(reduced, moduli, forces, block, friction, steps)
+        free = cached_sweep(reduced, moduli, forces, block, 0.0, steps) if friction else None
+        others = []
+        for number, swept in enumerate(scatter, 1):
+            progress(f"mesh scatter: {number} of {len(scatter)} meshes")
+            others.append(swept())
+        progress("fitting")
+        calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
+        calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
+        calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
+        if finger.identified is not None:
+            from papilla.identification.identified_finger import with_identification
+
+            calibration = with_identification(calibration, finger, progress, size_mm)
+        if not quick:
+            progress("contacts beside the apex")
+            calibration = with_positions(calibration, finger, reduced, friction)
+        recovery = recover(calibration, reduced, friction, forces, moduli)
+        progress("against physics: presses at finite strain on another mesh")
+        unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
+    law = worst_law(laws)
+    notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK] if quick else []))
+    calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
+    judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
+    return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
+
+
+def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Say) -> Sweep:
+    """A thin sweep without friction on another mesh."""
+    other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
+    return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
+
+
+def calibrate_bench(
+    log: PressLog,
+    finger: Finger,
+    *,
+    friction: Friction | None = None,
+    size_mm: float | None = None,
+    progress: Say = lambda line: None,
+    steps: Callable[[int, int], None] | None = None,
+    processes: int = 1,
+    **table: Any,
+) -> Calibrated:
+    """Identify the finger that made the presses, calibrate it, and recover the moduli of these presses from the
+    calibration.
+
+    Arguments as of `identify` and `calibrate_finger`, which receives `table` (forces, moduli, quick); raises what these
+    raise, and `InputError` for presses beside the apex, whose moduli a calibration at the apex cannot recover.
+    """
+    from papilla.identification import diagnose, identify, record
+    from papilla.identification.presses import places
+
+    if (beside := places(log).any(axis=1)).any():
+        raise InputError(
+            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
+            "and papilla calibrate --finger the finger that it writes"
+        )
+    found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
+    progress("what to doubt")
+    diagnosis = diagnose(found)
+    identified = found.with_record(record(found, diagnosis, found.problem.shapes[0].responses[0].specimen))
+    done = calibrate_finger(
+        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
+    )
+    noise = found.problem.noise
+    noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
+    answer = done.calibration.invert(
+        found.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
+    )
+    inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
+    recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
+    return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))
+
+
+def _friction_notes(known: bool, doubt: str) -> list[str]:
+    """Notes on what a calibration's intervals contain of large strain and friction."""
+    if doubt:
+        own = "" if known else ", and friction is not known, which lowers S_d by as much as large strain raises it"
+        return [f"{doubt}: intervals hold {2 * PER_CENT * NOT_INCLUDED:.2g} % for it{own}"]
+    if known:
+        return []
+    return [
+        "friction is not known: stick is assumed, intervals contain presses without friction (--friction states it)"
+    ]
+
+
+def recover(
+    calibration: Calibration,
+    reduced: fem.ReducedFinger,
+    friction: Friction,
+    forces: Sequence[float] = DEFAULT_FORCES,
+    moduli: Sequence[float] = DEFAULT_MODULI,
+) -> Recovery:
+    """Press specimens of the finger's bench between the points of a sweep, and recover their moduli from the
+    calibration's surface. Presses outside the range of the model are left out."""
+    between = _between(moduli, CHECKED_MODULUS_MPA), _between(forces, CHECKED_FORCE_N)
+    pressed = cached_sweep(reduced, *between, reduced.bench.specimen, friction)
+    force, modulus = pressed.force_N[pressed.valid], pressed.modulus_MPa[pressed.valid]
+    recovered = calibration.invert(pressed.sd_microstrain[pressed.valid], force).modulus_MPa
+    return Recovery(force, modulus, np.asarray(recovered))
+
+
+def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
+    """Geometric means of neighbouring grid values, thinned out: those inside the limits or, if there are none, all."""
+    middles = np.sqrt(np.array(grid[:-1]) * np.array(grid[1:]))
+    inside = (middles >= limits[0]) & (middles <= limits[1])
+    middles = middles[inside] if inside.any() else middles
+    picked = np.linspace(0, len(middles) - 1, min(CHECKED_PER_AXIS, len(middles))).round().astype(int)
+    return middles[picked].tolist()
+
+
+def cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps=None) -> Sweep:
+    """`sweep` on specimens like `block`, kept in the cache; for the arguments see there."""
+
+    def make():
+        return sweep(reduced, moduli, forces, block, progress=steps, friction=friction).to_arrays()
+
+    ends = ends_of(friction_coefficient(friction))
+    tables = [(table.to_json(), weight) for stuck in ends for table, weight in tables_of(reduced, stuck)]
+    key = cache.key(sweep.__module__, reduced.to_arrays(), moduli, forces, vars(block(1.0)), friction, tables)
+    return Sweep.from_arrays(cache.fetch("sweep", key, make))

@@ -1,0 +1,10 @@
+"""`papilla bench`: cost and accuracy of a press, compared with the finest mesh and with other libraries.
+
+>>> found = papilla.cli.speed.bench(finger, SHORT)
+>>> found.rows[0].error_sd, found.rows[0].seconds_setup
+"""
+
+from papilla.cli.speed.measure import BenchRow
+from papilla.cli.speed.runner import FULL, SHORT, Bench, Plan, bench
+
+__all__ = ["FULL", "SHORT", "Bench", "BenchRow", "Plan", "bench"]

@@ -1,0 +1,245 @@
+"""One element on one mesh, measured in a separate process: seconds, peak memory and answers of its fidelities.
+
+`BenchRow` is the result: the cost of a fidelity on a mesh, and its difference from the finest mesh. Its presses are
+those whose errors are measured, and the thousand that a calibration needs.
+"""
+
+import math
+import os
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import Any
+
+import numpy as np
+
+from papilla import mesh as meshes
+from papilla.core.errors import ContactRangeError, PapillaError
+from papilla.fem import FingerModel, ReducedFinger, press, press_finite
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
+from papilla.model.finger import Finger
+from papilla.model.specimen import THICKNESS_MM, Block
+from papilla.core.units import gf_to_newton
+
+ANSWERED = "answered"
+"""Status of a fidelity that answered all presses."""
+
+HIDDEN = ("seconds_scenes", "stages", "answers")
+"""Fields from which rows are made, and which their JSON does not contain."""
+
+MIB, SCENES = 2**20, 1000
+"""Bytes of a MiB, and the scenes of a sweep."""
+
+REPEATS, ENOUGH_S = 3, 6.0
+"""Largest number of repetitions of a set-up, and the time after which they end; the fastest counts, because it is
+disturbed least."""
+
+SPECIMEN = Block(0.51, THICKNESS_MM)
+"""The specimen of a sweep, of the middle published modulus (MPa, mm)."""
+
+FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
+"""Forces at which the linear fidelities are compared."""
+
+FINITE_FORCES_GF = (10, 30, 100)
+"""Forces at which fidelity finite is compared; one press takes seconds."""
+
+QUANTITIES = ("sd", "indentation", "contact_area")
+
+MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
+"""Ranges of moduli (MPa), log-uniform, and forces (gf), uniform, from which presses are drawn."""
+
+
+@dataclass(frozen=True, eq=False)
+class BenchRow:
+    """What a fidelity with one element on one mesh costs, and its errors: fractions, the worst over `forces_gf`.
+
+    fidelity, element, size_mm : what is measured.
+    dofs : unknowns factorised (clamped and mirrored ones removed); patch_nodes : of the reduced finger.
+    factor_nonzeros : entries of the factor.
+    stages : seconds of basis, assembly, factorisation and reduction, the mesh being cached; seconds_setup is their sum.
+    seconds_per_scene : median; seconds_scenes : the 1000 scenes of a sweep; seconds_thousand : with the set-up.
+    peak_memory_MiB : of the process that did nothing else.
+    answers : (3, forces) of `papilla.cli.speed.scenes.QUANTITIES` at `forces_gf`.
+    status : "answered", or why the fidelity refused; seconds of scenes and errors are then NaN.
+    error_sd, error_indentation, error_area : of S_d, indentation and contact area of a block of 0.51 MPa and 10 mm,
+        against the same on a mesh of `reference_size_mm`. Linear fidelities are compared with contact by Taylor-Hood,
+        finite with finite: its errors are those of its mesh. 0 where `reference` is true, by definition.
+    small_strain_sd, small_strain_indentation : finite against contact by Taylor-Hood on its own mesh, which is what
+        small-strain theory costs; None for the other fidelities.
+    pareto : whether no other row is both cheaper (seconds_thousand) and better (error_sd); finite, whose errors mean
+        something else, and the reference take no part.
+    None stands where a fidelity has no such thing.
+    """
+
+    fidelity: str
+    element: str
+    size_mm: float
+    forces_gf: tuple[float, ...]
+    dofs: int
+    patch_nodes: int | None
+    factor_nonzeros: int | None
+    stages: dict[str, float]
+    seconds_per_scene: float
+    seconds_scenes: float
+    peak_memory_MiB: float
+    answers: np.ndarray
+    status: str = ANSWERED
+    error_sd: float = math.nan
+    error_indentation: float = math.nan
+    error_area: float = math.nan
+    reference_size_mm: float = math.nan
+    reference: bool = False
+    small_strain_sd: float | None = None
+    small_strain_indentation: float | None = None
+    pareto: bool = False
+
+    @property
+    def seconds_setup(self) -> float:
+        """Basis, assembly, factorisation and reduction."""
+        return sum(self.stages.values())
+
+    @property
+    def seconds_thousand(self) -> float:
+        """Set-up and the 1000 scenes of a sweep together."""
+        return self.seconds_setup + self.seconds_scenes
+
+    def to_json(self) -> dict:
+        """The documented keys, as plain values."""
+        shown = {name: value for name, value in vars(self).items() if name not in HIDDEN}
+        return shown | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
+
+    def against(self, other: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
+        """The row with its errors against another; `linear` is fidelity contact on the mesh of a finite row."""
+        errors: dict[str, Any] = {}
+        errors |= zip(("error_sd", "error_indentation", "error_area"), worst(self, other), strict=True)
+        if linear is not None:
+            errors |= zip(("small_strain_sd", "small_strain_indentation"), worst(linear, self)[:2], strict=True)
+        return replace(self, **errors, reference_size_mm=other.size_mm, reference=self is other)
+
+
+def worst(row: BenchRow, against: BenchRow) -> list[float]:
+    """Largest relative differences (3) of the answers over the forces that both have."""
+    mine, theirs = (dict(zip(one.forces_gf, one.answers.T, strict=True)) for one in (row, against))
+    return np.max([np.abs(mine[gf] / theirs[gf] - 1) for gf in mine.keys() & theirs.keys()], axis=0).tolist()
+
+
+def measure_apart(*job: Any) -> list[BenchRow]:
+    """`measure` in a fresh process. The mesh must be in the cache, or the peak memory would include the mesher."""
+    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(measure, *job).result()
+
+
+def measure(
+    finger: Finger, size_mm: float, element: str | None, forces_gf: tuple[float, ...] = FORCES_GF
+) -> list[BenchRow]:
+    """Measure hertz and contact of an element in this process; without `element` fidelity finite, in which every press
+    assembles and factorises again. Rows have no errors yet."""
+    mesh = meshes.build(finger, size_mm=size_mm)
+    if element is None:
+        seconds: list[float] = []
+
+        def push(force: float):
+            found = press_finite(finger, mesh, SPECIMEN, force=force)
+            seconds.append(found.seconds)
+            return found
+
+        values, status = _answers(push, forces_gf)
+        median = float(np.median(seconds)) if status == ANSWERED else np.nan
+        dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
+        return [BenchRow("finite", DEFAULT_ELEMENT, size_mm, forces_gf, dofs, None, None, {},
+                         median, SCENES * median, peak_memory_MiB(), values, status)]  # fmt: skip
+    model, reduced, stages = set_up(finger, mesh, element)
+    found: dict[str, dict[str, Any]] = {}
+    for fidelity in ("hertz", "contact"):
+
+        def pressed(force: float, own: str = fidelity):
+            return press(reduced, SPECIMEN, force=force, fidelity=own)
+
+        values, status = _answers(pressed, forces_gf)
+        total = median = np.nan
+        if status == ANSWERED:
+            try:
+                total, median = thousand(reduced, fidelity)
+            except ContactRangeError as error:
+                status = f"refused in part: {error}"
+        found[fidelity] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
+        found[fidelity]["peak_memory_MiB"] = peak_memory_MiB()
+    free, factor = model.factor()
+    common: dict[str, Any] = {"dofs": int(free.sum()), "factor_nonzeros": factor.nonzeros}
+    common |= {"element": element, "size_mm": size_mm, "forces_gf": forces_gf}
+    del model, factor
+    runs = [stages]
+    while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
+        runs.append(set_up(finger, mesh, element)[2])
+    common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
+    return [BenchRow(fidelity, **common, **own) for fidelity, own in found.items()]
+
+
+def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:
+    """A model and its reduced finger, and the seconds of each stage."""
+    clock = [perf_counter()]
+    model = FingerModel(finger, mesh, element)
+    steps = {
+        "basis": lambda: model.space.displacement,
+        "assembly": lambda: model.matrix,
+        "factorisation": model.factor,
+        "reduction": model.reduce,
+    }
+    for step in steps.values():
+        found = step()
+        clock.append(perf_counter())
+    return model, found, dict(zip(steps, np.diff(clock).tolist(), strict=True))
+
+
+def peak_memory_MiB() -> float:
+    """Largest resident size of this process so far."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        # ru_maxrss would include the memory of the parent at the start of this process
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) * 1024 / MIB
+    if os.name == "nt":
+        return float("nan")
+    import resource
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / MIB if sys.platform == "darwin" else peak * 1024 / MIB
+
+
+def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
+    """S_d in microstrain, indentation in mm and contact area in mm2 from `pressed` at each force: (3, forces); or other
+    quantities by their `names`."""
+    found = [pressed(gf_to_newton(gf)) for gf in forces_gf]
+    return np.array([[getattr(scene, name) for scene in found] for name in names])
+
+
+def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[float]:
+    """Processor seconds of each of `count` scenes, each with its own modulus and force; `how` : further arguments of
+    `press`."""
+    rng, seconds = np.random.default_rng(seed), []
+    moduli = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform(size=count)
+    for modulus, force_gf in zip(moduli, rng.uniform(*DRAWN_GF, count), strict=True):
+        specimen = Block(float(modulus), SPECIMEN.thickness)
+        began = process_time()
+        press(reduced, specimen, force=float(gf_to_newton(force_gf)), **how)
+        seconds.append(process_time() - began)
+    return seconds
+
+
+def _answers(pressed, forces_gf: tuple[float, ...]) -> tuple[np.ndarray, str]:
+    """Answers (3, forces) and the status; NaN and the reason if the fidelity refuses."""
+    try:
+        return answers(pressed, forces_gf), ANSWERED
+    except PapillaError as error:
+        return np.full((len(QUANTITIES), len(forces_gf)), np.nan), f"refused: {error}"
+
+
+def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
+    """Seconds of a thousand drawn scenes, and the median of one."""
+    began = perf_counter()
+    seconds = drawn(reduced, SCENES, fidelity=fidelity)
+    return perf_counter() - began, float(np.median(seconds))

@@ -1,0 +1,317 @@
+"""A cache of named arrays on disk: keyed by the code and the values behind them, locked, atomic, checked on reading.
+
+The environment variable `PAPILLA_CACHE` names its folder; without it, it lies in the user's cache folder. If a result
+cannot be stored (full disk, no permission), papilla warns once and computes it each time.
+
+papilla uses what an entry says, so nobody else may be able to write one. The cache folder, the folder of a kind, the
+opened entry and links to any of them must belong to the user, and group and others must not be able to write to them;
+otherwise the cache is not used. Parent folders are not checked: who can write there can move the cache away or replace
+it, but cannot create a file that belongs to this user. Windows has no such permission bits, so nothing is checked.
+"""
+
+import ast
+import hashlib
+import io
+import os
+import stat
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import fields, is_dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import resolve_name
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+from filelock import FileLock, Timeout
+from platformdirs import user_cache_dir
+
+from papilla.core.errors import FileAccessError, InputError, NotOwnError
+from papilla.core.files import check_writable, replacing
+from papilla.core.outside import check_own, reason
+
+ENVIRONMENT = "PAPILLA_CACHE"
+
+PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
+"""Times (s) for which another process may hold an entry: after the first this process says that it waits, after the
+second it computes the entry itself."""
+
+PACKAGES = {
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "skfem": "scikit-fem",
+    "rslab": "rslab",
+    "pyvista": "pyvista",
+    "vtkmodules": "vtk",
+    "matplotlib": "matplotlib",
+}
+"""Packages that influence results, by the name that is imported. Their versions count for the code that imports them.
+pytetwild is not among them: it only makes meshes, and results depend on the content of the mesh."""
+
+PRIVATE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
+"""Permissions of an entry and of its folder: the user's alone."""
+
+_ROOT = Path(__file__).parent
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def key(maker: str, *values: object) -> str:
+    """The key of a result that the module `maker` (its `__name__`) computes from `values`.
+
+    The key contains the code of `maker` and of every papilla module that it imports, directly or indirectly, at the top
+    or in a function, without docstrings, comments and formatting; the versions of those `PACKAGES` that this code
+    imports; and the values: numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these.
+    Raises `InputError` for other values.
+    """
+    return _hash(_code(maker), [_content(value) for value in values])
+
+
+def versioned_key(name: str, version: int, *values: object) -> str:
+    """The key of a result `name` that depends on `values` and on a version raised by hand, but on no code."""
+    return _hash(name, version, [_content(value) for value in values])
+
+
+def folder() -> Path:
+    """The cache's folder (it need not exist)."""
+    chosen = os.environ.get(ENVIRONMENT)
+    return Path(chosen or user_cache_dir("papilla", appauthor=False))
+
+
+def entry(kind: str, key: str) -> Path:
+    """The file of an entry (it need not exist)."""
+    return folder() / kind / f"{key}.entry"
+
+
+def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarray]:
+    """The arrays of entry `key` of `kind`. If there is no such entry, `make()` computes them and they are stored.
+
+    A second process that asks for the same entry waits for the first. A damaged entry causes a warning and is computed
+    again. Raises whatever `make` raises, and stores nothing then. Arrays of Python objects are refused (no pickle).
+    """
+    found = find(kind, key)
+    if found is None:
+        with _locked(entry(kind, key)):
+            found = find(kind, key, report=True)
+            if found is None:
+                found = {name: np.asarray(array) for name, array in make().items()}
+                keep(kind, key, found)
+    return found
+
+
+def entries() -> dict[Path, int]:
+    """The files of all entries, of papilla's present code or an older one, and their sizes in bytes."""
+    found = {}
+    for path in sorted(folder().glob("*/*.entry")):
+        with suppress(OSError):  # Another process may remove it
+            found[path] = path.stat().st_size
+    return found
+
+
+def usable() -> bool:
+    """Whether entries can be written here and are trusted: nobody but this user may write to the folder."""
+    try:
+        folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+        _check_own(entry("probe", "probe"))
+        check_writable(folder())
+    except OSError:
+        return False
+    return True
+
+
+def clean() -> None:
+    """Remove all entries and their locks; what is needed again is computed again. Raises `FileAccessError`."""
+    for path in (*entries(), *folder().glob("*/*.entry.lock")):
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise FileAccessError(f"cannot remove cache entry {path}: {reason(error)}") from error
+
+
+def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
+    """The arrays of an entry, None if it is missing or damaged; with `report` a damaged one causes a warning."""
+    path = entry(kind, key)
+    try:
+        _check_own(path)
+        with path.open("rb") as file:
+            # Check the file that is open: its name may stand for another file by now.
+            check_own(path, os.fstat(file.fileno()))
+            content = file.read()
+    except NotOwnError as error:
+        _go_on_without(error)
+        return None
+    except OSError:
+        return None
+    line, end, body = content.partition(b"\n")
+    if line + end == _seal(kind, key, body):
+        try:
+            with np.load(io.BytesIO(body), allow_pickle=False) as data:
+                return {name: data[name] for name in data.files}
+        except (OSError, ValueError, EOFError, BadZipFile):
+            pass
+    if report:
+        warnings.warn(f"cache entry {path} is damaged: it is not used", RuntimeWarning, stacklevel=3)
+    return None
+
+
+def keep(kind: str, key: str, arrays: Arrays) -> None:
+    """Write an entry, replacing an older one. If the cache cannot be written, a process warns once."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    body, path = buffer.getvalue(), entry(kind, key)
+    try:
+        _make_folders(path)
+        with replacing(path) as temporary:
+            temporary.touch(PRIVATE)
+            temporary.write_bytes(_seal(kind, key, body) + body)
+    except OSError as error:
+        _go_on_without(error.__cause__ or error)
+
+
+def _seal(kind: str, key: str, body: bytes) -> bytes:
+    """First line of an entry: a hash of its kind, key and body, so that no entry can stand for another."""
+    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold the lock of an entry during a block; the block runs without it if the lock cannot be had."""
+    lock = FileLock(f"{path}.lock", mode=PRIVATE)
+    try:
+        _make_folders(path)
+        try:
+            lock.acquire(timeout=PATIENCE_S)
+        except Timeout:
+            warnings.warn(f"waiting for another process that makes {path}", RuntimeWarning, stacklevel=4)
+            lock.acquire(timeout=GIVE_UP_S)
+    except (OSError, NotImplementedError) as error:
+        _go_on_without(error)
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _make_folders(path: Path) -> None:
+    """Make the folders of an entry, for the user alone; raises `NotOwnError` if others can write there."""
+    folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+    path.parent.mkdir(mode=PRIVATE_FOLDER, exist_ok=True)
+    _check_own(path)
+
+
+def _check_own(path: Path) -> None:
+    for place in (folder(), path.parent, path):
+        check_own(place)
+
+
+_warned: set[str] = set()
+"""Folders for which this process has warned that it cannot use them."""
+
+
+def _go_on_without(error: BaseException) -> None:
+    """Warn, once for each folder, that the cache cannot be used."""
+    place = str(folder())
+    if place not in _warned:
+        _warned.add(place)
+        advice = f"make room there, or set {ENVIRONMENT} to another folder"
+        if isinstance(error, NotOwnError):
+            advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
+        message = f"cannot use the cache folder {place} ({reason(error)}): going on without it; {advice}"
+        warnings.warn(message, RuntimeWarning, stacklevel=4)
+
+
+@cache
+def _code(maker: str) -> str:
+    """Hash of the code that a module may run, and the versions of the packages that this code imports.
+
+    Parsing takes a few tenths of a second. So the result is cached, with the bytes of all source files as its key.
+    """
+    if _file(maker) is None:
+        raise InputError(f"{maker} is no module of papilla: a cached result must name the module that computes it")
+    found = fetch("code", _hash(maker, _sources(), sys.version_info[:2]), lambda: _meaning(maker))
+    return repr((str(found["code"]), [(name, _version(name)) for name in found["packages"].tolist()]))
+
+
+def _meaning(maker: str) -> Arrays:
+    """Hash of the code of `maker` and of every papilla module that it imports, and the `PACKAGES` among the imports."""
+    reached, waiting, packages = {}, [maker], set()
+    while waiting:
+        name = waiting.pop()
+        if (file := _file(name)) is None:
+            packages |= {PACKAGES[top] for top in [name.split(".")[0]] if top in PACKAGES}
+        elif name not in reached:
+            reached[name], imported = _parsed(name, file, _sources()[file])
+            waiting += imported
+    return {"code": np.array(_hash(*sorted(reached.items()))), "packages": np.array(sorted(packages), dtype=str)}
+
+
+@cache
+def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
+    """Hash of a module's syntax tree without docstrings, and what it imports, also inside functions."""
+    path, imported = _ROOT / file, []
+    trees = [ast.parse(path.read_bytes())]
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    if (stub := path.with_suffix(".pyi")).exists():  # Names of a package that are imported on first use
+        trees.append(ast.parse(stub.read_bytes()))
+    for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, ast.Import):
+            imported += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            home = resolve_name("." * node.level + (node.module or ""), package)
+            imported += [home, *(f"{home}.{alias.name}" for alias in node.names)]
+        if isinstance(lines := getattr(node, "body", None), list):
+            node.body = [line for line in lines if not _is_text(line)]  # type: ignore[attr-defined]
+    return _hash(*map(ast.dump, trees)), imported
+
+
+def _is_text(line: ast.AST) -> bool:
+    """Whether a statement is only text: a docstring, also one after a constant."""
+    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
+
+
+def _file(module: str) -> str | None:
+    """The file of a papilla module; None for any other name, and for papilla itself, which has no code."""
+    inside = module.removeprefix("papilla.").replace(".", "/")
+    named = (f"{inside}.py", f"{inside}/__init__.py") if module.startswith("papilla.") else ()
+    return next((file for file in named if file in _sources()), None)
+
+
+@cache
+def _sources() -> dict[str, str]:
+    """Hash of each file of papilla's code, by its path in the package."""
+    files = sorted([*_ROOT.rglob("*.py"), *_ROOT.rglob("*.pyi")])
+    return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def _hash(*parts: object) -> str:
+    return hashlib.sha256(repr(parts).encode()).hexdigest()
+
+
+@cache
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "absent"
+
+
+def _content(value: object) -> object:
+    """A value as plain text and numbers; two different values give different results."""
+    if isinstance(value, np.ndarray):
+        return (value.dtype.str, value.shape, hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest())
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, bytes):
+        return hashlib.sha256(value).digest()
+    if isinstance(value, tuple | list):
+        return [_content(item) for item in value]
+    if isinstance(value, Mapping):
+        return [(_content(name), _content(item)) for name, item in value.items()]
+    if is_dataclass(value) and not isinstance(value, type):
+        return (type(value).__qualname__, [_content(getattr(value, item.name)) for item in fields(value)])
+    raise InputError(f"a cached result cannot depend on a {type(value).__name__}")

@@ -1,0 +1,104 @@
+"""Pydantic models of files, derived from dataclasses: keys, types and defaults are written once, in the dataclass."""
+
+import reprlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, fields
+from functools import partial
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field, ValidationError, create_model
+from pydantic_core import PydanticCustomError
+
+from papilla.core.errors import InputError
+from papilla.core.tables import closest
+
+RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+"""An integer is accepted for a float; text and booleans are not."""
+
+UNKNOWN = "unknown_key"
+"""Type of the error on a key that a table does not have."""
+
+
+def keys_of(of: type, *, unit: str | Mapping[str, str] = "", **changed: Any) -> dict[str, Any]:
+    """The keys of a dataclass for `table`: field name -> (type, default), with the unit appended to the key's name.
+
+    unit : of every key, or of the named ones. changed : types of fields that the file writes in another form.
+    """
+    # Material is imported for type checkers only; `changed` replaces its type
+    hints = {**get_type_hints(of, localns={"Material": Any}), **changed}
+    keys = {}
+    for item in fields(of):
+        hint = hints[item.name]
+        rules: dict[str, Any] = {"min_length": 1} if hint is str else {}
+        if get_origin(hint) is tuple:
+            rules["strict"] = False
+        needed = None if type(None) in get_args(hint) else ...
+        default = needed if item.default is MISSING else item.default
+        key = item.name + (unit if isinstance(unit, str) else unit.get(item.name, ""))
+        keys[item.name] = (hint, Field(default, alias=key, **rules))
+    return keys
+
+
+def table(
+    makes: Callable[..., Any],
+    keys: Mapping[str, Any],
+    constants: Mapping[str, Any] = MappingProxyType({}),
+    *,
+    known: bool = False,
+) -> Any:
+    """The type of a table in a file; validation returns `makes(**keys)`.
+
+    keys : name -> type, or (type, field). constants : keys with a fixed value, which identify the table. known : refuse
+    other keys. An `InputError` of `makes` is reported as an error of the table.
+    """
+    fixed: dict[str, Any] = {key: (_one_of(value), value) for key, value in constants.items()}
+    given: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
+    model: Any = create_model(makes.__name__, __config__=RULES, **fixed, **given)
+    made = AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))
+    if not known:
+        return Annotated[model, made]
+    names = [field.alias or name for name, field in model.model_fields.items()]
+    return Annotated[model, BeforeValidator(partial(_refuse_unknown, names)), made]
+
+
+def _refuse_unknown(known: Sequence[str], given: Any) -> Any:
+    for key in given if isinstance(given, dict) else ():
+        if key not in known:
+            raise PydanticCustomError(UNKNOWN, "unknown key", {"key": key, "near": closest(str(key), known)})
+    return given
+
+
+def _one_of(value: Any) -> Any:
+    return Literal[value] if isinstance(value, str) else Annotated[Any, AfterValidator(partial(_same, value))]
+
+
+def _same(expected: Any, value: Any) -> Any:
+    if value != expected:
+        raise InputError(f"must be {expected!r}, got {value!r}")
+    return value
+
+
+def first_of(error: ValidationError) -> Mapping[str, Any]:
+    """The most helpful error of a validation: for a misspelt key, "unknown key" is more helpful than "key missing"."""
+    first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN)
+    return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN else first
+
+
+def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
+    """An error as one line: key, what is wrong, value.
+
+    tags : names that pydantic inserts into the location of an error, after its first key, although they are no keys.
+    """
+    first, *inside = problem["loc"] or ("",)
+    places = (first, *(part for part in inside if part not in tags))
+    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in places).removeprefix(".")
+    if problem["type"] == UNKNOWN:
+        near = problem["ctx"]["near"]
+        return f"unknown key {key}" + (f"; did you mean {near}?" if near else "")
+    if problem["type"] == "missing":
+        return f"key {key} is missing"
+    said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    said = said.replace("a valid dictionary or object to extract fields from", "a table")
+    said = f"{key} {said}" if said.startswith("must") else f"{key}: {said}" if key else said
+    return said if problem["type"] == "value_error" else f"{said}, got {reprlib.repr(problem['input'])}"

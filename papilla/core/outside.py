@@ -1,0 +1,299 @@
+"""What comes from outside papilla passes through this module: files, stores, sockets, messages, arrays of workers.
+
+The rule has four parts, and docs/trust.md lists it source by source:
+
+* an owner: a store or cache from which results are used belongs to the user, and nobody else can write to it;
+* a type: content is decoded into plain values, never into code (no pickle, no `eval`), by a decoder that is named here;
+* an upper bound: of the size in bytes before reading, of nesting and of numbers while decoding;
+* a check: every fault becomes one line that names the source, as a `FileAccessError` or a `FileFormatError`.
+
+Nothing listens except `datagram_socket`: at a loopback address, or with a key at an address that the user names. The
+test `tests/test_outside.py` finds every reader and listener of the package in its syntax trees, and fails for one that
+stands elsewhere. What papilla writes goes through `papilla.core.files`, whose test is the same.
+"""
+
+import os
+import stat
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, TypeVar
+
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
+
+if TYPE_CHECKING:
+    import socket
+    import sqlite3
+
+    import numpy as np
+
+MIB = 2**20
+
+DESIGN_BYTES = 4 * MIB
+"""Most bytes of a file that a person writes (TOML): the largest of the examples has 8 kB."""
+DOCUMENT_BYTES = 256 * MIB
+"""Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
+BINARY_BYTES = 4096 * MIB
+"""Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
+PACKED_TIMES = 700
+"""Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
+NUMBER_DIGITS = 400
+"""Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
+
+Kind = TypeVar("Kind")
+
+
+def read_bytes(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> bytes:
+    """The content of a file; `what` names the kind of file in messages.
+
+    Raises `FileAccessError` if it cannot be read, `FileFormatError` if it has more than `most_bytes`.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(most_bytes + 1)
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{shown(path)}: {reason(error)}") from error
+    if len(content) > most_bytes:
+        raise FileFormatError(f"{shown(path)} has more than {most_bytes} bytes, too many for {what or 'such a file'}")
+    return content
+
+
+def read_text(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> str:
+    """The text of a file in UTF-8, with "\\n" at the ends of lines; raises as `read_bytes` does, and `FileFormatError`
+    if it is not UTF-8."""
+    try:
+        return read_bytes(path, what, most_bytes).decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        raise FileFormatError(f"{path} is not a text file in UTF-8") from error
+
+
+def read_toml(path: str | PathLike, what: str = "") -> dict[str, Any]:
+    """The tables of a TOML file of at most `DESIGN_BYTES`; raises as `read_text` does, and `FileFormatError` if it is
+    not TOML."""
+    return toml(read_text(path, what, DESIGN_BYTES), str(path))
+
+
+def toml(text: str, name: str) -> dict[str, Any]:
+    """The tables of a text in TOML; raises `FileFormatError`, which calls it `name`."""
+    import tomllib
+
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise FileFormatError(f"{name} is not valid TOML: its brackets are nested too deeply") from error
+    except ValueError as error:  # TOMLDecodeError is one; so is an integer of thousands of digits
+        raise FileFormatError(f"{name} is not valid TOML: {error}") from error
+
+
+def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> Any:
+    """The value of a JSON file; raises as `read_text` and `json_value` do."""
+    return json_value(read_text(path, what, most_bytes), str(path), what)
+
+
+def json_value(text: str | bytes, name: str, what: str = "") -> Any:
+    """The value of a text in JSON, of finite numbers; raises `FileFormatError`, which calls it `name`."""
+    import json
+
+    try:
+        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number)
+    except (ValueError, RecursionError) as error:
+        expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
+        raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error
+
+
+def _real(digits: str) -> float:
+    value = float(digits)
+    if value in (float("inf"), float("-inf")):
+        raise InputError(f"{digits[:40]} is too large for a number")
+    return value
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > NUMBER_DIGITS:
+        raise InputError(f"{digits[:40]}... is too long for a number")
+    return int(digits)
+
+
+def _no_number(name: str) -> float:
+    raise InputError(f"{name} is no number of JSON")
+
+
+def shipped(package: str, *names: str) -> str:
+    """The text of a file that comes with papilla: `names` are its folders and its name in a package."""
+    from importlib.resources import files
+
+    return files(package).joinpath(*names).read_text(encoding="utf-8")
+
+
+def binary_stream(path: str | PathLike) -> IO[bytes]:
+    """A file or pipe, open for reading; who reads it bounds each piece. Raises `FileAccessError`."""
+    try:
+        return open(path, "rb")
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+
+
+def repeatable_stream(path: Path) -> IO[bytes]:
+    """A file, pipe or gzip file (.gz), open for reading as often as needed; what cannot be read twice is copied.
+
+    Raises `FileAccessError`, and `FileFormatError` for a gzip file that grows by more than `PACKED_TIMES`.
+    """
+    import gzip
+    import zlib
+
+    stream: Any = binary_stream(path)
+    packed = path.suffix == ".gz"
+    if not packed and stream.seekable():
+        return stream
+    try:
+        with stream, gzip.open(stream) if packed else stream as once:
+            return _copied(
+                once, path, max(64 * MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None
+            )
+    except (EOFError, zlib.error) as error:
+        raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
+    except OSError as error:
+        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
+
+
+def _copied(source: Any, path: Path, most_bytes: int | None) -> IO[bytes]:
+    """A temporary file with the content of a stream."""
+    import tempfile
+
+    target, size = tempfile.TemporaryFile(), 0  # noqa: SIM115 - the reader closes it
+    try:
+        while piece := source.read(MIB):
+            size += len(piece)
+            if most_bytes is not None and size > most_bytes:
+                raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
+            target.write(piece)
+    except BaseException:
+        target.close()
+        raise
+    target.seek(0)
+    return target
+
+
+def read_arrays(
+    source: str | PathLike | IO[bytes], name: str = "", most_bytes: int = BINARY_BYTES
+) -> "dict[str, np.ndarray]":
+    """The arrays of an .npz file, by name; `name` stands for the source in messages.
+
+    The sizes of all members are added up before the first is unpacked, and arrays of Python objects (pickle) are
+    refused. Raises `FileAccessError`; `FileFormatError` for a file that is no .npz file, or larger than `most_bytes`.
+    """
+    import zlib
+    from zipfile import BadZipFile, ZipFile
+
+    import numpy as np
+
+    name = name or shown(source)
+    try:
+        with ZipFile(source) as members:
+            size = sum(member.file_size for member in members.infolist())
+        if size > most_bytes:
+            raise FileFormatError(f"{name} would take {size} bytes in memory; at most {most_bytes} are read")
+        if hasattr(source, "seek"):
+            source.seek(0)
+        with np.load(source, allow_pickle=False) as arrays:
+            found = {key: arrays[key] for key in arrays.files}
+        # NumPy returns the bytes of a member that is no array
+        if strange := next((key for key, array in found.items() if not isinstance(array, np.ndarray)), None):
+            raise FileFormatError(f"{name} is no file of arrays that papilla wrote: {strange!r} is no array")
+        return found
+    except FileFormatError:
+        raise
+    except OSError as error:
+        raise FileAccessError(f"cannot read {name}: {reason(error)}") from error
+    except (ValueError, KeyError, EOFError, BadZipFile, NotImplementedError, zlib.error, MemoryError) as error:
+        raise FileFormatError(f"{name} is no file of arrays that papilla wrote, or is damaged ({error})") from error
+
+
+def message_decoder(
+    kind: type[Kind] | Any, most_bytes: int, dec_hook: Callable | None = None
+) -> Callable[[bytes], Any]:
+    """A function that decodes MessagePack of at most `most_bytes` into values of `kind`, whose type states bounds.
+
+    It raises `msgspec.MsgspecError`, another ValueError or RecursionError for anything else.
+    """
+    import msgspec
+
+    decode = msgspec.msgpack.Decoder(kind, dec_hook=dec_hook).decode
+
+    def bounded(data: bytes) -> Any:
+        if len(data) > most_bytes:
+            raise InputError(f"{len(data)} bytes where at most {most_bytes} are expected")
+        return decode(data)
+
+    return bounded
+
+
+def check_own(path: Path, status: os.stat_result | None = None) -> None:
+    """Raise `NotOwnError` if another user owns a place, or what it is a link to, or can write to it. A missing place
+    passes.
+
+    status : of the opened file, to check it instead of its name, which may stand for another file by now. Windows has
+    no such permission bits, so nothing is checked there.
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    if status is None:
+        try:
+            statuses = [path.lstat(), path.stat()]
+        except FileNotFoundError:
+            return
+    else:
+        statuses = [status]
+    for one in statuses:
+        if one.st_uid != os.geteuid():
+            raise NotOwnError(f"{path} belongs to another user")
+        if not stat.S_ISLNK(one.st_mode) and one.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            raise NotOwnError(f"others can write to {path}")
+
+
+def own_database(path: Path, patience_s: float) -> "sqlite3.Connection":
+    """A connection to an SQLite file that belongs to the user alone; a new one is made for this user alone.
+
+    patience_s : time that a transaction waits for one of another client. Raises `NotOwnError`, `OSError` if the file
+    cannot be made, and `sqlite3.Error`.
+    """
+    import sqlite3
+
+    os.close(os.open(path, os.O_CREAT | os.O_RDWR, stat.S_IRUSR | stat.S_IWUSR))
+    check_own(path)
+    return sqlite3.connect(path, timeout=patience_s, isolation_level=None)
+
+
+def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket":
+    """A UDP socket that listens at an address (numeric host, port, ...), without blocking.
+
+    keyed : whether a key proves who sends. Raises `InputError` for an address off this machine without a key, `OSError`
+    if the address cannot be used.
+    """
+    import socket
+    from ipaddress import ip_address
+
+    host = str(address[0])
+    if not keyed and not ip_address(host.partition("%")[0]).is_loopback:
+        raise InputError(
+            f"listening at {host}, which other machines reach, needs a key (--key-file): without one, anybody there "
+            "can send messages; 127.0.0.1 needs none"
+        )
+    made = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        made.bind(address)
+    except OSError:
+        made.close()
+        raise
+    made.setblocking(False)
+    return made
+
+
+def shown(path: object) -> str:
+    """A path as it is printed."""
+    return str(path).replace("\0", "\\0")
+
+
+def reason(error: BaseException) -> str:
+    """Why a file could not be used, as the operating system says it."""
+    return str(getattr(error, "strerror", None) or error)

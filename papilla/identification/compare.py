@@ -1,0 +1,268 @@
+"""Compares fingers and calibrations: size of S_d, uncertainty of the modulus, receptive field of each gauge, and cost;
+with a verdict in words, and a page.
+
+All are compared over the forces and moduli that all of them cover, with the same noise of gauges and force.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+from markupsafe import Markup
+
+from papilla import fem, view
+from papilla.identification.noise import Noise
+from papilla.calibration.fitting.job import calibrate_finger
+from papilla.calibration.fitting.sweep import SCENE
+from papilla.calibration import IDENTIFIABLE, Calibration
+from papilla.core.errors import InputError
+from papilla.core.files import write_text
+from papilla.model.finger import Finger
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.core.tables import write_table
+from papilla.core.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
+from papilla.view.page import either, environment, image
+from papilla.view.pictures import receptive_of
+from papilla.core.workers import Say
+
+NOISE_MICROSTRAIN, FORCE_ERROR = Noise.readings_microstrain, Noise.force
+"""Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a
+typical bench."""
+
+POINTS = 40
+"""Forces and moduli of the map over which the uncertainty of E is compared."""
+
+STEP = 1.01
+"""Ratio of the moduli between which the slope of S_d is a difference quotient."""
+
+ALIKE = 0.03
+"""Relative difference up to which two values are called alike: S_d differs by up to half of it between meshes."""
+
+BETTER, LARGER = ("is better", "is best"), ("has the larger one", "has the largest one")
+"""Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
+
+TIMED = 50
+"""Numbers of presses and answers whose median time is reported."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What is compared: a calibration, and the finger that it was computed for, if that is known."""
+
+    name: str
+    calibration: Calibration
+    finger: Finger | None = None
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Response of a gauge to a small load: the largest response (microstrain per mN), its place (x, y in mm), and the
+    area of the skin (mm2) where the response is at least half of it."""
+
+    gauge: str
+    strongest: float
+    x_mm: float
+    y_mm: float
+    area_mm2: float
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The figures of a candidate.
+
+    sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
+    sigma_E / E. identified : share of the domain with sigma_E / E of at most half. relative_sigma : (forces, moduli),
+    infinite if there is no modulus. answer_us : time to invert one S_d. press_ms : of one press; None without a finger.
+    reach : a gauge each; empty without a finger.
+    """
+
+    name: str
+    gauges: int
+    sd_microstrain: float
+    slope: float
+    sigma: float
+    identified: float
+    answer_us: float
+    press_ms: float | None
+    reach: tuple[Reach, ...]
+    relative_sigma: np.ndarray
+
+    def to_json(self) -> dict:
+        """Plain values, the map left out."""
+        plain = {key: value for key, value in vars(self).items() if key not in ("relative_sigma", "reach")}
+        return plain | {"reach": [vars(reach) for reach in self.reach]}
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Rows, the common domain (force_N and modulus_MPa of the maps), and verdicts in words."""
+
+    rows: tuple[Row, ...]
+    force_N: np.ndarray
+    modulus_MPa: np.ndarray
+    verdicts: tuple[str, ...]
+
+
+def candidate(path: str | Path, **how) -> Candidate:
+    """The candidate that a file or the name of a shipped finger gives: a calibration (.json), or a design, which
+    `calibrate_finger` calibrates with the arguments `how`. Raises what loading and calibrating raise."""
+    if Path(path).suffix.lower() == ".json":
+        return Candidate(str(path), Calibration.load(path))
+    finger = Finger.load(path)
+    return Candidate(str(path), calibrate_finger(finger, **how).calibration, finger)
+
+
+def compare(candidates: Sequence[Candidate], progress: Say = lambda line: None) -> Comparison:
+    """Compare the candidates. Raises `InputError` for fewer than two, or if their calibrations share no domain."""
+    if len(candidates) < 2:
+        raise InputError("a comparison needs at least two designs or calibrations")
+    names = [one.name for one in candidates]
+    if len({*names}) < len(names):
+        raise InputError(f"{next(name for name in names if names.count(name) > 1)} is given twice")
+    force, modulus = (_shared(candidates, key) for key in ("force_N", "modulus_MPa"))
+    rows = [_row(one, force, modulus, progress) for one in candidates]
+    return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows)))
+
+
+def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
+    """Points, evenly spaced in the logarithm, over the range that all calibrations cover."""
+    lows, highs = zip(*(one.calibration.domain[key] for one in candidates), strict=True)
+    if max(lows) >= min(highs):
+        ranges = ", ".join(f"{low:g}-{high:g}" for low, high in zip(lows, highs, strict=True))
+        raise InputError(f"the calibrations share no {key}: they cover {ranges}")
+    inside = np.geomspace(max(lows), min(highs), 2 * POINTS + 1)
+    return inside[1::2]
+
+
+def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) -> Row:
+    progress(f"comparing {one.name}")
+    calibration = one.calibration
+    forces, moduli = np.meshgrid(force, modulus, indexing="ij")
+    sd = calibration.predict(forces, moduli)
+    slope = np.log(calibration.predict(forces, moduli / STEP) / sd) / -np.log(STEP)
+    noise = {"sd_sigma": NOISE_MICROSTRAIN / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
+    found = calibration.invert(sd, forces, interval=False, **noise)
+    with np.errstate(invalid="ignore"):
+        relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
+    answers = _timed(lambda: calibration.invert(float(sd[POINTS // 2, POINTS // 2]), float(force[POINTS // 2])))
+    return Row(
+        name=one.name,
+        gauges=len(calibration.gauges),
+        sd_microstrain=float(calibration.predict(*SCENE)),
+        slope=float(np.nanmedian(slope)),
+        sigma=float(np.median(relative)),
+        identified=float((relative <= IDENTIFIABLE).mean()),
+        answer_us=US_PER_S * answers,
+        press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
+        reach=() if one.finger is None else _reach(one.finger, progress),
+        relative_sigma=relative,
+    )
+
+
+def _timed(call: Callable[[], object]) -> float:
+    """Median seconds of a call."""
+    seconds = []
+    for _ in range(TIMED):
+        began = perf_counter()
+        call()
+        seconds.append(perf_counter() - began)
+    return median(seconds)
+
+
+def _press_time(finger: Finger) -> float:
+    reduced, (force, modulus) = fem.prepare(finger), SCENE
+    specimen = finger.bench.specimen(modulus)
+    return _timed(lambda: fem.press(reduced, specimen, force=force))
+
+
+def _reach(finger: Finger, progress: Say) -> tuple[Reach, ...]:
+    fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
+    points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
+    corners = points[triangles]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    found = []
+    for gauge, felt in zip(finger.gauges, fields.strain_per_newton, strict=True):
+        whole = np.zeros(len(points))
+        whole[fields.vertices] = felt
+        strongest = int(np.abs(whole).argmax())
+        share = np.abs(whole[triangles]).mean(axis=1) >= abs(whole[strongest]) / 2
+        x, y, _ = points[strongest].tolist()
+        per_mN = N_PER_MN * float(to_microstrain(whole[strongest]))
+        found.append(Reach(gauge.name, per_mN, x, y, float(areas[share].sum())))
+    return tuple(found)
+
+
+def _verdicts(rows: Sequence[Row]) -> list[str]:
+    """Verdicts: which candidate is better in which quantity, a sentence each."""
+    said = [
+        _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
+        _best(rows, "Share of the domain where E is identified", "identified", _percent),
+        _best(rows, f"S_d at {SCENE[0]:g} N on {SCENE[1]:g} MPa", "sd_microstrain", "{:,.0f} µε".format, win=LARGER),
+        _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
+        _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
+    ]
+    for a, b in combinations(rows, 2):
+        better = float((a.relative_sigma < b.relative_sigma).mean())
+        said.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
+    wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
+    if len(wide) > 1:
+        listed = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
+        said.append(
+            f"Median area in which a gauge has at least half of its largest response: {listed}; a smaller one is finer."
+        )
+    return said
+
+
+def _percent(share: float) -> str:
+    return f"{PER_CENT * share:.0f} %"
+
+
+def _best(
+    rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False, win=BETTER
+) -> str:
+    """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
+    and of more."""
+    values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
+    listed = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
+    ordered = sorted(values, key=lambda name: values[name], reverse=not low)
+    if not ordered:
+        return f"{what}: none of them has one."
+    near = [name for name in ordered if abs(values[name] - values[ordered[0]]) <= ALIKE * abs(values[ordered[0]])]
+    if len(near) > 1:
+        return f"{what}: {' and '.join(near)} are alike ({listed})."
+    return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."
+
+
+def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[Candidate]) -> None:
+    """Write the page of a comparison as one HTML file: no script, no link; raises `FileAccessError`."""
+    axes = found.force_N, found.modulus_MPa
+    sigmas = [row.relative_sigma for row in found.rows]
+    maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE) for sigma in sigmas]
+    text = environment("papilla.calibration.report").get_template("comparison.html").render(
+        rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
+        force_N=found.force_N, modulus_MPa=found.modulus_MPa,
+        maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],
+        fields=[one.finger and _fields(one.finger, one.name) for one in candidates],
+    )  # fmt: skip
+    write_text(path, text)
+
+
+def _fields(finger: Finger, name: str) -> Markup:
+    """Receptive fields of a finger's gauges."""
+    found = receptive_of(finger)
+    pictures = (view.png(view.receptive_fields_figure(found, finger, small=small), 120) for small in (False, True))
+    return either(pictures, f"Receptive fields of {name}", "png")
+
+
+def write_comparison_table(path: str | Path, found: Comparison) -> None:
+    """Write the figures of each candidate as CSV, a row each; raises `FileAccessError`."""
+    rows = [row.to_json() for row in found.rows]
+    columns = {key: [row[key] for row in rows] for key in rows[0] if key != "reach"}
+    columns["press_ms"] = [np.nan if value is None else value for value in columns["press_ms"]]
+    areas = [[reach.area_mm2 for reach in row.reach] for row in found.rows]
+    columns["median_field_mm2"] = [float(np.median(of)) if of else np.nan for of in areas]
+    write_table(path, columns)

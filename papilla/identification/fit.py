@@ -1,0 +1,381 @@
+"""`identify`: the best fit of a problem of presses; further parameters are freed if the presses do not fit otherwise.
+
+The fit starts from several places, because chi-square may have more than one minimum. Each descent varies the nonlinear
+parameters alone (`Problem.projected`); weights follow from the fit before. If the model does not fit, a score test
+finds the shift of a gauge or the tilt that would help most.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from operator import itemgetter
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from papilla.identification.noise import Noise, estimated_noise
+from papilla.identification.parameters import (
+    MOVES,
+    OF_THE_LOG,
+    PARAMETERS,
+    checked_values,
+    kind,
+    linear_last,
+    names_of,
+    physical,
+)
+from papilla.identification.posing import ensure_physics, family_of, moved_by, problem_of, with_moves
+from papilla.identification.presses import NOT_STATED, refuse_far
+from papilla.identification.problem import Problem
+from papilla.core.errors import InputError
+from papilla.fem.reduction.family import with_moduli
+from papilla.model.finger import Finger
+from papilla.model.parts import Identified
+from papilla.logs import PressLog
+from papilla.core.short_repr import html_table
+from papilla.model.specimen import Friction, Specimen
+from papilla.core.workers import Say
+
+ROUNDS = 10
+"""Largest number of fits; each uses the weights that follow from the one before it."""
+
+SETTLED = 0.01
+"""Change of every parameter between two fits, in standard deviations, below which the fits end."""
+
+CONVERGED, MOST_STEPS = 1e-9, 60
+"""Relative tolerances and largest number of evaluations of a descent."""
+
+MARGIN = 1e-6
+"""Share of the range between its bounds by which a start value lies inside."""
+
+ELSEWHERE = 0.05
+"""Difference of a nonlinear parameter (relative, for logarithmic ones) above which a minimum is another finger."""
+
+SAME_COST = 1e-3
+"""Relative difference of costs up to which two fits have ended in the same minimum."""
+
+KEPT = 3
+"""Number of the best first fits that are continued to convergence."""
+
+MISFIT = 1.5
+"""Chi-square per degree of freedom above which the model does not fit; all sigmas are then multiplied by its square
+root."""
+
+MOST_FREED = 2
+"""Largest number of parameters that are freed in this way: with more, the fit would only absorb other errors."""
+
+LEAST_FALL = 0.3
+"""Share by which each freed parameter must lower chi-square."""
+
+TRIED = 3
+"""Number of likely parameters of which each is tried."""
+
+ALIKE = 3.84
+"""Difference of chi-square up to which two parameters explain the presses equally well: the 95 % quantile for one
+degree of freedom."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A finger identified from n presses; f parameters were free.
+
+    problem : presses, model and weights of the last fit. vector : (f,) in the scale of the fit (logarithms, for
+    logarithmic parameters), and covariance (f, f) in it. chi_square, freedom : of the presses' weighted residuals.
+    rival : cost of the next best minimum above this one; None if all starts ended in the same minimum. asked : a
+    sentence on the parameters that were freed because the presses do not fit otherwise; empty if there are none.
+    """
+
+    problem: Problem
+    vector: np.ndarray
+    covariance: np.ndarray
+    chi_square: float
+    freedom: float
+    rival: float | None = None
+    asked: str = ""
+
+    def __repr__(self) -> str:
+        shown = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
+        return f"<Identification from {len(self.problem.log)} presses: {shown}>"
+
+    def _repr_html_(self) -> str:
+        """Parameters with their standard deviations as a table, for notebooks."""
+        rows = [(name, *self[name], PARAMETERS[kind(name)].unit) for name in self.names]
+        title = f"Identification from {len(self.problem.log)} presses"
+        return html_table(title, rows, ("parameter", "value", "sigma (relative, for moduli and gains)", "unit"))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters."""
+        return self.problem.free
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameters in their units, including those that were held."""
+        return self.problem.values(self.vector)
+
+    @cached_property
+    def sigma(self) -> np.ndarray:
+        """(f,) standard deviations in the scale of the fit: relative, for logarithmic parameters."""
+        return np.sqrt(np.diag(self.covariance))
+
+    def __getitem__(self, name: str) -> tuple[float, float]:
+        """Value (in its unit) and standard deviation (in the scale of the fit) of a free parameter."""
+        place = self.names.index(name)
+        return physical(name, float(self.vector[place])), float(self.sigma[place])
+
+    @cached_property
+    def finger(self) -> Finger:
+        """The design with the identified moduli, gains, levers and places of the gauges."""
+        values = self.values
+        found = with_moduli(self.problem.finger, values["outer_modulus_MPa"], values["inner_modulus_MPa"])
+        gauges = []
+        for gauge in found.gauges:
+            gain = values["common_gain"] * values[f"gain.{gauge.name}"]
+            lever = values["common_gain"] * values[f"lever_mm.{gauge.name}"] + gain * values["common_lever_mm"]
+            along, across = moved_by(values, gauge.name)
+            moved = gauge.moved_mm[0] + along, gauge.moved_mm[1] + across
+            gauges.append(replace(gauge, membrane_gain=gain, lever_mm=lever, moved_mm=moved))
+        return replace(found, gauges=tuple(gauges))
+
+    def with_record(self, record: Identified) -> Finger:
+        """The identified finger with the record of its identification, and its bench."""
+        bench = replace(self.finger.bench, touch_down=record.touch_down_mm, thickness=self.values["thickness_mm"])
+        if record.friction != NOT_STATED:
+            bench = replace(bench, friction=record.friction)
+        return replace(self.finger, identified=record, bench=bench)
+
+    def at(self, force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
+        """(n, c) predicted measurements of other presses by forces (n,) on specimens of moduli (n,), zeros included."""
+        return self.problem.of(force_N, modulus_MPa).modelled(self.vector).values
+
+    @property
+    def measured_sd(self) -> np.ndarray:
+        """(n,) S_d of the presses in microstrain, without the identified zeros of the gauges."""
+        log, zeros = self.problem.log, self.problem.each("zero_microstrain", self.values)
+        return (log.readings - zeros).std(axis=1) if log.stated_sd is None else log.stated_sd
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        """(n, c) measured minus modelled values: readings in microstrain, then indentation in mm."""
+        return self.problem.measured - self.problem.modelled(self.vector).values
+
+
+def identify(
+    log: PressLog,
+    finger: Finger,
+    *,
+    free: Sequence[str] = (),
+    fix: Mapping[str, float] | None = None,
+    specimen: Specimen | None = None,
+    noise: Noise | None = None,
+    friction: Friction | None = None,
+    size_mm: float | None = None,
+    processes: int = 1,
+    progress: Say | None = None,
+) -> Identification:
+    """Identify a finger of known geometry from presses on specimens of known modulus.
+
+    Places of gauges and tilt are held unless `free` names them. If the model does not fit the presses, but fits with
+    one or two of them free, these are freed, and the identification says so (`asked`).
+
+    Parameters
+    ----------
+    finger : geometry and Poisson's ratios; its moduli are the middle of their priors.
+    free : names of `PARAMETERS` to fit besides both moduli, gains, levers, zeros, and the touch-down offset where there
+        are indentations. fix : values (in their units) at which parameters are held.
+    specimen : what was pressed, if the log does not say it; its modulus is ignored. noise : of the presses. friction :
+        as for `papilla.fem.press`. If they are None, those of the finger's `bench` are taken.
+    size_mm : elements at the contact. processes : number of processes that measure large strain at the same time, if it
+        is not known.
+
+    Raises `InputError` for a log of another finger, of presses far from the apex, unknown names, or fewer measurements
+    than a fit needs, and what `papilla.fem.reduction.family.family` raises.
+    """
+    if processes > 1:
+        rubbing = finger.bench.friction if friction is None else friction
+        ensure_physics(finger, rubbing, processes=processes, progress=progress)
+    problem = problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress)
+    held = checked_values(fix or {}, finger)
+    return freed(solve(problem, progress), tuple(held), size_mm, progress)
+
+
+def solve(problem: Problem, progress: Say | None = None) -> Identification:
+    """Fit a problem from several starts; each fit is repeated with the weights that follow from it."""
+    if progress is not None:
+        progress("identifying")
+    first = problem.weighted()
+    found = sorted((descend(first, start) for start in starts_of(first)), key=itemgetter(0))
+    # Repeated presses tell the noise, but only with a model that already fits.
+    first = replace(first, noise=estimated_noise(first, found[0][1]))
+    ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
+    ends.sort(key=itemgetter(0))
+    cost, last, vector = ends[0]
+    # Another minimum counts only if its nonlinear parameters differ; else it is the same finger found twice.
+    outside = ~problem.linear
+    rivals = [one[0] - cost for one in ends[1:] if np.abs(one[2] - vector)[outside].max(initial=0.0) > ELSEWHERE]
+    return _judged(last, vector, min(rivals, default=None))
+
+
+def starts_of(problem: Problem) -> list[np.ndarray]:
+    """Start values of the nonlinear parameters, and for each parameter one prior standard deviation to both sides."""
+    outside = ~problem.linear
+    middle = problem.start[outside]
+    kinds = [kind(name) for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
+    # A parameter that is known well, or has a small effect, starts only at its prior
+    widths = np.diag([PARAMETERS[one].sigma for one in kinds])
+    widths = widths[[one not in (*MOVES, *OF_THE_LOG, "common_gain") for one in kinds]]
+    return [middle, *(middle + widths), *(middle - widths)]
+
+
+def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
+    """Cost and vector (f,) of the best fit from a start (others,) of the nonlinear parameters."""
+    if not len(start):
+        vector = problem.solved(start)
+        return float((problem.residuals(vector) ** 2).sum()), vector
+    low, high = (side[~problem.linear] for side in problem.bounds)
+    # `least_squares` asks for residuals and Jacobian in two calls; both come from one evaluation.
+    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+    def at(outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if outside.tobytes() not in known:
+            known.clear()
+            known[outside.tobytes()] = problem.projected(outside)
+        return known[outside.tobytes()]
+
+    margin = MARGIN * (high - low)
+    begin = np.clip(start, low + margin, high - margin)
+    how: dict = dict.fromkeys(("xtol", "ftol", "gtol"), CONVERGED)
+    how |= {"x_scale": (high - low) / 4, "max_nfev": MOST_STEPS}
+    done = least_squares(lambda outside: at(outside)[0], begin, lambda outside: at(outside)[1], (low, high), **how)
+    return 2 * float(done.cost), problem.solved(done.x)
+
+
+def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:
+    """Fits in order of rising cost, without those that ended in a minimum that is already in the list."""
+    kept: list[tuple[float, np.ndarray]] = []
+    for cost, vector in found:
+        if all(abs(cost - other) > SAME_COST * (1 + other) for other, _ in kept):
+            kept.append((cost, vector))
+    return kept
+
+
+def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
+    """Fit again, each time with the weights that follow from the last fit, until they no longer change the result."""
+    for _ in range(ROUNDS):
+        problem = problem.weighted(vector).downweighted(vector)
+        before = vector
+        cost, vector = descend(problem, vector[~problem.linear])
+        sigma = np.sqrt(np.diag(_covariance(problem, vector)))
+        if np.abs((vector - before) / sigma).max() < SETTLED:
+            break
+    return cost, problem, vector
+
+
+def _covariance(problem: Problem, vector: np.ndarray) -> np.ndarray:
+    """Inverse of the information of presses and priors. Columns are scaled first, because they have different units.
+
+    The last residual, which keeps the ratio of the moduli inside the family, does not count as information.
+    """
+    jacobian = problem.jacobian(vector)[:-1]
+    size = np.linalg.norm(jacobian, axis=0)
+    return np.linalg.inv((jacobian / size).T @ (jacobian / size)) / np.outer(size, size)
+
+
+def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identification:
+    """The result of a fit: covariance, chi-square and degrees of freedom; sigmas are widened if the model does not
+    fit."""
+    priors = len(problem.free) + 1
+    residuals, jacobian = problem.linearised(vector)
+    of_presses = residuals[:-priors]
+    covariance = _covariance(problem, vector)
+    # Degrees of freedom that the presses themselves lose to the fit: a parameter that its prior decides uses none.
+    used = float(np.trace(covariance @ (jacobian[:-priors].T @ jacobian[:-priors])))
+    freedom = float(np.isfinite(problem.measured).sum()) - used
+    chi_square = float((of_presses**2).sum())
+    if freedom > 0 and chi_square / freedom > MISFIT:
+        covariance = covariance * (chi_square / freedom)
+    return Identification(problem, vector, covariance, chi_square, freedom, rival)
+
+
+def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Say | None) -> Identification:
+    """The identification after freeing further parameters, if the model did not fit before and fits then.
+
+    held : parameters that must not be freed.
+    """
+    if not _misfit(found) or found.problem.log.stated_sd is not None:
+        return found
+    try:
+        best = replace(found, problem=_moving(found.problem, size_mm, progress))
+    except InputError:
+        return found  # Neither contacts nor gauges of this finger can be moved that far
+    names: list[str] = []
+    alike: list[str] = []
+    while _misfit(best) and len(names) < MOST_FREED:
+        # Score test first: a whole fit for each candidate would take minutes.
+        gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
+        likely = sorted(gains, key=lambda name: -gains[name])[:TRIED]
+        if progress is not None:
+            progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
+        tried = {name: _with_free(best, name) for name in likely}
+        name = min(tried, key=lambda one: tried[one].chi_square, default="")
+        if not name or tried[name].chi_square > (1 - LEAST_FALL) * best.chi_square:
+            break
+        best = tried.pop(name)
+        names.append(name)
+        alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE]
+    # Only if the model then fits: otherwise the freed parameter would only hide another error.
+    if not names or _misfit(best):
+        return found
+    named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)
+    fell = f"chi-square fell from {found.chi_square:.3g} to {best.chi_square:.3g}"
+    others = f"; {' or '.join(alike)} instead of {names[-1]} does as well" if alike else ""
+    return replace(best, asked=f"{named} was freed because the presses do not fit otherwise: {fell}{others}")
+
+
+def _with_free(found: Identification, name: str) -> Identification:
+    """The fit with one more parameter free, started from the earlier fit."""
+    free = linear_last((*found.names, name))
+    at = dict(zip(found.names, found.vector.tolist(), strict=True))
+    _, last, vector = _followed(replace(found.problem, free=free), np.array([at.get(one, 0.0) for one in free]))
+    return _judged(last, vector, None)
+
+
+def _misfit(found: Identification) -> bool:
+    return found.freedom > 0 and found.chi_square > MISFIT * found.freedom
+
+
+def _moving(problem: Problem, size_mm: float | None, progress: Say | None) -> Problem:
+    """The problem with the changes by contacts beside the apex and by moved gauges."""
+    if all(shape.off_apex is not None for shape in problem.shapes):
+        return problem
+    relatives = family_of(problem.finger, size_mm=size_mm, progress=progress)
+    return replace(problem, shapes=with_moves(problem.shapes, relatives, progress))
+
+
+def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
+    """Places and tilts that are neither free nor held, and that these presses could determine."""
+    found = []
+    for name in names_of(problem.finger):
+        if kind(name) not in MOVES or name in problem.free or name in held:
+            continue
+        off_apex = problem.shapes[0].off_apex
+        assert off_apex is not None
+        flat = all(shape.specimen.curvature == (0.0, 0.0) for shape in problem.shapes)
+        try:
+            refuse_far(problem.log, off_apex.limits, (*problem.free, name))
+        except InputError:
+            continue
+        if flat or not name.startswith("tilt"):
+            found.append(name)
+    return found
+
+
+def _gain(found: Identification, name: str) -> float:
+    """Fall of chi-square plus priors with one more parameter free, to first order (Rao's score test)."""
+    problem = replace(found.problem, free=(*found.names, name))
+    vector = np.append(found.vector, 0.0)
+    residuals, jacobian = problem.linearised(vector)
+    others = np.linalg.qr(jacobian[:, :-1])[0]
+    column = jacobian[:, -1] - others @ (others.T @ jacobian[:, -1])
+    size = float(column @ column)
+    return float(column @ residuals) ** 2 / size if size > 0 else 0.0

@@ -1,0 +1,279 @@
+"""A finger of revolution and a block, both at finite strain, in the half plane (r, z): a check of the 3-D press.
+
+Taylor-Hood on curved quadratic triangles: displacement and geometry P2, pressure P1 and its own in each layer. Law,
+contact and readout are independent: nothing is shared with `papilla.fem`.
+
+The law of a nearly incompressible rubber, for the plane and hoop parts of the displacement gradient, is
+W = mu / (2 m^2) tr(C^m) - (mu/m + p) ln J - p^2 / (2 lambda) + const, m = 1 neo-Hookean and m = alpha/2 Ogden's with
+an even alpha; p is the pressure-like unknown: ln J + p / lambda = 0 holds in the mean. First Piola stress:
+P = mu/m F C^(m-1) - (mu/m + p) F^-T. Gradients are held as (r,r), (r,z), (z,r), (z,z), (theta,theta).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
+
+from papilla.model.finger import Dome, Finger
+from papilla.model.specimen import THICKNESS_MM
+from papilla.scenes import rules as parameters
+
+GIVEN = parameters.parameters(__name__)
+ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
+"""Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
+OUTER, INNER, SPECIMEN = 0, 1, 2
+QUADRATURE_ORDER = 5
+NODES, CORNERS, ENTRIES = 6, 3, len(ROW)
+"""Nodes of a cell, those that carry a pressure, and entries of a displacement gradient."""
+MOVES = 2 * NODES
+"""Displacement unknowns of a cell; those of its pressures follow."""
+APART = 10.0
+"""Parameter of the specimen's surface, separate from the finger's."""
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """Young's `modulus` (MPa) and Poisson's ratio of small strain; `linear` restricts it to small strain.
+
+    half_alpha : half of Ogden's exponent, 1 for neo-Hookean. A modulus of infinity is a rigid body.
+    """
+
+    modulus: float
+    nu: float = 0.4999
+    linear: bool = False
+    half_alpha: int = 1
+
+    @property
+    def shear_modulus(self) -> float:
+        """mu in MPa."""
+        return self.modulus / (2 * (1 + self.nu))
+
+    @property
+    def compressibility(self) -> float:
+        """1/lambda in 1/MPa."""
+        return (1 + self.nu) * (1 - 2 * self.nu) / (self.modulus * self.nu)
+
+    def response(self, gradient: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Stress (..., 5), its derivative (..., 5, 5) by the gradient, ln J (...), and its derivative (..., 5).
+
+        gradient : of the displacement (..., 5); pressure (...) in MPa. The stress's derivative by the pressure is less
+        the derivative of ln J. Raises `FloatingPointError` where J is not positive.
+        """
+        mu, small = self.shear_modulus, _matrix(gradient)
+        unit, transposed = np.eye(3), np.equal.outer(ROW, COLUMN) & np.equal.outer(COLUMN, ROW)
+        if self.linear:
+            stress = mu * (small + small.swapaxes(-1, -2)) - pressure[..., None, None] * unit
+            tangent = np.broadcast_to(mu * (np.eye(ENTRIES) + transposed), (*pressure.shape, ENTRIES, ENTRIES))
+            slope = np.broadcast_to(unit[ROW, COLUMN], gradient.shape)
+            return stress[..., ROW, COLUMN], tangent, small.trace(axis1=-2, axis2=-1), slope
+        whole = small + unit
+        jacobian = np.linalg.det(whole)
+        if not (jacobian > 0).all():
+            raise FloatingPointError("a cell is turned inside out")
+        inverse = np.linalg.inv(whole).swapaxes(-1, -2)
+        power, by = self._power(whole)
+        share = mu / self.half_alpha
+        stress = share * power - (share + pressure)[..., None, None] * inverse
+        turned = inverse[..., ROW[:, None], COLUMN] * inverse[..., ROW, COLUMN[:, None]]
+        tangent = share * by + (share + pressure)[..., None, None] * turned
+        return stress[..., ROW, COLUMN], tangent, np.log(jacobian), inverse[..., ROW, COLUMN]
+
+    def _power(self, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """F C^(m-1) (..., 3, 3), and its derivative (..., 5, 5) by F."""
+        value, by = whole, np.broadcast_to(np.eye(ENTRIES), (*whole.shape[:-2], ENTRIES, ENTRIES))
+        directions = np.zeros((ENTRIES, 3, 3))
+        directions[np.arange(ENTRIES), ROW, COLUMN] = 1
+        slopes = np.broadcast_to(directions, (*whole.shape[:-2], ENTRIES, 3, 3))
+        right = whole.swapaxes(-1, -2) @ whole
+        for _ in range(self.half_alpha - 1):
+            change = directions.swapaxes(-1, -2) @ whole[..., None, :, :]
+            change = change + change.swapaxes(-1, -2)
+            slopes = slopes @ right[..., None, :, :] + value[..., None, :, :] @ change
+            value, by = value @ right, slopes[..., ROW, COLUMN].swapaxes(-1, -2)
+        return value, by
+
+
+def _matrix(entries: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) of five entries."""
+    whole = np.zeros((*entries.shape[:-1], 3, 3))
+    whole[..., ROW, COLUMN] = entries
+    return whole
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Half ellipses (r, z) of skin, interface and bone, and a bonded cylinder of `thickness` and `width`, all in mm.
+
+    cells : along the skin, through the outer and the inner layer, and through the specimen; smallest at the interface
+        and at the specimen's surface.
+    near : value of the skin's parameter up to which `near_share` of the cells along the skin lie, because contact is
+    there.
+    """
+
+    outer: tuple[float, float] = GIVEN.outer_mm
+    interface: tuple[float, float] = GIVEN.interface_mm
+    bone: tuple[float, float] = GIVEN.bone_mm
+    thickness: float = THICKNESS_MM
+    width: float = GIVEN.width_mm
+    cells: tuple[int, int, int, int] = GIVEN.cells
+    near: float = GIVEN.near
+    near_share: float = GIVEN.near_share
+
+    @property
+    def finger(self) -> Finger:
+        """The default finger in this form."""
+        return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (self.outer, self.interface, self.bone))))
+
+    def mapped(self, parameters: np.ndarray) -> np.ndarray:
+        """(r, z) in mm (2, n) of parameters (2, n): along the skin 0-1; from bone 0 over interface 1 to skin 2."""
+        x, y = parameters
+        levels = np.array([self.bone, self.interface, self.outer])
+        a, c = (np.interp(y, [0, 1, 2], levels[:, k]) for k in (0, 1))
+        finger = np.stack([a * np.sin(np.pi / 2 * x), c * np.cos(np.pi / 2 * x)])
+        return np.where(y < APART, finger, [self.width * x, self.outer[1] + self.thickness * (y - APART)])
+
+
+class Bodies:
+    """Finger and specimen as one mesh of two parts; unknowns are 2 * node + component (r, z), then pressures.
+
+    `rubbers` are those of OUTER, INNER and SPECIMEN; a rigid specimen's nodes all move with the table. With a linear
+    finger the contact, too, is that of the undeformed shape.
+    """
+
+    def __init__(self, shape: Shape, rubbers: Sequence[Rubber]):
+        self.shape, self.rubbers = shape, tuple(rubbers)
+        along, outer, inner, deep = shape.cells
+        near = round(shape.near_share * along)
+        x = np.append(np.linspace(0, shape.near, near + 1), shape.near + (1 - shape.near) * _growing(along - near)[1:])
+        through = np.concatenate([1 - _growing(inner, 1.3)[::-1], np.linspace(1, 2, outer + 1)[1:]])
+        flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, APART + _growing(deep))
+        curved = MeshTri2.from_mesh(flat)
+        self.parameters = curved.doflocs
+        self.mesh = MeshTri2(shape.mapped(curved.doflocs), curved.t)
+        self.basis = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
+        height = self.parameters[1, self.basis.element_dofs].mean(axis=0)
+        self.layer = np.where(height > APART, SPECIMEN, np.where(height > 1, OUTER, INNER))
+        key = self.mesh.t * (SPECIMEN + 1) + self.layer
+        self.pressure_dofs = np.unique(key, return_inverse=True)[1].reshape(key.shape)
+        self.nodes, self.pressures = self.basis.N, int(self.pressure_dofs.max()) + 1
+
+    @property
+    def linear(self) -> bool:
+        """Whether the finger is at small strain."""
+        return self.rubbers[OUTER].linear
+
+    @property
+    def unknowns(self) -> int:
+        """Number of all unknowns, before boundary conditions are applied."""
+        return 2 * self.nodes + self.pressures
+
+    @cached_property
+    def table(self) -> np.ndarray:
+        """Displacement unknowns along z on the specimen's table, or of the whole specimen where it is rigid."""
+        y = self.parameters[1]
+        return 2 * np.flatnonzero(y >= APART if np.isinf(self.rubbers[SPECIMEN].modulus) else y == APART + 1) + 1
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Mask (unknowns,): base, bone and table are held, and the axis stays straight."""
+        x, y = self.parameters
+        free = np.ones((self.nodes, 2), dtype=bool)
+        free[(y == 0) | ((x == 1) & (y < APART))] = False
+        free[self.table // 2] = False
+        free[x == 0, 0] = False
+        return np.append(free.ravel(), np.ones(self.pressures, dtype=bool))
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """(unknowns,) by which unknowns are divided for a dimensionless norm: displacements in mm, pressures in moduli
+        of the finger."""
+        return np.repeat([1.0, self.rubbers[OUTER].modulus], [2 * self.nodes, self.pressures])
+
+    def edges(self, height: float) -> np.ndarray:
+        """(e, 3) nodes (end, end, middle) of the edges at a height of the parameters, ordered outwards."""
+        x, y = self.parameters
+        nodes = np.flatnonzero(np.isclose(y, height, rtol=0, atol=1e-12))
+        nodes = nodes[np.argsort(x[nodes])]
+        return np.column_stack([nodes[:-2:2], nodes[2::2], nodes[1::2]])
+
+    def displacement(self, unknowns: np.ndarray) -> np.ndarray:
+        """(nodes, 2) in mm."""
+        return unknowns[: 2 * self.nodes].reshape(-1, 2)
+
+    def forces(self, unknowns: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
+        """Internal forces (unknowns,) and tangent (symmetric), divided by 2 pi.
+
+        Raises `FloatingPointError` where a cell is turned inside out.
+        """
+        gradient = (self._strain @ unknowns[self._unknowns[:, None, :MOVES, None]])[..., 0]
+        pressure = unknowns[2 * self.nodes + self.pressure_dofs.T] @ self._hats
+        size = MOVES + CORNERS
+        local, blocks = np.zeros((len(gradient), size)), np.zeros((len(gradient), size, size))
+        for number, rubber in enumerate(self.rubbers):
+            cells = self.layer == number
+            if np.isinf(rubber.modulus):
+                blocks[cells, MOVES:, MOVES:] = np.eye(CORNERS)
+                continue
+            stress, tangent, volume, slope = rubber.response(gradient[cells], pressure[cells])
+            weights, strain = self._weights[cells], self._strain[cells]
+            hats = self._hats * weights[:, None, :]
+            rows = strain.reshape(len(strain), -1, MOVES)
+            stiff = (weights[..., None, None] * tangent @ strain).reshape(rows.shape)
+            blocks[cells, :MOVES, :MOVES] = rows.swapaxes(-1, -2) @ stiff
+            blocks[cells, MOVES:, :MOVES] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
+            blocks[cells, MOVES:, MOVES:] = -rubber.compressibility * (hats @ self._hats.T)
+            local[cells, :MOVES] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
+            volume = weights * (volume + rubber.compressibility * pressure[cells])
+            local[cells, MOVES:] = -volume @ self._hats.T
+        blocks[:, :MOVES, MOVES:] = blocks[:, MOVES:, :MOVES].swapaxes(-1, -2)
+        rows, columns = np.broadcast_arrays(self._unknowns[:, :, None], self._unknowns[:, None, :])
+        matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
+        return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix.tocsc()
+
+    @cached_property
+    def _strain(self) -> np.ndarray:
+        """(cells, q, 5, 12): displacement gradient, in the entries of `law`, by the displacements of a cell."""
+        values = [(np.asarray(f[0]), f[0].grad) for f in self.basis.basis]
+        radius = np.asarray(self.basis.global_coordinates())[0]
+        strain = np.zeros((*radius.shape, 3, 3, NODES, 2))
+        for node, (value, grad) in enumerate(values):
+            for component in range(2):
+                strain[..., component, :2, node, component] = np.moveaxis(grad, 0, -1)
+            strain[..., 2, 2, node, 0] = value / radius
+        return strain[..., ROW, COLUMN, :, :].reshape(*radius.shape, ENTRIES, MOVES)
+
+    @cached_property
+    def _weights(self) -> np.ndarray:
+        return np.asarray(self.basis.dx) * np.asarray(self.basis.global_coordinates())[0]
+
+    @cached_property
+    def _hats(self) -> np.ndarray:
+        """(3, q) values of the pressure's basis functions."""
+        pressure = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER)
+        return np.stack([np.asarray(f[0])[0] for f in pressure.basis])
+
+    @cached_property
+    def _unknowns(self) -> np.ndarray:
+        """(cells, 15) unknowns of each cell."""
+        displacements = (2 * self.basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(-1, MOVES)
+        return np.concatenate([displacements, 2 * self.nodes + self.pressure_dofs.T], axis=1)
+
+
+FINE = Shape(**GIVEN.fine)
+"""Cells with rings of 0.02 mm in the contact."""
+
+
+def quadratic(s: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Values and slopes (..., 3) on an edge, s from -1 to 1, of the functions of its (end, end, middle)."""
+    s = np.asarray(s)[..., None]
+    values = np.concatenate([s * (s - 1) / 2, s * (s + 1) / 2, 1 - s * s], axis=-1)
+    return values, np.concatenate([s - 0.5, s + 0.5, -2 * s], axis=-1)
+
+
+def _growing(cells: int, ratio: float = 1.2) -> np.ndarray:
+    """Points (cells + 1,) from 0 to 1 whose distances grow by `ratio`."""
+    return (ratio ** np.arange(cells + 1) - 1) / (ratio**cells - 1)

@@ -1,0 +1,277 @@
+"""Presses of `bodies` and what their gauges read: a path of rising indentation, and a linear contact of rings.
+
+`Path` holds all forces of one scene, at small or finite strain, with or without friction. `Rings` is the linear press
+without friction: the skin condensed to pressures that are linear between rings a twentieth of a millimetre apart, so
+that the contact's edge and its largest pressure can be read from a smooth profile.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+from scipy.sparse.linalg import splu
+
+from papilla.core.errors import SolverError
+from papilla.model.finger import Gauge
+from papilla.scenes import rules as parameters
+from papilla.references.axisymmetric.bodies import APART, Bodies, quadratic
+from papilla.references.axisymmetric.contact import Contact
+from papilla.core.units import TINY
+
+GIVEN = parameters.parameters(__name__)
+
+
+class Readout:
+    """Gauges, at ellipse parameters of the x-z section and along it, on the interface of `bodies`."""
+
+    def __init__(self, bodies: Bodies, gauges: Sequence[Gauge]):
+        self.linear, self.count = bodies.linear, len(gauges)
+        self.axes = np.array([bodies.shape.interface[0]] * 2 + [bodies.shape.interface[1]])
+        offsets, shares = np.polynomial.legendre.leggauss(3)
+        self.shares, ends, backings, self.outward, self.second = shares / 2, [], [], [], []
+        for gauge in gauges:
+            assert gauge.angle_deg is not None and not gauge.y_mm and not gauge.direction_deg
+            angle = np.radians(gauge.angle_deg)
+            site = self.axes * [np.sin(angle), 0, np.cos(angle)]
+            outward = site / self.axes**2
+            outward /= np.linalg.norm(outward)
+            frame = np.array([[outward[2], 0, -outward[0]], [0, 1, 0]])
+            half = np.array([-0.5, 0.5]) * gauge.length_mm
+            s, t = (part.ravel() for part in np.meshgrid(half, offsets * gauge.width_mm / 2, indexing="ij"))
+            ends.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
+            length, width = (
+                np.linspace(-size / 2, size / 2, n) for size, n in zip(gauge.backing_mm, GIVEN.grid, strict=True)
+            )
+            s, t = (part.ravel() for part in np.meshgrid(length, width, indexing="ij"))
+            backings.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
+            monomials = np.column_stack([np.ones_like(s), s, t, s * s, s * t, t * t])
+            self.second.append(2 * np.linalg.pinv(monomials)[3])
+            self.outward.append(outward)
+        self.ends = np.array(ends)
+        self.points = np.concatenate([*ends, *backings])
+        self.rows = self._interpolation(bodies)
+
+    def __call__(self, displacement: np.ndarray) -> np.ndarray:
+        """(2, g) strain and change of curvature (1/mm) at a displacement (nodes, 2) in mm."""
+        r, z = (self.rows @ displacement).T
+        there = np.column_stack([r[:, None] * self._outwards, z])
+        ends, backing = np.split(there, [self.count * 6])
+        line, change = (np.diff(part.reshape(-1, 2, 3, 3), axis=1)[:, 0] for part in (self.ends, ends))
+        length = np.linalg.norm(line, axis=-1)
+        moved = line + change
+        longer = (line * change).sum(axis=-1) / length if self.linear else np.linalg.norm(moved, axis=-1) - length
+        normal = np.einsum("gki,gi->gk", backing.reshape(self.count, -1, 3), self.outward)
+        return np.array([(longer / length) @ self.shares, (normal * self.second).sum(axis=1)])
+
+    def _on(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """Points (k, 3) moved along a direction onto the interface, near where they are."""
+        at, along = points / self.axes, direction / self.axes
+        a, b, c = along @ along, at @ along, (at**2).sum(axis=1) - 1
+        return points - (c / (b + np.sqrt(b * b - a * c)))[:, None] * direction
+
+    def _interpolation(self, bodies: Bodies) -> sp.csr_matrix:
+        """(points, nodes) values of a displacement at the points, turned into the half plane."""
+        radius = np.hypot(*self.points[:, :2].T)
+        self._outwards = self.points[:, :2] / np.maximum(radius, TINY)[:, None]
+        x = np.arctan2(radius / self.axes[0], self.points[:, 2] / self.axes[2]) * 2 / np.pi
+        edges = bodies.edges(1.0)
+        ends = bodies.parameters[0][edges[:, :2]]
+        mate = np.clip(np.searchsorted(ends[:, 1], x), 0, len(edges) - 1)
+        values = quadratic(2 * (x - ends[mate, 0]) / (ends[mate, 1] - ends[mate, 0]) - 1)[0]
+        rows = np.repeat(np.arange(len(x)), 3)
+        return sp.csr_matrix((values.ravel(), (rows, edges[mate].ravel())), shape=(len(x), bodies.nodes))
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Presses at rising indentation, k of them: indentation (k,) mm, force (k,) N, contact radius (k,) mm, the shear's
+    int q r dA (k,) in N mm, outwards on the skin, and strain and curvature change (1/mm) of g gauges (k, 2, g)."""
+
+    indentation: np.ndarray
+    force: np.ndarray
+    radius: np.ndarray
+    shear_moment: np.ndarray
+    values: np.ndarray
+
+    def at(self, force: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        """Indentation (...) and strain and curvature change (..., 2, g) at forces (N) within the path.
+
+        A cubic through the states over the root of the force.
+        """
+        columns = np.column_stack([self.indentation, self.values.reshape(len(self.force), -1)])
+        scale = np.append(0, np.cbrt(self.force))
+        found = CubicSpline(scale, np.concatenate([np.zeros((1, columns.shape[1])), columns]))(np.cbrt(force))
+        return found[..., 0], found[..., 1:].reshape(*found.shape[:-1], *self.values.shape[1:])
+
+
+def press_path(
+    bodies: Bodies,
+    gauges: Sequence[Gauge],
+    force: float,
+    friction: float = 0.0,
+    *,
+    first: float | None = None,
+    growth: float = GIVEN.growth,
+) -> Path:
+    """Press until a force (N) is passed, each indentation `growth` times the one before, from a `first` (mm) on.
+
+    Raises `SolverError` where steps of an eighth do not converge.
+    """
+    contact, readout = Contact(bodies, friction), Readout(bodies, gauges)
+    rows: list[tuple] = []
+    state = before = np.zeros(bodies.unknowns)
+    start = first or GIVEN.first * bodies.shape.outer[0]
+    past, now, aim = 0.0, 0.0, start
+    smallest = (growth - 1) / 8
+    while not rows or rows[-1][1] < force:
+        slope = (state - before) / (now - past) if now else np.zeros_like(state)
+        contact.expect(aim)
+        try:
+            found = _equilibrium(bodies, contact, state, slope * (aim - now), aim)
+            # Sticking of the first contact depends on the points that touch next: slip grows as the radius squared
+            while not now and contact.begin(found):
+                found = _equilibrium(bodies, contact, found, np.zeros_like(state), aim)
+        except SolverError:
+            if not now and aim < GIVEN.largest_first * start:
+                # A first contact of a few points may have no equilibrium: a slightly larger one has more points
+                contact, aim = Contact(bodies, friction), aim * growth
+                continue
+            if not now or aim - now < smallest * now:
+                raise
+            aim = (aim + now) / 2
+            continue
+        before, past, state, now = state, now, found, aim
+        contact.commit(state, now)
+        pushed = contact.forces(state)[0][1 : 2 * bodies.nodes : 2]
+        total = 2 * math.pi * abs(pushed[np.unique(contact.slave)].sum())
+        radius = contact.reference[contact.touches, 0].max(initial=0.0)
+        rows.append((now, total, radius, contact.shear_moment(state), readout(bodies.displacement(state))))
+        aim = now * growth
+    return Path(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -> np.ndarray:
+    """The state in equilibrium at an indentation of `depth` mm, by Newton steps from `state + ahead`: the state of the
+    step before and its expected change."""
+    free, scale = bodies.free, bodies.scale[bodies.free]
+    state, change, turning = state + ahead, ahead[free], False
+    for _ in range(GIVEN.max_steps):
+        try:
+            inside, tangent = bodies.forces(state)
+        except FloatingPointError:
+            change = change / 2
+            state[free] -= change
+            continue
+        # Far from equilibrium the pressure is much too large, and terms that turn with it would make cells unstable
+        push, stiffness = contact.forces(state, turning)
+        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY)
+        moved = -depth - state[bodies.table]
+        if contact.settled and not moved.any() and np.linalg.norm(residual) <= GIVEN.tolerance * size:
+            return state
+        turning = bool(np.linalg.norm(residual) < 0.3 * size)
+        whole = (tangent + stiffness).tocsc()
+        residual = residual + whole[:, bodies.table][free] @ moved
+        matrix = (sp.diags(scale) @ whole[:, free].tocsr()[free] @ sp.diags(scale)).tocsc()
+        # Off-diagonal pivots only below a thousandth: otherwise some factors fill tenfold
+        factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=1e-3, options={"SymmetricMode": True})
+        change = scale * factors.solve(-scale * residual)
+        state = state.copy()
+        state[free] += change
+        state[bodies.table] = -depth
+    raise SolverError(f"the axisymmetric press did not converge in {GIVEN.max_steps} steps at {depth:.3g} mm")
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Indentation (mm), area (mm2), peak pressure (MPa), and strain and curvature change (2, g) of the gauges."""
+
+    indentation: float
+    contact_area: float
+    peak_pressure: float
+    values: np.ndarray
+
+
+class Rings:
+    """The two linear bodies, factorised once; contact of any force is then a small problem."""
+
+    def __init__(self, bodies: Bodies, gauges: Sequence[Gauge]):
+        self.bodies, self.readout = bodies, Readout(bodies, gauges)
+        whole = bodies.forces(np.zeros(bodies.unknowns))[1]
+        scale = sp.diags(bodies.scale)
+        matrix = (scale @ whole @ scale).tocsc()[:, bodies.free].tocsr()[bodies.free].tocsc()
+        loads = self._loads()
+        self.response = np.zeros((bodies.unknowns, len(self.mass)))
+        free = bodies.scale[bodies.free, None]
+        self.response[bodies.free] = free * splu(matrix).solve(free * loads[bodies.free])
+        compliance = loads.T @ self.response
+        self.compliance = (compliance + compliance.T) / 2
+
+    def press(self, force: float) -> Found:
+        """The press by a force in N."""
+        pressure, indentation = self._contact(force / (2 * np.pi))
+        outermost = self.radius[pressure > 0].max()
+        inner, outer = (share * outermost for share in GIVEN.fitted)
+        near = (self.radius > inner) & (self.radius < outer)
+
+        def fit(edge):
+            height = np.maximum(1 - (self.radius[near] / edge) ** 2, 0)
+            columns = np.stack([height ** (k + 0.5) for k in range(GIVEN.terms)], axis=1)
+            return np.linalg.lstsq(columns, pressure[near], rcond=None)[1].sum()
+
+        edge = minimize_scalar(fit, bounds=[share * outermost for share in GIVEN.edge], method="bounded").x
+        inside = self.radius < GIVEN.middle * edge
+        middle = np.polynomial.Polynomial.fit((self.radius[inside] / edge) ** 2, pressure[inside], 2)
+        peak = float(middle(np.linspace(0, GIVEN.middle**2, GIVEN.middle_points)).max())
+        values = self.readout(self.bodies.displacement(self.response @ pressure))
+        return Found(indentation, float(np.pi * edge**2), peak, values)
+
+    def _contact(self, force: float) -> tuple[np.ndarray, float]:
+        """Pressures (n,) under a force over 2 pi, and the indentation (mm), by exchange of whole active sets."""
+        active = np.arange(len(self.mass)) < 8
+        for _ in range(100):
+            size = int(active.sum())
+            system = np.zeros((size + 1, size + 1))
+            system[:size, :size] = self.compliance[np.ix_(active, active)]
+            system[:size, size] = -self.mass[active]
+            system[size, :size] = self.mass[active]
+            found = np.linalg.solve(system, np.append(-self.gap[active], force))
+            pressure = np.zeros(len(active))
+            pressure[active] = found[:size]
+            apart = self.compliance @ pressure + self.gap - found[size] * self.mass
+            before, active = active, np.where(active, pressure > 0, apart < 0)
+            if (active == before).all():
+                return pressure, float(found[size])
+        raise SolverError(f"the rings' contact did not settle at {2 * np.pi * force:.3g} N")
+
+    def _loads(self) -> np.ndarray:
+        """(unknowns, n) of unit ring pressures on both bodies; and `radius`, `mass` and `gap` (n,), all over 2 pi."""
+        bodies = self.bodies
+        places = bodies.mesh.doflocs.T
+        edges, masters = bodies.edges(2.0), bodies.edges(APART)
+        edges = edges[places[edges[:, 1], 0] < GIVEN.reach * bodies.shape.outer[0]]
+        s, gauss = np.polynomial.legendre.leggauss(6)
+        hats = np.stack([1 - s, 1 + s]) / 2
+        shapes, slopes = quadratic(s)
+        radius, weights = (places[edges, 0] @ part.T for part in (shapes, slopes))
+        weights = weights * gauss * radius
+        outer, height = bodies.shape.outer
+        gap = height * (1 - np.sqrt(1 - (radius / outer) ** 2))
+        start, end = places[masters[:, 0], 0], places[masters[:, 1], 0]
+        mate = np.searchsorted(end, radius)
+        specimen = quadratic(2 * (radius - start[mate]) / (end - start)[mate] - 1)[0]
+        rings = np.append(edges[:, 0], edges[-1, 1])
+        loads, (self.mass, self.gap) = np.zeros((bodies.unknowns, len(rings))), np.zeros((2, len(rings)))
+        for k, hat in enumerate(hats):
+            ring = np.arange(len(edges)) + k
+            np.add.at(self.mass, ring, (weights * hat).sum(axis=1))
+            np.add.at(self.gap, ring, (weights * hat * gap).sum(axis=1))
+            for a in range(3):
+                np.add.at(loads, (2 * edges[:, a] + 1, ring), -(weights * hat * shapes[:, a]).sum(axis=1))
+                at = (2 * masters[mate, a] + 1, np.broadcast_to(ring[:, None], mate.shape))
+                np.add.at(loads, at, weights * hat * specimen[..., a])
+        self.radius = places[rings, 0]
+        return loads

@@ -1,5 +1,0 @@
-"""One press by other libraries, and its cost: FElupe and NGSolve on the same mesh, in the same run."""
-
-from papilla.studies.bench.peers.runner import PeerPress, missing_peers, run_peers
-
-__all__ = ["PeerPress", "missing_peers", "run_peers"]

@@ -1,0 +1,169 @@
+"""Hard cases: an answer within its stated error, or a clear refusal; never a silent wrong number.
+
+Up to nu = 0.5 exactly (no locking, no loss of digits, and a limit that is reached smoothly), contrasts of moduli, loads
+and places up to the finger's limits, and the two factorisations against each other.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from papilla.core.errors import ContactRangeError
+from papilla.fem import FingerModel, Press, ReducedFinger, press
+from papilla.fem.discrete.solver import factorise
+from papilla.fem.pressing.contact import OFF_APEX
+from papilla.model.finger import Finger, Layer
+from papilla.mesh import build
+from papilla.references import StackLayer, bonded_layer_sphere
+from papilla.model.specimen import HalfSpace, Specimen
+from papilla.scenes import rules as parameters
+from papilla.verify.case import Case
+from papilla.verify import bodies, finger
+from papilla.verify.bodies import BALL, BALL_RADIUS, compared, off
+from papilla.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, pressed_by, residual
+from papilla.verify.structured import cylinder
+from papilla.core.units import PER_CENT, gf_to_newton, to_microstrain
+
+GIVEN = parameters.parameters(__name__)
+LIMIT, ENGINES = GIVEN.incompressible, GIVEN.engines
+
+
+def contrast() -> Iterator[Case]:
+    """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
+    thickness, depth, nu, usual = GIVEN.thickness_mm, GIVEN.depth_mm, GIVEN.nu, bodies.GIVEN
+    for ratio in GIVEN.contrasts:
+        stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, 1 / ratio, nu)]
+        exact = bodies.stack_sphere(1.0, BALL_RADIUS, stack, None)
+        growth, chords = (usual.growth, bodies.FEW_CHORDS) if ratio <= 1 else (GIVEN.growth_on_hard, usual.chords)
+        layers = Layer(1.0, nu), Layer(1 / ratio, nu)
+        model = bodies.coated(*layers, thickness, depth, GIVEN.width_mm, ratio=growth, chords=chords)
+        found = press(model.reduce(), BALL, indentation=exact.indentation, fidelity="contact")
+        name = f"modulus contrast {ratio:g}"
+        against = "at given indentation, against integral transforms (second method)"
+        yield from compared(name, against, found, exact, force=GIVEN.force_bound, area=GIVEN.area_bound)
+        yield residual(name, model)
+
+
+def loads() -> Iterator[Case]:
+    """Specimens from 1 kPa to rigid, from 0.1 gf to the finger's limit: the default mesh compared with another of the
+    five."""
+    reduced, other = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
+    lightest, *_, heaviest = GIVEN.loads_gf
+    for modulus in GIVEN.moduli_MPa:
+        specimen = HalfSpace(modulus)
+        ours, theirs = ([_pressed(one, gf, specimen) for gf in GIVEN.loads_gf] for one in (reduced, other))
+        answers = [one for one in ours if isinstance(one, Press)]
+        pairs = [(one, two) for one, two in zip(ours, theirs, strict=True) if isinstance(two, Press)]
+        resolved = [(one.sd, two.sd) for one, two in pairs if isinstance(one, Press) and one.resolved]
+        name = f"half-space of {modulus:g} MPa, {lightest:g} to {heaviest:g} gf"
+        refused = len(ours) - len(answers)
+        counts = f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {refused} refused"
+        measure = f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)"
+        away = max((off(*sds) for sds in resolved), default=np.inf)
+        yield Case(f"{name}, S_d", measure, away, GIVEN.stated)
+        broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
+        measure = "worst of pressure, gap, product (exactly 0)"
+        yield Case(f"{name}, complementarity", measure, broken, GIVEN.complementarity)
+    light = press(reduced, BLOCK, force=gf_to_newton(lightest))
+    measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
+    away = off(light.sd / light.force, _point_load_sd(reduced))
+    yield Case(f"{lightest:g} gf, S_d per newton", measure, away, GIVEN.light_bound)
+
+
+def _pressed(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press | ContactRangeError:
+    """A press, or why it is refused."""
+    try:
+        return pressed_by(reduced, force_gf, specimen)
+    except ContactRangeError as error:
+        return error
+
+
+def _point_load_sd(reduced: ReducedFinger) -> float:
+    """S_d (microstrain) per newton of a point force at the apex, by one adjoint solve per gauge."""
+    model = default_model()
+    places, top = model.space.displacement.doflocs.T, model.mesh.points[:, 2].max()
+    apex = int(np.argmin(np.linalg.norm(places - [0, 0, top], axis=1)))
+    downwards = sum(-solution[apex, 2] for solution in finger.default_adjoints().values())
+    return float(to_microstrain(reduced.gains * downwards).std())
+
+
+def places() -> Iterator[Case]:
+    """Presses beside the apex up to the rim, each on two meshes; refusals and warnings must say so."""
+    default, at_places = Finger.default(), []
+    for variant in (0, 1):
+        model = FingerModel(replace(default, patch_radius=GIVEN.patch_mm), build(default, variant=variant))
+        reduced = [model.reduce(at) for at in GIVEN.places_mm]
+        at_places.append([(one, _pressed(one, GIVEN.place_gf)) for one in reduced])
+    for at, (here, found), (_, other) in zip(GIVEN.places_mm, *at_places, strict=True):
+        name = f"{GIVEN.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
+        if isinstance(found, ContactRangeError) or isinstance(other, ContactRangeError):
+            error = found if isinstance(found, ContactRangeError) else other
+            yield Case(name, f"refused: {error}", 0.0, 0.0)
+            continue
+        broken = max(*contact_residuals(here, BLOCK, found), found.force_balance)
+        measure = "worst of pressure, gap, product, force (exactly 0)"
+        yield Case(f"{name}, balance", measure, broken, GIVEN.complementarity)
+        away = bodies.apart(other.reading, found.reading)
+        said = f"{'resolved' if found.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
+        yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({said})", away, OFF_APEX)
+
+
+def incompressible() -> Iterator[Case]:
+    """A bonded layer against its exact solution, and the default finger against its own limit."""
+    yield from _bonded_layer()
+    yield from _finger()
+
+
+def _bonded_layer() -> Iterator[Case]:
+    """A layer between ball and table, whose response depends most on nu."""
+    modulus = LIMIT.modulus_MPa
+    thickness, indentation = bodies.at_unit_contact(LIMIT.chi, modulus)
+    ratios = []
+    for nu in LIMIT.poissons:
+        model = bodies.bonded_layer(Layer(modulus, nu), thickness)
+        found = press(model.reduce(), BALL, indentation=indentation, fidelity="contact")
+        exact = bonded_layer_sphere(indentation, BALL_RADIUS, thickness, modulus, nu)
+        ratios.append(found.force / exact.force)
+        name = f"bonded layer, nu {nu:g}"
+        against = "at given indentation, against the dual integral equation (exact solution)"
+        yield from compared(name, against, found, exact, force=GIVEN.force_bound)
+        yield residual(name, model)
+    measure = "rise of force over exact force above that at nu 0.49"
+    yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, LIMIT.even_bound)
+
+
+def _finger() -> Iterator[Case]:
+    base, readings = default_model(finger.COARSE_MM), []
+    outer, inner = base.finger.outer, base.finger.inner
+    for nu in LIMIT.poissons:
+        changed = replace(base.finger, outer=replace(outer, nu=nu), inner=replace(inner, nu=nu))
+        model = FingerModel(changed, base.mesh)
+        found = pressed_by(model.reduce(), LIMIT.firm_gf)
+        readings.append((found.sd, found.indentation))
+        yield residual(f"finger, nu {nu:g}", model)
+    # From nu = 0.4999 on, where the term in (1 - 2 nu)^2 is gone
+    changes = (np.array(readings) / readings[-1] - 1)[2:]
+    compressibility = 1 - 2 * np.array(LIMIT.poissons)[2:, None]
+    away = np.abs(changes - changes[0] / compressibility[0] * compressibility).max(axis=0)
+    for name, distance, kept in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
+        at = f"{name} at {LIMIT.firm_gf} gf"
+        measure = f"{at} from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
+        yield Case(f"finger, {name} smooth in nu", measure, float(distance), LIMIT.smooth_bound)
+        yield Case(f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(kept), LIMIT.even_bound)
+
+
+def engines() -> Iterator[Case]:
+    """Displacements of a bonded layer of two halves under random loads, rslab against SuperLU."""
+    radii, sheets = np.linspace(0, ENGINES.radius_mm, ENGINES.rings + 1), ENGINES.sheets
+    mesh = cylinder(radii, np.linspace(0, 1, sheets + 1), sheets // 2, sheets)
+    for nu, ratio in ENGINES.materials:
+        model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=ENGINES.interface_mm)
+        (free, factor), loads = model.factor(), finger.random_loads(model, 3, ENGINES.seed)
+        moved, pressures = (int(part.sum()) for part in np.split(free, [3 * model.space.nodes]))
+        ours, theirs = (
+            factorise(factor.matrix, pressures, engine=name).solve(loads)[:moved] for name in ("rslab", "superlu")
+        )
+        away = np.linalg.norm(ours - theirs, axis=0) / np.linalg.norm(theirs, axis=0)
+        name = f"rslab and SuperLU, nu {nu:g}, contrast {ratio:g}"
+        yield Case(name, "displacements under random loads, against each other", float(away.max()), ENGINES.agreement)

@@ -1,0 +1,55 @@
+"""Runs studies: named jobs, here or in other processes, with progress; results in the order of the jobs."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from papilla.core.memory import GIB, available_bytes
+from papilla.core.workers import workers
+
+Progress = Callable[[str, int, int], None]
+"""Takes the present job, the number of finished jobs, and the total."""
+
+LARGEST_JOB_GIB = 3.25
+"""Largest memory of one job of a study: 3.25 GB in a whole `papilla verify`."""
+MOST_PROCESSES = 2
+"""Largest number of jobs at once: more would wait for the memory bus."""
+
+
+def no_progress(line: str, done: int, total: int) -> None:
+    """Show nothing."""
+
+
+def run_jobs(
+    function: Callable[..., Any],
+    jobs: Mapping[str, tuple],
+    *,
+    processes: int = 1,
+    fresh: bool = False,
+    progress: Progress = no_progress,
+) -> Iterator[tuple[str, Any]]:
+    """Yield the name of each job with `function(*arguments, say)`, where `say` takes a line of progress.
+
+    processes : how many jobs run at once; 1 runs them in this process (see `papilla.core.workers`). fresh : a new process
+    for each job, so that what a job leaves in memory goes with it. Raises what the function raises.
+    """
+    done = 0
+
+    def say(line: str) -> None:
+        progress(line, done, len(jobs))
+
+    with workers(processes if len(jobs) > 1 else 1, say, fresh=fresh) as start:
+        results = {name: start(function, *arguments) for name, arguments in jobs.items()}
+        for name, result in results.items():
+            if processes < 2:
+                say(name)
+            found = result()
+            done += 1
+            yield name, found
+
+
+def fitting_processes() -> int:
+    """Number of jobs that this machine can run at once, by its cores and its free memory."""
+    free = available_bytes()
+    by_memory = MOST_PROCESSES if free is None else int(free / (LARGEST_JOB_GIB * GIB))
+    return max(1, min(MOST_PROCESSES, os.cpu_count() or 1, by_memory))

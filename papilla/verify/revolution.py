@@ -1,0 +1,77 @@
+"""Presses of a finger of revolution compared with the axisymmetric reference: linear presses, and the change by large
+strain."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
+from papilla.mesh import LayeredMesh, build
+from papilla.model.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.scenes import rules as parameters
+from papilla.verify.case import Case
+from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.presses import Rings, press_path
+from papilla.verify.bodies import off
+from papilla.core.units import gf_to_newton
+
+GIVEN = parameters.parameters(__name__)
+LINEAR = GIVEN.linear
+
+
+def revolution() -> Iterator[Case]:
+    """The default layers as a dome of revolution, on blocks from soft to rigid."""
+    yield from _linear(FingerModel(FINE.finger, build(FINE.finger)).reduce())
+    mesh = build(FINE.finger, size_mm=GIVEN.coarse_mm)
+    reduced = FingerModel(FINE.finger, mesh).reduce()
+    yield from _large_strain(mesh, press(reduced, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, fidelity="contact"))
+
+
+def _linear(reduced: ReducedFinger) -> Iterator[Case]:
+    for modulus in GIVEN.moduli_MPa:
+        rings = Rings(_bodies(FINE, modulus, linear=True), FINE.finger.gauges)
+        for force_gf in GIVEN.forces_gf:
+            force = gf_to_newton(force_gf)
+            exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
+            errors = {
+                "S_d": off(found.strain.std(), exact.values[0].std()),
+                "gauges": float(np.abs(found.strain / exact.values[0] - 1).max()),
+                "indentation": off(found.indentation, exact.indentation),
+                "contact area": off(found.contact_area, exact.contact_area),
+                "peak pressure": off(found.peak_pressure, exact.peak_pressure),
+            }
+            for name, error in errors.items():
+                case = f"{modulus:g} MPa, {force_gf} gf, {name}"
+                yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR[name])
+
+
+def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
+    """Changes from a linear press without friction, in which the elements' own errors cancel."""
+    before = _pressed(linear=True)
+    frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK, "stuck"))
+    for friction, name in frictions:
+        exact = _pressed(linear=False, friction=friction_coefficient(friction))
+        found = press_finite(FINE.finger, mesh, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, friction=friction)
+        changes = {
+            "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
+            "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
+        }
+        for quantity, change in changes.items():
+            measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), GIVEN.change[quantity])
+
+
+def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
+    """Indentation (mm) and S_d of the reference."""
+    path = press_path(_bodies(Shape(), GIVEN.pressed_MPa, linear), FINE.finger.gauges, GIVEN.pressed_N, friction)
+    indentation, values = path.at(GIVEN.pressed_N)
+    return float(indentation), float(values[0].std())
+
+
+def _bodies(shape: Shape, modulus: float, linear: bool) -> Bodies:
+    layers = [(layer.modulus, layer.nu) for layer in (shape.finger.outer, shape.finger.inner)]
+    return Bodies(shape, [Rubber(E, nu, linear) for E, nu in (*layers, (modulus, _block(modulus).nu))])
+
+
+def _block(modulus: float) -> Block:
+    return Block(modulus, THICKNESS_MM)

@@ -1,0 +1,181 @@
+"""2006 II, IV and 2011 Okamoto 3.2: effects of a press on the layered finger, and equations (6)-(8)."""
+
+import dataclasses
+import math
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from papilla import fem, mesh
+from papilla.model.finger import Finger
+from papilla.references import printed_area, shared_approach
+from papilla.model.specimen import Block, HalfSpace
+from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.scenes import by_factors, scene
+from papilla_papers.claims.signals import listed
+from papilla.core.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
+
+SCENE = scene("presses")
+RIGID_MPA: float = SCENE.rigid_MPa
+OFFSET_MM: float = SCENE.offset_mm
+GIVEN = SCENE.printed
+PRINTED_N = dict(zip(GIVEN.depths_mm, (*map(gf_to_newton, GIVEN.forces_gf), GIVEN.force_N), strict=True))
+MODULI = tuple(by_factors(SCENE.moduli.modulus_MPa).tolist())
+SPECIMENS: tuple[float, float, float] = SCENE.specimens_MPa
+SOFT, MIDDLE, HARD = SPECIMENS
+NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
+"""Names of the depths in findings."""
+
+
+def run(tell, cause: bool = True) -> dict:
+    """What a press does to the layered finger: readings, stress, contact area, and how the approach is shared.
+
+    The default finger is pressed on its reference mesh: on blocks of 0.02-20 MPa by 0.49 N, on the three published
+    specimens by 60 gf, and on a rigid flat to the printed depths, with a touch-down offset and without. Displacements
+    are recovered in the whole mesh at 1 and 2.5 mm, in the layered finger and in a homogeneous one of the mean modulus.
+    Equations (6)-(8) are compared with Hertz's contact and with half-spaces of 0.2 and 2 MPa at 0.1 N.
+    """
+    finger = Finger.default()
+    tell("the finger")
+    reduced = fem.prepare(finger)
+    force = gf_to_newton(SCENE.force_gf)
+    at_60 = {E: fem.press(reduced, _block(E if cause else MIDDLE), force=force) for E in SPECIMENS}
+    tell("presses over the modulus, the field inside, with layers and without")
+    return gathered(
+        lambda: _over_moduli(reduced, cause),
+        lambda: _three(at_60),
+        lambda: _depths(reduced),
+        lambda: _equations(reduced, cause),
+        lambda: _field(finger, reduced, cause),
+        _second_design,
+    )
+
+
+def _block(modulus: float) -> Block:
+    return Block(modulus, SCENE.thickness_mm)
+
+
+def _over_moduli(reduced, cause: bool) -> dict:
+    """Contact area, the finger's part of the indentation and S_d over the modulus."""
+    own = SCENE.moduli
+    table = [fem.press(reduced, _block(modulus if cause else MIDDLE), force=own.force_N) for modulus in MODULI]
+    some = slice(None, None, own.every)
+    area = np.array([one.contact_area for one in table])
+    gives = np.array([one.finger_indentation for one in table])
+    sd = np.array([one.sd for one in table])
+    return {
+        "sd": listed(sd[some], ".0f"),
+        "moduli": listed(MODULI[some], ".2g"),
+        "area": listed(area[some], ".0f"),
+        "area_falls": float(np.mean(np.diff(area / gives) < -own.falls)),
+        "area_first": area[0] / gives[0],
+        "area_last": area[-1] / gives[-1],
+        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > own.rises * sd.max() else 0.0,
+    }
+
+
+def _three(at_60) -> dict:
+    """The three published specimens under 60 gf."""
+    return {
+        "gauges": float(len(at_60[MIDDLE].reading)),
+        "readings": listed(PER_CENT * at_60[MIDDLE].strain, "+.2f"),
+        "softness_shows": at_60[HARD].sd / at_60[SOFT].sd,
+        "gain_low": at_60[MIDDLE].sd / at_60[SOFT].sd - 1,
+        "gain_high": at_60[HARD].sd / at_60[MIDDLE].sd - 1,
+        "peak_ratio": at_60[HARD].peak_pressure / at_60[SOFT].peak_pressure,
+    }
+
+
+def _depths(reduced) -> dict:
+    """Force (gf, N) at the printed depths on a rigid flat, with and without the offset, and with the offset that
+    follows from the other two points."""
+    values: dict[str, float] = {}
+
+    def force(depth: float) -> float:
+        return float(fem.press(reduced, HalfSpace(RIGID_MPA), indentation=max(depth, SCENE.least_depth_mm)).force)
+
+    for depth, name in zip(PRINTED_N, NAMES, strict=True):
+        others = [(d, np.log(p)) for d, p in PRINTED_N.items() if d != depth]
+        alone = minimize_scalar(
+            lambda offset, others=others: sum((np.log(force(d - offset)) - p) ** 2 for d, p in others),
+            bounds=SCENE.offsets_mm, method="bounded", options={"xatol": SCENE.offset_accuracy_mm},
+        ).x  # fmt: skip
+        shown = [force(depth - offset) * (newton_to_gf(1.0) if depth < 1 else 1.0) for offset in (OFFSET_MM, 0, alone)]
+        values |= zip((f"at_{name}", f"raw_{name}", f"at_{name}_alone"), map(float, shown), strict=True)
+    return values
+
+
+def _equations(reduced, cause: bool) -> dict:
+    """Equations (6)-(8) against Hertz and against finite elements."""
+    own = SCENE.equations
+    exact, moduli = shared_approach(own.force_N, own.radius_mm, *own.fingers_MPa), own.half_spaces_MPa
+    bodies = [HalfSpace(E) if cause else Block(E, own.without_cause_mm) for E in moduli]
+    presses = [fem.press(reduced, body, force=own.pressed_N, fidelity="contact") for body in bodies]
+    gives = [one.specimen_indentation * E / one.finger_indentation for one, E in zip(presses, moduli, strict=True)]
+    soft, middle, hard = (1 / (1 + own.fingers_MPa[0] / E) for E in own.trend_MPa)
+    bends = soft - 2 * middle + hard
+    return {
+        "area_ratio": printed_area(exact.first, exact.second, own.radius_mm) / exact.area,
+        "shared": gives[0] / gives[1],
+        "w_o": " and ".join(f"{one.specimen_indentation:.4f}" for one in presses),
+        "trend": math.copysign(1.0, own.printed) / math.copysign(1.0, bends),
+        "convex": 2 * own.printed,
+    }
+
+
+def _second_design() -> dict:
+    """The design of 2011 that ships."""
+    design = Finger.load("one-gauge")
+    return {"one_gauge": float(len(design.gauges)), "slab": design.name}
+
+
+def _field(finger: Finger, reduced, cause: bool) -> dict:
+    """Stress on the axis at 1 mm, and strains at 2.5 mm, with layers and in a homogeneous finger."""
+    modulus = 0.5 * (finger.outer.modulus + finger.inner.modulus)
+    plain = dataclasses.replace(
+        finger,
+        name="homogeneous",
+        outer=dataclasses.replace(finger.outer, modulus=modulus),
+        inner=dataclasses.replace(finger.inner, modulus=modulus),
+    )
+    built = mesh.build(finger)
+    counts = np.bincount(built.layer)
+    found: dict = {"layers": float((counts > 0).sum()), "tets": int(counts.sum())}
+    found["by_layer"] = " and ".join(str(count) for count in counts if count)
+    axes = {}
+    for name, design in (("layers", finger if cause else plain), ("plain", plain)):
+        model = fem.FingerModel(design, built)
+        own = reduced if design is finger else model.reduce()
+        moduli = np.where(built.layer == built.layer.max(), design.inner.modulus, design.outer.modulus)
+        press = fem.press(own, HalfSpace(RIGID_MPA), indentation=SCENE.field.indentation_mm, fidelity="contact")
+        axes[name] = _axis(built, fem.recover(model, own, press).strain, moduli)
+        deep = fem.press(own, HalfSpace(RIGID_MPA), indentation=SCENE.field.deep_mm, fidelity="contact")
+        strain = fem.recover(model, own, deep).strain
+        outer = built.layer == built.layer.min()
+        found[f"strain_{name}"] = float(np.abs(np.linalg.eigvalsh(strain[outer])).max())
+        found[f"gauge_{name}"] = float(np.abs(deep.strain).max())
+    near_it, middle, under = axes["layers"]
+    plain_near, plain_middle, _ = axes["plain"]
+    return found | {
+        "just_above": near_it,
+        "mid_skin": middle,
+        "below_it": under,
+        "concentration": near_it / middle,
+        "plain_ratio": plain_near / plain_middle,
+        "protected": found["strain_layers"] / found["strain_plain"],
+    }
+
+
+def _axis(built, strain: np.ndarray, moduli: np.ndarray) -> tuple[float, float, float]:
+    """Von Mises stress (kPa) on the axis: just above the boundary, in the middle of the skin, and its maximum below
+    the boundary."""
+    centre = built.points[built.tets].mean(axis=1)
+    identity = np.eye(strain.shape[1])
+    deviator = strain - np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity / len(identity)
+    mises = KPA_PER_MPA * moduli * np.sqrt(2 / len(identity) * (deviator**2).sum(axis=(1, 2)))
+    own, axis = SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < SCENE.field.axis_mm
+    outer, z = built.layer == built.layer.min(), centre[:, 2]
+    low, high = own.mid_skin_mm
+    parts = (outer & (z < own.just_above_mm), outer & (z > low) & (z < high), ~outer & (z > own.below_mm))
+    above_it, middle, below_it = (mises[axis & part] for part in parts)
+    return float(above_it.mean()), float(middle.mean()), float(below_it.max())

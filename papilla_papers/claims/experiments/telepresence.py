@@ -1,0 +1,215 @@
+"""2007 and 2011 Okamoto: roughness at a distance, by a local model at the hand or by direct feedback."""
+
+import math
+
+import numpy as np
+
+from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.scenes import scene
+from papilla_papers.claims.signals import listed
+from papilla_papers.telepresence import DELAY, NOTICED_MS, TESTS_MM, beside_each_other, experiments_2011
+from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
+from papilla.telepresence.actuator import PIEZO
+from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, Measured, PowerCurve
+from papilla.telepresence.loop import run as run_loop
+from papilla.telepresence.messages import Parameters
+from papilla.telepresence.motion import HAND_HZ, RATE_HZ
+from papilla.telepresence.record import Record
+from papilla.telepresence.touch import GratingTexture
+from papilla.core.units import MS_PER_S
+
+SCENE = scene("telepresence")
+
+
+def run(tell, cause: bool = True) -> dict:
+    """Roughness at a distance: a local model against direct feedback, over delayed links.
+
+    The loop of hand, uplink, sensor, downlink and display runs over a grating of 1.2 mm, with 60 ms each way, with one
+    way alone, and with half of all datagrams lost. Two gratings side by side are crossed five times. What the four
+    conditions of 2011 displayed is compared: wavelength over the hand's own path, lag, amplitude.
+    """
+    tell("the loop")
+    delayed = _loop(cause, seconds=SCENE.long_s, both_ways=True)
+    values = gathered(lambda: _machines(delayed, cause), _display, _links, _amplitudes)
+    tell("side by side")
+    values |= gathered(lambda: _borders(cause))
+    tell("experiments of 2011")
+    return values | gathered(lambda: _displayed(tell, cause))
+
+
+def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> Record:
+    """The loop over a grating of 1.2 mm, whose signal is far above the noise or, if not `strong`, far below it.
+
+    both_ways : half of the round trip each way.
+    """
+    way = LinkModel(one_way_ms=SCENE.trip_ms / 2)
+    links = {"uplink": way, "downlink": way} if both_ways else links
+    texture = GratingTexture(SCENE.wavelength_mm, SCENE.microstrain if strong else SCENE.faint_microstrain)
+    return run_loop(Set(texture, seconds=seconds, **links))
+
+
+def _machines(delayed: Record, cause: bool) -> dict:
+    """The displayed and sent signals of the loop, and their delays."""
+    way = LinkModel(one_way_ms=SCENE.trip_ms / 2)
+    up = _loop(uplink=way if cause else LinkModel())
+    lossy = _loop(cause, seconds=SCENE.long_s, downlink=LinkModel(loss=SCENE.loss))
+    near_by = _loop(uplink=LinkModel() if cause else way)
+    felt, uncertain = delayed.felt("local"), lossy.felt("local")
+    sent = delayed.wavelength_mm[delayed.judged]
+    sent = sent[np.isfinite(sent)]
+    fields = {"modulus", "mu_kinetic", "area"} & set(Parameters.__struct_fields__)
+    return {
+        "parts": float(np.isfinite([felt.error, delayed.lag_ms("local"), delayed.lag_ms("direct")]).sum()),
+        "local_error": felt.error,
+        "lossy_error": uncertain.error,
+        "lossy_alive": 1 - uncertain.silent,
+        "local_lag": abs(delayed.lag_ms("local") if cause else _loop(both_ways=True).lag_ms("direct")),
+        "direct_lag": (delayed if cause else _loop()).lag_ms("direct"),
+        "one_way": up.lag_ms("direct"),
+        "slave_ms": near_by.late_ms,
+        "trip": delayed.late_ms,
+        "sent_mm": float(np.median(sent)) if sent.size else math.nan,
+        "bytes_ratio": delayed.bytes_per_s["direct"] / delayed.bytes_per_s["local"],
+        "bytes_words": ", ".join(f"{name} {value:.0f} bytes a second" for name, value in delayed.bytes_per_s.items()),
+        "area": float("area" in fields),
+        "fields": float(len(fields)),
+    }
+
+
+def _borders(cause: bool) -> dict:
+    """Two gratings side by side. Messages are 20 ms and searches some 60 ms apart, so one crossing gives the difference
+    with an error of 100 ms."""
+    borders = [
+        beside_each_other(round_trip_ms=SCENE.trip_ms * cause, speed_mm_s=speed, seed=seed)
+        for seed, speed in enumerate(SCENE.crossed_mm_s)
+    ]
+    return {
+        "change_local": borders[-1].change_ms["local"],
+        "change_direct": borders[-1].change_ms["direct"],
+        "change_here": float(np.median([own.without_link_ms for own in borders])),
+        "change_late": float(np.median([own.change_ms["local"] - own.without_link_ms for own in borders])),
+    }
+
+
+def _displayed(tell, cause: bool) -> dict:
+    """The four conditions of 2011: whether two displays of one texture agree, which one is late, and where the
+    amplitude is largest."""
+    curve = read_curve()
+    if not cause:
+        curve = PowerCurve(curve.wavelength_mm, tuple(1.0 for _ in curve.power))
+    found = experiments_2011(
+        curve=curve,
+        seconds=SCENE.displayed_s,
+        progress=lambda done, total: tell(f"experiments of 2011, {done} of {total}"),
+    )
+    direct, local, direct_late, local_late = found.values()
+    by_direct = np.roll(direct.felt_mm, 0 if cause else 1)
+    alike = np.abs(by_direct - local.felt_mm) <= SCENE.same_mm
+    slopes = [float(np.polyfit(TESTS_MM, felt, 1)[0]) for felt in (by_direct, local.felt_mm)]
+    late = [(direct_late if cause else direct).lag_ms > NOTICED_MS, np.abs(local_late.lag_ms) < NOTICED_MS]
+    shown = local.amplitude_um
+    inside = [k for k in range(1, len(shown) - 1) if shown[k] > max(shown[k - 1], shown[k + 1]) * SCENE.stands_out]
+    return {
+        "alike": float(np.mean(alike)),
+        "felt_mm": ", ".join(
+            f"{one:.2f} and {other:.2f}" for one, other in zip(direct.felt_mm, local.felt_mm, strict=True)
+        ),
+        "trend": max(slopes, key=lambda slope: abs(slope - 1)),
+        "late": float(np.mean(late)),
+        "lags_ms": f"{np.median(direct_late.lag_ms):.0f} and {np.median(np.abs(local_late.lag_ms)):.1f}",
+        "peak_mm": TESTS_MM[max(inside, key=lambda k: shown[k])] if inside else math.nan,
+        "shown_um": listed(shown, ".1f"),
+    }
+
+
+def _explained(signal: np.ndarray, columns: list[np.ndarray]) -> float:
+    """Share of the variance of a signal (n,) that columns explain."""
+    table = np.column_stack(columns)
+    left = signal - table @ np.linalg.lstsq(table, signal, rcond=None)[0]
+    return 1 - float(left.var() / signal.var())
+
+
+def _shown(model: LocalModel, components: tuple[Component, ...], force: float = SCENE.model.force_N):
+    """Places (n,) and displacement (n,) of a model during the last of 2 s at a constant speed."""
+    own, shown = SCENE.model, []
+    time = np.arange(own.samples) / RATE_HZ
+    for row, now in enumerate(time.tolist()):
+        if row % own.moves_every == 0:
+            model.move(now, own.speed_mm_s * now, force)
+        if row % own.learns_every == 0:
+            model.learn(now, components)
+        shown.append(model.update(now).displacement_um)
+    return own.speed_mm_s * time[own.first_sample :], np.array(shown[own.first_sample :])
+
+
+def _display() -> dict:
+    """The output of the local model: its frequency, its waveform, and its silence under a large force."""
+    values, own, slow = {}, SCENE.display, icpf(SCENE.display.icpf_um)
+    for name, actuator in (("stimulus", PIEZO), ("stimulus_icpf", slow)):
+        _, shown = _shown(LocalModel(actuator), (Component(*own.stimulus),))
+        spectrum = np.abs(np.fft.rfft(shown - shown.mean()))
+        values[name] = float(np.argmax(spectrum) * RATE_HZ / len(shown))
+    one, other = Component(*own.one), Component(*own.other)
+    place, shown = _shown(LocalModel(), (one,))
+    both_at, both = _shown(LocalModel(components=2), (one, other))
+    lines = [_waves(both_at, mm) for mm, _ in (own.one, own.other)]
+    each = [_explained(both, one) for one in lines]
+    forces = np.arange(own.forces_N["from"], own.forces_N.to, own.forces_N.step)
+    silent = [force for force in forces.tolist() if _is_silent(force)]
+    frequencies = np.arange(own.frequencies_Hz["from"], own.frequencies_Hz.to)
+    passed = np.array([slow.passed(float(one), own.icpf_band_Hz) for one in frequencies])
+    piezo = zip(("at_310", "at_200", "at_290"), map(PIEZO.response, own.piezo_Hz), strict=True)
+    return (
+        values
+        | dict(piezo)
+        | {
+            "sine_share": _explained(shown, _waves(place, own.one[0])),
+            "two_lines": float(sum(share > own.present for share in each)),
+            "two_share": _explained(both, lines[0] + lines[1]),
+            "force_limit": min(silent, default=math.nan),
+            "icpf_Hz": float(frequencies[int(np.argmin(np.abs(passed - 0.5)))]),
+            "stroke": PIEZO.stroke_um,
+            "volts": PIEZO.drive_V,
+            "hand_Hz": HAND_HZ,
+            "rate_Hz": RATE_HZ,
+            "fine": PIEZO.passed(own.fine_Hz, PIEZO.band_Hz),
+        }
+    )
+
+
+def _waves(place: np.ndarray, wavelength_mm: float) -> list[np.ndarray]:
+    return [wave(2 * np.pi * place / wavelength_mm) for wave in (np.sin, np.cos)]
+
+
+def _is_silent(force: float) -> bool:
+    _, shown = _shown(LocalModel(), (Component(*SCENE.display.one),), force=force)
+    return not shown[-SCENE.display.last_samples :].any()
+
+
+def _links() -> dict:
+    """The drawn delays, and the order in which datagrams arrive."""
+    own = SCENE.links
+    link, order = Link(DELAY, own.seed), Link(DELAY, own.order_seed)
+    drawn = MS_PER_S * np.array([link.one_way_s(own.every_s * k + own.offset_s) for k in range(own.draws)])
+    for row in range(own.datagrams):
+        order.send(row / RATE_HZ, row, own.size)
+    arrived = [one.content for one in order.receive(own.until_s)]
+    out = sum(b < a for a, b in zip(arrived, arrived[1:], strict=False))
+    return {"delay_mean": drawn.mean(), "delay_sd": drawn.std(), "in_order": f"{out} of {len(arrived)} out"}
+
+
+def _amplitudes() -> dict:
+    """Equations (9) and (11)."""
+    curve, own = read_curve(), SCENE.amplitudes
+    places = np.linspace(*curve.fit.wavelength_mm, own.places)
+    printed = FromWavelength(curve, own.B, as_printed=True)
+    largest = max(printed(float(one)) for one in places)
+    one, other = own.wavelengths_mm
+    amplitude = 0.5 * math.log(curve(other) / curve(one))
+    return {
+        "direct_gain": Measured()(1.0, 1.0) / AMPLIFIER_V_PER_MICROSTRAIN,
+        "amplifier": AMPLIFIER_V_PER_MICROSTRAIN,
+        "a_over_B": largest / own.B,
+        "B_peak": 2 * largest,
+        "exponent": math.log(printed(other) / printed(one)) / amplitude,
+    }

@@ -1,0 +1,50 @@
+"""`papilla figures`: the papers' figures, computed."""
+
+from pathlib import Path
+from time import perf_counter
+
+from papilla.cli.options import option
+from papilla.cli.output import Answer, progress, tell
+
+
+def figures(
+    paper: str = option("", "Only this paper's, such as 2006; all without it.", metavar="NAME"),
+    out: Path = option(Path("figures"), "Folder for the page, and an SVG and a CSV file a figure."),
+) -> Answer:
+    """Compute the figures and tables of the papers, each with the printed values as points and its data as CSV.
+
+    The first run takes some minutes; results are kept, so the next one takes seconds.
+    """
+    from papilla.core.files import check_writable
+    from papilla_papers.figures.runner import chosen, write
+    from papilla_papers.figures.runner import figures as compute
+    from papilla.verify.jobs import fitting_processes
+
+    began = perf_counter()
+    chosen(paper)
+    check_writable(out)
+    with progress() as shown:
+        made = compute(paper, processes=fitting_processes(), progress=shown.stage)
+    seconds = perf_counter() - began
+    paths = write(out, made, seconds)
+    rows = [
+        {
+            "paper": one.paper,
+            "name": one.figure.name,
+            "title": one.figure.title,
+            "found": one.picture.found,
+            "claims": list(one.figure.claims),
+            "svg": str(paths[f"{one.stem}.svg"]),
+            "csv": str(paths[f"{one.stem}.csv"]),
+        }
+        for one in made
+    ]
+
+    def show() -> None:
+        for row in rows:
+            tell(f"{row['paper']} {row['name']}: {row['title']}")
+            if row["found"]:
+                tell(f"    {row['found']}")
+        tell(f"{len(made)} figures in {seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
+
+    return Answer({"figures": rows, "page": str(paths["page"])}, show)

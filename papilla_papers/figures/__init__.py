@@ -1,0 +1,10 @@
+"""`papilla figures`: the figures and tables of the papers, computed, with the printed values as points.
+
+>>> made = papilla_papers.figures.figures("2006")
+>>> papilla_papers.figures.write(Path("figures"), made)
+"""
+
+from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture, Shade, Table
+from papilla_papers.figures.runner import PAPERS, Made, figures, write
+
+__all__ = ["PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "Shade", "Table", "figures", "write"]
