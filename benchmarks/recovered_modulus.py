@@ -10,7 +10,7 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.calibration.fitting.job import calibrate_finger
+from papilla.identification.bench import calibrate
 from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
@@ -37,7 +37,7 @@ def truths(meshes, moduli, forces):
 def main(moduli: int = 12, forces: int = 5, draws: int = 20, finger: str = "default") -> None:
     """Calibrate a finger (a design file or one that ships), press, feel, invert, and print."""
     design, random = Finger.load(finger), np.random.default_rng(20)
-    calibration = calibrate_finger(design).calibration
+    calibration = calibrate(design).calibration
     true_MPa, loads = np.geomspace(*CHECKED_MODULUS_MPA, moduli), np.geomspace(*CHECKED_FORCE_N, forces)
     readings = truths([fem.prepare(design, variant=variant) for variant in MESHES], true_MPa.tolist(), loads.tolist())
     felt = readings[..., None, :] + GAUGE_NOISE * random.normal(size=(*readings.shape[:-1], draws, 5))

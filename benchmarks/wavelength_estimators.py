@@ -1,4 +1,4 @@
-"""Scenes and estimators of `papilla bench --estimators` by parts of their names, for whoever tunes one.
+"""Scenes and estimators of `estimator_comparison.py` by parts of their names, for whoever tunes one.
 
 Run with `python benchmarks/wavelength_estimators.py --scenes hum late --methods pipeline --seeds 1 2 3`: seeds below
 100 are for tuning, from 100 on every parameter of a scene is drawn.
@@ -6,8 +6,12 @@ Run with `python benchmarks/wavelength_estimators.py --scenes hum late --methods
 
 import argparse
 
-from papilla.cli.bench import print_scenes
-from benchmarks.estimators.comparison import LONG, Plan, compare
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[1]))
+from benchmarks.estimator_comparison import print_scenes  # noqa: E402
+from benchmarks.estimators.comparison import LONG, Plan, compare  # noqa: E402
 
 
 def main() -> None:

@@ -1,27 +1,41 @@
-"""The curated names of papilla and the module that defines each."""
+"""The rooms and the curated names of papilla, and the module that defines each."""
 
-from . import calibrate as calibrate
-from . import errors as errors
+from . import calibration as calibration
+from . import core as core
+from . import design as design
 from . import estimators as estimators
 from . import fem as fem
+from . import identification as identification
+from . import logs as logs
 from . import mesh as mesh
+from . import model as model
 from . import references as references
-from . import units as units
+from . import scenes as scenes
+from . import telepresence as telepresence
+from . import verify as verify
 from . import view as view
-from .calibration import Calibration as Calibration
-from .errors import PapillaError as PapillaError
-from .finger import Dome as Dome
-from .finger import Finger as Finger
-from .finger import Gauge as Gauge
-from .finger import Layer as Layer
-from .finger import Slab as Slab
-from .finger import Surfaces as Surfaces
+from .calibration.record import Calibration as Calibration
+from .core import errors as errors
+from .core import units as units
+from .core.errors import PapillaError as PapillaError
 from .logs import read_presses as read_presses
 from .logs import read_time_log as read_time_log
-from .materials import Ogden as Ogden
-from .specimen import Block as Block
-from .specimen import Grating as Grating
-from .specimen import HalfSpace as HalfSpace
-from .specimen import Sphere as Sphere
+from .model import specimen as specimen
+from .model.finger import Finger as Finger
+from .model.materials import NeoHookean as NeoHookean
+from .model.materials import Ogden as Ogden
+from .model.materials import Yeoh as Yeoh
+from .model.parts import Dome as Dome
+from .model.parts import Gauge as Gauge
+from .model.parts import Layer as Layer
+from .model.parts import Slab as Slab
+from .model.parts import Surfaces as Surfaces
+from .model.specimen import Block as Block
+from .model.specimen import Grating as Grating
+from .model.specimen import HalfSpace as HalfSpace
+from .model.specimen import Sphere as Sphere
+from .verbs import calibrate as calibrate
+from .verbs import identify as identify
+from .verbs import press as press
 
 __version__: str

@@ -1,1 +1,4 @@
-"""Studies of papilla itself: verification against exact answers and hard cases."""
+"""The papers behind papilla: their methods as printed, their claims and their figures.
+
+This package imports papilla, never the reverse. Its commands and its methods of softness reach papilla by entry points.
+"""

@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla.core.errors import InputError
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from benchmarks.estimators.methods import LONG_MM, METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.scenes.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, Scene, scene
 from papilla.verify.jobs import run_jobs
 from papilla.core.units import PER_CENT, US_PER_S
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ import numpy as np
 
 from papilla.calibration import Calibration
 from papilla.estimators import Pipeline
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.scenes.scenes import scene
 from papilla.core.units import US_PER_S
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}
 OUTPUTS = {
     "frequency, no velocity": (),

@@ -17,10 +17,10 @@ import numpy as np
 from papilla.core.errors import InputError
 from papilla.estimators import ChirpTracker, Pipeline
 from papilla_papers.methods import roughness
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.core.units import TINY
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 LOW_MM, HIGH_MM = GIVEN.low_mm, GIVEN.high_mm
 GRID_MM = LOW_MM / GIVEN.cells
 SHORT_MM, LONG_MM, LEAST_MM = GIVEN.short_mm, GIVEN.long_mm, GIVEN.least_mm

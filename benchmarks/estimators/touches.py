@@ -22,9 +22,9 @@ from papilla.fem import prepare
 from papilla.model.finger import Finger
 from papilla.references.bounds import modulus_bound
 from papilla.model.specimen import STICK, THICKNESS_MM, Block
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}
 AIR, TOUCHED, RATE_HZ = GIVEN.air, GIVEN.touched, GIVEN.rate_Hz
 Disturbance = Callable[[np.random.Generator, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]

@@ -174,13 +174,14 @@ def _calibrated(
     table: dict[str, Any],
 ) -> "Calibrated":
     """The calibration of a design, or of the finger that made the presses of a log."""
-    from papilla.calibration.fitting import job
+    from papilla.identification.bench import calibrate as calibrate_design
+    from papilla.identification.bench import calibrate_bench
 
     how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES, **table}
     how |= {"progress": shown.line, "steps": shown.steps}
     if log is None:
-        return job.calibrate_finger(design, **how)
-    return job.calibrate_bench(log, design, **how)
+        return calibrate_design(design, **how)
+    return calibrate_bench(log, design, **how)
 
 
 def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: Progress) -> None:

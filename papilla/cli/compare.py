@@ -8,7 +8,7 @@ from papilla.cli.options import PROCESSES, FrictionOption, argument, option, rea
 from papilla.cli.output import Answer, progress, show_rows, tell
 
 if TYPE_CHECKING:
-    from papilla.identification.compare import Comparison
+    from papilla.identification.comparison import Comparison
 
 
 def compare(
@@ -29,8 +29,8 @@ def compare(
     """
     rubbing = read_friction(friction)
     written = [path for path in (html, csv) if path is not None]
-    from papilla.identification.compare import candidate
-    from papilla.identification.compare import compare as side_by_side
+    from papilla.identification.comparison import candidate
+    from papilla.identification.comparison import compare as side_by_side
     from papilla.model.finger import Finger
 
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
@@ -40,7 +40,7 @@ def compare(
         found = [candidate(one, **how) for one in candidates]
         comparison = side_by_side(found, shown.line)
         if written:
-            from papilla.identification.compare import write_comparison, write_comparison_table
+            from papilla.identification.comparison import write_comparison, write_comparison_table
 
             if html is not None:
                 write_comparison(html, comparison, found)

@@ -221,7 +221,7 @@ class DepthModulus:
     """
 
     def __init__(self, calibration: Path | None, recorded: "TimeLogFile", pipeline: "Pipeline"):
-        from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
+        from papilla.estimators.methods import depth_method
         from papilla.logs import read_presses
 
         if calibration is None or "force_N" not in recorded.optional:
@@ -229,12 +229,8 @@ class DepthModulus:
         sweep = read_presses(calibration.with_name(SWEEP))
         if sweep.indentation_mm is None:
             raise InputError(f"{calibration.with_name(SWEEP)} has no column indentation_mm")
-        self._model = ForceDepth(sweep.force_N, sweep.modulus_MPa, sweep.indentation_mm)
-        floor = DepthErrors()
-        self._errors = DepthErrors(
-            depth_mm=max(recorded.noise["indentation_mm"], floor.depth_mm),
-            force_N=max(recorded.noise["force_N"], floor.force_N),
-        )
+        self._model = depth_method("force-depth", sweep.force_N, sweep.modulus_MPa, sweep.indentation_mm)
+        self._errors = self._model.errors_of(recorded.noise["indentation_mm"], recorded.noise["force_N"])
         names = ("t_s", *recorded.gauge_names, *recorded.optional)
         self._force, self._depth = names.index("force_N"), names.index("indentation_mm")
         self._legend = pipeline.legend["modulus"]

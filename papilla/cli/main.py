@@ -7,6 +7,8 @@ import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from importlib.metadata import entry_points
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +21,13 @@ from papilla.cli.design import design
 from papilla.cli.doctor import doctor
 from papilla.cli.estimate import estimate
 from papilla.cli.export_c import export_c
-from papilla_papers.cli.figures import figures
 from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
 from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, Answer, plain
 from papilla.cli.press import press
-from papilla_papers.cli.reproduce import reproduce
 from papilla.cli.slide import slide
-from papilla.telepresence.cli.commands import simulate
-from papilla.telepresence.cli.ends import display, sensor
 from papilla.cli.texture import classify, train
 from papilla.cli.verify import verify
 from papilla.cli.view import view
@@ -61,25 +59,34 @@ COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
         doctor,
         verify,
         bench,
-        reproduce,
-        figures,
     ),
     "log": (map_log,),
     "texture": (train, classify),
-    "telepresence": (simulate, sensor, display),
 }
+"""Commands of this room by their group, those without a group first."""
 HELP = {
     "log": "Logs of other programs: what their columns are.",
     "texture": "Classify textures: train on logs of known ones, classify others.",
-    "telepresence": "Remote touch over a delayed link: parameters of a texture are sent, not its signal; the display "
-    "synthesises the touch.",
 }
+BROUGHT = "papilla.commands"
+"""Group of entry points by which other rooms and packages bring commands: each names an object with `GROUP` ("" for
+none), `HELP` of the group and `COMMANDS`, a tuple of functions."""
+
+
+def _add(group: str, help_: str, commands: tuple[Callable[..., Answer | None], ...]) -> None:
+    """Add commands to `papilla`, or to a group of it."""
+    target = typer.Typer(help=help_, no_args_is_help=True) if group else app
+    for command in commands:
+        target.command()(grouped(command))
+    if group:
+        app.add_typer(target, name=group)
+
+
 for _name, _commands in COMMANDS.items():
-    _group = typer.Typer(help=HELP[_name], no_args_is_help=True) if _name else app
-    for _command in _commands:
-        _group.command()(grouped(_command))
-    if _name:
-        app.add_typer(_group, name=_name)
+    _add(_name, HELP.get(_name, ""), _commands)
+for _entry in sorted(entry_points(group=BROUGHT), key=attrgetter("name")):
+    _more = _entry.load()
+    _add(_more.GROUP, _more.HELP, _more.COMMANDS)
 
 
 def _show_version(wanted: bool) -> None:

@@ -23,7 +23,11 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         home = homes[name]
-        value = import_module(f".{name}", package) if home == "." else getattr(import_module(home, package), name)
+        module = f"{home.removesuffix('.')}.{name}"
+        try:
+            value = import_module(module, package) if home == "." else getattr(import_module(home, package), name)
+        except AttributeError:
+            value = import_module(module, package)  # A module of a room, as `papilla.errors`
         setattr(sys.modules[package], name, value)
         return value
 

@@ -54,7 +54,9 @@ pytetwild is not among them: it only makes meshes, and results depend on the con
 PRIVATE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
 """Permissions of an entry and of its folder: the user's alone."""
 
-_ROOT = Path(__file__).parent
+_ROOT = Path(__file__).parents[2]
+_PACKAGES = ("papilla", "papilla_papers")
+"""The packages whose code is hashed, and the folder in which they stand."""
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -274,15 +276,16 @@ def _is_text(line: ast.AST) -> bool:
 
 def _file(module: str) -> str | None:
     """The file of a papilla module; None for any other name, and for papilla itself, which has no code."""
-    inside = module.removeprefix("papilla.").replace(".", "/")
-    named = (f"{inside}.py", f"{inside}/__init__.py") if module.startswith("papilla.") else ()
+    inside = module.replace(".", "/")
+    named = (f"{inside}.py", f"{inside}/__init__.py") if module != "papilla" else ()
     return next((file for file in named if file in _sources()), None)
 
 
 @cache
 def _sources() -> dict[str, str]:
-    """Hash of each file of papilla's code, by its path in the package."""
-    files = sorted([*_ROOT.rglob("*.py"), *_ROOT.rglob("*.pyi")])
+    """Hash of each file of papilla's code, by its path."""
+    folders = [_ROOT / name for name in _PACKAGES]
+    files = sorted(file for folder in folders for kind in ("*.py", "*.pyi") for file in folder.rglob(kind))
     return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 

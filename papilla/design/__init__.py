@@ -3,4 +3,10 @@
 Shapes are the outer sample: each is a mapped mesh that is reduced for several ratios of the layers' moduli
 (`geometry`). Moduli, places of gauges, gains and levers then need only arithmetic on these results (`places`,
 `in_scene`).
+
+Names are imported on first use.
 """
+
+from papilla.core._lazy import attach as _attach
+
+__getattr__, __dir__, __all__ = _attach(__name__, __file__)

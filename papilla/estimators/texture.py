@@ -18,7 +18,7 @@ from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError, MissingExtraError
-from papilla_papers.methods.texture import integral
+from papilla.estimators.spectral_bands import integral
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.sealed import read_sealed, write_sealed
 

@@ -1,5 +1,7 @@
 """The names of `papilla.identification` and the module that defines each."""
 
+from .bench import BenchPresses as BenchPresses
+from .bench import calibrate_bench as calibrate_bench
 from .diagnosis import Diagnosis as Diagnosis
 from .diagnosis import diagnose as diagnose
 from .diagnosis import record as record
@@ -7,5 +9,13 @@ from .fit import Identification as Identification
 from .fit import identify as identify
 from .identified_finger import Comparison as Comparison
 from .identified_finger import compare as compare
+from .material_fit import MaterialTests as MaterialTests
+from .material_fit import fit_material as fit_material
 from .noise import Noise as Noise
+from .one_touch import IndentationModulus as IndentationModulus
+from .one_touch import Relaxation as Relaxation
+from .one_touch import fit_indentation as fit_indentation
+from .one_touch import fit_relaxation as fit_relaxation
 from .parameters import PARAMETERS as PARAMETERS
+from .suggest import Suggestion as Suggestion
+from .suggest import suggest_presses as suggest_presses

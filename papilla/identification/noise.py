@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 from papilla.core import checks
 from papilla.identification.presses import places
 from papilla.core.units import PER_CENT
+from papilla.logs.presses import USUAL_FORCE_ERROR
 
 if TYPE_CHECKING:
     from papilla.identification.problem import Problem
@@ -43,7 +44,7 @@ class Noise:
     """
 
     readings_microstrain: float = 5.0
-    force: float = 0.01
+    force: float = USUAL_FORCE_ERROR
     indentation_mm: float = 0.02
     model: float = 0.008
     depth: float = 0.01

@@ -5,6 +5,7 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from papilla import view
 from papilla.identification import PARAMETERS, Diagnosis, Identification
@@ -23,9 +24,14 @@ MOST_NAMED = 8
 
 def write_identification(path: str | PathLike, found: Identification, diagnosis: Diagnosis) -> None:
     """Write the page of an identification as one HTML file: no script, no link; raises `FileAccessError`."""
-    template = environment("papilla.calibration.report").get_template("identification.html")
+    template = environment("papilla.identification").get_template("identification.html")
     text = template.render(name=found.problem.finger.name, **parts(found, diagnosis))
     write_text(path, text)
+
+
+def section(found: Identification, diagnosis: Diagnosis) -> Markup:
+    """The part of the page that the page of a calibration contains, too."""
+    return Markup(environment("papilla.identification").get_template("identified.html").render(**parts(found, diagnosis)))
 
 
 def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:

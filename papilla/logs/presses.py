@@ -20,6 +20,8 @@ from papilla.model.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.core.tables import Table, write_table
 from papilla.core.units import PER_CENT
 
+USUAL_FORCE_ERROR = 0.01
+"""Relative error of the force of a usual bench."""
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
 SPECIMENS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
 """Columns that describe the specimen of a press: its kind, its dimension, and the standard deviation of its modulus."""

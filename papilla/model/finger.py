@@ -23,7 +23,7 @@ __all__ = [
     "Slab", "Surfaces",
 ]  # fmt: skip
 
-DEFAULT_FINGER = Path(__file__).parent / "data" / "default_finger.toml"
+DEFAULT_FINGER = Path(__file__).parents[1] / "data" / "default_finger.toml"
 SHIPPED_FINGERS = {
     "default": DEFAULT_FINGER,
     "published": DEFAULT_FINGER.with_name("published_finger.toml"),

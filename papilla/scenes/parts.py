@@ -15,7 +15,7 @@ from papilla.core import checks
 from papilla.fem import Motion, slide
 from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.model.textures import MeasuredProfile, Texture
 from papilla.core.units import MS_PER_S, PER_CENT
 
@@ -28,7 +28,7 @@ PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
 CLEAR = 1.02
 """Harmonics that must be present are below that fraction by this factor."""
-FELT = parameters.tables(__package__, "scenes")["felt"]
+FELT = settings.tables(__package__, "scenes")["felt"]
 """How a surface is felt by the finite elements: arguments of `slide`."""
 MULTIPLES, SAME = 6, 0.01
 """Two lines have a common period if up to so many wavelengths of one are as many of the other, to this error."""
@@ -63,9 +63,9 @@ class Draft:
     def __post_init__(self):
         self.added = np.zeros(self.time_s.size)
 
-    def about(self, value: float, factor: float = parameters.WITHIN) -> float:
+    def about(self, value: float, factor: float = settings.WITHIN) -> float:
         """A parameter that a part draws after other random numbers, as the rule `about` does."""
-        return parameters.drawn({"own": {"about": value, "within": factor}}, self.rng, vary=self.drawn)["own"]
+        return settings.drawn({"own": {"about": value, "within": factor}}, self.rng, vary=self.drawn)["own"]
 
     def wave(self, rate_Hz: float, phase: float) -> np.ndarray:
         """(n,) a sine over time."""

@@ -15,7 +15,7 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.references.bounds import wavelength_bound
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
 from papilla.core.units import SAMPLE_RATE_HZ
@@ -27,7 +27,7 @@ MAINS_HZ = (50.0, 60.0)
 HIDDEN, APART = 6, 3.0
 """Number of harmonics of a fundamental that may be hidden by hum; and resolutions that separate a line from a louder
 one."""
-RULES = parameters.tables(__package__, "scenes")
+RULES = settings.tables(__package__, "scenes")
 
 
 class Part(NamedTuple):
@@ -47,7 +47,7 @@ class Part(NamedTuple):
         rules = dict(RULES["parts"].get(self.name, {}))
         for key, change in self.changes.items():
             rules[key] = {**rules[key], "about": change} if _rules(rules.get(key)) and not _rules(change) else change
-        getattr(parts, self.name)(draft, **parameters.drawn(rules, draft.rng, vary=draft.drawn))
+        getattr(parts, self.name)(draft, **settings.drawn(rules, draft.rng, vary=draft.drawn))
 
 
 def _rules(entry: Any) -> bool:

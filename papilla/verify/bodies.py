@@ -19,11 +19,11 @@ from papilla.model.finger import Dome, Finger, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
 from papilla.references import StackLayer, bonded_layer_sphere, halfspace_stiffness, layered_halfspace_stiffness
 from papilla.model.specimen import HalfSpace, Sphere
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify.structured import cylinder, growing
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 BALL_RADIUS, BALL = GIVEN.ball_mm, Sphere(GIVEN.rigid_MPa, GIVEN.ball_mm)
 CHORDS_FOR_ELLIPSES, FEW_CHORDS = GIVEN.chords_for_ellipses, GIVEN.few_chords
 PATCH, DEEP, FINEST = GIVEN.patch_mm, GIVEN.deep_mm, GIVEN.fine_zone_mm / GIVEN.rings

@@ -18,12 +18,12 @@ from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.model.finger import Layer
 from papilla.references import StackLayer
 from papilla.model.specimen import Block, HalfSpace, friction_coefficient
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify import bodies
 from papilla.verify.bodies import BALL, BALL_RADIUS, DEEP, bonded_layer, compared, half_space, off
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 MODULUS, NU = GIVEN.modulus_MPa, GIVEN.nu
 E_STAR = MODULUS / (1 - NU**2)
 

@@ -25,11 +25,11 @@ from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify.structured import cube, shell
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 PATCH, MADE = GIVEN.patch, GIVEN.manufactured
 
 QUADRATURE_ORDER = 5

@@ -17,7 +17,7 @@ from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.references import StackLayer, bonded_layer_sphere
 from papilla.model.specimen import HalfSpace, Specimen
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify import bodies, finger
 from papilla.verify.bodies import BALL, BALL_RADIUS, compared, off
@@ -25,7 +25,7 @@ from papilla.verify.finger import BLOCK, contact_residuals, default_model, defau
 from papilla.verify.structured import cylinder
 from papilla.core.units import PER_CENT, gf_to_newton, to_microstrain
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 LIMIT, ENGINES = GIVEN.incompressible, GIVEN.engines
 
 

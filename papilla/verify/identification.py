@@ -13,11 +13,11 @@ from papilla.fem.pressing.response import Response, response
 from papilla.model.finger import Finger
 from papilla.logs import PressLog
 from papilla.model.specimen import STICK, Block
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.core.units import MICROSTRAIN
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 
 
 def identification() -> Iterator[Case]:

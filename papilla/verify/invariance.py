@@ -16,7 +16,7 @@ from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.model.finger import Gauge, Layer
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify.bodies import BALL, BALL_RADIUS, FlatModel, apart, bonded_layer, off
 from papilla.verify.finger import (
@@ -30,7 +30,7 @@ from papilla.verify.finger import (
 )
 from papilla.core.units import gf_to_newton
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 
 
 def invariance() -> Iterator[Case]:

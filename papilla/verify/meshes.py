@@ -21,13 +21,13 @@ from papilla.mesh.cells import mean_ratio, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.model.specimen import THICKNESS_MM, Block
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify.bodies import apart, compared, off
 from papilla.verify.finger import default_model, default_reduced, pressed_by, residual
 from papilla.core.units import gf_to_newton
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 MOVED, SCATTER = GIVEN.moved, GIVEN.scatter
 
 

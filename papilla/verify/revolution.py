@@ -8,14 +8,14 @@ import numpy as np
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
 from papilla.model.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
 from papilla.core.units import gf_to_newton
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 LINEAR = GIVEN.linear
 
 

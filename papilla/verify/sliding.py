@@ -10,11 +10,11 @@ from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
 from papilla.fem.sliding.section import ReducedSection
 from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.verify.case import Case
 from papilla.verify.bodies import apart, off
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 
 
 def depth_of_a_hump(section: ReducedSection) -> float:

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from papilla.scenes.rules import Record, tables
+from papilla.core.settings import Record, tables
 
 
 @lru_cache(maxsize=1)

@@ -52,6 +52,11 @@ class ForceDepth:
         # Rising along both axes: a softer specimen, last, has a larger depth
         self._depth = spline(self._force, self._modulus)[:, ::-1]
 
+    def errors_of(self, depth_mm: float, force_N: float) -> DepthErrors:
+        """The errors for a log with this noise of depth and force, which is rarely the smallest error."""
+        floor = DepthErrors()
+        return DepthErrors(depth_mm=max(depth_mm, floor.depth_mm), force_N=max(force_N, floor.force_N))
+
     def process(
         self, force_N: np.ndarray, depth_mm: np.ndarray, errors: DepthErrors
     ) -> tuple[np.ndarray, np.ndarray, list[SoftnessStatus]]:

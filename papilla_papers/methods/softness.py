@@ -3,6 +3,7 @@ compact form."""
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar, Literal, get_args
 
 import numpy as np
@@ -52,6 +53,7 @@ class PrintedSoftness(Stream):
     """
 
     answer: ClassVar[type] = SoftnessEstimate
+    remark = "by the published form, which does not fit presses of a finger; sigma contains its misfit"
 
     def __init__(
         self,
@@ -172,3 +174,7 @@ class PrintedSoftness(Stream):
         along_sd, along_force = per_sd / (2 * root), (2 * per_f2 * force + per_f) / (2 * root)
         sigma = math.hypot(along_sd * self.scale * self._noise, along_force * self._force_sigma, along_sd * self.misfit)
         return modulus, sigma, SoftnessStatus.OK
+
+
+printed, exact, quadratic, compact = (partial(PrintedSoftness, form=form) for form in FORMS)
+"""The forms as methods of softness, which a pipeline finds by their entry points."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.estimators.spectral_bands import integral
 
 STEPS_HZ = (range(1, 11), *2 * (range(1, 21),), *3 * (range(5, 51, 5),), *3 * (range(10, 101, 10),))
 """Widths in Hz that bands 1 to 9 may have; table 2 of the paper searches these nine, the tenth band is the
@@ -107,16 +108,6 @@ class BandMatch(Band):
     does not account for the search: the best of many bands agrees with anything (see `matching_band`)."""
 
     agreement: Concordance
-
-
-def integral(lines: np.ndarray, edges) -> np.ndarray:
-    """Integral (b, ...) of lines (n, ...), each a rectangle of width 1 around its number, between edges (b + 1,)."""
-    # The first line, at 0 Hz, has half of its width.
-    borders = np.append(0.0, np.arange(len(lines)) + 0.5)
-    widths = np.diff(borders).reshape(-1, *[1] * (lines.ndim - 1))
-    sums = np.concatenate([np.zeros((1, *lines.shape[1:])), np.cumsum(lines * widths, axis=0)])
-    at_edges = np.apply_along_axis(lambda column: np.interp(edges, borders, column), 0, sums)
-    return np.diff(at_edges, axis=0)
 
 
 def band_amplitudes(samples, sample_rate_Hz: float, edges_Hz) -> np.ndarray:

@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.identification import compare as comparison
+from papilla.identification import comparison
 from papilla.calibration import fit
-from papilla.identification.compare import (
+from papilla.identification.comparison import (
     NOISE_MICROSTRAIN,
     Candidate,
     Reach,

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 
 FALSE = 0.1
 """Relative error above which an answer that says "ok" is false."""
 TOUCHING_N, SLIDING = 0.03, 0.95
 """Force of a contact, and share of the friction from which the skin slides."""
-RULES = parameters.tables(__package__, "friction_logs")
+RULES = settings.tables(__package__, "friction_logs")
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def sheared(friction: np.ndarray, velocity: np.ndarray, rate: float, shear_mm: f
 
 def _given(rng: np.random.Generator, name: str) -> Any:
     """The parameters of a part of a random log."""
-    return parameters.Record(parameters.drawn(RULES["drawn"][name], rng))
+    return settings.Record(settings.drawn(RULES["drawn"][name], rng))
 
 
 def _move(rng, kind: str, time: np.ndarray) -> np.ndarray:
@@ -178,7 +178,7 @@ def _break_away(rng, rate: float, velocity, mu, pull, force, slides) -> tuple[np
 def drawn(seed: int) -> Rubbed:
     """A scene with random kinds."""
     rng = np.random.default_rng(seed)
-    kinds = parameters.drawn(RULES["drawn"]["log"], rng)
+    kinds = settings.drawn(RULES["drawn"]["log"], rng)
     move, press, law = kinds.values()
     clock = _given(rng, "clock_of_a_hand" if move == "hand" else "clock")
     rate = clock.rate_Hz
@@ -273,8 +273,8 @@ def _named(name: str, seed: int) -> Rubbed:
     """A log of `NAMED`."""
     rules = RULES["named"][name]
     rules = RULES["named"].get(rules.get("like"), {}) | rules
-    values = parameters.drawn(rules, np.random.default_rng(seed))
-    own = parameters.Record(values)
+    values = settings.drawn(rules, np.random.default_rng(seed))
+    own = settings.Record(values)
     time = np.arange(round(own.seconds * own.rate_Hz)) / own.rate_Hz
     pull, normal, velocity, mu = FORMS[own.form](own, time)
     samples, offset = np.column_stack([pull + own.offset_N + own.noise_N, normal, velocity]), own.offset_N

@@ -274,6 +274,6 @@ class Depth:
 def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
     """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
     return [
-        Depth(depth, force, cached_press(press, reduced, RIGID, force_N=force).indentation + finger.bench.touch_down)
+        Depth(depth, force, cached_press(press, reduced, RIGID, force=force).indentation + finger.bench.touch_down)
         for depth, force in PUBLISHED_POINTS
     ]

@@ -41,5 +41,5 @@ def c_header(calibration: Calibration, real: Literal["double", "float"] = "doubl
         facts |= {f"force_{side}": f"{force:.4g}", f"modulus_{side}": f"{modulus:.4g}"}
     facts |= {"rms": f"{form.rms:.1%}", "max": f"{form.max:.1%}", "doubt": f"{form.doubt:.2%}"}
     facts |= {"exact_rms": exact(form.rms), "exact_doubt": exact(form.doubt), "normal": exact(NORMAL_FACTOR)}
-    template = files("papilla.calibration.report").joinpath("templates/softness.h").read_text(encoding="utf-8")
+    template = files("papilla.calibration.fitting").joinpath("templates/softness.h").read_text(encoding="utf-8")
     return Template(template).substitute(facts)

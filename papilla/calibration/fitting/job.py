@@ -3,7 +3,7 @@ recovers."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -35,14 +35,10 @@ from papilla.core.errors import InputError
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.model.finger import Finger
-from papilla.logs import PressLog
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.specimen import STICK, Friction, friction_coefficient
 from papilla.core.units import PER_CENT
 from papilla.core.workers import Say, workers
-
-if TYPE_CHECKING:
-    from papilla.identification import Diagnosis, Identification
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
@@ -57,6 +53,19 @@ contain."""
 
 CHECKED_PER_AXIS = 10
 """Number of forces and of moduli, inside the range in which a modulus should be recovered, at which it is checked."""
+
+
+class Measured(Protocol):
+    """What is known of the measured presses that a finger was identified from, for the page and the design file."""
+
+    finger: Finger
+    found: Any
+    diagnosis: Any
+    recovery: Recovery
+    inside: np.ndarray
+
+    def section(self) -> str:
+        """The section of the page on the identification, as HTML."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,21 +83,7 @@ class Calibrated:
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
-    bench: "BenchPresses | None" = None
-
-
-@dataclass(frozen=True, eq=False)
-class BenchPresses:
-    """The finger that was identified from measured presses, and their moduli recovered by its calibration.
-
-    inside : (n,) whether the stated 95 % interval of a press contains its modulus.
-    """
-
-    finger: Finger
-    found: "Identification"
-    diagnosis: "Diagnosis"
-    recovery: Recovery
-    inside: np.ndarray
+    bench: Measured | None = None
 
 
 def calibrate_finger(
@@ -102,6 +97,7 @@ def calibrate_finger(
     forces: Sequence[float] = DEFAULT_FORCES,
     moduli: Sequence[float] = DEFAULT_MODULI,
     quick: bool = False,
+    identified: "Callable[[Calibration, Finger, Say, float | None], Calibration] | None" = None,
 ) -> Calibrated:
     """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
 
@@ -117,9 +113,13 @@ def calibrate_finger(
     forces, moduli : of the sweep, N and MPa; at least three each.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
+    identified : adds the uncertainty of an identification, called with the calibration, the finger, `progress` and
+        `size_mm`; `papilla.calibrate` states it.
 
-    Raises what meshing, reduction and fitting raise.
+    Raises what meshing, reduction and fitting raise, and `InputError` for an identified finger without `identified`.
     """
+    if finger.identified is not None and identified is None:
+        raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
     size = size_mm or DEFAULT_SIZE_MM
     block, known = finger.bench.specimen, friction is not None
@@ -149,10 +149,8 @@ def calibrate_finger(
         calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
-        if finger.identified is not None:
-            from papilla.identification.identified_finger import with_identification
-
-            calibration = with_identification(calibration, finger, progress, size_mm)
+        if identified is not None:
+            calibration = identified(calibration, finger, progress, size_mm)
         if not quick:
             progress("contacts beside the apex")
             calibration = with_positions(calibration, finger, reduced, friction)
@@ -170,48 +168,6 @@ def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: 
     """A thin sweep without friction on another mesh."""
     other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
     return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
-
-
-def calibrate_bench(
-    log: PressLog,
-    finger: Finger,
-    *,
-    friction: Friction | None = None,
-    size_mm: float | None = None,
-    progress: Say = lambda line: None,
-    steps: Callable[[int, int], None] | None = None,
-    processes: int = 1,
-    **table: Any,
-) -> Calibrated:
-    """Identify the finger that made the presses, calibrate it, and recover the moduli of these presses from the
-    calibration.
-
-    Arguments as of `identify` and `calibrate_finger`, which receives `table` (forces, moduli, quick); raises what these
-    raise, and `InputError` for presses beside the apex, whose moduli a calibration at the apex cannot recover.
-    """
-    from papilla.identification import diagnose, identify, record
-    from papilla.identification.presses import places
-
-    if (beside := places(log).any(axis=1)).any():
-        raise InputError(
-            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
-            "and papilla calibrate --finger the finger that it writes"
-        )
-    found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
-    progress("what to doubt")
-    diagnosis = diagnose(found)
-    identified = found.with_record(record(found, diagnosis, found.problem.shapes[0].responses[0].specimen))
-    done = calibrate_finger(
-        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
-    )
-    noise = found.problem.noise
-    noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
-    answer = done.calibration.invert(
-        found.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
-    )
-    inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
-    recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
-    return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))
 
 
 def _friction_notes(known: bool, doubt: str) -> list[str]:

@@ -14,7 +14,6 @@ from markupsafe import Markup, escape
 from papilla.core import cache
 from papilla import view
 from papilla.calibration.fitting.fit import COMPACT_GRID
-from papilla.identification.noise import Noise
 from papilla.calibration.fitting.job import Calibrated
 from papilla.calibration.fitting.sweep import (
     CHECKED_FORCE_N,
@@ -36,14 +35,13 @@ from papilla.calibration.published import (
 )
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
+from papilla.logs.presses import USUAL_FORCE_ERROR
 from papilla.model.finger import DEFAULT_FINGER, Finger
 from papilla.core.units import MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import both_widths, either, environment
 from papilla.view.style import SHEET
 from papilla.core.workers import Say
 
-FORCE_ERROR = Noise.force
-"""Relative error of the force whose effect on E is stated: that of a usual bench."""
 FORCE_N = 0.5
 """Force (N) at which this effect is stated, if it is inside the domain."""
 SLOPE_FORCE_N = gf_to_newton(50.0)
@@ -129,7 +127,7 @@ def write_report(
     if done.reduced is not None and finger is None:
         raise InputError("the report of a calibration from a sweep needs the finger that was swept")
     answers, comparison = AnswerMap.of(done.calibration), covered_comparison(done.calibration.predict)
-    templates = environment("papilla.calibration.report")
+    templates = environment("papilla.calibration.fitting")
     templates.filters["symbols"] = symbols
     text = templates.get_template("report.html").render(
         **{name: getattr(done, name) for name in ("calibration", "recovery", "reduced", "depths")},
@@ -147,7 +145,7 @@ def write_report(
         facts=FACTS,
         **_of_the_model(done, finger, progress),
         **_plots(done, answers, comparison),
-        bench=_bench(done),
+        bench=done.bench,
     )
     write_text(path, text)
 
@@ -169,19 +167,6 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None)
     return {
         "strain_picture": either(view.strain_pictures(finger, done.reduced, press, specimen, progress), alt, "png"),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
-    }
-
-
-def _bench(done: Calibrated) -> dict | None:
-    """Content about a finger that was identified from measured presses: their picture and residuals, and the
-    diagnosis."""
-    if done.bench is None:
-        return None
-    from papilla.identification.page import parts
-
-    return parts(done.bench.found, done.bench.diagnosis) | {
-        "recovery": done.bench.recovery,
-        "inside": int(done.bench.inside.sum()),
     }
 
 
@@ -228,13 +213,13 @@ def share_with_known_friction(calibration: Calibration) -> float | None:
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
-    """A force (N); the published moduli; and the sigma_E / E that an error of `FORCE_ERROR` in the force causes."""
+    """A force (N); the published moduli; and the sigma_E / E that an error of `USUAL_FORCE_ERROR` in the force causes."""
     force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
     rows = []
     for modulus in SPECIMENS_MPA:
         sd = float(calibration.predict(force, modulus))
         if np.isfinite(sd):
-            sigma = calibration.invert(sd, force, force_sigma=FORCE_ERROR * force).sigma_MPa
+            sigma = calibration.invert(sd, force, force_sigma=USUAL_FORCE_ERROR * force).sigma_MPa
             rows.append((modulus, float(sigma) / modulus))
     return force, rows
 
@@ -292,5 +277,5 @@ def quadratic_error(calibration: Calibration) -> dict[str, float]:
 
 
 _IN_TABLES = (slopes, force_cost, large_strain, largest_reading, provenance)
-FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": FORCE_ERROR}
+FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": USUAL_FORCE_ERROR}
 """What the page's tables and sentences compute, by the names in the template."""

@@ -1,4 +1,4 @@
-"""`papilla bench`: cost and accuracy of a press, compared with the finest mesh and with other libraries.
+"""`papilla bench`: cost and accuracy of a press, compared with the finest mesh.
 
 >>> found = papilla.cli.speed.bench(finger, SHORT)
 >>> found.rows[0].error_sd, found.rows[0].seconds_setup

@@ -18,7 +18,7 @@ from papilla.core.units import MS_PER_S, PER_CENT
 class Plan:
     """What is measured: element sizes (mm) of the linear fidelities and of finite, the last of each their reference.
 
-    other_sizes_mm are those of P1 and P2; default_mm is the mesh that 1000 scenes and the peers are compared on.
+    other_sizes_mm are those of P1 and P2; default_mm is the mesh whose stages are reported.
     """
 
     sizes_mm: tuple[float, ...]
@@ -36,17 +36,12 @@ SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,)
 
 @dataclass(frozen=True)
 class Bench:
-    """All rows of the bench; `default` is the row of the mesh on which other libraries press, too."""
+    """All rows of the bench; `default` is the row of the default mesh."""
 
     finger_name: str
     rows: tuple[BenchRow, ...]
     default: BenchRow
-    peer_mesh: meshes.LayeredMesh
     cores: int
-
-    def ratio(self, seconds_one_press: float) -> float:
-        """Set-up and 1000 scenes of the default row over the seconds of one press by another library."""
-        return self.default.seconds_thousand / seconds_one_press
 
     def to_json(self) -> dict:
         """The bench as plain values, with the documented keys of `papilla bench --json`.
@@ -115,8 +110,8 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
             other, linear = measured[fidelity, element, plan.finite_sizes_mm[-1]], measured["contact", element, size]
         rows[fidelity, element, size] = row.against(other, linear)
     marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
-    default, mesh = marked["contact", DEFAULT_ELEMENT, plan.default_mm], meshes.build(finger, size_mm=plan.default_mm)
-    return Bench(finger.name, tuple(marked.values()), default, mesh, os.cpu_count() or 1)
+    default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
+    return Bench(finger.name, tuple(marked.values()), default, os.cpu_count() or 1)
 
 
 def with_front(rows: list[BenchRow]) -> list[BenchRow]:

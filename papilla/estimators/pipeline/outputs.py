@@ -11,7 +11,7 @@ from papilla.core.errors import InputError
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.health import in_words
 from papilla.estimators.pipeline.clock import Tick
-from papilla_papers.methods.softness import PrintedSoftness
+from papilla.estimators.methods import SampleMethod
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.wavelength import FusedTracker, TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
@@ -162,7 +162,7 @@ class ModulusOutput(Output):
     fills = ("modulus_MPa", "modulus_sigma_MPa")
 
     def __init__(
-        self, calibration: Calibration, names: tuple[str, ...], by_sd: Softness | PrintedSoftness,
+        self, calibration: Calibration, names: tuple[str, ...], by_sd: Softness | SampleMethod,
         every: GaugeSoftness | None = None,
     ):  # fmt: skip
         known, self._creep = calibration.finger.get("relaxation"), None
@@ -175,8 +175,8 @@ class ModulusOutput(Output):
     @property
     def doubted(self) -> str:
         """A message on the largest contribution to the modulus' standard deviation, in the last touch."""
-        if isinstance(self._sd, PrintedSoftness):
-            return "modulus: by the published form, which does not fit presses of a finger; sigma contains its misfit"
+        if not isinstance(self._sd, Softness):
+            return f"modulus: {self._sd.remark}"
         what = (self._every.dominant if self._every else "") or self._sd.dominant
         return f"modulus: most of its standard deviation is {what}" if what else ""
 

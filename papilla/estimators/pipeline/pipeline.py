@@ -15,9 +15,9 @@ from papilla.core.errors import InputError
 from papilla.estimators import health
 from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
+from papilla.estimators.methods import SURFACES, sample_method, softness_names
 from papilla.estimators.pipeline import outputs
 from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
-from papilla_papers.methods.softness import PrintedSoftness
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
 from papilla.estimators.wavelength.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
@@ -28,10 +28,6 @@ QUANTITIES = ("modulus", "wavelength", "friction")
 OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
-SURFACES = ("gauges", "surface", "sd")
-SOFTNESS = (*SURFACES, "compact", "quadratic", "printed", "exact")
-"""Methods of estimating the modulus: the calibrated surfaces of all gauges (old name "surface") or of S_d, or a
-regression of S_d."""
 SLOW_HZ = 200.0
 """Sampling rate below which the steps of usual movements are nearly as long as the wavelengths of usual textures."""
 WORDS_KEPT = 1024
@@ -122,9 +118,9 @@ class Pipeline(Stream):
     friction_memory_mm : slid path that the kinetic coefficient is averaged over; None: 0.1 s of sliding.
     position_sigma_mm : standard deviation about the apex, along the finger, of where it touches; None: at the apex. A
         calibration that knows nothing of contacts beside the apex takes all to be there, and `messages` says so.
-    softness : "gauges", what is best: every gauge against its calibrated surface; "sd", S_d alone; or for comparison a
-        regression of S_d, "compact" or "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse
-        of (9)), see `PrintedSoftness`.
+    softness : "gauges", what is best: every gauge against its calibrated surface; "sd", S_d alone; or for comparison
+        another method by its name (`papilla.estimators.methods`). Of `papilla_papers` are regressions of S_d: "compact"
+        or "quadratic" (the calibration's), "printed" (equation (10)) or "exact" (inverse of (9)).
 
     Raises `InputError` for unusable values, and for a calibration of another number of gauges.
     """
@@ -204,8 +200,8 @@ class Pipeline(Stream):
         return f"Pipeline({', '.join(self.columns)}; gives {gives}{off})"
 
     def _add_modulus(self, calibration, rate, position_sigma_mm, noise, softness) -> None:
-        if softness not in SOFTNESS:
-            raise InputError(f"softness must be one of {', '.join(SOFTNESS)}, got {softness!r}")
+        if softness not in softness_names():
+            raise InputError(f"softness must be one of {', '.join(softness_names())}, got {softness!r}")
         if calibration is None or "force_N" not in self.columns:
             self.off["modulus"] = "no calibration was given" if calibration is None else "no column force_N"
             return
@@ -213,8 +209,8 @@ class Pipeline(Stream):
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
         if softness not in SURFACES:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
-            printed = PrintedSoftness(calibration, form=softness, **plain)
-            self._outputs["modulus"] = outputs.ModulusOutput(calibration, self._names, printed)
+            method = sample_method(softness, calibration, **plain)
+            self._outputs["modulus"] = outputs.ModulusOutput(calibration, self._names, method)
             return
         every = None
         for place in dict.fromkeys((position_sigma_mm, None)) if softness != "sd" else ():

@@ -44,22 +44,20 @@ def press_finite(
     mesh: LayeredMesh,
     specimen: Specimen,
     *,
-    force_N: float | None = None,
-    indentation_mm: float | None = None,
+    force: float | None = None,
+    indentation: float | None = None,
     materials: Mapping[str, Material] | None = None,
     friction: Friction = 0.0,
     at: tuple[float, float] = (0.0, 0.0),
     progress: Callable[[str], None] | None = None,
-    force: float | None = None,
-    indentation: float | None = None,
 ) -> Press:
     """Press a specimen on the finger at finite strain, by a force (N) or an indentation (mm).
 
     Parameters
     ----------
-    force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
+    force, indentation : exactly one.
     mesh : of `finger`; its mirror planes through the touch-down point are used, so a press at the apex uses a quarter.
-    materials : "outer", "inner", "bone" -> one of `papilla.model.materials.MATERIALS`; a layer that is not named has its card
+    materials : "outer", "inner", "bone" -> a material (`papilla.model.materials`); a layer that is not named has its card
         in the finger's design or, without one, is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
     friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from zero in small steps, and a
         point that sticks keeps the relative displacement that it had when it came into contact.
@@ -72,8 +70,7 @@ def press_finite(
     if no equilibrium is found.
     """
     began = perf_counter()
-    loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
-    force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, **loads)
+    force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, force, indentation)
     scene = Scene.of(finger, mesh, specimen, materials or {}, at, min(STICK, friction_coefficient(friction)))
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)

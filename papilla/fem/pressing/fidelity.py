@@ -6,7 +6,6 @@ the remaining error and that of the mesh, if `papilla bench` has measured them (
 """
 
 import math
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -51,20 +50,17 @@ def press(
     reduced: ReducedFinger,
     specimen: Specimen,
     *,
-    force_N: float | None = None,
-    indentation_mm: float | None = None,
+    force: float | None = None,
+    indentation: float | None = None,
     fidelity: str | None = None,
     tolerance: float = 0.02,
     friction: Friction | None = None,
-    start: object = None,
-    force: float | None = None,
-    indentation: float | None = None,
 ) -> Press:
     """Press a specimen on the finger by a force (N) or an indentation (mm).
 
     Parameters
     ----------
-    force_N, indentation_mm : exactly one; `force` and `indentation` mean the same.
+    force, indentation : exactly one.
     fidelity : "hertz" and "contact" are linear. "auto" takes hertz if its error in S_d, indentation and contact area is
         within `tolerance` (measured against contact for this finger, specimen and force, plus the known error of the
         mesh), else contact with the change by large strain, if that is known (`large_strain` of the result). The status
@@ -74,16 +70,12 @@ def press(
         force grows from first touch along the contact normal, because the effect of friction depends on the path. None
         takes the friction of the finger's bench; if the bench states none, presses with large strain stick, as silicone
         does on silicone, and linear presses have no friction (docs/adr/0013).
-    start : has no effect any more.
 
     Raises `InputError` for unusable values, `ContactRangeError` if the press is outside the range of the model.
     """
     began = perf_counter()
     needs_reduced(reduced)
-    if start is not None:
-        warnings.warn("press: start has no effect any more, leave it out", DeprecationWarning, stacklevel=2)
-    loads = {"force": force, "force_N": force_N, "indentation": indentation, "indentation_mm": indentation_mm}
-    load = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, **loads)
+    load = check_scene(specimen, reduced.outer_modulus, reduced.patch.finest_edge, force, indentation)
     checks.positive("tolerance", tolerance)
     if fidelity == "finite":
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")

@@ -152,23 +152,22 @@ class Press:
         }
 
 
-def check_scene(specimen: Specimen, stiffness: float, size: float, **loads: float | None) -> Load:
+def check_scene(
+    specimen: Specimen, stiffness: float, size: float, force: float | None, indentation: float | None
+) -> Load:
     """The load of a press, after a check of specimen and load.
 
-    `loads` are force_N, indentation_mm, and force and indentation, which mean the same. `stiffness` (MPa) and `size`
-    (mm) are those of the finger and its elements. Raises `InputError`.
+    force (N), indentation (mm) : exactly one. `stiffness` (MPa) and `size` (mm) are those of the finger and its
+    elements. Raises `InputError`.
     """
     if not isinstance(specimen, Specimen):
         raise InputError(f"a press takes a HalfSpace, Block, Sphere or another Specimen, got {type(specimen).__name__}")
     found: list[float | None] = []
-    for name, unit, scale in (("force", "N", stiffness * size**2), ("indentation", "mm", size)):
-        given = {key: value for key, value in loads.items() if key.startswith(name) and value is not None}
-        if len(given) > 1:
-            raise InputError(f"give {name}_{unit} or {name}, which mean the same, not both")
-        value = next(iter(given.values()), None)
+    given = ("force (N)", force, stiffness * size**2), ("indentation (mm)", indentation, size)
+    for name, value, scale in given:
         if value is not None:
-            checks.positive(f"{name} ({unit})", value)
-            value = checks.within(f"{name} ({unit})", value, LIGHTEST * scale, scale / LIGHTEST)
+            checks.positive(name, value)
+            value = checks.within(name, value, LIGHTEST * scale, scale / LIGHTEST)
         found.append(value)
     if (found[0] is None) == (found[1] is None):
         raise InputError("give exactly one of force and indentation")

@@ -20,9 +20,9 @@ from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
 from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import THICKNESS_MM
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
 """Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
 OUTER, INNER, SPECIMEN = 0, 1, 2

@@ -17,12 +17,12 @@ from scipy.sparse.linalg import splu
 
 from papilla.core.errors import SolverError
 from papilla.model.finger import Gauge
-from papilla.scenes import rules as parameters
+from papilla.core import settings
 from papilla.references.axisymmetric.bodies import APART, Bodies, quadratic
 from papilla.references.axisymmetric.contact import Contact
 from papilla.core.units import TINY
 
-GIVEN = parameters.parameters(__name__)
+GIVEN = settings.parameters(__name__)
 
 
 class Readout:

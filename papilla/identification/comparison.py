@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from papilla import fem, view
 from papilla.identification.noise import Noise
-from papilla.calibration.fitting.job import calibrate_finger
+from papilla.identification.bench import calibrate
 from papilla.calibration.fitting.sweep import SCENE
 from papilla.calibration import IDENTIFIABLE, Calibration
 from papilla.core.errors import InputError
@@ -109,11 +109,11 @@ class Comparison:
 
 def candidate(path: str | Path, **how) -> Candidate:
     """The candidate that a file or the name of a shipped finger gives: a calibration (.json), or a design, which
-    `calibrate_finger` calibrates with the arguments `how`. Raises what loading and calibrating raise."""
+    `calibrate` calibrates with the arguments `how`. Raises what loading and calibrating raise."""
     if Path(path).suffix.lower() == ".json":
         return Candidate(str(path), Calibration.load(path))
     finger = Finger.load(path)
-    return Candidate(str(path), calibrate_finger(finger, **how).calibration, finger)
+    return Candidate(str(path), calibrate(finger, **how).calibration, finger)
 
 
 def compare(candidates: Sequence[Candidate], progress: Say = lambda line: None) -> Comparison:
@@ -242,7 +242,7 @@ def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[C
     axes = found.force_N, found.modulus_MPa
     sigmas = [row.relative_sigma for row in found.rows]
     maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE) for sigma in sigmas]
-    text = environment("papilla.calibration.report").get_template("comparison.html").render(
+    text = environment("papilla.identification").get_template("comparison.html").render(
         rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,
         maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],

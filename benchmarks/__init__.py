@@ -1,0 +1,1 @@
+"""Comparisons and measurements of papilla, run from the root of the repository; they are not installed."""

@@ -1,0 +1,1 @@
+"""Presses of the same finger by papilla and by other libraries."""

@@ -1,0 +1,87 @@
+"""The figure of `papilla bench`: speed against error."""
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from papilla.core.units import PER_CENT
+from papilla.view.style import ACCENTS, INK, MUTED, THICK, THIN, plain_log, styled, titled
+
+PRICE_IN = 8.2, 5.2
+"""Inches of the figure of speed against error."""
+MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
+MARK, RING, ROOM = 7, 11, 0.09
+"""Sizes in points of the mark of a mesh, and of the ring around a best one; room around all of
+them, as a share of the axes."""
+LABEL_PLACES = ((-10, -8, "right"), (9, 6, "left"), (0, 10, "center"))
+"""Position of the size labels of the first, second and third element: offset in points, and alignment."""
+SCENES = 1000
+"""Presses whose cost is drawn; from as many seconds on, an axis has the powers of ten alone."""
+
+
+def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
+    """Error of S_d in % against seconds, both logarithmic, a curve over the meshes for each fidelity and element.
+
+    rows : fidelity, element, size_mm, seconds_thousand (set-up and 1000 scenes), error_sd (a fraction), pareto. Rows
+    without an error, such as the reference, are left out.
+    """
+    shown = [row for row in rows if row["error_sd"] > 0]
+    colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENTS, strict=False))
+    with styled(*PRICE_IN) as figure:
+        axes = figure.subplots()
+        for fidelity, marker in MARKERS.items():
+            for place, (element, color) in zip(cycle(LABEL_PLACES), colors.items(), strict=False):
+                belong = [row for row in shown if (row["fidelity"], row["element"]) == (fidelity, element)]
+                _curve(axes, belong, marker, color, place)
+        front = sorted((row for row in shown if row["pareto"]), key=lambda row: row["seconds_thousand"])
+        ring: dict = {"marker": "o", "markersize": RING, "markerfacecolor": "none", "markeredgewidth": THIN}
+        (best,) = axes.step(*_points(front), where="post", color=INK, linestyle=":", zorder=1, **ring)
+        best.set_label("Pareto front of hertz and contact")
+        axes.set(
+            xscale="log",
+            yscale="log",
+            xlabel="set-up and 1000 scenes (s)",
+            ylabel=r"worst error of $S_d$, 10-100 gf (%)",
+        )
+        axes.margins(ROOM)
+        plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > SCENES))
+        plain_log(axes.yaxis)
+        fidelities = {row["fidelity"] for row in shown}
+        marks = [
+            Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=MARK, label=f"fidelity {fidelity}",
+                   markerfacecolor=MUTED if fidelity == "contact" else "white", markeredgewidth=THICK)
+            for fidelity, marker in MARKERS.items() if fidelity in fidelities
+        ]  # fmt: skip
+        lines = [Line2D([], [], color=color, linewidth=THICK, label=element) for element, color in colors.items()]
+        axes.legend(handles=[*marks, *lines, best])
+        note = f"Numbers: element size (mm). Errors: to fidelity contact, Taylor-Hood, {reference_mm:g} mm"
+        if "finite" in fidelities:
+            note += "; finite: to itself on a finer mesh"
+        least = min(front, key=lambda row: row["error_sd"])
+        price = (
+            f"{PER_CENT * least['error_sd']:.2g} % in $S_d$ for {least['seconds_thousand']:.2g} s a thousand presses"
+        )
+        titled(figure, f"{price}: {least['fidelity']}, {least['element']}, {least['size_mm']:g} mm", note)
+    return figure
+
+
+def _points(rows: Sequence[Mapping]) -> tuple[list[float], list[float]]:
+    """Seconds, and errors in %."""
+    return [row["seconds_thousand"] for row in rows], [PER_CENT * row["error_sd"] for row in rows]
+
+
+def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tuple[float, float, str]) -> None:
+    ordered = sorted(rows, key=lambda row: -row["size_mm"])
+    seconds, errors = _points(ordered)
+    face = color if marker == MARKERS["contact"] else "white"
+    style: dict = {"marker": marker, "markersize": MARK, "markerfacecolor": face, "markeredgewidth": THICK}
+    axes.plot(seconds, errors, color=color, **style)
+    right, up, align = place
+    for row, x, y in zip(ordered, seconds, errors, strict=True):
+        axes.annotate(
+            f"{row['size_mm']:g}", (x, y), xytext=(right, up), textcoords="offset points", ha=align, fontsize="small",
+            color=color,
+        )  # fmt: skip
