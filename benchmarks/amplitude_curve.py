@@ -14,8 +14,8 @@ import typer
 import papilla
 from papilla.core.files import write_text
 from papilla.model.finger import Finger
-from papilla_papers.grating_signals import signals_over_gratings
 from papilla.telepresence.amplitude import SCHEMA, read_curve
+from papilla_papers.grating_signals import signals_over_gratings
 
 WAVELENGTHS_MM = tuple(np.round(np.arange(0.8, 2.05, 0.1), 1).tolist())
 SPEED_MM_S, DEPTH_MM, LENGTH_MM = 40.0, 1.0, 7.0

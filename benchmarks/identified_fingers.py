@@ -14,14 +14,14 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.identification import Identification, compare, diagnose, identify, record
-from papilla.identification.posing import family_of
+from papilla.core.units import gf_to_newton, to_microstrain
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import RATIOS, FingerFamily
-from papilla.model.finger import Finger
+from papilla.identification import Identification, compare, diagnose, identify, record
+from papilla.identification.posing import family_of
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
-from papilla.core.units import gf_to_newton, to_microstrain
 
 SIZE_MM, VARIANT, FIT_SIZE_MM = 1.0, 1, 1.0
 THICKNESS_MM, TOUCH_DOWN_MM = 10.0, 0.15

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from papilla.cli.estimate_summary import Summary
+from papilla.core.tables import table_writer, write_table
 from papilla.estimators import Pipeline
 from papilla.estimators.pipeline import PipelineEstimate
 from papilla.logs import TimeLogFile
-from papilla.core.tables import table_writer, write_table
 
 ONE_CORE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1"}
 NOISE = {"strong line": 1.0, "weak line": 12.0}

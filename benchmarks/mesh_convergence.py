@@ -9,11 +9,11 @@ import numpy as np
 import typer
 
 from papilla import fem
+from papilla.cli.speed.measure import QUANTITIES, SPECIMEN, answers
 from papilla.core.errors import ContactRangeError
-from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.mesh.builder import VARIANTS
-from papilla.cli.speed.measure import QUANTITIES, SPECIMEN, answers
+from papilla.model.finger import Finger
 
 FORCES_GF = (5, 10, 20, 50, 60, 100)
 NAMES = (*QUANTITIES, "peak_pressure")

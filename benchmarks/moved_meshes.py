@@ -16,9 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from papilla import Finger
-from papilla.model.finger import Dome, Shape, Slab
 from papilla.mesh import DEFAULT_SIZE_MM, build, quality
 from papilla.mesh.drawing import drawn
+from papilla.model.finger import Dome, Shape, Slab
 from papilla.verify import meshes as verified
 
 SIZE_MM = DEFAULT_SIZE_MM

@@ -95,7 +95,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla/calibration/surface.py", "0.5", "0.55"): "where a safeguarded root search starts or bisects",
     ("papilla/calibration/surface.py", "1.0", "1.1"): "a bracket that is wider than it need be",
     ("papilla/calibration/surface.py", "1e-16", "1.1e-16"): "below the rounding at which a search stops",
-    ("papilla/calibration/fitting/sweep.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted there",
+    ("papilla/calibration/fitting/sweep.py", "np.geomspace(0.02, 5.0, 40)", "np.geomspace(5.0, 0.02, 40)"): "sorted",
     ("papilla/identification/one_touch.py", "1e-9", "1.1e-09"): "any ratio next to 1 keeps two times of a series apart",
     ("papilla_papers/methods/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla_papers/methods/softness.py", "101", "102"): "where a range in tens ends",

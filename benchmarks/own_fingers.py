@@ -16,11 +16,12 @@ import numpy as np
 from papilla import Finger, fem
 from papilla.core import units
 from papilla.core.errors import ContactRangeError
-from papilla.model.finger import Layer
 from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.finger import Layer
 from papilla.model.specimen import STICK, Block, Friction, friction_coefficient
 from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import press_path
+from papilla.verify.revolution import finger_of
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)
@@ -41,7 +42,7 @@ class Geometry:
     @property
     def finger(self) -> Finger:
         """The design, with the default finger's gauges on its interface."""
-        base, k = self.shape.finger, self.gauge_size
+        base, k = finger_of(self.shape), self.gauge_size
         sizes = {"length_mm": 2.4 * k, "width_mm": 2.0 * k, "backing_mm": (4.8 * k, 2.0 * k)}
         gauges = tuple(replace(gauge, **sizes) for gauge in base.gauges)
         layers = {"outer": Layer(self.outer_MPa), "inner": Layer(self.inner_MPa)}

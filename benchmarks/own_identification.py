@@ -23,16 +23,16 @@ from own_fingers import GEOMETRIES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
 from papilla.core import cache
+from papilla.core.errors import SolverError
+from papilla.core.units import gf_to_newton
 from papilla.identification import PARAMETERS, diagnose, identify
 from papilla.identification.parameters import kind
 from papilla.identification.suggest import suggest_presses
-from papilla.core.errors import SolverError
-from papilla.model.finger import Finger
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK, Friction, friction_coefficient
 from papilla.references.axisymmetric import presses as presses_of
 from papilla.references.axisymmetric.bodies import Bodies, Rubber
-from papilla.core.units import gf_to_newton
 
 SIZE_MM: float | None = None
 """Elements at the contact of the fit; None is what `identify` takes."""

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import typer
 
-from papilla.calibration import Calibration
 from benchmarks.estimators.cost import costs
+from papilla.calibration import Calibration
 
 
 def main(calibration: Path | None = None, seconds: float = 4.0) -> None:

@@ -19,15 +19,15 @@ from papilla import fem
 from papilla.calibration.fitting.checking import PUBLISHED_POINTS, RIGID
 from papilla.calibration.fitting.sweep import corrected
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
+from papilla.core.files import write_text
+from papilla.core.units import gf_to_newton
 from papilla.fem.finite.strain_tables import measure_large_strain
 from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, known, shipped_text
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
-from papilla.core.files import write_text
-from papilla.model.finger import Bench, Finger, Gauge
 from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.model.finger import Bench, Finger, Gauge
 from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient
 from papilla_papers.claims.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
-from papilla.core.units import gf_to_newton
 
 SIZE_MM = DEFAULT_SIZE_MM
 FORCE_GF, HEAVY = np.arange(10.0, 101.0, 10.0), 2

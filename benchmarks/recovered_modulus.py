@@ -10,8 +10,8 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.identification.bench import calibrate
 from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
+from papilla.identification.bench import calibrate
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 

@@ -18,8 +18,8 @@ from papilla.fem.sliding.coulomb import Laws, Rubbed, rub
 from papilla.fem.sliding.felt_profile import FeltProfile
 from papilla.fem.sliding.section import ReducedSection
 from papilla.fem.sliding.tying import FLAT, tie
-from papilla.model.finger import Dome, Finger
 from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import Grating, Specimen
 
 SIZE_MM = DEFAULT_SIZE_MM

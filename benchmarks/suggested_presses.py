@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 import typer
 
-from papilla.identification import identify
-from papilla.identification.posing import SIZE_MM
 from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
-from papilla.identification.suggest import FORCES_N, suggest_presses
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
-from papilla.model.finger import Bench, Finger
+from papilla.identification import identify
+from papilla.identification.posing import SIZE_MM
+from papilla.identification.suggest import FORCES_N, suggest_presses
 from papilla.logs import PressLog
+from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import STICK, THICKNESS_MM, Block
 
 MODULI = (0.089, 0.51, 0.72)

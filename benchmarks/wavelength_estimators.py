@@ -5,7 +5,6 @@ Run with `python benchmarks/wavelength_estimators.py --scenes hum late --methods
 """
 
 import argparse
-
 import sys
 from pathlib import Path
 

@@ -51,7 +51,7 @@ def identify(
     processes: int = 1,
     progress: Callable[[str], None] | None = None,
 ) -> "Identification":
-    """Identify a finger of known geometry from presses on specimens of known modulus: `papilla.identification.identify`.
+    """Identify a finger of known geometry from presses on specimens of known modulus, as `identification.identify`.
 
     finger : the design, whose geometry is known; None takes the default finger.
     """

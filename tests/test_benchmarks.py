@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import typer
 
-from papilla.identification.posing import family_of
 from papilla.fem.pressing.response import response
-from papilla.model.finger import Finger
+from papilla.identification.posing import family_of
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block, Friction
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"

@@ -17,17 +17,18 @@ import pytest
 from filelock import FileLock
 
 import papilla
-from papilla.core import cache
-from papilla import calibration as calibrate, fem, mesh, references
+from papilla import calibration as calibrate
+from papilla import fem, mesh, references
 from papilla.calibration import Calibration
+from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.fem.preparing import REDUCED_BY
 from papilla.fem.pressing import prices
-from papilla.model.finger import Finger
 from papilla.mesh import builder
 from papilla.mesh.builder import VARIANTS
 from papilla.mesh.surfaces import Ellipsoid, TriangleSurface
 from papilla.mesh.worker import read_surface
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block, Sphere
 from papilla.view import pictures
 from papilla.view.strain_field import strain_figure

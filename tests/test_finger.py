@@ -8,6 +8,7 @@ import tomllib
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
+from papilla.model.file import FORMS
 from papilla.model.finger import (
     DEFAULT_FINGER,
     SHIPPED_FINGERS,
@@ -20,7 +21,6 @@ from papilla.model.finger import (
     Slab,
     Surfaces,
 )
-from papilla.model.file import FORMS
 from papilla.model.materials import NeoHookean, Ogden, Yeoh
 from papilla.model.specimen import Block
 
@@ -470,8 +470,8 @@ def test_a_finger_built_in_python_is_checked_alike():
 
 def test_a_saved_design_is_the_same_finger(tmp_path):
     from papilla.model.finger import Bench
-    from papilla.model.parts import Identified
     from papilla.model.materials import Ogden
+    from papilla.model.parts import Identified
 
     told = Identified(
         status='ok: "quoted", µ and\ttab',

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.units import gf_to_newton
 from papilla.logs import TimeLogFile, read_presses, read_time_log
 from papilla.logs.log_map import Column, LogMap, column_meant, split_unit
 from papilla.logs.proposal import propose
-from papilla.core.units import gf_to_newton
 
 GF = gf_to_newton(1.0)
 

@@ -9,9 +9,9 @@ import pytest
 
 from papilla.core import tables
 from papilla.core.errors import FileAccessError, FileFormatError
+from papilla.core.tables import TableReader, write_table
 from papilla.logs import TimeLogFile, read_presses, read_time_log, statistics, white_noise
 from papilla.model.specimen import Block, HalfSpace, Sphere
-from papilla.core.tables import TableReader, write_table
 
 TIME = "t_s,g1,g2,force_N\n0.000,1,2,0.1\n0.001,3,4,0.2\n0.002,5,6,0.3\n"
 BENCH = "force_N,modulus_MPa,g1,g2\n0.1,0.5,10,20\n0.2,0.5,30,50\n"

@@ -1,4 +1,4 @@
-"""What comes from outside passes through `papilla.core.outside`, and what is written through `papilla.core.files`: found in the
+"""What comes from outside passes through `core.outside`, and what is written through `core.files`: found in the
 syntax trees of the package; and what those functions refuse."""
 
 import ast
@@ -42,7 +42,7 @@ WRITERS = (
 )  # fmt: skip
 WRITING_METHODS = ("write_text", "write_bytes", "savefig", "saving", "tofile", "to_csv", "rename", "symlink_to")
 TEMPORARY = ("replacing", "replacing_set", "scratch")
-"""Functions of `papilla.core.files` that give a temporary path: it replaces the file at the end, or goes with its folder."""
+"""Functions of `core.files` that give a temporary path: it replaces the file at the end, or goes with its folder."""
 
 EXCEPTIONS = {
     ("papilla/mesh/worker.py", "*"): "a script of the child process, which cannot import papilla; it reads what its "

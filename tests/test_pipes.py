@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError
-from papilla.logs import TimeLogFile, time_log
 from papilla.core.pipes import LiveText
 from papilla.core.tables import Table
+from papilla.logs import TimeLogFile, time_log
 
 
 def rows(count: int) -> list[str]:

@@ -9,8 +9,8 @@ from scipy import integrate, special
 
 from papilla import references as ref
 from papilla.core.errors import InputError
-from papilla.references.layer import panel_quadrature
 from papilla.model.specimen import HalfSpace
+from papilla.references.layer import panel_quadrature
 
 NUS = (0.0, 0.3, 0.495, 0.5)
 

@@ -7,8 +7,7 @@ import pytest
 from made_up_sweep import make_sweep
 
 import papilla
-from papilla.calibration import fit, sweep
-from papilla.calibration import SoftnessStatus
+from papilla.calibration import SoftnessStatus, fit, sweep
 from papilla.core.errors import FileFormatError, InputError
 from papilla.estimators import Pipeline
 from papilla.model.finger import DEFAULT_FINGER

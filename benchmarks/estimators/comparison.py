@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from papilla.core.errors import InputError
-from papilla.core import settings
-from papilla.verify.case import Case
 from benchmarks.estimators.methods import LONG_MM, METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
-from papilla.scenes.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, Scene, scene
-from papilla.verify.jobs import run_jobs
+from papilla.core import settings
+from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT, US_PER_S
+from papilla.scenes.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, Scene, scene
+from papilla.verify.case import Case
+from papilla.verify.jobs import run_jobs
 
 GIVEN = settings.parameters(__name__)
 

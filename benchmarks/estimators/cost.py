@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from papilla.calibration import Calibration
-from papilla.estimators import Pipeline
 from papilla.core import settings
-from papilla.scenes.scenes import scene
 from papilla.core.units import US_PER_S
+from papilla.estimators import Pipeline
+from papilla.scenes.scenes import scene
 
 GIVEN = settings.parameters(__name__)
 NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}

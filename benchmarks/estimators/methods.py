@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core import settings
 from papilla.core.errors import InputError
+from papilla.core.units import TINY
 from papilla.estimators import ChirpTracker, Pipeline
 from papilla_papers.methods import roughness
-from papilla.core import settings
-from papilla.core.units import TINY
 
 GIVEN = settings.parameters(__name__)
 LOW_MM, HIGH_MM = GIVEN.low_mm, GIVEN.high_mm

@@ -14,15 +14,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.calibration import sweep
-from papilla.calibration import Calibration, SoftnessStatus
+from papilla.calibration import Calibration, SoftnessStatus, sweep
+from papilla.core import settings
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline, Softness
 from papilla.fem import prepare
 from papilla.model.finger import Finger
-from papilla.references.bounds import modulus_bound
 from papilla.model.specimen import STICK, THICKNESS_MM, Block
-from papilla.core import settings
+from papilla.references.bounds import modulus_bound
 
 GIVEN = settings.parameters(__name__)
 NOISE: dict[str, Any] = {"gauge_sigma": GIVEN.gauge_sigma_microstrain, "force_sigma_N": GIVEN.force_sigma_N}

@@ -12,22 +12,22 @@ from pages import write as write_page
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from papilla.model import file as finger_file
-from papilla.calibration.fitting.sweep import Sweep
 from papilla.calibration import SoftnessStatus, document
+from papilla.calibration.fitting.sweep import Sweep
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.health import Fault
 from papilla.estimators.pipeline import PipelineEstimate
 from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpStatus
-from papilla.model.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
-from papilla.model.parts import Identified
 from papilla.logs import log_map
 from papilla.logs.log_map import GAUGE, QUANTITIES
 from papilla.logs.presses import PRESS_OPTIONAL, SPECIMENS
 from papilla.logs.time_log import TIME_OPTIONAL
+from papilla.model import file as finger_file
+from papilla.model.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
 from papilla.model.materials import MATERIALS
+from papilla.model.parts import Identified
 
 OPENING = """# Files
 

@@ -15,10 +15,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.core import checks
 from papilla.calibration import readouts
 from papilla.calibration.published import Quadratic, QuadraticInverse
 from papilla.calibration.readouts import Compact, GaugeSurface, PositionTerms, SdSurface, SoftnessStatus
+from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.sealed import write_sealed
 from papilla.core.short_repr import html_table, short_repr

@@ -7,7 +7,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.core.checks import positive
 from papilla.cli.options import (
     PROCESSES,
     FingerOption,
@@ -24,14 +23,15 @@ from papilla.cli.options import (
     surface_files,
 )
 from papilla.cli.output import CHECK_FAILED, Answer, Progress, plain, print_table, progress, show_table, tell
+from papilla.core.checks import positive
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.calibration.fitting.checking import Check, Recovery
     from papilla.calibration.fitting.job import Calibrated
-    from papilla.model.finger import Finger
     from papilla.logs import PressLog
+    from papilla.model.finger import Finger
     from papilla.model.specimen import Friction
 
 DEFAULT_OUT = Path("calibration")

@@ -100,8 +100,8 @@ def estimate(
     from papilla.calibration import Calibration
     from papilla.calibration.document import read_calibration
     from papilla.cli.estimate_summary import Summary, show, write_pictures
-    from papilla.estimators.pipeline import PipelineEstimate
     from papilla.core.files import check_writable
+    from papilla.estimators.pipeline import PipelineEstimate
     from papilla.logs.frames import estimates_writer
 
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)

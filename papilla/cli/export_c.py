@@ -15,8 +15,8 @@ def export_c(
 ) -> Answer:
     """Write the modulus with sigma, 95 % interval and status as C code: five coefficients, with checks of their
     ranges."""
-    from papilla.calibration.fitting.export_c import c_header
     from papilla.calibration import Calibration
+    from papilla.calibration.fitting.export_c import c_header
     from papilla.core.files import write_text
 
     keep_inputs([calibration], [out])

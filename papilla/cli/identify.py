@@ -30,8 +30,8 @@ from papilla.core.units import PER_CENT
 if TYPE_CHECKING:
     from papilla.identification import Diagnosis, Identification, Noise
     from papilla.identification.suggest import Suggestion
-    from papilla.model.finger import Finger
     from papilla.logs import PressLog
+    from papilla.model.finger import Finger
     from papilla.model.specimen import Specimen
 
 _UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
@@ -140,10 +140,10 @@ def identify(
         return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **given)
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
+    from papilla.core.files import check_writable, replacing_set
     from papilla.identification import Noise, diagnose, record
     from papilla.identification import identify as fit
     from papilla.identification.page import write_identification
-    from papilla.core.files import check_writable, replacing_set
 
     outputs = [path for path in (out, report) if path is not None]
     design = design_of(finger)
@@ -321,8 +321,8 @@ def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object
     if asked := [name for name, value in given.items() if value]:
         raise InputError(f"--{asked[0].replace('_', '-')} does not go with --compare: the identified design says all")
     from papilla.identification import compare
-    from papilla.model.finger import Finger
     from papilla.logs import read_presses
+    from papilla.model.finger import Finger
 
     finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
     with progress() as shown, about(log):

@@ -45,21 +45,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
-    "": (
-        calibrate,
-        identify,
-        new,
-        compare,
-        press,
-        slide,
-        estimate,
-        view,
-        export_c,
-        design,
-        doctor,
-        verify,
-        bench,
-    ),
+    "": (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench),
     "log": (map_log,),
     "texture": (train, classify),
 }

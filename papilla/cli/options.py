@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
-from papilla.core.checks import positive
 from papilla.cli.output import Answer, print_json, say
+from papilla.core.checks import positive
 from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.fem import Press
-    from papilla.model.finger import Finger
     from papilla.logs import PressLog
+    from papilla.model.finger import Finger
     from papilla.model.specimen import Friction, Specimen
 
 PROCESSES = min(2, os.cpu_count() or 1)

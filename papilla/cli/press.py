@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.core.checks import place, positive
 from papilla.cli.options import (
     FingerOption,
     FrictionOption,
@@ -21,6 +20,7 @@ from papilla.cli.options import (
     surface_files,
 )
 from papilla.cli.output import Answer, print_table, progress, tell
+from papilla.core.checks import place, positive
 from papilla.core.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:

@@ -94,8 +94,8 @@ def slide(
 
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
     """
-    from papilla.core import checks
     from papilla import fem
+    from papilla.core import checks
     from papilla.core.files import check_writable, sidecar
     from papilla.mesh.section import patch_half_width
 

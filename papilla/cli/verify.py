@@ -15,8 +15,8 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
 
     Each case has a bound; exit code 1 means that a case exceeds its bound.
     """
-    from papilla.verify.jobs import fitting_processes
     from papilla.verify import verify as run_families
+    from papilla.verify.jobs import fitting_processes
 
     skipped: list[str] = []
     with progress() as shown:

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.core.checks import positive
 from papilla.cli.options import (
     FingerOption,
     PlaceOption,
@@ -20,6 +19,7 @@ from papilla.cli.options import (
 )
 from papilla.cli.output import Answer, progress, tell
 from papilla.cli.press import write_field
+from papilla.core.checks import positive
 from papilla.core.errors import FileFormatError, InputError
 
 if TYPE_CHECKING:

@@ -11,21 +11,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla import fem
+from papilla.calibration import Calibration
 from papilla.calibration.fitting.fit import fit
 from papilla.calibration.fitting.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI, NOT_INCLUDED
-from papilla.calibration import Calibration
-from papilla.design.in_scene import DesignInScene
-from papilla.design.scene import Scene, rms_or_worst, sigma_from_gauges, sigma_from_sd
 from papilla.core.errors import PapillaError
-from papilla.fem.finite.strain_tables import begin_large_strain
-from papilla.fem.pressing.large_strain import ends_of, large_strain_error
-from papilla.model.finger import Finger
-from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.body import narrowest_mm
-from papilla.model.specimen import STICK, friction_coefficient
 from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
+from papilla.design.in_scene import DesignInScene
+from papilla.design.scene import Scene, rms_or_worst, sigma_from_gauges, sigma_from_sd
+from papilla.fem.finite.strain_tables import begin_large_strain
+from papilla.fem.pressing.large_strain import ends_of, large_strain_error
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Finger
+from papilla.model.specimen import STICK, friction_coefficient
 
 SMALL_MM = 13.0
 """Height or half breadth below which a finger gets a finer mesh than 0.7 mm, in proportion."""

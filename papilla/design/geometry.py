@@ -17,20 +17,20 @@ from typing import Any
 
 import numpy as np
 
-from papilla.core import checks
 from papilla.calibration.fitting.sweep import NOT_INCLUDED
-from papilla.design.places import FOIL, Places
+from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.workers import workers
+from papilla.design.places import FOIL, Places
 from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
 from papilla.fem.pressing.large_strain import FIRST_GAUGE, LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.response import Response, response
 from papilla.fem.reduction.family import RATIOS, family
 from papilla.fem.reduction.gauges import QUANTITIES
-from papilla.model.finger import Finger, Gauge, Layer
 from papilla.mesh import build
 from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Finger, Gauge, Layer
 from papilla.model.specimen import STICK
-from papilla.core.workers import workers
 
 Say = Callable[[str], None]
 KEPT = 4

@@ -7,18 +7,18 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from papilla.calibration.fitting.sweep import DEFAULT_MODULI
-from papilla.calibration.fitting.surface_fit import usable_part
 from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
+from papilla.calibration.fitting.surface_fit import usable_part
+from papilla.calibration.fitting.sweep import DEFAULT_MODULI
+from papilla.core.errors import InputError
+from papilla.core.units import TINY, UM_PER_MM, to_microstrain
 from papilla.design.geometry import GAUGES, STANDARD_MM, GeometryMap, gains_of, spent_on
 from papilla.design.scene import Scene, sigma_from_depth, sigma_from_gauges, sigma_from_sd
-from papilla.core.errors import InputError
 from papilla.fem.finite.strain_tables import FORCES, MODULI
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FURTHER, MARGIN
 from papilla.fem.pressing.response import Response
-from papilla.model.finger import Finger
 from papilla.mesh.body import narrowest_mm
-from papilla.core.units import TINY, UM_PER_MM, to_microstrain
+from papilla.model.finger import Finger
 
 DEPTH_ERROR = 0.005
 """Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
@@ -116,7 +116,7 @@ class DesignInScene:
         """One sigma of the design's calibration, without friction: of S_d (relative), and of each gauge (g,) in
         microstrain / N.
 
-        Large strain is treated as in `papilla.calibration.fitting.fit`: the error of the tables and of presses beyond their
+        Large strain is treated as in `papilla.calibration.fit`: the error of the tables and of presses beyond their
         forces, relative to the rms of a gauge over the calibration's own sweep. Meshes: `MESH`.
         """
         stuck = self.scene.unknown.friction != 0

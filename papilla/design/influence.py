@@ -13,20 +13,20 @@ from itertools import product
 import numpy as np
 import scipy.sparse as sp
 
+from papilla.core.errors import InputError
+from papilla.core.units import to_microstrain
 from papilla.design.geometry import ENDS, MESHED_DEG
 from papilla.design.places import Places, foil_of, half_length
 from papilla.design.scene import Scene
-from papilla.core.errors import InputError
 from papilla.fem.finite.strain_tables import SIZE
 from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.off_apex import MovedContact, on_each_side
 from papilla.fem.pressing.response import LogPolynomial
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
-from papilla.model.finger import Finger, Gauge
 from papilla.mesh import build
 from papilla.mesh.body import narrowest_mm
-from papilla.core.units import to_microstrain
+from papilla.model.finger import Finger, Gauge
 
 STEP_MM = 0.5
 """Half the distance of the two touches whose difference gives the slope by the place."""

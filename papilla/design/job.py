@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from papilla import fem, view
+from papilla.core.errors import InputError, PapillaError
+from papilla.core.files import check_writable, write_text
+from papilla.core.units import PER_CENT
 from papilla.design.confirming import confirm
 from papilla.design.objectives import Objective
 from papilla.design.results import Effect, Outcome, Results, first_words, write_tables
 from papilla.design.running import Stage, run
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.core.errors import InputError, PapillaError
-from papilla.core.files import check_writable, write_text
 from papilla.model.finger import Finger
-from papilla.core.units import PER_CENT
 from papilla.view.page import either, environment, image, number
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, color_bar, plain_log, styled
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from papilla.calibration import IDENTIFIABLE, NORMAL_FACTOR
+from papilla.core.errors import InputError
 from papilla.design.geometry import geometry_map
 from papilla.design.in_scene import DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import moved
 from papilla.design.scene import rms_or_worst
-from papilla.core.errors import InputError
 
 LESS, MORE = 1.0, -1.0
 """Whether less or more of an objective is better: a factor that makes smaller values better."""

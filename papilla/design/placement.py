@@ -19,15 +19,15 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from papilla.core.errors import InputError
+from papilla.core.files import check_writable, write_text
+from papilla.core.tables import write_table
 from papilla.design.influence import Influence, influence
 from papilla.design.scene import PRIOR, Scene
 from papilla.design.study import Study
-from papilla.core.errors import InputError
 from papilla.estimators.softness.touch import RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
-from papilla.core.files import check_writable, write_text
 from papilla.model.finger import Finger
-from papilla.core.tables import write_table
 from papilla.view.page import environment, image
 from papilla.view.style import ACCENTS, MUTED, mark_gauge, styled
 

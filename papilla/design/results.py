@@ -13,16 +13,16 @@ import numpy as np
 from scipy.special import stdtrit
 
 from papilla.calibration import LEVEL
+from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 from papilla.design.batch import OK, Record
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.core.errors import InputError
-from papilla.model.finger import Finger
 from papilla.logs.frames import estimates_writer
-from papilla.core.units import PER_CENT
+from papilla.model.finger import Finger
 
 CHOSEN = 3
 """Number of designs for which a file is written: the best in the first objective."""

@@ -21,6 +21,8 @@ from time import perf_counter
 from typing import Any
 
 from papilla.core import cache
+from papilla.core.errors import InputError, MissingExtraError, SolverError
+from papilla.core.workers import THREADS, end_with_parent
 from papilla.design import sampling
 from papilla.design.batch import OK, Batch, Done, Record, evaluate, judged, version
 from papilla.design.geometry import geometry_map, measure_base, with_sites
@@ -28,8 +30,6 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
-from papilla.core.errors import InputError, MissingExtraError, SolverError
-from papilla.core.workers import THREADS, end_with_parent
 
 BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses

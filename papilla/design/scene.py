@@ -14,14 +14,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from papilla.core import checks
-from papilla.calibration.fitting.sweep import DEFAULT_FORCES
 from papilla.calibration.fitting.surface_fit import SurfaceFit, table_resolution
+from papilla.calibration.fitting.sweep import DEFAULT_FORCES
+from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import UM_PER_MM
 from papilla.estimators.softness.channels import Doubts, GaugeSurfaces, SdSurface
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
 from papilla.estimators.softness.touch import RULES
-from papilla.core.units import UM_PER_MM
 
 FORCES, MODULI = 10, 14
 """Numbers of forces and of moduli of the grid: the fewest forces for cells of a spline, and steps of 0.2 in ln E."""

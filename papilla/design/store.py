@@ -10,9 +10,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from papilla.design.batch import Record
 from papilla.core.errors import FileAccessError
 from papilla.core.files import check_writable
+from papilla.design.batch import Record
 
 PATIENCE_S = 60.0
 """Time that a transaction waits for one of another client, s."""

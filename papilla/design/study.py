@@ -9,17 +9,17 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.file_models import first_of, in_words, keys_of, table
+from papilla.core.outside import read_toml
 from papilla.design.geometry import geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES, Objective
 from papilla.design.parameters import coupled, made, names_of, of_geometry, parameters_of, refuse_unknown
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import Scene, Tolerances, Unknowns
-from papilla.core.errors import FileFormatError, InputError
 from papilla.estimators.softness import Doubts
-from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.model.finger import SHIPPED_FINGERS, Finger
-from papilla.core.outside import read_toml
 
 ELSEWHERE = ("unknown", "tolerances")
 """Parts of a scene that are tables of their own in the file."""

@@ -18,9 +18,9 @@ from pydantic import AfterValidator, TypeAdapter, ValidationError
 
 from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError, MissingExtraError
-from papilla.estimators.spectral_bands import integral
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.sealed import read_sealed, write_sealed
+from papilla.estimators.spectral_bands import integral
 
 SCHEMA = "papilla.texture/1"
 UNKNOWN = "unknown"

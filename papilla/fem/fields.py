@@ -8,12 +8,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from papilla.core.errors import FileFormatError, InputError
+from papilla.core.files import replacing
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import Space, TaylorHood, evaluated, fold, parity_signs
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.core.files import replacing
 from papilla.mesh.layered import LayeredMesh
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))

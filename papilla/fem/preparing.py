@@ -10,8 +10,8 @@ from functools import partial
 
 from papilla.core import cache, checks
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.model.finger import Finger
 
 REDUCED_BY = "papilla.fem.reduction.finger_model"
 """Module whose code makes a reduced finger."""

@@ -15,19 +15,19 @@ import numpy as np
 from markupsafe import Markup
 
 from papilla import fem, view
-from papilla.identification.noise import Noise
-from papilla.identification.bench import calibrate
-from papilla.calibration.fitting.sweep import SCENE
 from papilla.calibration import IDENTIFIABLE, Calibration
+from papilla.calibration.fitting.sweep import SCENE
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
-from papilla.model.finger import Finger
-from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.core.tables import write_table
 from papilla.core.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
+from papilla.core.workers import Say
+from papilla.identification.bench import calibrate
+from papilla.identification.noise import Noise
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.finger import Finger
 from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
-from papilla.core.workers import Say
 
 NOISE_MICROSTRAIN, FORCE_ERROR = Noise.readings_microstrain, Noise.force
 """Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a

@@ -21,11 +21,11 @@ from itertools import combinations
 import numpy as np
 from scipy.optimize import brentq
 
+from papilla.core.units import PER_CENT
 from papilla.identification.fit import MISFIT, Identification, descend, starts_of
 from papilla.identification.parameters import MOVES, PARAMETERS, kind, physical
 from papilla.identification.problem import Problem
 from papilla.model.parts import Identified
-from papilla.core.units import PER_CENT
 
 NORMAL = 1.959964
 """Half width of a 95 % interval, in standard deviations."""

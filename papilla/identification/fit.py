@@ -13,6 +13,10 @@ from operator import itemgetter
 import numpy as np
 from scipy.optimize import least_squares
 
+from papilla.core.errors import InputError
+from papilla.core.short_repr import html_table
+from papilla.core.workers import Say
+from papilla.fem.reduction.family import with_moduli
 from papilla.identification.noise import Noise, estimated_noise
 from papilla.identification.parameters import (
     MOVES,
@@ -27,14 +31,10 @@ from papilla.identification.parameters import (
 from papilla.identification.posing import ensure_physics, family_of, moved_by, problem_of, with_moves
 from papilla.identification.presses import NOT_STATED, refuse_far
 from papilla.identification.problem import Problem
-from papilla.core.errors import InputError
-from papilla.fem.reduction.family import with_moduli
+from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.model.parts import Identified
-from papilla.logs import PressLog
-from papilla.core.short_repr import html_table
 from papilla.model.specimen import Friction, Specimen
-from papilla.core.workers import Say
 
 ROUNDS = 10
 """Largest number of fits; each uses the weights that follow from the one before it."""

@@ -8,26 +8,18 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtrc
 
-from papilla.identification.noise import Noise
-from papilla.identification.parameters import (
-    MOVES,
-    OF_THE_BENCH,
-    OF_THE_LOG,
-    kind,
-    names_of,
-    scaled,
-    start_of,
-)
-from papilla.identification.posing import moved_by, refuse, refuse_beyond, shapes_of
-from papilla.identification.problem import Problem, sd_and_shares, unread
-from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration
+from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.core.errors import InputError
-from papilla.model.finger import Finger
-from papilla.model.parts import Identified
-from papilla.logs import PressLog
 from papilla.core.units import PER_CENT
 from papilla.core.workers import Say
+from papilla.identification.noise import Noise
+from papilla.identification.parameters import MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, scaled, start_of
+from papilla.identification.posing import moved_by, refuse, refuse_beyond, shapes_of
+from papilla.identification.problem import Problem, sd_and_shares, unread
+from papilla.logs import PressLog
+from papilla.model.finger import Finger
+from papilla.model.parts import Identified
 
 ALARM = 0.01
 """Probability of chi-square below which a finger counts as another: the share of false alarms."""

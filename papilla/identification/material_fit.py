@@ -17,8 +17,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError, SolverError
-from papilla.model.materials import MODES, Material, NeoHookean, material_class, principal_pair
 from papilla.core.short_repr import short_repr
+from papilla.model.materials import MODES, Material, NeoHookean, material_class, principal_pair
 
 STRONG_CORRELATION = 0.95
 """Correlation of two parameters above which the fit reports it."""

@@ -13,8 +13,8 @@ from scipy.linalg import helmert
 from scipy.optimize import minimize
 
 from papilla.core import checks
-from papilla.identification.presses import places
 from papilla.core.units import PER_CENT
+from papilla.identification.presses import places
 from papilla.logs.presses import USUAL_FORCE_ERROR
 
 if TYPE_CHECKING:

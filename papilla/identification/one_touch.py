@@ -19,9 +19,9 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
-from papilla.core import checks
-from papilla.calibration.fitting.sweep import Sweep
 from papilla.calibration import LEVEL
+from papilla.calibration.fitting.sweep import Sweep
+from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.logs import PressLog
 from papilla.logs.presses import loading, touches

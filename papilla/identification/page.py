@@ -8,10 +8,10 @@ import numpy as np
 from markupsafe import Markup
 
 from papilla import view
+from papilla.core.files import write_text
 from papilla.identification import PARAMETERS, Diagnosis, Identification
 from papilla.identification.parameters import kind, plain_value
 from papilla.identification.presses import places
-from papilla.core.files import write_text
 from papilla.view.page import environment, image, number, plain
 
 CURVE_POINTS = 60
@@ -31,7 +31,8 @@ def write_identification(path: str | PathLike, found: Identification, diagnosis:
 
 def section(found: Identification, diagnosis: Diagnosis) -> Markup:
     """The part of the page that the page of a calibration contains, too."""
-    return Markup(environment("papilla.identification").get_template("identified.html").render(**parts(found, diagnosis)))
+    template = environment("papilla.identification").get_template("identified.html")
+    return Markup(template.render(**parts(found, diagnosis)))
 
 
 def parts(found: Identification, diagnosis: Diagnosis) -> dict[str, Any]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.tables import closest
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM
-from papilla.core.tables import closest
 
 
 @dataclass(frozen=True)

@@ -6,20 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from papilla.identification.noise import Noise
-from papilla.identification.parameters import checked_values, expanded, kind, linear_last, names_of, start_of
-from papilla.identification.presses import Known, Shape, needs_places, refuse_far
-from papilla.identification.problem import MIDDLES, Problem
 from papilla.core.errors import InputError
+from papilla.core.workers import Say, workers
 from papilla.fem.finite.strain_tables import SPANNING, begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of
 from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
-from papilla.model.finger import Bench, Finger
+from papilla.identification.noise import Noise
+from papilla.identification.parameters import checked_values, expanded, kind, linear_last, names_of, start_of
+from papilla.identification.presses import Known, Shape, needs_places, refuse_far
+from papilla.identification.problem import MIDDLES, Problem
 from papilla.logs import PressLog
+from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
-from papilla.core.workers import Say, workers
 
 SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d differs by 0.6 % at most from that on elements of half the

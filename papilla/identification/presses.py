@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from papilla.core import checks
-from papilla.identification.parameters import MOVES, PARAMETERS
 from papilla.core.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits, OffApex
 from papilla.fem.pressing.response import RATIO_LIMITS, Response
 from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.identification.parameters import MOVES, PARAMETERS
 from papilla.logs import PressLog
 from papilla.model.specimen import Friction, Specimen, friction_words, physics_words
 

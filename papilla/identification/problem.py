@@ -12,14 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
+from papilla.core.units import MICROSTRAIN
+from papilla.fem.pressing.off_apex import UNSURE
+from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.identification.noise import Noise
 from papilla.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS, kind, physical, scaled
 from papilla.identification.presses import FeltBy, Known, Shape, felt_by, places
-from papilla.fem.pressing.off_apex import UNSURE
-from papilla.fem.pressing.response import RATIO_LIMITS
-from papilla.model.finger import Finger
 from papilla.logs import PressLog
-from papilla.core.units import MICROSTRAIN
+from papilla.model.finger import Finger
 
 MISSING = 1e9
 """Standard deviation for values that a press did not measure, relative to the channel's own."""

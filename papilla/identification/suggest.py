@@ -13,7 +13,12 @@ from typing import Literal
 
 import numpy as np
 
+from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.core import checks
+from papilla.core.errors import InputError
+from papilla.core.units import gf_to_newton
+from papilla.fem.pressing.off_apex import MoveLimits
+from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.identification import posing
 from papilla.identification.fit import Identification
 from papilla.identification.noise import Noise
@@ -21,13 +26,8 @@ from papilla.identification.parameters import start_of
 from papilla.identification.posing import free_parameters, shapes_of
 from papilla.identification.presses import refuse_far
 from papilla.identification.problem import Problem, sd_and_shares, unread
-from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
-from papilla.core.errors import InputError
-from papilla.fem.pressing.off_apex import MoveLimits
-from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
-from papilla.core.units import gf_to_newton
 
 Criterion = Literal["I", "D"]
 APEX = (0.0, 0.0)

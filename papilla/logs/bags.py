@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
-from papilla.logs.frames import FrameReader
 from papilla.core.outside import reason
 from papilla.core.tables import BLOCK, Table
 from papilla.core.units import NS_PER_S, S_PER_NS
+from papilla.logs.frames import FrameReader
 
 MOST_CELLS = 64
 """Largest number of elements of an array in a message that become columns."""

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from papilla.core.errors import FileFormatError
+from papilla.core.short_repr import short_repr
+from papilla.core.tables import Table, write_table
+from papilla.core.units import PER_CENT
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import of_presses
-from papilla.core.short_repr import short_repr
 from papilla.model.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
-from papilla.core.tables import Table, write_table
-from papilla.core.units import PER_CENT
 
 USUAL_FORCE_ERROR = 0.01
 """Relative error of the force of a usual bench."""
@@ -130,7 +130,7 @@ def read_presses(
     mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`.
     sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
-    Raises `FileAccessError` or `FileFormatError` for what `papilla.core.tables.TableReader` refuses, a missing or misspelt
+    Raises `FileAccessError` or `FileFormatError` for what `TableReader` refuses, a missing or misspelt
     column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
     positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
     rise, or a specimen without its dimension or with that of another kind.

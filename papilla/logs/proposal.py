@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from papilla.core.errors import FileFormatError
+from papilla.core.tables import TableReader
 from papilla.logs.columns import instants, is_bag, unmapped
 from papilla.logs.frames import PARQUET
 from papilla.logs.log_map import (
@@ -28,7 +29,6 @@ from papilla.logs.log_map import (
     split_unit,
 )
 from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
-from papilla.core.tables import TableReader
 
 HEAD = 2000
 """Number of rows that are read for the size of the numbers."""

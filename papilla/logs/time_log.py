@@ -13,11 +13,11 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.checks import LARGEST, believable
 from papilla.core.errors import FileFormatError
+from papilla.core.short_repr import short_repr
+from papilla.core.tables import Reader, Table
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import Magnitudes, Noise, Sizes
-from papilla.core.short_repr import short_repr
-from papilla.core.tables import Reader, Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
@@ -32,7 +32,7 @@ class LogReport:
 
     gaps : time steps longer than 1.5 median steps. duplicates : rows with the time of the row before.
     nan_rows, nan_cells : rows and cells of used columns without a finite number. unbelievable : cells with a number
-    beyond `papilla.core.checks.LARGEST`. notes : how the file was read, a sentence each. sizes : columns whose numbers seem
+    beyond `checks.LARGEST`. notes : how the file was read, a sentence each. sizes : columns whose numbers seem
     to be in another unit.
     """
 
@@ -199,7 +199,7 @@ class TimeLogFile:
     def blocks(self) -> Iterator[np.ndarray]:
         """Blocks (n, 1 + gauges + optional columns) of the counted rows: time, readings, optional columns.
 
-        Cells without a finite number, or beyond `papilla.core.checks.LARGEST`, are NaN. Of standard input they come as they
+        Cells without a finite number, or beyond `checks.LARGEST`, are NaN. Of standard input they come as they
         are there, and raise what opening a file raises.
         """
         left, scan = self.report.rows, self._scan()
@@ -246,7 +246,7 @@ def _lever(reader: Reader, lever_mm: float | None) -> float | None:
 def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap | str | Path | None = None) -> TimeLog:
     """Read a log `t_s,g1[,g2,...]` with any of `force_N,velocity_mm_s,position_mm,tangential_N`.
 
-    A log with tangential_N needs no gauges. Cells without a finite number up to `papilla.core.checks.LARGEST` become NaN and
+    A log with tangential_N needs no gauges. Cells without a finite number up to `checks.LARGEST` become NaN and
     are counted; their rows stay.
 
     Parameters
@@ -255,7 +255,7 @@ def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap |
     lever_mm : distance from the axis of `torque_Nmm`, which may stand in place of tangential_N, to the skin.
     log_map : meaning of the columns, or its file; None takes `log_map.toml` beside the log, if there is one.
 
-    Raises `FileAccessError` or `FileFormatError` for what `papilla.core.tables.TableReader` refuses, a missing or misspelt
+    Raises `FileAccessError` or `FileFormatError` for what `TableReader` refuses, a missing or misspelt
     column, fewer than two rows, a time that is no number or earlier than the one before, or equal times in all rows.
     """
     with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map) as file:

@@ -7,9 +7,9 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.model.finger import Dome, Finger, Gauge, Slab
 from papilla.mesh.surface_files import read_nested
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, TriangleSurface
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
 WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4

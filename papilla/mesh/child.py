@@ -16,8 +16,8 @@ import numpy as np
 
 from papilla.core.errors import FileAccessError, MeshError
 from papilla.core.files import scratch
-from papilla.mesh import worker
 from papilla.core.outside import reason
+from papilla.mesh import worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
 HEARTBEAT_S = 0.5

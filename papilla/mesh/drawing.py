@@ -14,7 +14,6 @@ import numpy as np
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MeshError
-from papilla.model.finger import Finger
 from papilla.mesh.body import Body
 from papilla.mesh.cells import TaggedCells, between, compact, edges_of, paired_faces, positively_oriented
 from papilla.mesh.child import Progress, tetrahedralise
@@ -22,6 +21,7 @@ from papilla.mesh.finishing import finished, snap
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder, Surface, TriangleSurface, Triangulation
+from papilla.model.finger import Finger
 
 DRAWS = 5  # Largest number of meshes that are made for a finger
 ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05

@@ -11,8 +11,8 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh.layered import BONE, INNER, OUTER
+from papilla.model.finger import Dome, Finger, Slab
 
 SIZE_MM = 0.1
 """Length (mm) of the skin's elements in the contact patch."""

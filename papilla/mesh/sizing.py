@@ -16,9 +16,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from papilla.core import checks
-from papilla.model.finger import Finger
 from papilla.core.memory import least_bytes, refuse_size
 from papilla.mesh.body import Body, body_of, gauge_site
+from papilla.model.finger import Finger
 
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from papilla.core import cache
 from papilla.core.errors import FileAccessError, FileFormatError, MeshError
+from papilla.core.outside import reason
 from papilla.mesh.cells import compact, components, edges_of
 from papilla.mesh.child import run
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Triangulation
-from papilla.core.outside import reason
 
 if TYPE_CHECKING:
     from pyvista import PolyData

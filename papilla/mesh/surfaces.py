@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from papilla.core import checks
-from papilla.mesh.cells import edges_of
 from papilla.core.short_repr import short_repr
+from papilla.mesh.cells import edges_of
 
 if TYPE_CHECKING:
     from pyvista import PolyData

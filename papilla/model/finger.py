@@ -15,8 +15,8 @@ from pathlib import Path
 
 from papilla.core import checks
 from papilla.core.errors import FileAccessError, InputError
-from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
 from papilla.core.short_repr import html_table
+from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
 
 __all__ = [
     "Bench", "DEFAULT_FINGER", "Dome", "Finger", "Gauge", "Identified", "Layer", "Ridges", "SHIPPED_FINGERS", "Shape",

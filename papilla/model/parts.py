@@ -21,7 +21,7 @@ ROUNDING = 0.005  # Largest relative difference between a layer's modulus and th
 class Layer:
     """An isotropic layer: small-strain Young's `modulus` in MPa and Poisson's ratio `nu` in [0, 0.5].
 
-    `material` is its hyperelastic law at finite strain (`papilla.model.materials`); None means neo-Hookean with `modulus`.
+    `material` is its hyperelastic law at finite strain (`model.materials`); None means neo-Hookean with `modulus`.
     Raises `InputError` for values out of range, and for a material whose small-strain modulus differs from `modulus`.
     """
 

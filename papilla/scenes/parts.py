@@ -11,13 +11,12 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from papilla.core import checks
+from papilla.core import checks, settings
+from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.fem import Motion, slide
 from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
-from papilla.core import settings
 from papilla.model.textures import MeasuredProfile, Texture
-from papilla.core.units import MS_PER_S, PER_CENT
 
 HARMONICS = 9
 ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.core import checks
+from papilla.core import checks, settings
 from papilla.core.errors import InputError
+from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.references.bounds import wavelength_bound
-from papilla.core import settings
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
-from papilla.core.units import SAMPLE_RATE_HZ
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
 CLAIMS = 100

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from papilla.core.units import S_PER_NS
 from papilla.logs import TimeLog
 from papilla.telepresence.gate import Received
 from papilla.telepresence.local_model import LocalModel, Shown
@@ -20,7 +21,6 @@ from papilla.telepresence.messages import Force, HandReading, Header, Length, Me
 from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, RATE_HZ, Motion, RemoteHand
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.touch import Touch
-from papilla.core.units import S_PER_NS
 
 
 class Source(Protocol):

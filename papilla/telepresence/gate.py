@@ -15,8 +15,8 @@ from typing import NamedTuple
 import msgspec
 
 from papilla.core.errors import InputError
-from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
 from papilla.core.units import NS_PER_S
+from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
 
 MAC_BYTES = SHORTEST_KEY = 16
 """Bytes of a message's authentication code, and least of a key: 128 bits cannot be guessed."""

@@ -13,11 +13,11 @@ from typing import NamedTuple
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.status import Status
+from papilla.core.units import S_PER_NS
 from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import Measured, Rule
 from papilla.telepresence.messages import MAX_LINES, Component, Trust, strongest
 from papilla.telepresence.motion import FASTEST_MM_S, RATE_HZ, Hand
-from papilla.core.units import S_PER_NS
 
 
 class DisplayStatus(Status):

@@ -14,6 +14,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_S, NS_PER_S, S_PER_H
 from papilla.telepresence.direct import DirectFeedback, HighPass
 from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, TouchSource
 from papilla.telepresence.gate import SESSION_BITS, Received
@@ -23,7 +24,6 @@ from papilla.telepresence.messages import VERSION, Header, Message, Samples, enc
 from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
 from papilla.telepresence.record import Record
 from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Texture, Touch
-from papilla.core.units import MS_PER_S, NS_PER_S, S_PER_H
 
 PERIOD_NS = round(NS_PER_S / RATE_HZ)
 CLOCK_NS = 2**45

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from papilla.core import checks
+from papilla.core.units import MICRO, MS_PER_NS, NS_PER_S, S_PER_NS
 from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, Source, Timer
 from papilla.telepresence.gate import Counts
 from papilla.telepresence.local_model import DisplayStatus, LocalModel, Shown
@@ -14,7 +15,6 @@ from papilla.telepresence.messages import Parameters, Trust
 from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.udp import Endpoint
-from papilla.core.units import MICRO, MS_PER_NS, NS_PER_S, S_PER_NS
 
 
 class Spread:

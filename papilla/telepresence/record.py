@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core.units import MS_PER_S, S_PER_MS, TINY
 from papilla.telepresence.local_model import DisplayStatus
 from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import RATE_HZ
-from papilla.core.units import MS_PER_S, S_PER_MS, TINY
 
 WINDOW_S, QUARTERS = 0.25, 4
 """Length of a window: half a stroke of a hand or less, a dozen periods of a texture. Windows of the felt wavelength

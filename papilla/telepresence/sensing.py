@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from papilla.core.errors import FileFormatError, InputError
+from papilla.core.tables import TableReader
+from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
 from papilla.estimators.wavelength.memory import TrackingStatus
-from papilla.core.tables import TableReader
 from papilla.telepresence import messages
 from papilla.telepresence.messages import Component, Header, Parameters, Trust, quantity
-from papilla.core.units import SAMPLE_RATE_HZ
 
 WINDOW_S = 0.2
 """Time over which amplitudes are measured."""

@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.core import checks
 from papilla.calibration import Calibration
+from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
 from papilla.estimators.wavelength.lines import find_lines, travelled

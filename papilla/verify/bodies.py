@@ -13,13 +13,13 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 from numpy.polynomial.legendre import leggauss
 
+from papilla.core import settings
 from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.reduction.patch import quadrature
-from papilla.model.finger import Dome, Finger, Gauge, Layer
 from papilla.mesh.layered import LayeredMesh
-from papilla.references import StackLayer, bonded_layer_sphere, halfspace_stiffness, layered_halfspace_stiffness
+from papilla.model.finger import Dome, Finger, Gauge, Layer
 from papilla.model.specimen import HalfSpace, Sphere
-from papilla.core import settings
+from papilla.references import StackLayer, bonded_layer_sphere, halfspace_stiffness, layered_halfspace_stiffness
 from papilla.verify.case import Case
 from papilla.verify.structured import cylinder, growing
 

@@ -10,18 +10,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from papilla import references
+from papilla.core import settings
 from papilla.fem import ReducedFinger, press
 from papilla.fem.pressing.contact import LoadingPath
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature, weak_gap
 from papilla.model.finger import Layer
-from papilla.references import StackLayer
 from papilla.model.specimen import Block, HalfSpace, friction_coefficient
-from papilla.core import settings
-from papilla.verify.case import Case
+from papilla.references import StackLayer
 from papilla.verify import bodies
 from papilla.verify.bodies import BALL, BALL_RADIUS, DEEP, bonded_layer, compared, half_space, off
+from papilla.verify.case import Case
 
 GIVEN = settings.parameters(__name__)
 MODULUS, NU = GIVEN.modulus_MPa, GIVEN.nu

@@ -15,17 +15,17 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, FacetBasis, LinearForm
 
+from papilla.core import settings
 from papilla.core.checks import ROUNDING
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import ELEMENTS, Space, TaylorHood, interpolation, space_of
 from papilla.fem.discrete.solver import factorise
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import INNER, OUTER, LayeredMesh
-from papilla.core import settings
+from papilla.model.finger import Finger, Layer
 from papilla.verify.case import Case
 from papilla.verify.structured import cube, shell
 

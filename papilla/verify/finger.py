@@ -5,14 +5,14 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sp
 
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.reduction.patch import weak_gap
-from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block, Specimen
 from papilla.verify.case import Case
-from papilla.core.units import gf_to_newton
 
 BLOCK = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus."""

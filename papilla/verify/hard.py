@@ -9,21 +9,21 @@ from dataclasses import replace
 
 import numpy as np
 
+from papilla.core import settings
 from papilla.core.errors import ContactRangeError
+from papilla.core.units import PER_CENT, gf_to_newton, to_microstrain
 from papilla.fem import FingerModel, Press, ReducedFinger, press
 from papilla.fem.discrete.solver import factorise
 from papilla.fem.pressing.contact import OFF_APEX
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
-from papilla.references import StackLayer, bonded_layer_sphere
+from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace, Specimen
-from papilla.core import settings
-from papilla.verify.case import Case
+from papilla.references import StackLayer, bonded_layer_sphere
 from papilla.verify import bodies, finger
 from papilla.verify.bodies import BALL, BALL_RADIUS, compared, off
+from papilla.verify.case import Case
 from papilla.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, pressed_by, residual
 from papilla.verify.structured import cylinder
-from papilla.core.units import PER_CENT, gf_to_newton, to_microstrain
 
 GIVEN = settings.parameters(__name__)
 LIMIT, ENGINES = GIVEN.incompressible, GIVEN.engines

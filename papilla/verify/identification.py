@@ -4,18 +4,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from papilla.core import settings
+from papilla.core.errors import MissingExtraError
+from papilla.core.units import MICROSTRAIN
+from papilla.fem.pressing.response import Response, response
 from papilla.identification import Identification, identify
 from papilla.identification.diagnosis import NORMAL, profile
 from papilla.identification.posing import family_of
 from papilla.identification.problem import Problem
-from papilla.core.errors import MissingExtraError
-from papilla.fem.pressing.response import Response, response
-from papilla.model.finger import Finger
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK, Block
-from papilla.core import settings
 from papilla.verify.case import Case
-from papilla.core.units import MICROSTRAIN
 
 GIVEN = settings.parameters(__name__)
 

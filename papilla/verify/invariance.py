@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from papilla.core import settings
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import contact_press
@@ -16,9 +18,8 @@ from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.model.finger import Gauge, Layer
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
-from papilla.core import settings
-from papilla.verify.case import Case
 from papilla.verify.bodies import BALL, BALL_RADIUS, FlatModel, apart, bonded_layer, off
+from papilla.verify.case import Case
 from papilla.verify.finger import (
     BLOCK,
     COARSE_MM,
@@ -28,7 +29,6 @@ from papilla.verify.finger import (
     default_reduced,
     pressed_by,
 )
-from papilla.core.units import gf_to_newton
 
 GIVEN = settings.parameters(__name__)
 

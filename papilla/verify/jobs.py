@@ -30,7 +30,7 @@ def run_jobs(
 ) -> Iterator[tuple[str, Any]]:
     """Yield the name of each job with `function(*arguments, say)`, where `say` takes a line of progress.
 
-    processes : how many jobs run at once; 1 runs them in this process (see `papilla.core.workers`). fresh : a new process
+    processes : how many jobs run at once; 1 runs them in this process (see `core.workers`). fresh : a new process
     for each job, so that what a job leaves in memory goes with it. Raises what the function raises.
     """
     done = 0

@@ -12,20 +12,20 @@ from typing import Any
 
 import numpy as np
 
+from papilla.core import settings
 from papilla.core.errors import ContactRangeError, MeshError
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, press
-from papilla.model.finger import Dome, Finger, Shape, Slab
 from papilla.mesh import build
 from papilla.mesh.builder import VARIANTS
 from papilla.mesh.cells import mean_ratio, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import LayeredMesh, mirrored
+from papilla.model.finger import Dome, Finger, Shape, Slab
 from papilla.model.specimen import THICKNESS_MM, Block
-from papilla.core import settings
-from papilla.verify.case import Case
 from papilla.verify.bodies import apart, compared, off
+from papilla.verify.case import Case
 from papilla.verify.finger import default_model, default_reduced, pressed_by, residual
-from papilla.core.units import gf_to_newton
 
 GIVEN = settings.parameters(__name__)
 MOVED, SCATTER = GIVEN.moved, GIVEN.scatter

@@ -2,34 +2,44 @@
 strain."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from papilla.core import settings
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
+from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
-from papilla.core import settings
-from papilla.verify.case import Case
 from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
-from papilla.core.units import gf_to_newton
+from papilla.verify.case import Case
 
 GIVEN = settings.parameters(__name__)
 LINEAR = GIVEN.linear
 
 
+def finger_of(shape: Shape) -> Finger:
+    """The default finger in a form of revolution."""
+    return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (shape.outer, shape.interface, shape.bone))))
+
+
+FINGER = finger_of(FINE)
+
+
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
-    yield from _linear(FingerModel(FINE.finger, build(FINE.finger)).reduce())
-    mesh = build(FINE.finger, size_mm=GIVEN.coarse_mm)
-    reduced = FingerModel(FINE.finger, mesh).reduce()
+    yield from _linear(FingerModel(FINGER, build(FINGER)).reduce())
+    mesh = build(FINGER, size_mm=GIVEN.coarse_mm)
+    reduced = FingerModel(FINGER, mesh).reduce()
     yield from _large_strain(mesh, press(reduced, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, fidelity="contact"))
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
     for modulus in GIVEN.moduli_MPa:
-        rings = Rings(_bodies(FINE, modulus, linear=True), FINE.finger.gauges)
+        rings = Rings(_bodies(FINE, modulus, linear=True), FINGER.gauges)
         for force_gf in GIVEN.forces_gf:
             force = gf_to_newton(force_gf)
             exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
@@ -51,7 +61,7 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK, "stuck"))
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        found = press_finite(FINE.finger, mesh, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, friction=friction)
+        found = press_finite(FINGER, mesh, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, friction=friction)
         changes = {
             "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
             "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
@@ -63,13 +73,13 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
-    path = press_path(_bodies(Shape(), GIVEN.pressed_MPa, linear), FINE.finger.gauges, GIVEN.pressed_N, friction)
+    path = press_path(_bodies(Shape(), GIVEN.pressed_MPa, linear), FINGER.gauges, GIVEN.pressed_N, friction)
     indentation, values = path.at(GIVEN.pressed_N)
     return float(indentation), float(values[0].std())
 
 
 def _bodies(shape: Shape, modulus: float, linear: bool) -> Bodies:
-    layers = [(layer.modulus, layer.nu) for layer in (shape.finger.outer, shape.finger.inner)]
+    layers = [(layer.modulus, layer.nu) for layer in (FINGER.outer, FINGER.inner)]
     return Bodies(shape, [Rubber(E, nu, linear) for E, nu in (*layers, (modulus, _block(modulus).nu))])
 
 

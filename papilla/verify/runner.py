@@ -6,12 +6,12 @@ from time import perf_counter
 
 from papilla.core.errors import InputError, MissingExtraError, PapillaError
 from papilla.verify.case import Case
-from papilla.verify.jobs import Progress, no_progress, run_jobs
 from papilla.verify.contact import coat, friction, hertz, layers
 from papilla.verify.elements import manufactured, patch_test
 from papilla.verify.hard import contrast, engines, incompressible, loads, places
 from papilla.verify.identification import identification
 from papilla.verify.invariance import invariance
+from papilla.verify.jobs import Progress, no_progress, run_jobs
 from papilla.verify.meshes import moved, scatter, slivers, thin_layer
 from papilla.verify.revolution import revolution
 from papilla.verify.sliding import sliding

@@ -6,8 +6,8 @@ from dataclasses import replace
 from itertools import chain
 from time import perf_counter
 
-from papilla.core import cache
 from papilla import fem
+from papilla.core import cache
 from papilla.core.files import scratch
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block

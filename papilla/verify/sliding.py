@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from papilla.core import settings
 from papilla.fem import Motion, prepare_section, slide
 from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
 from papilla.fem.sliding.section import ReducedSection
 from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
-from papilla.core import settings
-from papilla.verify.case import Case
 from papilla.verify.bodies import apart, off
+from papilla.verify.case import Case
 
 GIVEN = settings.parameters(__name__)
 

@@ -12,12 +12,12 @@ from matplotlib.tri import Triangulation
 from scipy.interpolate import LinearNDInterpolator
 
 from papilla.core.errors import InputError
+from papilla.core.units import KPA_PER_MPA
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.ellipses import SHARPEST, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.specimen import Specimen
-from papilla.core.units import KPA_PER_MPA
 from papilla.view.style import INK, MUTED, SEQUENTIAL, THIN, color_bar, friction_text, nice_limit, styled, titled
 
 BAR_IN, PANEL_IN, HEIGHT_IN = 1.4, 4.4, 5.6  # Inches of a picture: width of the bar and of a map; height

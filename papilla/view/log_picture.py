@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from papilla.core.checks import ROUNDING
-from papilla.logs.statistics import Thinned
 from papilla.core.units import PER_CENT
+from papilla.logs.statistics import Thinned
 from papilla.view.style import ACCENTS, INK, MUTED, THIN, literal, plain_log, styled, titled
 
 MEASURED = {

@@ -11,12 +11,12 @@ import numpy as np
 
 from papilla.core import cache
 from papilla.core.errors import InputError
+from papilla.core.files import write_text
 from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.core.files import write_text
-from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 from papilla.view.style import NARROW_IN, SHEET, STRAIN, content, kind_of, write_bytes
 

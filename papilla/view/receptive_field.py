@@ -6,11 +6,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from papilla.core.errors import InputError
+from papilla.core.units import to_microstrain
 from papilla.fem.fields import ReceptiveFields
 from papilla.fem.reduction.gauges import gauge_frame
-from papilla.model.finger import Finger
 from papilla.mesh.body import surfaces_of
-from papilla.core.units import to_microstrain
+from papilla.model.finger import Finger
 from papilla.view import style
 from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
 

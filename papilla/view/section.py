@@ -8,16 +8,16 @@ import pyvista as pv
 from contourpy import contour_generator
 from scipy.interpolate import LinearNDInterpolator
 
+from papilla.core.units import KPA_PER_MPA, PER_CENT
 from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.finger import Finger
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import LayeredMesh
+from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen, Sphere
-from papilla.core.units import KPA_PER_MPA, PER_CENT
 from papilla.view.contact_map import contact_edge
 from papilla.view.style import STRAIN
 

@@ -11,13 +11,13 @@ from skfem import Basis, ElementTriP2, ElementVector
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.files import replacing
+from papilla.core.units import PER_CENT, TINY
 from papilla.fem.sliding.section import SectionModel
 from papilla.fem.sliding.slide import Slide
-from papilla.core.files import replacing
-from papilla.model.finger import Finger
 from papilla.mesh.section import build_section
+from papilla.model.finger import Finger
 from papilla.model.textures import Texture
-from papilla.core.units import PER_CENT, TINY
 from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, literal, styled
 
 FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90

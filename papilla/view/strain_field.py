@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull, cKDTree
 
 from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 from papilla.fem.fields import Field
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.finger import Finger
 from papilla.mesh.body import surfaces_of
+from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
-from papilla.core.units import PER_CENT
 from papilla.view import style
 from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
 from papilla.view.section import Section, contact_outline, cut, half_skin, specimen_solid

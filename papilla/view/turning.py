@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from papilla.core.errors import MissingExtraError
+from papilla.core.units import PER_CENT
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.finger import Finger
-from papilla.core.units import PER_CENT
 from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
 from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, RIGID_COLOR, STRAIN, nice_limit
 

@@ -5,9 +5,9 @@ from os import PathLike
 
 from papilla import __version__
 from papilla.core.files import write_text
+from papilla.view.page import environment
 from papilla_papers.claims.claim import accepted, beside, number, published
 from papilla_papers.claims.runner import Result, by_evidence, head
-from papilla.view.page import environment
 
 
 def write_page(path: str | PathLike, results: Sequence[Result], seconds: float) -> None:

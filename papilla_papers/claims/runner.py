@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from papilla.core.errors import InputError, PapillaError
 from papilla.verify.case import Verdict
+from papilla.verify.jobs import Progress, no_progress, run_jobs
 from papilla_papers.claims.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, read_claims
 from papilla_papers.claims.experiments import EXPERIMENTS
-from papilla.verify.jobs import Progress, no_progress, run_jobs
 
 CLAIMS: tuple[Claim, ...] = read_claims()
 """Every claim, paper by paper."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from papilla_papers.methods.roughness import RoughnessStream
+from papilla.core.units import MS_PER_S
 from papilla.scenes.scenes import Scene, scene
 from papilla_papers.claims.scenes import scene as scene_of
-from papilla.core.units import MS_PER_S
+from papilla_papers.methods.roughness import RoughnessStream
 
 SHARED = scene_of("signals")
 RATE_Hz: int = SHARED.rate_Hz

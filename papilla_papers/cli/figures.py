@@ -16,9 +16,9 @@ def figures(
     The first run takes some minutes; results are kept, so the next one takes seconds.
     """
     from papilla.core.files import check_writable
+    from papilla.verify.jobs import fitting_processes
     from papilla_papers.figures.runner import chosen, write
     from papilla_papers.figures.runner import figures as compute
-    from papilla.verify.jobs import fitting_processes
 
     began = perf_counter()
     chosen(paper)

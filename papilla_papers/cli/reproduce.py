@@ -25,8 +25,8 @@ def reproduce(
     The whole table takes some minutes, the first time more (meshes and presses are kept); --only is quick.
     """
     from papilla.core.files import check_writable
-    from papilla_papers.claims.runner import by_evidence, head, results, summary
     from papilla.verify.jobs import fitting_processes
+    from papilla_papers.claims.runner import by_evidence, head, results, summary
 
     began = perf_counter()
     if out is not None:

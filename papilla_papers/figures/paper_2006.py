@@ -7,17 +7,17 @@ import numpy as np
 
 from papilla import fem
 from papilla.calibration.published import SPECIMENS_MPA, compare_with_published, published_sd
-from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
+from papilla.core.units import KPA_PER_MPA, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace
+from papilla.model.textures import MeasuredProfile
 from papilla.scenes.scenes import Scene
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, dashed, printed
+from papilla.view.contact_map import contact_profile
 from papilla_papers.claims.experiments import gratings, impulses, presses, softness
 from papilla_papers.claims.scenes import by_factors, even
 from papilla_papers.claims.signals import SHARED, answers_to, correlation, lag_ms, listed, noisy_scene, times
-from papilla.model.textures import MeasuredProfile
-from papilla.core.units import KPA_PER_MPA, gf_to_newton, newton_to_gf
-from papilla.view.contact_map import contact_profile
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, dashed, printed
+from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
 
 SHOWN, SOFT = impulses.SCENE.figures, softness.SCENE.figures
 KINDS = ("synthetic", "finger by finite elements")

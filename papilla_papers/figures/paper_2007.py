@@ -4,12 +4,12 @@ import numpy as np
 from scipy.signal import butter, lfilter
 
 from papilla import fem
-from papilla_papers.methods.roughness import ZeroCrossing
-from papilla_papers.methods.roughness.impulses import UpwardCrossings
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, dashed, printed
+from papilla.model.textures import MeasuredProfile
 from papilla_papers.claims.experiments import counts, gratings
 from papilla_papers.claims.signals import SHARED, answers_to, noisy_scene, share_of_noise
-from papilla.model.textures import MeasuredProfile
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, dashed, printed
+from papilla_papers.methods.roughness import ZeroCrossing
+from papilla_papers.methods.roughness.impulses import UpwardCrossings
 
 SCENE, SHOWN = counts.SCENE, counts.SCENE.figures
 RATE_HZ: int = SHARED.rate_Hz

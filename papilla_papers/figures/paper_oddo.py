@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 
-from papilla_papers.methods.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, dashed, printed
+from papilla.core.units import PER_CENT, UM_PER_MM
 from papilla_papers.claims.experiments import wavelets
 from papilla_papers.claims.experiments.wavelets import ASSUMED, PERIODS_MM, RUNS, SCENE, RATE_Hz, phase_deg
 from papilla_papers.claims.signals import SHARED, listed, share_of_noise, times
-from papilla.core.units import PER_CENT, UM_PER_MM
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, dashed, printed
+from papilla_papers.methods.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
 
 CHANNELS = ("P1S4", "P1S1", "P1S2")
 STEP_S = wavelets.PASSIVE.rest_s + wavelets.PASSIVE.first_s

@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 
 from papilla import fem
-from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla.model.finger import Finger
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Table, dashed
-from papilla_papers.grating_signals import signals_over_gratings
+from papilla.telepresence import Motion, read_curve
 from papilla_papers.claims.experiments import gratings
 from papilla_papers.claims.experiments.spectra import PAPER, SCENE, SEEDS
 from papilla_papers.claims.signals import SHARED, RATE_Hz, answers_mm, noisy_scene, share_of_noise
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Table, dashed
+from papilla_papers.grating_signals import signals_over_gratings
+from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla_papers.telepresence import NOTICED_MS, TESTS_MM, Condition, experiments_2011
-from papilla.telepresence import Motion, read_curve
 
 SHOWN = SCENE.figures
 HAND = Motion()

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla import fem
-from papilla_papers.methods.texture import band_amplitudes, best_band, concordance, printed_bands
+from papilla.core.units import INCH_MM, PER_CENT, UM_PER_MM
 from papilla.model.finger import Finger
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, printed
+from papilla.model.textures import MeasuredProfile
 from papilla_papers.claims.experiments import gratings
 from papilla_papers.claims.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla_papers.claims.signals import listed
-from papilla.model.textures import MeasuredProfile
-from papilla.core.units import INCH_MM, PER_CENT, UM_PER_MM
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, printed
+from papilla_papers.methods.texture import band_amplitudes, best_band, concordance, printed_bands
 
 SHOWN = SCENE.figures
 UNIT, FELT, SYNTHETIC = "rms", "finger by finite elements", "synthetic"

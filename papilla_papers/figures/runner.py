@@ -13,12 +13,12 @@ from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import check_writable, replacing_set, write_text
 from papilla.model.finger import Finger
+from papilla.telepresence import read_curve
+from papilla.verify.jobs import Progress, no_progress, run_jobs
+from papilla.view.style import SHEET
+from papilla_papers.claims.scenes import scenes
 from papilla_papers.figures import drawing, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla_papers.figures.picture import Figure, Paper, Picture, as_csv
-from papilla_papers.claims.scenes import scenes
-from papilla.verify.jobs import Progress, no_progress, run_jobs
-from papilla.telepresence import read_curve
-from papilla.view.style import SHEET
 
 PHOTO, DIAGRAM = "a photograph", "a drawing or block diagram without data"
 
@@ -126,8 +126,8 @@ def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Pat
 def _page(made: Sequence[Made], seconds: float) -> str:
     """The page of figures, one below the other, with differences from print and the claims about them."""
     from papilla import __version__
-    from papilla_papers.claims.runner import CLAIMS
     from papilla.view.page import either, environment
+    from papilla_papers.claims.runner import CLAIMS
 
     by_paper = {name: [one for one in made if one.paper == name] for name in PAPERS}
     return (

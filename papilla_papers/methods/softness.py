@@ -8,14 +8,14 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from papilla.core import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus, published
 from papilla.calibration.readouts import Compact, CompactStatus
+from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import gf_to_newton, newton_to_gf
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness import SoftnessEstimate
 from papilla.estimators.stream import Stream
-from papilla.core.units import gf_to_newton, newton_to_gf
 
 Form = Literal["printed", "exact", "quadratic", "compact"]
 FORMS: tuple[Form, ...] = get_args(Form)

@@ -5,20 +5,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.core import cache
-from papilla.calibration.fitting import checking, fit as fitting
+from papilla.calibration.fitting import checking
+from papilla.calibration.fitting import fit as fitting
 from papilla.calibration.fitting.fit import _inside, _slope, fit_compact
+from papilla.calibration.fitting.job import _between
+from papilla.calibration.fitting.sweep import DEFAULT_FORCES, DEFAULT_MODULI
+from papilla.calibration.readouts import ln_sd
+from papilla.core import cache
+from papilla.core.errors import InputError
 from papilla.identification import Noise
 from papilla.identification.diagnosis import _condition, influence_by_parameter
 from papilla.identification.fit import _distinct
-from papilla.calibration.fitting.job import _between
 from papilla.identification.one_touch import crept, fit_indentation, fit_touch, on_finger, on_half_space
-from papilla.calibration.fitting.sweep import DEFAULT_FORCES, DEFAULT_MODULI
 from papilla.identification.page import weighted_residuals
-from papilla.calibration.readouts import ln_sd
-from papilla.core.errors import InputError
-from papilla.model.finger import Finger
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.references import Prony
 from tests.support.spring_calibration import TRUE, calibration
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from spring_calibration import FORCE, MODULUS, TRUE, calibration
 
+from papilla.calibration import Calibration
 from papilla.calibration.fitting.export_c import c_header
 from papilla.calibration.fitting.fit import fit_compact, with_compact
-from papilla.calibration import Calibration
 from papilla.calibration.readouts import Compact
 from papilla.core.errors import InputError
 

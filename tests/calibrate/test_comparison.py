@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.identification import comparison
 from papilla.calibration import fit
+from papilla.core.errors import InputError
+from papilla.identification import comparison
 from papilla.identification.comparison import (
     NOISE_MICROSTRAIN,
     Candidate,
@@ -21,7 +22,6 @@ from papilla.identification.comparison import (
     write_comparison,
     write_comparison_table,
 )
-from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 
 

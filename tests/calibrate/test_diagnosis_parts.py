@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from power_law_presses import FINGER, GAUGES, Powers, problem, with_sd
 
-from papilla.identification import suggest
-from papilla.identification import Diagnosis, Noise, diagnosis, fit, record
+from papilla.fem.pressing.off_apex import MoveLimits
+from papilla.identification import Diagnosis, Noise, diagnosis, fit, record, suggest
+from papilla.identification import page as identification_page
 from papilla.identification.fit import Identification, solve
 from papilla.identification.presses import Known, Shape
-from papilla.identification import page as identification_page
-from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.model.specimen import Block, Sphere
 
 QUIET = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-5, model=1e-5, depth=1e-5)

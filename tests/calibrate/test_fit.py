@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import fit
+from papilla.calibration import Calibration, SoftnessStatus, fit
 from papilla.calibration.fitting.fit import Doubts
 from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
-from papilla.calibration import Calibration, SoftnessStatus
 from papilla.core.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
+from papilla.core.errors import InputError
+from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS, Noise, compare, diagnose, identify, record
 from papilla.identification.diagnosis import RATIO, Profile, profile
 from papilla.identification.fit import descend
 from papilla.identification.posing import family_of, problem_of
-from papilla.core.errors import InputError
-from papilla.fem.pressing.response import response
 from papilla.model.finger import Finger
 
 STUCK = {"size_mm": SIZE_MM, "friction": "stick"}

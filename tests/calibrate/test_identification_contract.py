@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
+from papilla.core.errors import InputError
+from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS, diagnose, identify, record
 from papilla.identification.fit import solve
 from papilla.identification.parameters import kind
 from papilla.identification.posing import family_of
-from papilla.core.errors import InputError
-from papilla.fem.pressing.response import response
 from papilla.model.finger import Finger
 
 pytestmark = pytest.mark.slow

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
+from papilla.core.errors import InputError
 from papilla.identification import PARAMETERS, compare, diagnose, identify, posing, problem, record
 from papilla.identification.fit import solve
 from papilla.identification.identified_finger import unmoved, with_identification
 from papilla.identification.parameters import MOVES, kind
 from papilla.identification.posing import problem_of
 from papilla.identification.suggest import suggest_presses
-from papilla.core.errors import InputError
-from papilla.model.finger import Finger
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace
 
 SIZE_MM = 2.8

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from spring_calibration import calibration
 
-from papilla.identification import posing
-from papilla.identification.identified_finger import with_identification
 from papilla.calibration import Calibration
 from papilla.cli.estimate import _zeros
 from papilla.core.errors import InputError
+from papilla.identification import posing
+from papilla.identification.identified_finger import with_identification
 from papilla.model.finger import Finger
 from papilla.model.parts import Identified
 
@@ -87,8 +87,8 @@ def test_zeros_of_another_number_of_gauges_are_refused():
 
 def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     from papilla.calibration.fitting import job
-    from papilla.identification.posing import family_of
     from papilla.fem.pressing.response import response
+    from papilla.identification.posing import family_of
     from papilla.logs import PressLog
     from papilla.model.specimen import Block
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.identification.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.core.errors import InputError
+from papilla.identification.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
 
 DEPTH = np.linspace(0.05, 0.6, 40)

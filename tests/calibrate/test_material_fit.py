@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.identification.material_fit import MaterialTests, _with_doubts, fit_material, model_stress
 from papilla.core.errors import InputError
+from papilla.identification.material_fit import MaterialTests, _with_doubts, fit_material, model_stress
 from papilla.model.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3)]

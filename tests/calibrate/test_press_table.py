@@ -8,11 +8,11 @@ import pytest
 from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibration.fitting import sweep as press_table
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem.pressing import fidelity
-from papilla.model.finger import Bench
-from papilla.logs import read_presses
-from papilla.model.specimen import HalfSpace
 from papilla.core.tables import TableReader
+from papilla.fem.pressing import fidelity
+from papilla.logs import read_presses
+from papilla.model.finger import Bench
+from papilla.model.specimen import HalfSpace
 
 REDUCED = SimpleNamespace(
     gauge_names=("g1", "g2"), finger_name="f", finger_sha256="a", mesh_sha256="b", mesh_size_mm=0.7, at=(1.0, 0.0),

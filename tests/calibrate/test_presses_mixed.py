@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.identification.presses import Shape, felt_by, needs_places, places, refuse_far, rolled
 from papilla.core.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits
+from papilla.identification.presses import Shape, felt_by, needs_places, places, refuse_far, rolled
 from papilla.logs import PressLog
 from papilla.model.specimen import Block
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from power_law_presses import FINGER, GAUGES, Powers, problem, with_sd
 
+from papilla.core.errors import InputError
 from papilla.identification import fit, posing
 from papilla.identification.identified_finger import Change, Comparison, _against, _may_move, unmoved
 from papilla.identification.noise import _groups
 from papilla.identification.posing import THICKER, free_parameters, moved_by, specimens_of
-from papilla.core.errors import InputError
 from papilla.logs import PressLog
 from papilla.model.specimen import Block
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from papilla.identification.one_touch import fit_relaxation
 from papilla.core.errors import InputError
 from papilla.fem import prepare
 from papilla.fem.pressing.contact import contact_press
+from papilla.identification.one_touch import fit_relaxation
 from papilla.model.finger import Finger
-from papilla.references import Prony
 from papilla.model.specimen import HalfSpace
+from papilla.references import Prony
 
 TIME = np.concatenate([np.linspace(0.05, 1, 20), np.linspace(1.2, 25, 120)])
 RAMP = np.minimum(TIME, 1.0)

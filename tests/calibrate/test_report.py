@@ -8,12 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibration import fit
+from papilla.calibration import SoftnessStatus, fit
+from papilla.calibration.fitting import page
 from papilla.calibration.fitting.checking import Truth
 from papilla.calibration.fitting.job import Calibrated, Recovery
-from papilla.calibration.fitting import page
 from papilla.calibration.fitting.page import AnswerMap, force_cost, provenance, slopes, symbols, write_report
-from papilla.calibration import SoftnessStatus
 from papilla.core.errors import FileAccessError, InputError
 from papilla.fem import prepare
 from papilla.model.finger import Finger

@@ -5,14 +5,14 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from papilla.identification import suggest as module
-from papilla.identification import identify
-from papilla.identification.suggest import suggest_presses
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
-from papilla.model.finger import Finger
+from papilla.identification import identify
+from papilla.identification import suggest as module
+from papilla.identification.suggest import suggest_presses
 from papilla.logs import PressLog
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 
 SIZE_MM = 2.8

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from benchmarks.estimators import comparison
 from papilla.cli import bench
 from papilla.cli.options import PROCESSES
 from papilla.model.finger import Finger
-from benchmarks.estimators import comparison
 
 
 def words(text: str) -> str:
@@ -56,11 +56,11 @@ class Found(SimpleNamespace):
 @pytest.fixture
 def measured(monkeypatch):
     """The bench of three rows, and what its parts were asked for."""
-    from papilla.fem.pressing import pricing
-    from papilla.cli import speed as study
     from benchmarks.presses import peers
-    from papilla_papers import study_plots
+    from papilla.cli import speed as study
+    from papilla.fem.pressing import pricing
     from papilla.view import style
+    from papilla_papers import study_plots
 
     calls = []
     rows = (Row(pareto=True), Row(element="P1", reference=True, pareto=True), Row(fidelity="hertz"))
@@ -130,10 +130,10 @@ def test_scenes_are_a_table_of_the_product_and_all_methods_side_by_side(capsys):
 
 @pytest.mark.parametrize("short", [True, False])
 def test_the_bench_of_estimators_needs_a_calibration_unless_it_is_short(papilla, monkeypatch, tmp_path, short):
-    from papilla.calibration.fitting import job
     from benchmarks.estimators import cost, touches
-    from papilla_papers import study_plots
+    from papilla.calibration.fitting import job
     from papilla.view import style
+    from papilla_papers import study_plots
 
     asked = {}
     touch = touches.TouchRow("creep", "gauges", 0.5, 0.1, 0.2, 0.9, 0.05, 1.5, 2.5, 8)

@@ -8,10 +8,10 @@ import pytest
 import spring_calibration
 from made_up_sweep import make_sweep
 
-from papilla.model.finger import DEFAULT_FINGER
+from papilla.core.tables import write_table
 from papilla.logs import read_presses
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.core.tables import write_table
+from papilla.model.finger import DEFAULT_FINGER
 
 
 def bench_columns(seed=5):

@@ -12,8 +12,8 @@ import pytest
 from made_up_sweep import make_sweep
 
 from papilla.calibration import fit
-from papilla.logs import white_noise
 from papilla.core.tables import write_table
+from papilla.logs import white_noise
 
 COLUMNS = (
     "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_kinetic_sigma "

@@ -9,8 +9,8 @@ from made_up_sweep import make_sweep
 
 from papilla.calibration import fit
 from papilla.core.errors import InputError
-from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
 from papilla.core.tables import write_table
+from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
 
 
 @pytest.fixture

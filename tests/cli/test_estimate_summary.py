@@ -12,8 +12,8 @@ from papilla.cli import estimate, estimate_summary
 from papilla.cli.estimate_summary import Summary
 from papilla.core.errors import InputError
 from papilla.estimators.pipeline import PipelineEstimate
-from papilla.model.finger import Finger
 from papilla.logs.time_log import LogReport
+from papilla.model.finger import Finger
 
 REPORT = LogReport(6, 2, 1, 4, 3, 0, ("a note of the log",))
 LEGEND = {

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.identification import Noise
 from papilla.cli import identify
 from papilla.cli.identify import SuggestOptions
 from papilla.cli.options import PROCESSES
 from papilla.core.errors import InputError
+from papilla.identification import Noise
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 

@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from papilla.identification import posing
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
+from papilla.identification import posing
 from papilla.model.finger import Finger
-from papilla.references import Prony
 from papilla.model.specimen import Block
+from papilla.references import Prony
 
 SIZE_MM = 2.8
 SILICONE = Prony((0.25,), (3.0,))

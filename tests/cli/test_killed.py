@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.model.finger import Finger
 from papilla.logs import read_presses
+from papilla.model.finger import Finger
 
 COMMAND = "import sys; from papilla.cli.main import run; run(sys.argv[1:])"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGKILL)

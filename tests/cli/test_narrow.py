@@ -7,10 +7,10 @@ import pytest
 
 from papilla.calibration.fitting.checking import Check, CheckedPress
 from papilla.cli import calibrate, estimate_summary, output, verify
-from papilla_papers.cli import reproduce
 from papilla.verify.case import Case
 from papilla_papers.claims.claim import Answer
 from papilla_papers.claims.runner import CLAIMS, EXPERIMENTS, Result
+from papilla_papers.cli import reproduce
 
 WORDS = "many words that say at some length what happened here"
 

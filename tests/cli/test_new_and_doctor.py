@@ -6,8 +6,8 @@ import re
 import pytest
 
 from papilla import Finger
-from papilla.core import cache
 from papilla.cli import doctor
+from papilla.core import cache
 
 
 @pytest.mark.parametrize("shape", ["dome", "slab", "surfaces"])

@@ -9,9 +9,9 @@ import pytest
 
 import papilla as library
 from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, fit, sweep
-from papilla.identification.posing import family_of
 from papilla.calibration.fitting.job import cached_sweep
 from papilla.fem.pressing.response import response
+from papilla.identification.posing import family_of
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import physics_words
 

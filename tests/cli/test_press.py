@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from papilla.model.finger import Finger
 from papilla.logs import read_time_log
+from papilla.model.finger import Finger
 
 KEYS = {
     *("force_N", "modulus_MPa", "fidelity", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa"),

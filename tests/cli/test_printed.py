@@ -9,17 +9,15 @@ import numpy as np
 import pytest
 
 from papilla.cli import bench, calibrate, estimate_summary, identify, output, press, slide, texture, verify
-from papilla.telepresence.cli import (
-    commands as telepresence,
-    ends as telepresence_ends,
-    options as telepresence_options,
-)
 from papilla.cli.options import SpecimenOptions
 from papilla.core.errors import InputError
-from papilla.model.finger import Finger
 from papilla.logs import read_time_log
-from papilla.telepresence import LocalModel
+from papilla.model.finger import Finger
 from papilla.model.textures import MeasuredProfile
+from papilla.telepresence import LocalModel
+from papilla.telepresence.cli import commands as telepresence
+from papilla.telepresence.cli import ends as telepresence_ends
+from papilla.telepresence.cli import options as telepresence_options
 
 INVERSE = {"coefficients": [0.5, 0.25, -2.0, 3.0], "shift": 0.6, "branch": 1, "modulus_MPa": [0.1, 2.0]}
 QUADRATIC = {"coefficients": [-1.5, 20.0, 3.0, 40.0, -5.0], "stderr": [0.25, None, 1.0, 2.0, 3.0]}

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from papilla.fem import Motion, Slide
-from papilla.model.finger import Finger, Ridges
 from papilla.logs import read_time_log
 from papilla.mesh.section import patch_half_width
+from papilla.model.finger import Finger, Ridges
 from papilla.model.specimen import Grating
 
 SCENE = ["slide", "--groove", 0.9, "--ridge", 0.9, "--speed", 40, "--out", "log.csv"]

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.telepresence.cli import ends as ends
 from papilla.core.errors import InputError
 from papilla.telepresence import processes
+from papilla.telepresence.cli import ends as ends
 from papilla.telepresence.udp import Address
 
 

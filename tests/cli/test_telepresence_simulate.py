@@ -9,9 +9,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError
 from papilla.telepresence.cli import commands as telepresence
 from papilla.telepresence.cli.options import GratingOptions, SoftOptions
-from papilla.core.errors import InputError
 from papilla.telepresence.messages import Force, Header, Length, Line, Modulus, Parameters, Ratio, Strain, Trust
 from papilla.telepresence.motion import RATE_HZ, Motion
 

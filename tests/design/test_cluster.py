@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from killed_client import is_alive, worker_ends_with
 
+from papilla.core.errors import InputError, MissingExtraError
 from papilla.design import running
 from papilla.design.batch import version
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.core.errors import InputError, MissingExtraError
 
 pytestmark = pytest.mark.slow
 

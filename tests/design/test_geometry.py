@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI
+from papilla.core.errors import InputError
 from papilla.design.geometry import GeometryMap, _table_of, measure_base, with_sites
 from papilla.design.in_scene import MESH, DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places
 from papilla.design.scene import Scene
-from papilla.core.errors import InputError
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, known
 from papilla.model.finger import Finger, Layer
 

@@ -8,12 +8,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError
 from papilla.design import influence, placement
 from papilla.design.influence import Influence
 from papilla.design.placement import KNOWN, UNKNOWN, Placed, problem
 from papilla.design.scene import PRIOR, Scene
 from papilla.design.study import read_study
-from papilla.core.errors import InputError
 from papilla.estimators.softness.touch import RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 from papilla.model.finger import Finger, Gauge

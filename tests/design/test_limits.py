@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration.fitting.sweep import NOT_INCLUDED
+from papilla.core.errors import InputError
 from papilla.design import confirming, influence, scene
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
@@ -15,7 +16,6 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.places import Places, foil_of, half_length
 from papilla.design.scene import PRIOR, Scene
 from papilla.design.study import read_study
-from papilla.core.errors import InputError
 from papilla.model.finger import Finger, Gauge, Slab
 
 FINGER = Finger.default()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI
+from papilla.core.errors import InputError, SolverError
 from papilla.design import confirming, job, objectives
 from papilla.design.confirming import Confirmed
 from papilla.design.in_scene import DesignInScene
@@ -16,7 +17,6 @@ from papilla.design.parameters import made
 from papilla.design.places import Places, foil_of
 from papilla.design.results import Effect
 from papilla.design.scene import Scene, Tolerances, Unknowns
-from papilla.core.errors import InputError, SolverError
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()

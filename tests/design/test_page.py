@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
+from papilla.core.errors import InputError
 from papilla.design import job, placement
 from papilla.design.results import Results
 from papilla.design.running import Tally
 from papilla.design.study import read_study
-from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError, SolverError
 from papilla.design import geometry, running, sampling
 from papilla.design.batch import Batch, Done, Record, evaluate, version
 from papilla.design.geometry import GeometryMap, gains_of, with_sites
@@ -17,11 +18,10 @@ from papilla.design.results import Results, first_words, write_tables
 from papilla.design.scene import Scene, Unknowns
 from papilla.design.store import Store
 from papilla.design.study import Free, Limit, Study, probes, read_study
-from papilla.core.errors import InputError, SolverError
 from papilla.fem.finite.strain_tables import SPANNING
 from papilla.fem.reduction.family import RATIOS
-from papilla.model.finger import Finger, Gauge, Ridges, Slab
 from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Finger, Gauge, Ridges, Slab
 
 FINGER = Finger.default()
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from papilla.design.places import Places, foil_of, half_length, moved
 from papilla.core.errors import InputError
+from papilla.design.places import Places, foil_of, half_length, moved
 from papilla.model.finger import Finger, Gauge
 
 SHAPE = Finger.default().shape

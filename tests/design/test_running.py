@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papilla.core.errors import FileAccessError, InputError
+from papilla.core.tables import TableReader
 from papilla.design import batch, running
 from papilla.design.batch import Record
 from papilla.design.job import run_study
 from papilla.design.results import Results, first_words, summary
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.core.errors import FileAccessError, InputError
-from papilla.core.tables import TableReader
 
 pytestmark = pytest.mark.usefixtures("made_up")
 

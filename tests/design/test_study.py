@@ -2,10 +2,10 @@
 
 import pytest
 
+from papilla.core.errors import InputError
 from papilla.design import sampling
 from papilla.design.parameters import coupled, made, parameters_of
 from papilla.design.study import read_study
-from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 
 FREE = '"outer.modulus_MPa" = [0.1, 0.6]'

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError, SolverError
 from papilla.design import batch, geometry, influence, job, running
 from papilla.design.batch import Batch, Done, Record, evaluate, version
 from papilla.design.confirming import Confirmed
@@ -19,10 +20,9 @@ from papilla.design.results import summary
 from papilla.design.running import Pool
 from papilla.design.scene import Scene
 from papilla.design.study import read_study
-from papilla.core.errors import InputError, SolverError
 from papilla.fem.finite.strain_tables import SIZE
-from papilla.model.finger import Finger, Slab
 from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Finger, Slab
 from papilla.model.specimen import STICK
 
 FINGER = Finger.default()

@@ -8,8 +8,8 @@ import pytest
 
 from papilla import estimators
 from papilla.core.errors import InputError
-from papilla_papers.methods import texture, wavelet
 from papilla.estimators.texture import Features
+from papilla_papers.methods import texture, wavelet
 
 COMMON = {
     "sample_rate_Hz": 1000.0, "wavelength_range_mm": (0.4, 6.0), "scale_sigma": 0.015, "latency_s": None,

@@ -10,6 +10,8 @@ from functools import partial
 import numpy as np
 import pytest
 
+from papilla.estimators.wavelength import SpaceTracker, TrackingStatus
+from papilla.scenes.scenes import scene
 from papilla_papers.methods.roughness import (
     ImpulseDensity,
     ImpulseInterval,
@@ -18,8 +20,6 @@ from papilla_papers.methods.roughness import (
     ShortTimeSpectrum,
     ZeroCrossing,
 )
-from papilla.estimators.wavelength import SpaceTracker, TrackingStatus
-from papilla.scenes.scenes import scene
 
 PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
 SPECTRA = (ShortTimeSpectrum, Okamoto)

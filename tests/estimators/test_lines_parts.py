@@ -9,9 +9,9 @@ from papilla.core.errors import InputError
 from papilla.estimators.lags import _noise as noise_of
 from papilla.estimators.lags import _scatter as scatter_of
 from papilla.estimators.lags import channel_lags, phasors
+from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.lines import find_lines, order_of
 from papilla.estimators.wavelength.spectrum import Level, Line, Spectrum, background, vertex
-from papilla.estimators.stream import completed
 
 
 def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size=1.0):

@@ -13,9 +13,9 @@ import pytest
 
 from papilla.estimators import Pipeline
 from papilla.estimators.lags import channel_lags
+from papilla.estimators.texture import Features, train
 from papilla.estimators.wavelength.lines import find_lines, travelled
 from papilla_papers.methods.texture import log_band_features
-from papilla.estimators.texture import Features, train
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
 BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration.fitting.position_terms import fit_positions
 from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
+from papilla.calibration.fitting.position_terms import fit_positions
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.estimators.health import Fault, unpack

@@ -15,10 +15,10 @@ from papilla.estimators import (
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.health import BASE, Fault, pack, unpack, words
 from papilla.estimators.pipeline.clock import Clock, ClockStatus
-from papilla_papers.methods.roughness import RoughnessStatus
-from papilla_papers.methods.wavelet import RidgeEstimate, RidgeStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpEstimate, ChirpStatus
+from papilla_papers.methods.roughness import RoughnessStatus
+from papilla_papers.methods.wavelet import RidgeEstimate, RidgeStatus
 
 IN_LOGS = {
     SoftnessStatus: "OK NOT_IDENTIFIABLE SOFTER HARDER FORCE_BELOW FORCE_ABOVE NO_CONTACT BAD_GAUGE BAD_INPUT LEFT_OUT "

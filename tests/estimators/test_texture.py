@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
-from papilla.estimators.texture import UNKNOWN, Features, TextureModel, _strokes, train
 from papilla.core.sealed import CHECKSUM, write_sealed
+from papilla.estimators.texture import UNKNOWN, Features, TextureModel, _strokes, train
 
 pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
 HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)

@@ -13,10 +13,10 @@ from papilla.fem.finite import strain_tables
 from papilla.fem.pressing import large_strain
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.patch import Patch
-from papilla.model.finger import Dome, Finger
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored
+from papilla.model.finger import Dome, Finger
 
 
 @pytest.fixture

@@ -11,8 +11,8 @@ from papilla.fem import FingerModel, press
 from papilla.fem.pressing.contact import LoadingPath, loading_path
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError, _Solved
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
 SPECIMENS = [Block(0.02, 10), Block(0.51, 10), Block(1e4, 3), HalfSpace(0.3), Sphere(1.0, 20.0), Sphere(1e5, 4.0)]

@@ -9,8 +9,8 @@ from skfem.helpers import ddot, div, sym_grad
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, parity_signs
 from papilla.fem.discrete.solver import factorise
-from papilla.model.finger import Layer
 from papilla.mesh.layered import INNER, OUTER
+from papilla.model.finger import Layer
 from papilla.references import boussinesq_displacement
 
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])

@@ -12,8 +12,8 @@ from papilla.core.errors import InputError
 from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import ELEMENTS, P1, P2
-from papilla.model.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
+from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import Block
 
 BLOCK = Block(0.51, 10)

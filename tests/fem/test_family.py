@@ -9,9 +9,9 @@ from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.reduction import family as module
 from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
+from papilla.mesh import build
 from papilla.model.finger import Finger, Layer
 from papilla.model.materials import NeoHookean
-from papilla.mesh import build
 from papilla.model.specimen import Block
 
 SIZE_MM = 2.8

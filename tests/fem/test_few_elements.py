@@ -9,8 +9,8 @@ import pytest
 from papilla.fem import press
 from papilla.fem.pressing import contact
 from papilla.fem.pressing.contact import contact_press, with_ellipse
-from papilla.references import hertz_ellipse_at
 from papilla.model.specimen import Block, HalfSpace
+from papilla.references import hertz_ellipse_at
 
 E_STAR, SOFT = 0.15, HalfSpace(0.3, 0.4)
 TOGETHER = 1 / (1 / E_STAR + (1 - 0.4**2) / 0.3)

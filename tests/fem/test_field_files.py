@@ -7,8 +7,8 @@ import pytest
 from papilla.core.errors import FileFormatError
 from papilla.fem import Field
 from papilla.fem.fields import save_field
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press, receptive_fields, recover
 from papilla.fem.discrete.elements import image_of, interpolation, parity_signs
 from papilla.fem.reduction.gauges import gauge_frame, strain_functional
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import build
 from papilla.mesh.cells import volumes
 from papilla.mesh.layered import BOUNDARIES
+from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import Block, HalfSpace
 
 BLOCK = Block(0.51, 10)

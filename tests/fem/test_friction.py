@@ -11,8 +11,8 @@ from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature
-from papilla.references import dundurs_beta, effective_modulus, frictional_punch, goodman_stick_radius
 from papilla.model.specimen import HalfSpace
+from papilla.references import dundurs_beta, effective_modulus, frictional_punch, goodman_stick_radius
 
 RADIUS = 20.0
 STICK = math.inf

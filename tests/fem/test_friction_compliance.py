@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from papilla.fem.reduction.compliance import PatchSurface, linear_moments
-from papilla.references import uniform_disc_mean_displacement
 from papilla.model.specimen import Block, HalfSpace, Sphere
+from papilla.references import uniform_disc_mean_displacement
 
 
 def traction_compliance(patch, specimen):

@@ -7,8 +7,8 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, gauge_site, strain_functional
-from papilla.model.finger import Finger, Gauge, Slab
 from papilla.mesh.body import surfaces_of
+from papilla.model.finger import Finger, Gauge, Slab
 
 FINGER = Finger.default()
 INTERFACE = surfaces_of(FINGER)["interface"]

@@ -10,8 +10,8 @@ from papilla.fem import press
 from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.ellipses import ellipse_family
 from papilla.fem.pressing.hertz import _stretch, hertz_table
-from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 from papilla.model.specimen import Block, HalfSpace, Sphere
+from papilla.references import bonded_layer_sphere, hertz_ellipse, hertz_ellipse_at
 
 E_STAR = 0.15
 SOFT = HalfSpace(0.3, 0.4)

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.core import cache
 from papilla.calibration import sweep
+from papilla.core import cache
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.finite.strain_tables import RATIOS
 from papilla.fem.pressing import large_strain
@@ -22,9 +22,9 @@ from papilla.fem.pressing.large_strain import (
     tables_of,
     with_large_strain,
 )
+from papilla.mesh import build
 from papilla.model.finger import Finger, Layer
 from papilla.model.materials import NeoHookean, Ogden
-from papilla.mesh import build
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing import fidelity as choice
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.hertz import hertz_table
 from papilla.model.finger import Dome, Finger
-from papilla.references import hertz_sphere_at
 from papilla.model.specimen import Block, HalfSpace, Sphere
-from papilla.core.units import gf_to_newton
+from papilla.references import hertz_sphere_at
 
 BLOCK = Block(0.51, 10)
 

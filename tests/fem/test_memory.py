@@ -10,11 +10,11 @@ import pytest
 
 from papilla.core import memory
 from papilla.core.errors import MemoryEstimateError
+from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.fem import FingerModel, press_finite
 from papilla.fem.discrete import solver
-from papilla.model.finger import Finger
-from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 
 MEASURE = """

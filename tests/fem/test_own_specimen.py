@@ -8,8 +8,8 @@ import pytest
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.pressing.contact import contact_press
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
 
 

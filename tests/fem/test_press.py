@@ -9,13 +9,13 @@ import pytest
 from scipy.optimize import brentq
 
 from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing import fidelity as auto
 from papilla.fem.pressing.prices import QUANTITIES, known_prices
-from papilla.model.finger import Finger, Slab
 from papilla.mesh import build
+from papilla.model.finger import Finger, Slab
 from papilla.model.specimen import Block, Grating, HalfSpace, Sphere
-from papilla.core.units import gf_to_newton
 
 BLOCK = Block(0.51, 10)
 

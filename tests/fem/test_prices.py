@@ -9,8 +9,8 @@ from pydantic import ValidationError
 from papilla.core import cache
 from papilla.fem.pressing import prices as module
 from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 
 FORCES = (0.05, 0.2, 0.5)
 

@@ -11,8 +11,8 @@ from papilla.fem import prepare, press, press_finite
 from papilla.fem.pressing import pricing
 from papilla.fem.pressing.prices import FORMAT, QUANTITIES, SHIPPED, Cost, Prices, known_prices
 from papilla.fem.pressing.pricing import FORCES, SPECIMEN, loss, price
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from papilla.core.errors import SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete import solver
 from papilla.fem.discrete.solver import ENGINES, factorise
-from papilla.model.finger import Finger, Layer
 from papilla.mesh.layered import INNER, OUTER
+from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import Block
 
 

@@ -26,8 +26,8 @@ from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, known
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.model.finger import Dome
 from papilla.mesh import build
+from papilla.model.finger import Dome
 from papilla.model.specimen import Block
 
 OWN = replace(Finger.default(), name="own", shape=Dome((22.0, 22.0, 19.0), (19.5, 19.5, 16.5), (9.0, 9.0, 6.0)))

@@ -6,12 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.model import specimen
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.finite import newton, press_finite, pressing
 from papilla.fem.finite.pressing import Scene, press_path
 from papilla.fem.reduction.gauges import PointFunctional, elongation
+from papilla.model import specimen
 from papilla.model.finger import Dome, Finger, Layer
 from papilla.model.materials import NeoHookean, Ogden, Yeoh
 from papilla.model.specimen import Block, Grating, HalfSpace, Sphere

@@ -8,9 +8,9 @@ import pytest
 
 from papilla import Dome, Finger, Layer, Slab, Surfaces
 from papilla.core.errors import InputError
-from papilla.model.finger import Gauge, Ridges
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import build_section, patch_half_width, section_finger
+from papilla.model.finger import Gauge, Ridges
 
 SKIN, INTERFACE, CORE = (24.0, 20.0), (21.0, 17.0), (10.0, 6.0)
 """Semi-axes of the default finger's section in mm."""

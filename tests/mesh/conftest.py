@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 from papilla.mesh.drawing import drawn
+from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
 COARSE_MM = 2.5
 

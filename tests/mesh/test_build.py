@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError, MeshError
-from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
 from papilla.mesh import builder as builder_module
 from papilla.mesh.builder import VARIANTS
@@ -12,6 +11,7 @@ from papilla.mesh.cells import components, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import pack
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+from papilla.model.finger import Dome, Finger, Slab
 
 ELLIPSOID_VOLUMES = 2 / 3 * np.pi * np.array([24 * 30 * 20, 21 * 27 * 17, 10 * 16 * 6])
 

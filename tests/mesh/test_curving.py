@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from papilla.fem.discrete.elements import TaylorHood, interpolation
-from papilla.model.finger import Finger
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.finishing import bent_edges
 from papilla.mesh.layered import mirrored, pack, unpack
 from papilla.mesh.surfaces import Ellipsoid
+from papilla.model.finger import Finger
 
 BALL = Ellipsoid((1.0, 1.0, 1.0))
 OCTANT = np.vstack([np.zeros(3), np.eye(3)])

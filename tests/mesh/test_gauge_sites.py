@@ -7,8 +7,8 @@ import pytest
 from scipy.special import ellipeinc
 
 from papilla.core.errors import InputError
-from papilla.model.finger import Dome, Finger, Gauge, Slab
 from papilla.mesh.body import facet_deviation, gauge_site, narrowest_mm, surfaces_of
+from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 DOME = Dome((24.0, 22.0, 20.0), (21.0, 19.0, 17.0), (10.0, 9.0, 6.0))
 SLAB = Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), depth=30.0)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError, MeshError
-from papilla.model.finger import Dome, Finger, Slab
 from papilla.mesh import build, drawing
 from papilla.mesh.builder import WORST, relative_sizes
 from papilla.mesh.cells import mean_ratio, volumes
 from papilla.mesh.layered import INNER, OUTER
 from papilla.mesh.sizing import asked
+from papilla.model.finger import Dome, Finger, Slab
 
 DEFAULT = Finger.default()
 BONE = (10.0, 16.0, 6.0)

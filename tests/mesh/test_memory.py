@@ -6,9 +6,9 @@ import pytest
 
 from papilla.core import memory
 from papilla.core.errors import MemoryEstimateError
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import build, drawing
 from papilla.mesh.sizing import asked
+from papilla.model.finger import Finger, Layer
 
 GB = 1e9
 

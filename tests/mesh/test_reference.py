@@ -8,13 +8,13 @@ import pytest
 
 from papilla.core.errors import MeshError
 from papilla.fem import FingerModel, press
-from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.mesh import BONE, DEFAULT_SIZE_MM, build, builder, drawing, quality
 from papilla.mesh.body import body_of
 from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, morphed, path_of, relative_sizes
 from papilla.mesh.cells import TaggedCells, components, mean_ratio, paired_faces, volumes
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
+from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.model.specimen import Block
 
 PINNED = {

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import build, drawing
 from papilla.mesh import sizing as sizing_module
 from papilla.mesh.body import body_of
 from papilla.mesh.cells import paired_faces, positively_oriented, volumes
 from papilla.mesh.drawing import grid_over, triangulations
 from papilla.mesh.sizing import Sizing
+from papilla.model.finger import Finger, Layer
 
 APEX = np.array([0.0, 0.0, 20.0])
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import MeshError
-from papilla.model.finger import Dome
 from papilla.mesh.body import Body, Plane
 from papilla.mesh.cells import TaggedCells, dihedral_angles, mean_ratio
 from papilla.mesh.finishing import POOR, Constraints, _move, relax
 from papilla.mesh.surfaces import Ellipsoid
+from papilla.model.finger import Dome
 
 SHAPE = Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0))
 SURFACES = dict(

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
-from papilla.model.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 from papilla.mesh import INNER, OUTER, build, surface_files
 from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.mesh.drawing import drawn
 from papilla.mesh.surface_files import read_closed, read_nested
 from papilla.mesh.surfaces import Ellipsoid, TriangleSurface
+from papilla.model.finger import DEFAULT_FINGER, Finger, Gauge, Layer, Surfaces
 
 AXES = {"outer": (24.0, 30.0, 20.0), "interface": (21.0, 27.0, 17.0), "bone": (10.0, 16.0, 6.0)}
 DIVISIONS = 14

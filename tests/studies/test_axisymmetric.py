@@ -6,24 +6,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from papilla.core.units import gf_to_newton
 from papilla.fem import prepare, press, press_finite
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import elongation, gauge_functionals, linear_value
-from papilla.model.finger import Layer
-from papilla.model.materials import NeoHookean, Ogden
 from papilla.mesh import build
 from papilla.mesh.surfaces import Ellipsoid
-from papilla.references import bonded_layer_sphere
-from papilla.references.tangential_contact import dundurs_beta, frictional_punch
+from papilla.model.finger import Layer
+from papilla.model.materials import NeoHookean, Ogden
 from papilla.model.specimen import Block
+from papilla.references import bonded_layer_sphere
 from papilla.references.axisymmetric.bodies import APART, FINE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.contact import Contact
 from papilla.references.axisymmetric.presses import Readout, Rings, press_path
-from papilla.verify.revolution import LINEAR
-from papilla.core.units import gf_to_newton
+from papilla.references.tangential_contact import dundurs_beta, frictional_punch
+from papilla.verify.revolution import FINGER, LINEAR, finger_of
 
 COARSE = Shape(cells=(20, 3, 4, 5))
-GAUGES = FINE.finger.gauges
+GAUGES = FINGER.gauges
 
 
 def _bodies(shape, specimen=0.51, linear=False, half_alpha=1):
@@ -99,7 +99,7 @@ def test_gauges_read_what_the_finger_of_revolution_reads():
     """A smooth displacement at the points of `papilla.fem`'s functionals, and on the interface's nodes here."""
     moved = [replace(gauge, angle_deg=gauge.angle_deg + 7) for gauge in GAUGES]
     shape = Shape(cells=(160, 3, 4, 2), near=0.7, near_share=0.9)
-    finger, bodies = replace(shape.finger, gauges=tuple(moved)), _bodies(shape)
+    finger, bodies = replace(finger_of(shape), gauges=tuple(moved)), _bodies(shape)
 
     def displaced(r, z):
         return 0.02 * r * (1 + 0.03 * z) - 1e-4 * r**3, -0.5 + 3e-3 * r**2 - 1e-5 * r**4
@@ -158,7 +158,7 @@ def test_ogden_layers_change_what_the_reference_says_they_change():
     Neo-Hookean layers, stuck ones too, are a family of `papilla verify`.
     """
     outer, inner = (Layer.of(Ogden(modulus / (2 * 1.4999), 6.0), 0.4999) for modulus in (0.136, 0.034))
-    finger = replace(FINE.finger, outer=outer, inner=inner)
+    finger = replace(FINGER, outer=outer, inner=inner)
     mesh, specimen = build(finger), Block(100.0, 10)
     linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
     finite = press_finite(finger, mesh, specimen, force=0.6)
@@ -205,7 +205,7 @@ def test_doubled_elements_and_load_steps_change_little(what):
 def test_a_skin_of_six_tenths_is_seen_by_elements_about_as_large():
     """Elements of about 0.4 mm where it is touched, and of 0.55 and more elsewhere."""
     shape = replace(FINE, interface=(23.4, 19.4))
-    rings, reduced = Rings(_bodies(shape, linear=True), GAUGES), prepare(shape.finger, size_mm=0.55)
+    rings, reduced = Rings(_bodies(shape, linear=True), GAUGES), prepare(finger_of(shape), size_mm=0.55)
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         found, exact = press(reduced, Block(0.51, 10), force=force, fidelity="contact"), rings.press(force)
@@ -218,7 +218,7 @@ def test_a_skin_of_six_tenths_is_seen_by_elements_about_as_large():
 def test_presses_on_another_triangulation_are_the_references():
     """The bounds are those of `papilla verify`, which presses variant 0: twice the worst of six meshes."""
     rings, specimen = Rings(_bodies(FINE, 0.05, linear=True), GAUGES), Block(0.05, 10)
-    reduced = prepare(FINE.finger, variant=1)
+    reduced = prepare(FINGER, variant=1)
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         exact, found = rings.press(force), press(reduced, specimen, force=force, fidelity="contact")

@@ -6,15 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.fem import FingerModel, press
-from papilla.model.finger import Finger
-from papilla.mesh import build
 from papilla.cli.speed import FULL, SHORT, Bench, BenchRow
 from papilla.cli.speed.measure import SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
 from papilla.cli.speed.runner import pareto_front
 from papilla.core.units import gf_to_newton
-from papilla_papers.study_plots import price_figure
+from papilla.fem import FingerModel, press
+from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.view.style import png
+from papilla_papers.study_plots import price_figure
 
 KEYS = {
     *("fidelity", "element", "size_mm", "dofs", "seconds_setup", "seconds_per_scene", "error_sd", "error_indentation"),

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.estimators import comparison, cost, methods
+from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.cli import bench as command
 from papilla.cli.output import json_text
 from papilla.core.errors import InputError
-from benchmarks.estimators import comparison, cost, methods
-from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.scenes.scenes import CLAIMS, scene
-from papilla_papers.study_plots import honesty_figure
 from papilla.view.style import png
+from papilla_papers.study_plots import honesty_figure
 
 SMALL = comparison.Plan(
     scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4

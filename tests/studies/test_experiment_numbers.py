@@ -12,8 +12,8 @@ import numpy as np
 import pinned
 import pytest
 
-from papilla_papers.methods import texture
 from papilla_papers.claims.experiments import counts, gratings, impulses, spectra, telepresence, textiles, wavelets
+from papilla_papers.methods import texture
 
 KEPT = Path(__file__).with_name("experiment_numbers.json")
 TIMED = ("computing_ms",)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from  import papilla_papers as studies
+import papilla_papers as studies
 from papilla.core import settings
 
 ROOT = Path(studies.__path__[0]).parent

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from papilla.core.errors import MissingExtraError, SolverError
-from papilla.fem import FingerModel, press
-from papilla.fem.discrete.elements import TaylorHood
-from papilla.model.finger import Finger
-from papilla.mesh.cells import paired_faces
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
-from papilla.model.specimen import HalfSpace
 from benchmarks.presses.peers import PeerPress, missing_peers, run_peers
 from benchmarks.presses.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene, PeerSolution
 from benchmarks.presses.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
+from papilla.core.errors import MissingExtraError, SolverError
+from papilla.fem import FingerModel, press
+from papilla.fem.discrete.elements import TaylorHood
+from papilla.mesh.cells import paired_faces
+from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
+from papilla.model.finger import Finger
+from papilla.model.specimen import HalfSpace
 from papilla.verify.structured import shell
 
 NAMES = [peer.name for peer in PEERS]

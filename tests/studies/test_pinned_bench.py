@@ -16,17 +16,18 @@ import pinned
 import pytest
 from spring_calibration import calibration
 
+from benchmarks.estimators import cost, touches
+from benchmarks.presses.peers import runner as peer_runner
+from papilla.cli.speed import measure, runner
 from papilla.core.errors import ContactRangeError
 from papilla.model.finger import Finger
+from papilla.scenes import parts as scene_parts
+from papilla.scenes import scenes
+from papilla.telepresence.messages import Parameters
+from papilla.verify.structured import cube
 from papilla_papers import telepresence
-from papilla.cli.speed import measure, runner
-from benchmarks.presses.peers import runner as peer_runner
-from benchmarks.estimators import cost, touches
-from papilla.scenes import parts as scene_parts, scenes
 from papilla_papers.claims.experiments import telepresence as experiment
 from papilla_papers.claims.experiments import wavelets
-from papilla.verify.structured import cube
-from papilla.telepresence.messages import Parameters
 
 KEPT = Path(__file__).with_name("pinned_bench.json")
 

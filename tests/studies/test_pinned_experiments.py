@@ -15,8 +15,8 @@ import pinned
 import pytest
 
 from papilla import fem
-from papilla_papers.claims.experiments import counts, presses, softness, specimens, spectra, textiles, toolkit
 from papilla.verify.structured import cube
+from papilla_papers.claims.experiments import counts, presses, softness, specimens, spectra, textiles, toolkit
 
 KEPT = Path(__file__).with_name("pinned_experiments.json")
 

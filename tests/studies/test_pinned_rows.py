@@ -19,12 +19,12 @@ from artists import shown
 
 from benchmarks.estimators import comparison, methods
 from papilla.scenes import scenes
+from papilla.verify import elements
+from papilla.verify.structured import cube, cylinder, growing, shell
+from papilla_papers.claims import claim
 from papilla_papers.figures import drawing
 from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table, as_csv, dashed, printed
 from papilla_papers.figures.runner import PAPERS
-from papilla_papers.claims import claim
-from papilla.verify import elements
-from papilla.verify.structured import cube, cylinder, growing, shell
 
 KEPT = Path(__file__).with_name("pinned_rows.json")
 

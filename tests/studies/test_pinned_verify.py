@@ -17,9 +17,8 @@ import pytest
 import scipy.sparse as sp
 
 from papilla.core.errors import ContactRangeError
+from papilla.core.units import gf_to_newton
 from papilla.model.finger import Finger, Layer
-from papilla.verify import self_test
-from papilla.verify.case import Case
 from papilla.verify import (
     bodies,
     contact,
@@ -29,10 +28,11 @@ from papilla.verify import (
     invariance,
     meshes,
     revolution,
+    self_test,
     sliding,
 )
+from papilla.verify.case import Case
 from papilla.verify.structured import cube
-from papilla.core.units import gf_to_newton
 
 KEPT = Path(__file__).with_name("pinned_verify.json")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from papilla_papers.telepresence import TESTS_MM, beside_each_other, experiments_2011
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.loop import Set, run
 from papilla.telepresence.touch import GratingTexture
+from papilla_papers.telepresence import TESTS_MM, beside_each_other, experiments_2011
 
 
 @pytest.mark.slow

@@ -7,10 +7,10 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
+from benchmarks.estimators import touches
 from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Surface, Uncertainty
 from papilla.core.errors import InputError
 from papilla.model.finger import Finger
-from benchmarks.estimators import touches
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
 

@@ -11,10 +11,10 @@ from papilla.cli.options import grouped
 from papilla.cli.verify import verify as command
 from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla.fem.discrete.assembly import lame
-from papilla.model.finger import Layer
 from papilla.mesh.cells import volumes
-from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
+from papilla.model.finger import Layer
 from papilla.model.specimen import HalfSpace
+from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
 from papilla.verify import FAMILIES, Case, verify
 from papilla.verify.bodies import stack_sphere
 from papilla.verify.elements import Manufactured

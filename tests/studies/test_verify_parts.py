@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import ContactRangeError
-from papilla.model.finger import Dome, Finger, Layer, Slab
-from papilla.mesh.cells import volumes
-from papilla.references import boussinesq_displacement, hertz_sphere
-from papilla.verify.case import Case, Verdict
-from papilla.verify import bodies, contact, elements, finger, hard, identification, meshes, sliding
-from papilla.verify.structured import cube, cylinder, growing
 from papilla.core.units import MICROSTRAIN
+from papilla.mesh.cells import volumes
+from papilla.model.finger import Dome, Finger, Layer, Slab
+from papilla.references import boussinesq_displacement, hertz_sphere
+from papilla.verify import bodies, contact, elements, finger, hard, identification, meshes, sliding
+from papilla.verify.case import Case, Verdict
+from papilla.verify.structured import cube, cylinder, growing
 
 
 @pytest.fixture(scope="module")

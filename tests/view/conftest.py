@@ -6,8 +6,8 @@ import made_up_press
 import pytest
 
 from papilla import fem
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 from papilla.view import strain_field, turning
 

@@ -7,8 +7,8 @@ import pytest
 from made_up_press import FINGER, SPECIMEN, press, reduced
 from matplotlib.figure import Figure
 
-from papilla.core import cache
 from papilla import fem
+from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.fem.reduction import finger_model
 from papilla.model.specimen import Block, Sphere

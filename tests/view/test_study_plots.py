@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from papilla_papers import study_plots
 from papilla.view.style import ACCENTS, INK
+from papilla_papers import study_plots
 
 
 def texts(figure) -> list[str]:

@@ -20,6 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.core.errors import MissingExtraError, SolverError
+from papilla.core.units import to_microstrain
 from papilla.fem import FingerModel
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
@@ -27,7 +28,6 @@ from papilla.fem.reduction.finger_model import STEEPEST
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.layered import LayeredMesh
-from papilla.core.units import to_microstrain
 
 INSTALL = "pip install 'papilla[peers]'"
 NEWTON_STEPS = 40

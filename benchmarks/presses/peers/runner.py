@@ -3,13 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from benchmarks.presses.peers.library import PEERS, Peer, PeerLibrary, PeerScene, PeerSolution
 from papilla.core.errors import SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing.press import Press
-from papilla.model.finger import Finger
 from papilla.mesh.layered import LayeredMesh
+from papilla.model.finger import Finger
 from papilla.model.specimen import HalfSpace
-from benchmarks.presses.peers.library import PEERS, Peer, PeerLibrary, PeerScene, PeerSolution
 
 INDENTATION_MM = 0.8
 """About 55 gf on the default finger."""

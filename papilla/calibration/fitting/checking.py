@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.core import cache, checks
-from papilla.calibration.fitting.sweep import cached_press
 from papilla.calibration import Calibration, SoftnessStatus
+from papilla.calibration.fitting.sweep import cached_press
+from papilla.core import cache, checks
 from papilla.core.errors import InputError
-from papilla.fem import ReducedFinger, press
-from papilla.fem.finite.strain_tables import finite_presses
-from papilla.model.finger import Finger
-from papilla.logs import PressLog
-from papilla.mesh import build
-from papilla.model.specimen import STICK, Friction, HalfSpace, friction_coefficient, friction_words
 from papilla.core.units import gf_to_newton
 from papilla.core.workers import Say, counted
+from papilla.fem import ReducedFinger, press
+from papilla.fem.finite.strain_tables import finite_presses
+from papilla.logs import PressLog
+from papilla.mesh import build
+from papilla.model.finger import Finger
+from papilla.model.specimen import STICK, Friction, HalfSpace, friction_coefficient, friction_words
 
 FORCES_N = (0.25, 1.0)
 MODULI_MPA = (0.07, 0.6)

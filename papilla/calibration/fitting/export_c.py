@@ -7,8 +7,8 @@ from importlib.resources import files
 from string import Template
 from typing import Literal
 
-from papilla.calibration.fitting.fit import fit_compact
 from papilla.calibration import NORMAL_FACTOR, Calibration
+from papilla.calibration.fitting.fit import fit_compact
 from papilla.calibration.readouts import Compact
 
 REALS = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from papilla import __version__
-from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Sweep
+from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
 from papilla.calibration.fitting.surface_fit import (
     Fitted,
     Resolution,
@@ -21,12 +21,12 @@ from papilla.calibration.fitting.surface_fit import (
     uncertainty,
     usable_part,
 )
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA, Sweep
 from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
-from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 from papilla.core.units import gf_to_newton
+from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
 
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""

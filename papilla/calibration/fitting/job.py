@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from papilla.core import cache
 from papilla import fem
+from papilla.calibration import Calibration
 from papilla.calibration.fitting.checking import (
     Depth,
     Recovery,
@@ -30,15 +30,15 @@ from papilla.calibration.fitting.sweep import (
     Sweep,
     sweep,
 )
-from papilla.calibration import Calibration
+from papilla.core import cache
 from papilla.core.errors import InputError
-from papilla.fem.finite.strain_tables import begin_large_strain
-from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
-from papilla.model.finger import Finger
-from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.model.specimen import STICK, Friction, friction_coefficient
 from papilla.core.units import PER_CENT
 from papilla.core.workers import Say, workers
+from papilla.fem.finite.strain_tables import begin_large_strain
+from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
+from papilla.mesh import DEFAULT_SIZE_MM
+from papilla.model.finger import Finger
+from papilla.model.specimen import STICK, Friction, friction_coefficient
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
@@ -58,11 +58,25 @@ CHECKED_PER_AXIS = 10
 class Measured(Protocol):
     """What is known of the measured presses that a finger was identified from, for the page and the design file."""
 
-    finger: Finger
-    found: Any
-    diagnosis: Any
-    recovery: Recovery
-    inside: np.ndarray
+    @property
+    def finger(self) -> Finger:
+        """The identified finger."""
+
+    @property
+    def found(self) -> Any:
+        """The identification."""
+
+    @property
+    def diagnosis(self) -> Any:
+        """What it does not determine."""
+
+    @property
+    def recovery(self) -> Recovery:
+        """The moduli of these presses, recovered by the calibration."""
+
+    @property
+    def inside(self) -> np.ndarray:
+        """(n,) whether the stated 95 % interval of a press contains its modulus."""
 
     def section(self) -> str:
         """The section of the page on the identification, as HTML."""

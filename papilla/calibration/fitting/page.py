@@ -11,8 +11,8 @@ from os import PathLike
 import numpy as np
 from markupsafe import Markup, escape
 
-from papilla.core import cache
 from papilla import view
+from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.fitting.fit import COMPACT_GRID
 from papilla.calibration.fitting.job import Calibrated
 from papilla.calibration.fitting.sweep import (
@@ -23,7 +23,6 @@ from papilla.calibration.fitting.sweep import (
     Sweep,
     cached_press,
 )
-from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
@@ -33,14 +32,15 @@ from papilla.calibration.published import (
     exact_inverse,
     rounding_error,
 )
+from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
+from papilla.core.units import MICROSTRAIN, gf_to_newton, newton_to_gf
+from papilla.core.workers import Say
 from papilla.logs.presses import USUAL_FORCE_ERROR
 from papilla.model.finger import DEFAULT_FINGER, Finger
-from papilla.core.units import MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.view.page import both_widths, either, environment
 from papilla.view.style import SHEET
-from papilla.core.workers import Say
 
 FORCE_N = 0.5
 """Force (N) at which this effect is stated, if it is inside the domain."""
@@ -213,7 +213,7 @@ def share_with_known_friction(calibration: Calibration) -> float | None:
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
-    """A force (N); the published moduli; and the sigma_E / E that an error of `USUAL_FORCE_ERROR` in the force causes."""
+    """A force (N); the published moduli; and the sigma_E / E that `USUAL_FORCE_ERROR` causes."""
     force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
     rows = []
     for modulus in SPECIMENS_MPA:

@@ -12,17 +12,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
-from papilla.core import cache
-from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.calibration import Calibration, PositionTerms
+from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.calibration.surface import DEGREE, ORDER, POWERS, power_vector
+from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.fem import ReducedFinger
 from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.off_apex import transported_readings
 from papilla.fem.reduction.finger_model import FingerModel, model_of
-from papilla.model.finger import Finger
 from papilla.mesh import build
+from papilla.model.finger import Finger
 from papilla.model.specimen import Friction
 
 FORCES, MODULI = 10, 12

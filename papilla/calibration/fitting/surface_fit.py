@@ -22,9 +22,9 @@ from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
 from scipy.special import stdtrit
 
-from papilla.core import checks
 from papilla.calibration import LEVEL, NORMAL_FACTOR, Uncertainty
 from papilla.calibration.surface import DEGREE, ORDER, Axis, Surface
+from papilla.core import checks
 from papilla.core.errors import InputError
 
 ROUGHNESS = 1e-3

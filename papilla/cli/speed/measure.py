@@ -19,11 +19,11 @@ import numpy as np
 
 from papilla import mesh as meshes
 from papilla.core.errors import ContactRangeError, PapillaError
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
-from papilla.core.units import gf_to_newton
 
 ANSWERED = "answered"
 """Status of a fidelity that answered all presses."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla import mesh as meshes
+from papilla.cli.speed.measure import ANSWERED, FINITE_FORCES_GF, FORCES_GF, BenchRow, measure_apart
 from papilla.core.errors import ContactRangeError
+from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
 from papilla.model.finger import Finger
-from papilla.cli.speed.measure import ANSWERED, FINITE_FORCES_GF, FORCES_GF, BenchRow, measure_apart
-from papilla.core.units import MS_PER_S, PER_CENT
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from papilla.core import checks
-from papilla.estimators.friction.offset import EXPONENT, MEMORY_BLOCKS, Block, Offset, Source, Stroke
-from papilla.estimators.stream import Stream
 from papilla.core.status import Status
 from papilla.core.units import SAMPLE_RATE_HZ
+from papilla.estimators.friction.offset import EXPONENT, MEMORY_BLOCKS, Block, Offset, Source, Stroke
+from papilla.estimators.stream import Stream
 
 SCATTER, SCATTER_BLOCKS = 0.04, 4.0
 """Prior relative scatter of mu from block to block, and the number of blocks that this prior counts as."""

@@ -8,16 +8,16 @@ from typing import Any, ClassVar, NamedTuple
 
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.core.errors import InputError
+from papilla.core.status import Status
+from papilla.core.units import MS_PER_S
 from papilla.estimators.friction import Friction, FrictionEstimate, FrictionStatus
 from papilla.estimators.health import in_words
-from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.methods import SampleMethod
+from papilla.estimators.pipeline.clock import Tick
 from papilla.estimators.softness import GaugeSoftness, Softness
 from papilla.estimators.wavelength import FusedTracker, TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
 from papilla.references import Prony
-from papilla.core.status import Status
-from papilla.core.units import MS_PER_S
 
 CONTRADICTED_SIGMAS = 3.0
 """Difference between the wavelengths over the path and between the gauges, in standard deviations of the difference,

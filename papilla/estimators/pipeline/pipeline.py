@@ -9,9 +9,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from papilla.core import checks
 from papilla.calibration import Calibration
+from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_S, SAMPLE_RATE_HZ
 from papilla.estimators import health
 from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
 from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
@@ -21,7 +22,6 @@ from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, Clock
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
 from papilla.estimators.wavelength.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
-from papilla.core.units import MS_PER_S, SAMPLE_RATE_HZ
 
 QUANTITIES = ("modulus", "wavelength", "friction")
 """The quantities that have their own status, in the order of the columns."""

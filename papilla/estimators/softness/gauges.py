@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.core import checks
 from papilla.calibration import Calibration, SoftnessStatus
+from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
 from papilla.estimators.softness import touch

@@ -19,14 +19,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.core import checks
 from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
+from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
 from papilla.estimators.stream import Spread, Stream, completed
-from papilla.core.units import SAMPLE_RATE_HZ
 
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""

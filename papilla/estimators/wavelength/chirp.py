@@ -22,7 +22,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.estimators.wavelength.spectrum import FEWEST_ROWS
+from papilla.core.units import SAMPLE_RATE_HZ, TINY
 from papilla.estimators.stream import Spread, Stream
 from papilla.estimators.wavelength import motion_fit
 from papilla.estimators.wavelength.chirp_memory import (
@@ -36,7 +36,7 @@ from papilla.estimators.wavelength.chirp_memory import (
 from papilla.estimators.wavelength.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
 from papilla.estimators.wavelength.memory import WIDEST
 from papilla.estimators.wavelength.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
-from papilla.core.units import SAMPLE_RATE_HZ, TINY
+from papilla.estimators.wavelength.spectrum import FEWEST_ROWS
 
 PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Length of the window of the fit, and of that of a search, in periods of the lowest frequency."""

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from papilla.core.status import Status
 from papilla.estimators.stream import Spread
 from papilla.estimators.wavelength.frequency_search import STIFFNESS
 from papilla.estimators.wavelength.motion_fit import SHAPE, Design, MotionFit
-from papilla.core.status import Status
 
 FIRST_LIVELY = 1.0
 """Process noise of the motion at the beginning of a fit, relative to the frequency, in s^-2 and per sqrt(Hz)."""

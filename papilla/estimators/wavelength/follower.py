@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.core.errors import InputError
-from papilla.estimators.wavelength.spectrum import FEWEST_STEPS, size_of, slope
+from papilla.core.units import MS_PER_S, TINY
 from papilla.estimators.stream import Pieces, Spread
 from papilla.estimators.wavelength.line_search import LineSearch
 from papilla.estimators.wavelength.memory import (
@@ -34,7 +34,7 @@ from papilla.estimators.wavelength.memory import (
     TrackingStatus,
 )
 from papilla.estimators.wavelength.refine import LOST, SURE, share_kept
-from papilla.core.units import MS_PER_S, TINY
+from papilla.estimators.wavelength.spectrum import FEWEST_STEPS, size_of, slope
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.estimators.stream import Pieces, completed
+from papilla.estimators.wavelength import motion_fit
 from papilla.estimators.wavelength.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
+from papilla.estimators.wavelength.motion_fit import BAND, KNOTS, SHAPE, TREND, MotionFit
 from papilla.estimators.wavelength.spectrum import (
     CYCLE,
     highest_shown,
@@ -26,9 +29,6 @@ from papilla.estimators.wavelength.spectrum import (
     spectrum_of,
     strokes_of,
 )
-from papilla.estimators.stream import Pieces, completed
-from papilla.estimators.wavelength import motion_fit
-from papilla.estimators.wavelength.motion_fit import BAND, KNOTS, SHAPE, TREND, MotionFit
 
 CHIRPS = (0.0, *(sign * rate for rate in (2.0, 5.0, 9.0) for sign in (1, -1)))
 """Relative chirp rates in 1/s in the middle of the window: those of a 1 Hz stroke during 83 % of its time."""

@@ -21,14 +21,14 @@ its sigma.
 
 import numpy as np
 
+from papilla.core.units import TINY
+from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength import fundamental as periods
 from papilla.estimators.wavelength.fundamental import CONFIRMED, HARMONICS, SLACK, SUBHARMONICS, Period
-from papilla.estimators.wavelength.spectrum import Line, share_of, slope, spectrum_of, strokes_of
-from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength.memory import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
 from papilla.estimators.wavelength.refine import BENT, KNOWN_NEAR, Refinement
+from papilla.estimators.wavelength.spectrum import Line, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.wavelength.time_lines import credits_of, silenced
-from papilla.core.units import TINY
 
 TIME_LINES = 3
 """Lines over time that are compared with those over the path."""

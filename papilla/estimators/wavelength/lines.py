@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import TINY
+from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.fundamental import SLACK, fundamental_of
 from papilla.estimators.wavelength.spectrum import (
     CUBIC,
@@ -23,8 +25,6 @@ from papilla.estimators.wavelength.spectrum import (
     spectrum_of,
     strokes_of,
 )
-from papilla.estimators.stream import completed
-from papilla.core.units import TINY
 
 FALSE_ALARM = 0.01
 FEWEST_PERIODS = 3.0

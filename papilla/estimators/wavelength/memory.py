@@ -13,9 +13,9 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.estimators.wavelength.spectrum import highest_shown, longest_strokes, middle, spectrum_of, strokes_of
-from papilla.estimators.stream import Pieces, Spread
 from papilla.core.status import Status
+from papilla.estimators.stream import Pieces, Spread
+from papilla.estimators.wavelength.spectrum import highest_shown, longest_strokes, middle, spectrum_of, strokes_of
 
 LEADING = 3
 """Columns of a row of the path before the readings: time, place, number of samples."""

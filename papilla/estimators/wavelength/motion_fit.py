@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core.units import TINY
 from papilla.estimators.wavelength.fundamental import HARMONICS
 from papilla.estimators.wavelength.spectrum import CYCLE
-from papilla.core.units import TINY
 
 ORDERS = np.arange(1, HARMONICS + 1)
 BAND = 0.4

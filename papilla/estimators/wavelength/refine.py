@@ -17,21 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.wavelength.fundamental import HARMONICS, no_multiples
-from papilla.estimators.wavelength.spectrum import (
-    CYCLE,
-    Line,
-    Spectrum,
-    Strokes,
-    background,
-    middle,
-    slope,
-    strokes_of,
-)
-from papilla.estimators.stream import Pieces
-from papilla.estimators.wavelength.memory import GRID, Finding, Task, TrackingStatus, window_of
-from papilla.estimators.wavelength.time_lines import forward, levelled, silenced
 from papilla.core.units import TINY
+from papilla.estimators.stream import Pieces
+from papilla.estimators.wavelength.fundamental import HARMONICS, no_multiples
+from papilla.estimators.wavelength.memory import GRID, Finding, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.spectrum import CYCLE, Line, Spectrum, Strokes, background, middle, slope, strokes_of
+from papilla.estimators.wavelength.time_lines import forward, levelled, silenced
 
 BLOCKS = 24
 """Largest number of blocks along a window; each has whole periods."""

@@ -25,8 +25,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.stream import Pieces
 from papilla.core.units import TINY
+from papilla.estimators.stream import Pieces
 
 CYCLE = 2j * np.pi
 """Exponent of a wave for one cycle."""

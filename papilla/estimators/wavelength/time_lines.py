@@ -7,10 +7,10 @@ is not, a least-squares fit of both separates their energies, stroke by stroke.
 
 import numpy as np
 
+from papilla.core.units import TINY
+from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength.fundamental import HARMONICS
 from papilla.estimators.wavelength.spectrum import CYCLE, Line, Spectrum, Strokes
-from papilla.estimators.stream import Pieces
-from papilla.core.units import TINY
 
 FOREIGN = 0.7
 """Largest share of its energy that a line over time may share with harmonics of the surface if it is to be removed."""

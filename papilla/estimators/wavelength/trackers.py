@@ -11,11 +11,11 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.health import numbered
 from papilla.estimators.stream import Stream
 from papilla.estimators.wavelength.follower import Follower, Memory
 from papilla.estimators.wavelength.memory import TrackingStatus, checked
-from papilla.core.units import SAMPLE_RATE_HZ
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 SCALE_SIGMA = 0.015

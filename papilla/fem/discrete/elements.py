@@ -17,9 +17,9 @@ from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 
 from papilla.core.errors import InputError
 from papilla.fem.discrete.assembly import AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
-from papilla.model.finger import Layer
 from papilla.mesh.cells import CORNERS, places
 from papilla.mesh.layered import LayeredMesh
+from papilla.model.finger import Layer
 
 QUADRATURE_ORDER = 2
 """Exact for products of two P2 gradients or of two P1 functions on straight tetrahedra."""

@@ -10,6 +10,8 @@ import scipy.sparse as sp
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError, SolverError
+from papilla.core.memory import refuse_finite
+from papilla.core.units import PER_CENT
 from papilla.fem.discrete.assembly import AXES, lame
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, fold, interpolation, parity_signs
 from papilla.fem.finite.body import Body, Card
@@ -20,14 +22,12 @@ from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse
 from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame
-from papilla.model.finger import Finger
-from papilla.model.materials import Material, NeoHookean, checked_material
-from papilla.core.memory import refuse_finite
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import BONE, LAYERS, LayeredMesh
 from papilla.mesh.surfaces import Surface
+from papilla.model.finger import Finger
+from papilla.model.materials import Material, NeoHookean, checked_material
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
-from papilla.core.units import PER_CENT
 
 GROWTH, FIRST_LOAD = 1.3, 0.02
 """Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
@@ -57,8 +57,8 @@ def press_finite(
     ----------
     force, indentation : exactly one.
     mesh : of `finger`; its mirror planes through the touch-down point are used, so a press at the apex uses a quarter.
-    materials : "outer", "inner", "bone" -> a material (`papilla.model.materials`); a layer that is not named has its card
-        in the finger's design or, without one, is neo-Hookean with its modulus. Poisson's ratio is always the layer's.
+    materials : "outer", "inner", "bone" -> a material (`papilla.model.materials`); a layer that is not named has its
+        card in the finger's design or, without one, is neo-Hookean with its modulus. Poisson's ratio is the layer's.
     friction : Coulomb's coefficient, or "stick": nothing slips. The load then rises from zero in small steps, and a
         point that sticks keeps the relative displacement that it had when it came into contact.
     at : (x, y) in mm where the specimen touches down, along the skin's inward normal.

@@ -17,6 +17,9 @@ from time import perf_counter
 import numpy as np
 
 from papilla.core.errors import ContactRangeError, InputError, SolverError
+from papilla.core.files import write_text
+from papilla.core.units import PER_CENT
+from papilla.core.workers import Say, Start, counted, workers
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK, Touching
@@ -26,14 +29,11 @@ from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.core.files import write_text
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
+from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import STICK as STUCK
 from papilla.model.specimen import Friction, friction_coefficient
-from papilla.core.units import PER_CENT
-from papilla.core.workers import Say, Start, counted, workers
 
 FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 """F / E_inner in mm2; for the default finger: 0.03 to 1.2 N."""

@@ -29,6 +29,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from papilla.core.errors import ContactRangeError
+from papilla.core.units import PER_CENT
 from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.contact_step import SteppedPath, StepState
@@ -37,7 +38,6 @@ from papilla.fem.pressing.press import MEASURES, Load, Press, linear_press, refu
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.specimen import Specimen
-from papilla.core.units import PER_CENT
 
 ORDER_STEP = 1.0
 """Step of ln modulus between paths that are kept; other paths begin with their order of nodes."""

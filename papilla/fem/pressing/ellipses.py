@@ -25,9 +25,9 @@ from papilla.core import cache
 from papilla.core.errors import ContactRangeError
 from papilla.fem.reduction.patch import Patch, quadrature
 from papilla.fem.reduction.reduced import ReducedFinger, kept
+from papilla.model.specimen import Specimen
 from papilla.references import hertz_ellipse
 from papilla.references.hertz import MAX_RADIUS_RATIO
-from papilla.model.specimen import Specimen
 
 Array = TypeVar("Array", float, np.ndarray)
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError, SolverError
+from papilla.core.units import PER_CENT
 from papilla.fem.pressing.contact import NoContactError, contact_press, with_ellipse
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
@@ -23,7 +24,6 @@ from papilla.fem.pressing.press import Load, Press, check_scene
 from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger, kept, needs_reduced
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
-from papilla.core.units import PER_CENT
 
 SETTLED = 4
 """Number of linear presses that find the indentation with large strain: the change is about 1 %, and each press leaves

@@ -22,11 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from papilla.core import cache
+from papilla.core.units import PER_CENT
 from papilla.fem.pressing.press import MEASURES, SILENT, Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.finger import DEFAULT_FINGER
-from papilla.core.units import PER_CENT
 
 SCHEMA = "papilla.large_strain/1"
 SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"

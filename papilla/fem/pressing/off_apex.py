@@ -31,6 +31,7 @@ from scipy.interpolate import BarycentricInterpolator
 
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
+from papilla.core.units import to_microstrain
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, LogPolynomial
@@ -40,7 +41,6 @@ from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
 from papilla.fem.reduction.patch import Frame, Patch, gap_of, quadrature
 from papilla.model.finger import Finger
 from papilla.model.specimen import Friction, Specimen
-from papilla.core.units import to_microstrain
 
 REACH_MM = 5.0
 """Largest |x| and |y| of a contact on a finger of `WIDTH_MM`; they scale with the finger's width."""

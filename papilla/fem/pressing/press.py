@@ -8,11 +8,11 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.units import MICROSTRAIN, PER_CENT
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.specimen import DEEPEST, Specimen
-from papilla.core.units import MICROSTRAIN, PER_CENT
 
 RESOLVED_RADIUS = 2.5
 """Smallest contact radius, in patch edge lengths, for which S_d of the contact fidelity is within 3 %

@@ -11,13 +11,13 @@ from time import perf_counter
 import numpy as np
 
 from papilla.core.errors import ContactRangeError
+from papilla.core.files import write_text
+from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
-from papilla.core.files import write_text
-from papilla.model.finger import Finger
 from papilla.mesh import DEFAULT_SIZE_MM, build
+from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
-from papilla.core.units import gf_to_newton
 
 FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
 """Forces (N) at which the error of small strain is reported."""

@@ -18,6 +18,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 
 from papilla.core import cache
 from papilla.core.errors import ContactRangeError, InputError, SolverError
+from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
 from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
@@ -25,7 +26,6 @@ from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient
-from papilla.core.units import PER_CENT
 
 FORCES = np.geomspace(0.15, 130.0, 20)
 """F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""

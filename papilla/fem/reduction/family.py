@@ -17,8 +17,8 @@ from papilla.core import cache, checks
 from papilla.core.errors import InputError
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.finger import Finger, Layer
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
+from papilla.model.finger import Finger, Layer
 
 RATIOS = (1.0, 16.0)
 """Smallest and largest ratio of the skin's modulus to that of the layer below."""

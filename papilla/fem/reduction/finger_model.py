@@ -27,26 +27,18 @@ from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.memory import refuse_reduction
 from papilla.fem.discrete.assembly import lame, restricted, scaled
-from papilla.fem.discrete.elements import (
-    DEFAULT_ELEMENT,
-    SYMMETRIC,
-    Space,
-    fold,
-    interpolation,
-    parity_signs,
-    space_of,
-)
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, Space, fold, interpolation, parity_signs, space_of
 from papilla.fem.discrete.solver import BATCH, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, Patch, gap_of
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.finger import Finger, Layer
-from papilla.core.memory import refuse_reduction
 from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
 from papilla.mesh.surfaces import Surface
+from papilla.model.finger import Finger, Layer
 
 INCOMPRESSIBLE = 1e-7
 """Value of mu/lambda below which the pressure block is nearly empty, so that a stabilised matrix is factored

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.model.finger import Finger, Gauge
 from papilla.mesh.body import gauge_site
 from papilla.mesh.surfaces import Surface
+from papilla.model.finger import Finger, Gauge
 
 BACKING_GRID = (9, 5)
 """Number of points of the paraboloid fit along and across the grid direction."""

@@ -19,10 +19,10 @@ import numpy as np
 
 from papilla.core import cache
 from papilla.core.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
+from papilla.core.files import replacing
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
-from papilla.core.files import replacing
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import Specimen
 

@@ -19,15 +19,15 @@ from skfem.models.poisson import mass as product
 
 from papilla.core import cache, checks
 from papilla.core.errors import InputError, SolverError
+from papilla.core.units import MICROSTRAIN_PER_STRAIN, T_MM3_PER_G_CM3
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
-from papilla.model.finger import Finger, Layer, Slab
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import places
 from papilla.mesh.layered import LAYERS
 from papilla.mesh.section import SIZE_MM, Section, build_section, section_finger
-from papilla.core.units import MICROSTRAIN_PER_STRAIN, T_MM3_PER_G_CM3
+from papilla.model.finger import Finger, Layer, Slab
 
 QUADRATURE_ORDER = 4  # Exact for products of two P2 functions
 

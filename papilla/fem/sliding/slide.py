@@ -16,6 +16,7 @@ from scipy.signal import firwin
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.units import TINY
 from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
 from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
@@ -26,7 +27,6 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import STICK as STUCK
 from papilla.model.specimen import Friction
 from papilla.model.textures import Texture
-from papilla.core.units import TINY
 
 DYNAMICS = ("auto", "quasi-static", "modal")
 

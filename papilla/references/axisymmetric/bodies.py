@@ -10,7 +10,7 @@ P = mu/m F C^(m-1) - (mu/m + p) F^-T. Gradients are held as (r,r), (r,z), (z,r),
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -18,8 +18,6 @@ import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
-from papilla.model.finger import Dome, Finger
-from papilla.model.specimen import THICKNESS_MM
 from papilla.core import settings
 
 GIVEN = settings.parameters(__name__)
@@ -117,16 +115,11 @@ class Shape:
     outer: tuple[float, float] = GIVEN.outer_mm
     interface: tuple[float, float] = GIVEN.interface_mm
     bone: tuple[float, float] = GIVEN.bone_mm
-    thickness: float = THICKNESS_MM
+    thickness: float = GIVEN.thickness_mm
     width: float = GIVEN.width_mm
     cells: tuple[int, int, int, int] = GIVEN.cells
     near: float = GIVEN.near
     near_share: float = GIVEN.near_share
-
-    @property
-    def finger(self) -> Finger:
-        """The default finger in this form."""
-        return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (self.outer, self.interface, self.bone))))
 
     def mapped(self, parameters: np.ndarray) -> np.ndarray:
         """(r, z) in mm (2, n) of parameters (2, n): along the skin 0-1; from bone 0 over interface 1 to skin 2."""

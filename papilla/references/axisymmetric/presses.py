@@ -8,6 +8,7 @@ that the contact's edge and its largest pressure can be read from a smooth profi
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,14 +16,41 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.sparse.linalg import splu
 
-from papilla.core.errors import SolverError
-from papilla.model.finger import Gauge
 from papilla.core import settings
+from papilla.core.errors import SolverError
+from papilla.core.units import TINY
 from papilla.references.axisymmetric.bodies import APART, Bodies, quadratic
 from papilla.references.axisymmetric.contact import Contact
-from papilla.core.units import TINY
 
 GIVEN = settings.parameters(__name__)
+
+
+class Gauge(Protocol):
+    """Place and sizes of a gauge at y = 0 along x, as `papilla.model.Gauge` has them."""
+
+    @property
+    def angle_deg(self) -> float | None:
+        """Site as the ellipse parameter, 0 at the apex."""
+
+    @property
+    def y_mm(self) -> float:
+        """0."""
+
+    @property
+    def direction_deg(self) -> float:
+        """0."""
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the grid."""
+
+    @property
+    def width_mm(self) -> float:
+        """Width of the grid."""
+
+    @property
+    def backing_mm(self) -> tuple[float, float]:
+        """Length and width of the foil."""
 
 
 class Readout:

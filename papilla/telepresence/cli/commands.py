@@ -9,6 +9,8 @@ import typer
 
 from papilla.cli.options import SceneOption, about, option, ready
 from papilla.cli.output import Answer, print_table, progress, say, tell
+from papilla.core.errors import InputError
+from papilla.core.units import PER_CENT
 from papilla.telepresence.cli.options import (
     GRATING,
     QUANTITIES,
@@ -23,8 +25,6 @@ from papilla.telepresence.cli.options import (
     refuse_with_log,
     word,
 )
-from papilla.core.errors import InputError
-from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel

@@ -16,6 +16,8 @@ import typer
 
 from papilla.cli.options import SceneOption, about, keep_inputs, option
 from papilla.cli.output import INTERRUPTED, Answer, say, tell
+from papilla.core.errors import InputError
+from papilla.core.units import MS_PER_NS, MS_PER_S
 from papilla.telepresence.cli.options import (
     GRATING,
     QUANTITY_COLUMNS,
@@ -29,8 +31,6 @@ from papilla.telepresence.cli.options import (
     quantity_row,
     refuse_with_log,
 )
-from papilla.core.errors import InputError
-from papilla.core.units import MS_PER_NS, MS_PER_S
 
 if TYPE_CHECKING:
     from papilla.telepresence.ends import Source

@@ -5,12 +5,12 @@ from dataclasses import astuple, dataclass
 import numpy as np
 from scipy.stats import binomtest
 
-from papilla_papers.methods.roughness import ZeroCrossing, expected_error, optimal_period
-from papilla_papers.methods.roughness.impulses import UpwardCrossings
+from papilla.core.units import MS_PER_S
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import even, scene
 from papilla_papers.claims.signals import SEEDS, RATE_Hz, answers_mm, answers_to, apart, listed, noisy_scene, times
-from papilla.core.units import MS_PER_S
+from papilla_papers.methods.roughness import ZeroCrossing, expected_error, optimal_period
+from papilla_papers.methods.roughness.impulses import UpwardCrossings
 
 SCENE = scene("counts")
 MILLIMETRES: tuple[float, ...] = SCENE.wavelengths_mm

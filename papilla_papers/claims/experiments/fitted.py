@@ -10,13 +10,13 @@ from scipy.optimize import least_squares
 from papilla import fem
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.core.errors import SolverError
+from papilla.core.units import PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace
 from papilla_papers.claims.experiments.presses import NAMES, PRINTED_N, RIGID_MPA
 from papilla_papers.claims.experiments.softness import COMPARED_GF, by_force, scaled_to_9, sweep, with_lever
 from papilla_papers.claims.experiments.softness import SCENE as SOFTNESS
 from papilla_papers.claims.scenes import by_factors, scene
-from papilla.core.units import PER_CENT, gf_to_newton, newton_to_gf
 
 SCENE = scene("fitted")
 MISFIT, NUMBERS, DEPTH_ERROR = SCENE.misfit, SCENE.numbers, SCENE.depth_error

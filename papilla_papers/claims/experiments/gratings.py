@@ -10,21 +10,21 @@ from scipy.ndimage import gaussian_filter1d
 
 from papilla.core import cache
 from papilla.estimators import find_lines
-from papilla_papers.methods.roughness import ImpulseDensity
-from papilla_papers.methods.roughness.impulses import Corpuscle
 from papilla.fem.sliding import slide as sliding
 from papilla.fem.sliding.dynamics import LOSS_FACTOR
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.section import ReducedSection, prepare_section
-from papilla.model.finger import Finger, Gauge, Ridges
 from papilla.mesh.section import SIZE_MM
+from papilla.model.finger import Finger, Gauge, Ridges
 from papilla.model.specimen import Grating
+from papilla.model.textures import Flat, MeasuredProfile, Texture
+from papilla.telepresence import read_curve
+from papilla.telepresence.amplitude import PowerCurve
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
 from papilla_papers.claims.signals import SHARED, apart, listed
-from papilla.telepresence import read_curve
-from papilla.telepresence.amplitude import PowerCurve
-from papilla.model.textures import Flat, MeasuredProfile, Texture
+from papilla_papers.methods.roughness import ImpulseDensity
+from papilla_papers.methods.roughness.impulses import Corpuscle
 
 SCENE = scene("gratings")
 MIDDLE: int = SCENE.middle

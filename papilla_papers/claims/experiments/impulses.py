@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.estimators import find_lines
-from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
-from papilla_papers.methods.roughness.impulses import Corpuscle
 from papilla.scenes.scenes import Scene
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
@@ -26,7 +25,8 @@ from papilla_papers.claims.signals import (
     noisy_scene,
     times,
 )
-from papilla.core.units import MS_PER_S, PER_CENT
+from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
+from papilla_papers.methods.roughness.impulses import Corpuscle
 
 SCENE = scene("impulses")
 PAPER = "2006"

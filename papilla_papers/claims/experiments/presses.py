@@ -7,13 +7,13 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from papilla import fem, mesh
+from papilla.core.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger
-from papilla.references import printed_area, shared_approach
 from papilla.model.specimen import Block, HalfSpace
+from papilla.references import printed_area, shared_approach
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import by_factors, scene
 from papilla_papers.claims.signals import listed
-from papilla.core.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
 
 SCENE = scene("presses")
 RIGID_MPA: float = SCENE.rigid_MPa

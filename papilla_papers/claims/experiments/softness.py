@@ -7,27 +7,21 @@ from functools import partial
 import numpy as np
 
 from papilla import fem
-from papilla.calibration import fit
+from papilla.calibration import Calibration, SoftnessStatus, fit
 from papilla.calibration.fitting.fit import with_compact
 from papilla.calibration.fitting.job import cached_sweep
-from papilla.identification.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI, Sweep
-from papilla.calibration import Calibration, SoftnessStatus
-from papilla.calibration.published import (
-    PUBLISHED_INVERSE,
-    SPECIMENS_MPA,
-    exact_inverse,
-    published_sd,
-    rounding_error,
-)
-from papilla.estimators import Doubts, GaugeSoftness, Pipeline, PrintedSoftness
+from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, exact_inverse, published_sd, rounding_error
+from papilla.core.units import PER_CENT, gf_to_newton
+from papilla.estimators import Doubts, GaugeSoftness, Pipeline
+from papilla.identification.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.model.finger import Finger
-from papilla.references import bonded_layer_sphere, hertz_sphere_at
 from papilla.model.specimen import STICK, Block, Friction, Specimen
+from papilla.references import bonded_layer_sphere, hertz_sphere_at
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import by_factors, even, scene
 from papilla_papers.claims.signals import RATE_Hz, last_number, listed, times
-from papilla.core.units import PER_CENT, gf_to_newton
+from papilla_papers.methods.softness import PrintedSoftness
 
 SCENE = scene("softness")
 FORCES_N = tuple(by_factors(SCENE.forces_N).tolist())

@@ -2,21 +2,12 @@
 
 import numpy as np
 
+from papilla.core.units import MS_PER_S
 from papilla.estimators import SpaceTracker, find_lines
-from papilla_papers.methods.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import (
-    SHARED,
-    Noise,
-    RATE_Hz,
-    answers_mm,
-    answers_to,
-    mean_error,
-    noisy_scene,
-    times,
-)
-from papilla.core.units import MS_PER_S
+from papilla_papers.claims.signals import SHARED, Noise, RATE_Hz, answers_mm, answers_to, mean_error, noisy_scene, times
+from papilla_papers.methods.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 
 SCENE = scene("spectra")
 SEEDS = range(SCENE.about.seeds)

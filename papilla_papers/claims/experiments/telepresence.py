@@ -4,10 +4,7 @@ import math
 
 import numpy as np
 
-from papilla_papers.claims.claim import gathered
-from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import listed
-from papilla_papers.telepresence import DELAY, NOTICED_MS, TESTS_MM, beside_each_other, experiments_2011
+from papilla.core.units import MS_PER_S
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
 from papilla.telepresence.actuator import PIEZO
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, Measured, PowerCurve
@@ -16,7 +13,10 @@ from papilla.telepresence.messages import Parameters
 from papilla.telepresence.motion import HAND_HZ, RATE_HZ
 from papilla.telepresence.record import Record
 from papilla.telepresence.touch import GratingTexture
-from papilla.core.units import MS_PER_S
+from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.scenes import scene
+from papilla_papers.claims.signals import listed
+from papilla_papers.telepresence import DELAY, NOTICED_MS, TESTS_MM, beside_each_other, experiments_2011
 
 SCENE = scene("telepresence")
 

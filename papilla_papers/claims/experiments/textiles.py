@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla_papers.methods import texture
+from papilla.core.units import INCH_MM
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
 from papilla_papers.claims.signals import SEEDS, SHARED, listed, share_of_noise, times
-from papilla.core.units import INCH_MM
+from papilla_papers.methods import texture
 
 SCENE = scene("textiles")
 RATE_Hz: float = SCENE.rate_Hz

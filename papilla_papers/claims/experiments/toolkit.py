@@ -9,23 +9,22 @@ from matplotlib.image import imread
 
 import papilla
 from papilla import fem, mesh, view
-from papilla.calibration import check
+from papilla.calibration import Calibration, check
 from papilla.calibration.fitting.job import cached_sweep
 from papilla.calibration.fitting.sweep import DEFAULT_FORCES, DEFAULT_MODULI, SPECIMENS_MPA
-from papilla.calibration import Calibration
+from papilla.core.tables import write_table
+from papilla.core.units import PER_CENT
 from papilla.estimators import Friction
 from papilla.fem.fields import save_field
 from papilla.fem.pressing.prices import known_prices
-from papilla.model.finger import Finger
 from papilla.logs import PressLog, read_time_log
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK, Block
+from papilla.verify import verify
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.experiments.softness import calibrated
 from papilla_papers.claims.scenes import by_factors, scene
 from papilla_papers.claims.signals import RATE_Hz, last_number, listed, times
-from papilla.verify import verify
-from papilla.core.tables import write_table
-from papilla.core.units import PER_CENT
 
 SCENE = scene("toolkit")
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from papilla_papers.methods.texture import leave_m_out
-from papilla_papers.methods.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
-from papilla_papers.methods.wavelet.cross import AFTER, BEFORE, CrossWavelet, Window
+from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.estimators.wavelength.trackers import wavelength_between
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
 from papilla_papers.claims.signals import SHARED, listed, share_of_noise, times
-from papilla.core.units import MS_PER_S, PER_CENT
+from papilla_papers.methods.texture import leave_m_out
+from papilla_papers.methods.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
+from papilla_papers.methods.wavelet.cross import AFTER, BEFORE, CrossWavelet, Window
 
 SCENE = scene("wavelets")
 PASSIVE, ACTIVE = SCENE.passive, SCENE.active

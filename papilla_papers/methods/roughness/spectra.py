@@ -13,12 +13,12 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla_papers.methods.roughness import stream
-from papilla_papers.methods.roughness.stream import Finding, RoughnessStream
-from papilla_papers.methods.window import Window
 from papilla.estimators.wavelength.spectrum import vertex
 from papilla.telepresence.amplitude import AmplitudeFit as AmplitudeFit
 from papilla.telepresence.amplitude import fit_amplitude as fit_amplitude
+from papilla_papers.methods.roughness import stream
+from papilla_papers.methods.roughness.stream import Finding, RoughnessStream
+from papilla_papers.methods.window import Window
 
 BY_MATRIX = 2**18
 """Largest size of a matrix that levels, tapers and transforms a window in one product; above it an FFT is faster."""

@@ -15,8 +15,8 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.estimators.stream import Stream
 from papilla.core.status import Status
+from papilla.estimators.stream import Stream
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
 NONE = math.nan

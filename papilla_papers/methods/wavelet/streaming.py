@@ -9,10 +9,10 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.status import Status
+from papilla.estimators.stream import Stream
 from papilla_papers.methods.wavelet import cross
 from papilla_papers.methods.window import Window
-from papilla.estimators.stream import Stream
-from papilla.core.status import Status
 
 REACH = 3.0
 """Number of scales to either side of an instant that its coefficient uses; there the wavelet has 1 % of its height."""

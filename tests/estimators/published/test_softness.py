@@ -10,8 +10,8 @@ from papilla.calibration import SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.calibration.readouts import Compact
 from papilla.core.errors import InputError
-from papilla.estimators import Pipeline, PrintedSoftness
 from papilla.core.units import gf_to_newton
+from papilla.estimators import Pipeline, PrintedSoftness
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0])
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
-from papilla.estimators.wavelength.fundamental import fundamental_of, lone
-from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength import TrackingStatus
+from papilla.estimators.wavelength.fundamental import fundamental_of, lone
 from papilla.estimators.wavelength.memory import Cells, Finding
+from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.trackers import wavelength_between
 
 

@@ -5,12 +5,12 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
-from papilla.estimators.wavelength.spectrum import spectrum_of, strokes_of
 from papilla.estimators.stream import completed
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.follower import Follower
 from papilla.estimators.wavelength.memory import checked
 from papilla.estimators.wavelength.refine import share_kept
+from papilla.estimators.wavelength.spectrum import spectrum_of, strokes_of
 from papilla.estimators.wavelength.time_lines import credits_of
 from papilla.scenes.scenes import scene
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.wavelength.fundamental import hints
-from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.stream import completed
+from papilla.estimators.wavelength.fundamental import hints
 from papilla.estimators.wavelength.line_search import LineSearch
 from papilla.estimators.wavelength.memory import Options, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.time_lines import credits_of, forward
 from papilla.scenes.parts import sheared
 

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.fundamental import fundamental_of
+from papilla.estimators.wavelength.refine import phases_of, regressed, share_kept
 from papilla.estimators.wavelength.spectrum import (
     FEWEST,
     GUARD,
@@ -19,8 +21,6 @@ from papilla.estimators.wavelength.spectrum import (
     spectrum_of,
     strokes_of,
 )
-from papilla.estimators.stream import completed
-from papilla.estimators.wavelength.refine import phases_of, regressed, share_kept
 from papilla.estimators.wavelength.time_lines import silenced
 from papilla.estimators.wavelength.trackers import wavelength_between
 

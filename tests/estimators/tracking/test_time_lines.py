@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.estimators.wavelength.spectrum import Line, Strokes, spectrum_of, strokes_of
 from papilla.estimators.stream import completed
+from papilla.estimators.wavelength.spectrum import Line, Strokes, spectrum_of, strokes_of
 from papilla.estimators.wavelength.time_lines import credits_of, levelled, silenced
 
 TIME = np.arange(900) / 1000

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from papilla.core.units import INCH_MM
 from papilla_papers.figures import Picture, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla_papers.figures.runner import PAPERS
-from papilla.core.units import INCH_MM
 
 
 def curves(picture: Picture, panel: int) -> dict:

@@ -16,8 +16,8 @@ import pytest
 
 from papilla import fem
 from papilla_papers import grating_signals
-from papilla_papers.figures import paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla_papers.claims.experiments import gratings, impulses, softness
+from papilla_papers.figures import paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla_papers.telepresence import TESTS_MM, Condition
 
 KEPT = Path(__file__).with_name("pinned_figures.json")
