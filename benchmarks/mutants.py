@@ -49,17 +49,17 @@ TREE = (
     *(file.name for file in ROOT.glob("*.*") if file.is_file()),
 )
 TESTS = {
-    "mesh": ("tests/mesh", "tests/fem_sliding/test_section_mesh.py"),
+    "mesh": ("tests/mesh", "tests/fem/sliding/test_section_mesh.py"),
     "fem": ("tests/fem", "tests/fem_finite", "tests/fem_sliding"),
     "logs": (
-        "tests/test_logs.py",
-        "tests/test_logs_torque.py",
-        "tests/test_logs_thinned.py",
-        "tests/test_logs_bags.py",
-        "tests/test_log_map.py",
+        "tests/logs/test_logs.py",
+        "tests/logs/test_logs_torque.py",
+        "tests/logs/test_logs_thinned.py",
+        "tests/logs/test_logs_bags.py",
+        "tests/logs/test_log_map.py",
     ),
     "cli": ("tests/cli", "tests/design/test_command.py"),
-    "calibration": ("tests/test_calibration.py", "tests/calibration", "tests/calibrate/test_compact.py"),
+    "calibration": ("tests/calibration/test_calibration.py", "tests/calibration", "tests/calibration/test_compact.py"),
 }
 """Tests of a package, where they are not simply `tests/<package>`."""
 

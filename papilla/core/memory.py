@@ -11,7 +11,7 @@ patch nodes. With p parities (even and odd parts of a load) to factorise it need
 
 n^(4/3) is the fill of nested dissection in three dimensions (George 1973, doi:10.1137/0710032). On the default finger
 the formula is within a factor of `SPREAD` of the growth of the peak resident memory of a separate process
-(`tests/fem/test_memory.py` repeats the rows of 0.7 mm):
+(`tests/fem/reduction/test_memory.py` repeats the rows of 0.7 mm):
 
 | size_mm, place | tetrahedra | measured GB | formula / measured |
 |---|---|---|---|

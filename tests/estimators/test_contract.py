@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import itertools
 import pickle
 import pkgutil
 
@@ -12,19 +13,22 @@ import papilla.estimators
 from papilla.core.errors import InputError
 from papilla.estimators import (
     ChirpTracker,
-    CrossRidge,
     Friction,
     FusedTracker,
     GaugeSoftness,
-    ImpulseDensity,
-    ImpulseInterval,
     LineTracker,
-    Okamoto,
     Pipeline,
-    PrintedSoftness,
-    ShortTimeSpectrum,
     Softness,
     SpaceTracker,
+)
+from papilla_papers import methods
+from papilla_papers.methods import (
+    CrossRidge,
+    ImpulseDensity,
+    ImpulseInterval,
+    Okamoto,
+    PrintedSoftness,
+    ShortTimeSpectrum,
     ZeroCrossing,
 )
 
@@ -158,9 +162,10 @@ def one_by_one(estimator, rows, whole) -> list:
 
 
 def estimators() -> list[str]:
-    """Names of all concrete public classes below papilla.estimators that have `process`, `update` and `reset`."""
+    """Names of all concrete public classes in both rooms of estimators with `process`, `update` and `reset`."""
     found = set()
-    for module in pkgutil.walk_packages(papilla.estimators.__path__, "papilla.estimators."):
+    walks = (pkgutil.walk_packages(room.__path__, f"{room.__name__}.") for room in (papilla.estimators, methods))
+    for module in itertools.chain(*walks):
         for name, value in vars(importlib.import_module(module.name)).items():
             if not inspect.isclass(value) or name.startswith("_") or inspect.isabstract(value):
                 continue
@@ -171,7 +176,9 @@ def estimators() -> list[str]:
 
 def test_every_estimator_has_a_case_and_every_case_an_estimator():
     assert {name.split("-")[0] for name in CASES} == set(estimators())
-    assert set(estimators()) <= set(papilla.estimators.__all__), "every estimator is among the curated names"
+    assert set(estimators()) <= {*papilla.estimators.__all__, *methods.__all__}, (
+        "every estimator is among the curated names"
+    )
 
 
 def test_curated_names_are_there_documented_and_free_until_used():

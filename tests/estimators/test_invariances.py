@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
-from papilla.estimators.lags import channel_lags
 from papilla.estimators.wavelength.lines import find_lines
 
 RANGE_MM = (0.8, 6.0)
@@ -121,17 +120,3 @@ def test_lines_of_a_log_are_the_same_in_any_unit_order_and_direction(log):
     turned = lines_of(100 - position, readings[:, [1, 2, 0]] + 5.0)
     np.testing.assert_allclose(turned, once, rtol=0.01)
     np.testing.assert_allclose(turned[:, 0], once[:, 0], rtol=2e-4)
-
-
-def test_lags_turn_with_the_direction_and_go_with_the_channels(log):
-    position, readings = log[0][480:], log[1][480:]
-    once = channel_lags(position, readings, 2.6)
-    assert once.lag_mm - once.lag_mm[0] == pytest.approx([0.0, 0.4, -0.7], abs=0.1)
-    unit = channel_lags(UNIT * position + 3.0, GAIN * readings, 2.6 * UNIT)
-    np.testing.assert_allclose(unit.lag_mm, UNIT * once.lag_mm, rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(unit.sigma_mm, UNIT * once.sigma_mm, rtol=1e-6)
-    order = [2, 0, 1]
-    other = channel_lags(100 - position, readings[:, order], 2.6)
-    assert order[other.reference] == once.reference
-    np.testing.assert_allclose(other.lag_mm, -once.lag_mm[order], atol=2e-3)
-    np.testing.assert_allclose(other.sigma_mm, once.sigma_mm[order], rtol=0.3)

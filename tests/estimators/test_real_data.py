@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Pipeline
-from papilla.estimators.lags import channel_lags
 from papilla.estimators.texture import Features, train
 from papilla.estimators.wavelength.lines import find_lines, travelled
 from papilla_papers.methods.texture import log_band_features
@@ -72,26 +71,6 @@ def test_online_a_harmonic_is_hardly_ever_ok(path, wavelengths):
     told = found.wavelength_mm[[sentence.startswith("ok") for sentence in found.wavelength_status]]
     wrong = np.abs(told / TRUTH_MM[about["ridge"]] - 1) > 0.03
     assert wrong.sum() <= 0.05 * len(time)
-
-
-@boards
-@pytest.mark.parametrize("ridge", TRUTH_MM)
-def test_lags_between_channels_are_lengths_at_both_speeds(ridge):
-    """Over all runs of a board, lags against a channel that is good in all of them repeat within 0.15 of a wave."""
-    runs = [recorded(path) for path in BOARDS if f"Board{ridge}_" in path.name]
-    assert len({about["speed"] for about, _, _ in runs}) > 1
-    lags = []
-    for _, channels, position in runs:
-        line = find_lines(position, channels, wavelength_range_mm=RANGES_MM[ridge]).lines[0]
-        found = channel_lags(position, channels, line.wavelength_mm)
-        lags.append((found.lag_mm / line.wavelength_mm, found.sigma_mm / line.wavelength_mm))
-    turns, sigma = (np.array(values) for values in zip(*lags, strict=True))
-    known = np.flatnonzero(sigma.max(axis=0) < 0.03)
-    assert len(known) >= 4, "channels in which the line stands out in every run"
-    relative = turns[:, known] - turns[:, known[:1]]
-    centre = np.angle(np.exp(2j * np.pi * relative).mean(axis=0)) / (2 * np.pi)
-    off = (relative - centre + 0.5) % 1 - 0.5
-    assert np.sqrt(np.mean(off**2)) < 0.06 and np.abs(off).max() < 0.15
 
 
 @fabrics

@@ -4,20 +4,13 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.estimators import (
-    FrictionEstimate,
-    FusedEstimate,
-    Pipeline,
-    RoughnessEstimate,
-    SoftnessEstimate,
-    WavelengthEstimate,
-)
+from papilla.estimators import FrictionEstimate, FusedEstimate, Pipeline, SoftnessEstimate, WavelengthEstimate
 from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.health import BASE, Fault, pack, unpack, words
 from papilla.estimators.pipeline.clock import Clock, ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpEstimate, ChirpStatus
-from papilla_papers.methods.roughness import RoughnessStatus
+from papilla_papers.methods.roughness import RoughnessEstimate, RoughnessStatus
 from papilla_papers.methods.wavelet import RidgeEstimate, RidgeStatus
 
 IN_LOGS = {

@@ -11,7 +11,8 @@ from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.calibration.readouts import Compact
 from papilla.core.errors import InputError
 from papilla.core.units import gf_to_newton
-from papilla.estimators import Pipeline, PrintedSoftness
+from papilla.estimators import Pipeline
+from papilla_papers.methods.softness import PrintedSoftness
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0])
 

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks import estimator_comparison as command
 from benchmarks.estimators import comparison, cost, methods
+from benchmarks.estimators.honesty_figure import honesty_figure
 from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
-from papilla.cli import bench as command
 from papilla.cli.output import json_text
 from papilla.core.errors import InputError
 from papilla.scenes.scenes import CLAIMS, scene
 from papilla.view.style import png
-from papilla_papers.study_plots import honesty_figure
 
 SMALL = comparison.Plan(
     scenes=("start", "const, hum only"), methods=("pipeline", "STFT over"), seeds=(3, 4), longest_s=0.4
@@ -283,7 +283,7 @@ def test_the_command_in_short(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(comparison, "SHORT", SMALL)
     monkeypatch.setattr(command, "PROCESSES", 1)
     monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
-    answer = command.bench_estimators(True, tmp_path)
+    answer = command.estimators(True, tmp_path)
     printed = json.loads(json_text(answer.facts))
     assert printed["short"] is True and printed["softness"] == []
     assert (

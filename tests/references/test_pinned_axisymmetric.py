@@ -1,7 +1,7 @@
 """Presses of the axisymmetric reference on few cells give the numbers that they gave when slow tests agreed.
 
 On fine cells they are compared with Hertz, Mossakovskii and Spence by slow tests. `python
-tests/studies/test_pinned_axisymmetric.py` (with tests/support on the path) writes the present numbers, for a change
+tests/references/test_pinned_axisymmetric.py` (with tests/support on the path) writes the present numbers, for a change
 that moves them on purpose.
 """
 
@@ -18,13 +18,14 @@ import pytest
 
 from papilla.core.errors import SolverError
 from papilla.references.axisymmetric import presses
-from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
 from papilla.references.axisymmetric.contact import Contact, nearest
 from papilla.references.axisymmetric.presses import Rings, press_path
+from papilla.verify.revolution import FINGER
 
 KEPT = Path(__file__).with_name("pinned_axisymmetric.json")
 COARSE = Shape(cells=(12, 2, 2, 3))
-GAUGES = FINE.finger.gauges
+GAUGES = FINGER.gauges
 
 
 def bodies(linear: bool = False, shape: Shape = COARSE) -> Bodies:

@@ -6,9 +6,6 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators.lags import _noise as noise_of
-from papilla.estimators.lags import _scatter as scatter_of
-from papilla.estimators.lags import channel_lags, phasors
 from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.lines import find_lines, order_of
 from papilla.estimators.wavelength.spectrum import Level, Line, Spectrum, background, vertex
@@ -105,82 +102,6 @@ def test_a_mean_of_channels_has_as_many_degrees_of_freedom_and_its_mean_for_a_le
     assert (background(power, at, 1.0, pooled=False).freedom == 2.0).all()
     few = background(power[:39], [19], 1.0)
     assert few.freedom == [2.0], "too few to tell"
-
-
-def test_phasors_are_those_of_a_wave_under_any_cubic_drift():
-    rng = np.random.default_rng(0)
-    position = np.cumsum(0.1 * rng.uniform(0.2, 1.8, 500))
-    amplitudes = np.array([1.5 * np.exp(0.7j), -0.2 + 0.9j])
-    waves = (amplitudes * np.exp(2j * np.pi * position[:, None] / 2.3)).real
-    drift = np.outer(5 + 3 * position - 0.2 * position**2 + 0.003 * position**3, (1.0, -40.0))
-    assert phasors(position, waves + drift, 2.3) == pytest.approx(amplitudes, abs=1e-9)
-
-
-def test_a_stretch_of_the_path_counts_no_more_for_being_read_more_often():
-    """Weights w are path under a Hann taper: noise scatters each quadrature by 2 sigma^2 sum w^2 / (sum w)^2."""
-    steps = np.where(np.arange(600) // 50 % 2, 0.02, 0.3)
-    position = np.cumsum(steps)
-    weight = np.hanning(602)[1:-1] * np.abs(np.gradient(position))
-    found = [phasors(position, np.random.default_rng(seed).standard_normal((600, 4)), 2.3) for seed in range(40)]
-    expected = math.sqrt(2 * (weight**2).sum()) / weight.sum()
-    assert np.std(np.real(found)) == pytest.approx(expected, rel=0.15)
-    assert np.std(np.imag(found)) == pytest.approx(expected, rel=0.15)
-
-
-@pytest.mark.parametrize("wavelength", [2.0, 14.0])
-def test_the_noise_of_an_amplitude_is_that_of_the_readings_under_a_taper(wavelength):
-    """White noise of n samples gives each quadrature a variance of 3 sigma^2 / n; near zero, drift takes its part."""
-    position, told, found = np.arange(800) * 0.1, [], []
-    for seed in range(30):
-        readings = 0.7 * np.random.default_rng(seed).standard_normal((800, 2))
-        told.append(noise_of(position, readings, 1 / wavelength, 1 / 79.9))
-        found.append(phasors(position, readings, wavelength))
-    expected = 0.7 * math.sqrt(3 / 800)
-    assert np.mean(told) == pytest.approx(expected, rel=0.1)
-    assert np.std(np.real(found)) == pytest.approx(expected, rel=0.4)
-
-
-@pytest.mark.parametrize("waves, parts", [(3.7, 0), (3.85, 3), (5.5, 3), (8.2, 4), (12.5, 6), (30.0, 8)])
-def test_a_lag_that_alternates_from_part_to_part_scatters_by_as_much(waves, parts):
-    """Of n parts off by +-d the mean has sqrt(2) d / sqrt(n - 1), for neighbours wander together."""
-    position = np.linspace(0, 2.0 * waves, 1200)
-    own = np.minimum((position / position[-1] * max(parts, 1)).astype(int), max(parts, 1) - 1)
-    off = 0.02 * np.where(own % 2, 1, -1)
-    waves_of = np.cos(2 * np.pi * (position[:, None] / 2.0 - np.column_stack([0 * off, off])))
-    found = scatter_of(position, waves_of, 2.0, 0)
-    assert found[0] < 1e-9
-    if not parts:
-        assert not found.any()
-        return
-    mean = np.mean([0.02 * (1 if n % 2 else -1) for n in range(parts)])
-    spread = np.sqrt(np.mean([(0.02 * (1 if n % 2 else -1) - mean) ** 2 for n in range(parts)]))
-    assert found[1] == pytest.approx(math.sqrt(2 / (parts - 1)) * spread, rel=0.2)
-
-
-def test_lags_need_two_wavelengths_and_are_within_half_of_one():
-    position, readings = log(600, channels=2)
-    for wavelength, told in ((29.9, True), (30.0, False)):
-        if told:
-            assert np.abs(channel_lags(position, readings, wavelength).lag_mm).max() <= wavelength / 2
-        else:
-            with pytest.raises(InputError, match="lags of 30 mm need a path of two wavelengths, got 59.9 mm"):
-                channel_lags(position, readings, wavelength)
-    readings[:, 1] = 4.0
-    with pytest.raises(InputError, match="two or more channels, all of them with changing"):
-        channel_lags(position, readings, 3.0)
-
-
-def test_a_lag_is_how_much_later_along_the_path_a_channel_shows_the_line():
-    """Against the channel where it stands out most from the noise, not where it is loudest."""
-    position, rng = np.arange(1200) * 0.1, np.random.default_rng(3)
-    places = np.array([0.0, 0.9, -1.2])
-    readings = np.cos(2 * np.pi * (position[:, None] - places) / 4.0) * (1.0, 3.0, 0.5)
-    readings += rng.standard_normal(readings.shape) * (0.05, 2.0, 0.1)
-    found = channel_lags(position, readings, 4.0)
-    assert found.reference == 0 and found.lag_mm == pytest.approx(places, abs=0.1) and found.sigma_mm[0] == 0.0
-    own = np.array([0.05, 2.0, 0.1]) * math.sqrt(3 / 1200) / found.amplitude
-    assert (found.sigma_mm[1:] >= 0.6 * 4.0 * np.hypot(own[1:], own[0]) / (2 * np.pi)).all()
-    assert found.sigma_mm[1] < 4.0 * 3 * np.hypot(own[1], own[0]) / (2 * np.pi)
 
 
 def spectrum(power, resolution=4.0, step=0.01):

@@ -16,7 +16,7 @@ from papilla.mesh import build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block, Friction
 
-FOLDER = Path(__file__).parents[1] / "benchmarks"
+FOLDER = Path(__file__).parents[2] / "benchmarks"
 
 
 def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Benchmarks and simulations on made-up presses, slides and clocks give the rows that they gave.
 
-`python tests/studies/test_pinned_bench.py [part ...]` (with tests/support on the path) writes the present rows, for a
+`python tests/benchmarks/test_pinned_bench.py [part ...]` (with tests/support on the path) writes the present rows, for a
 change that moves them on purpose.
 """
 

@@ -1,7 +1,7 @@
 """Experiments on the presses of a made-up finger give the numbers that they gave when the pins were written.
 
 Finite elements would take minutes, and what they give is tested elsewhere; here it is what is made of it.
-`python tests/studies/test_pinned_experiments.py [part ...]` (with tests/support on the path) writes the present
+`python tests/papers/test_pinned_experiments.py [part ...]` (with tests/support on the path) writes the present
 numbers, for a change that moves them on purpose.
 """
 

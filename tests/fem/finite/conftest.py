@@ -1,34 +1,11 @@
 """What the tests of finite strain share: the coarse meshes of the tests of fem."""
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from papilla.fem.finite.constitutive import Kinematics
 from papilla.model.finger import Finger
 from papilla.model.materials import Ogden
-
-
-def _meshes():
-    path = Path(__file__).parents[1] / "fem" / "conftest.py"
-    spec = importlib.util.spec_from_file_location("meshes_of_fem_tests", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="session")
-def box():
-    """Function that makes a box mesh."""
-    return _meshes().make_box
-
-
-@pytest.fixture(scope="session")
-def dome():
-    """Function that makes a coarse dome mesh of a finger."""
-    return _meshes().make_dome
 
 
 @pytest.fixture(scope="session")

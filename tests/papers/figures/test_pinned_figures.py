@@ -1,6 +1,6 @@
 """Figures from made-up slides and presses show what they showed when the pins were written.
 
-`python tests/studies/figures/test_pinned_figures.py [part ...]` (with tests/support on the path) writes the present
+`python tests/papers/figures/test_pinned_figures.py [part ...]` (with tests/support on the path) writes the present
 numbers, for a change that moves them on purpose.
 """
 

@@ -1,7 +1,7 @@
 """The families of `papilla verify` on presses of a made-up finger give the cases that they gave.
 
 The families themselves take minutes of finite elements and are slow tests; here it is what they compare, with which
-bounds. `python tests/studies/test_pinned_verify.py [part ...]` (with tests/support on the path) writes the present
+bounds. `python tests/verify/test_pinned_verify.py [part ...]` (with tests/support on the path) writes the present
 cases, for a change that moves them on purpose.
 """
 

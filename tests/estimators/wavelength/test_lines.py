@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators.lags import channel_lags
 from papilla.estimators.wavelength.lines import find_lines, latest_stretch, travelled, with_harmonics
 from papilla.estimators.wavelength.spectrum import Line, background
 
@@ -208,59 +207,6 @@ def test_short_and_reciprocating_logs_are_answered():
         find_lines(position, rng.normal(size=16 + seed).round(1))
 
 
-@pytest.mark.parametrize("speed", [5.0, 20.0])
-def test_lags_are_lengths_at_every_speed(speed):
-    time = np.arange(round(150 / speed * 100)) / 100
-    position = travelled(time, speed)
-    places = np.array([0.0, 0.7, -1.1, 1.4])
-    wave = np.cos(2 * np.pi * (position[:, None] - places) / 4.0) * [1, 2, 0.5, 1]
-    readings = wave + np.random.default_rng(0).normal(0, 0.4, wave.shape)
-    lags = channel_lags(position, readings, 4.0)
-    assert lags.reference == 1
-    off = (lags.lag_mm - (places - places[1]) + 2) % 4 - 2
-    assert np.sqrt(np.mean((off[[0, 2, 3]] / lags.sigma_mm[[0, 2, 3]]) ** 2)) < 2.5
-    assert np.abs(off).max() < 0.1 and lags.sigma_mm.max() < 0.1
-    np.testing.assert_allclose(lags.amplitude, [1, 2, 0.5, 1], atol=0.1)
-
-
-def test_a_lag_that_wanders_along_the_path_is_known_less():
-    position, ratios = np.arange(1500) * 0.1, []
-    for seed in range(20):
-        rng = np.random.default_rng(seed)
-        wander = np.interp(position, np.linspace(0, 150, 12), rng.normal(0, 0.08, 12))
-        phase = 2 * np.pi * position / 4.0
-        readings = np.column_stack([np.sin(phase), np.sin(phase + 2 * np.pi * wander)])
-        lags = channel_lags(position, readings + rng.normal(0, 0.05, readings.shape), 4.0)
-        other = 1 - lags.reference
-        ratios.append(lags.lag_mm[other] / lags.sigma_mm[other])
-    assert 0.5 < np.sqrt(np.mean(np.square(ratios))) < 1.6
-
-
-@pytest.mark.parametrize("waves", [5, 40])
-def test_the_sigma_of_a_lag_is_what_noise_scatters_it_by_and_at_most_that_of_any_phase(waves):
-    """Few parts of a short path tell little of how lags wander; the noise beside the line is known even there."""
-    position, ratios, none = np.arange(40 * waves) * 0.1, [], []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        line = np.sin(2 * np.pi * position / 4.0)[:, None] * [1.0, 1.0, 0.0]
-        lags = channel_lags(position, line + rng.normal(0, 0.4, line.shape), 4.0)
-        other = 1 - lags.reference
-        ratios.append(lags.lag_mm[other] / lags.sigma_mm[other])
-        none.append(lags.sigma_mm[2])
-    assert 0.35 < np.sqrt(np.mean(np.square(ratios))) < 1.4
-    assert np.mean(np.isclose(none, 4.0 / np.sqrt(12))) > 0.9, "a channel without the line may have any phase"
-    nothing = channel_lags(position, np.random.default_rng(0).normal(size=(len(position), 3)), 4.0)
-    assert sorted(nothing.sigma_mm) == pytest.approx([0.0, 4.0 / np.sqrt(12), 4.0 / np.sqrt(12)])
-
-
-def test_lags_refuse_what_has_none():
-    position = np.arange(400) * 0.1
-    with pytest.raises(InputError, match="two or more channels"):
-        channel_lags(position, red(400, 1, 0, 0), 4.0)
-    with pytest.raises(InputError, match="a path of two wavelengths, got 39.9 mm"):
-        channel_lags(position, red(400, 2, 0, 0), 30.0)
-
-
 def test_the_channels_of_a_line_are_those_that_show_it():
     position = np.linspace(0, 120, 3000)
     readings = np.random.default_rng(7).normal(0, 1, (3000, 4))
@@ -296,21 +242,6 @@ def test_harmonics_sharpen_the_fundamental_by_their_order():
     apart = with_harmonics(base, [third._replace(wavenumber=0.759)], 0.01)
     spread = weights @ (np.array([0.25, 0.253]) - apart.wavenumber) ** 2
     assert spread > 1 and apart.sigma == pytest.approx((spread / weights.sum()) ** 0.5), "Birge's ratio"
-
-
-@pytest.mark.parametrize("noise, wander_mm, waves", [(0.5, 0.0, 17), (0.05, 0.15, 17), (0.05, 0.15, 5)])
-def test_lags_scatter_as_their_sigma_says(noise, wander_mm, waves):
-    """In noise, and where the second channel's lag wanders from place to place along the path."""
-    position, off = np.arange(40 * waves) * 0.1, []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        lag = 0.6 + wander_mm * np.interp(position, np.arange(0, 75, 5.0), rng.standard_normal(15))
-        channels = np.cos(2 * np.pi * (position[:, None] - np.column_stack([0 * lag, lag])) / 4.0)
-        found = channel_lags(position, channels + noise * rng.standard_normal((len(lag), 2)), 4.0)
-        off.append(abs(abs(found.lag_mm).max() - 0.6) / found.sigma_mm.max())
-    assert 0.35 < np.median(off) < 1.1, "0.67 of a normal distribution"
-    # Three parts of a path know their own scatter badly (Student's distribution).
-    assert np.mean(np.array(off) < 2) > (0.75 if waves < 6 else 0.87)
 
 
 @pytest.mark.parametrize("size", [1e-160, 1e-60, 1e300])

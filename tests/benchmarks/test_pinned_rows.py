@@ -1,6 +1,6 @@
 """Estimators that are compared, their rows, drawn figures, elements and structured meshes are what they were.
 
-`python tests/studies/test_pinned_rows.py [part ...]` (with tests/support on the path) writes the present numbers, for a
+`python tests/benchmarks/test_pinned_rows.py [part ...]` (with tests/support on the path) writes the present numbers, for a
 change that moves them on purpose.
 """
 

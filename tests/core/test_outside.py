@@ -15,7 +15,7 @@ import pytest
 from papilla.core import outside
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 MODULES = sorted((ROOT / "papilla").rglob("*.py"))
 
 READERS = (

@@ -1,7 +1,7 @@
 """Parts of the papers' experiments give the numbers that they gave when their claims were judged.
 
 The claims themselves have wide tolerances and are judged by slow tests. A changed scene, window or rule shows here
-first, as another number. `python tests/studies/test_experiment_numbers.py [part ...]` (with tests/support on the path)
+first, as another number. `python tests/papers/test_experiment_numbers.py [part ...]` (with tests/support on the path)
 writes the present ones, for a change that moves them on purpose.
 """
 

@@ -1,0 +1,7 @@
+"""The calibrations that the tests of estimators have."""
+
+from estimator_fixtures import calibration as calibration
+from estimator_fixtures import five as five
+from estimator_fixtures import five_gauges as five_gauges
+from estimator_fixtures import make as make
+from estimator_fixtures import touch as touch
