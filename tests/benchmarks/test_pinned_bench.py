@@ -1,7 +1,7 @@
 """Benchmarks and simulations on made-up presses, slides and clocks give the rows that they gave.
 
-`python tests/benchmarks/test_pinned_bench.py [part ...]` (with tests/support on the path) writes the present rows, for a
-change that moves them on purpose.
+`python tests/benchmarks/test_pinned_bench.py [part ...]` (with tests/support on the path) writes the present rows, for
+a change that moves them on purpose.
 """
 
 import itertools

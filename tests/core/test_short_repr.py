@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from papilla.calibration import MaterialTests, PositionTerms, Surface, fit_material
+from papilla.calibration import PositionTerms, Surface
+from papilla.identification import MaterialTests, fit_material
 from papilla.logs import PressLog
 from papilla.model.materials import NeoHookean
 

@@ -176,9 +176,7 @@ def estimators() -> list[str]:
 
 def test_every_estimator_has_a_case_and_every_case_an_estimator():
     assert {name.split("-")[0] for name in CASES} == set(estimators())
-    assert set(estimators()) <= {*papilla.estimators.__all__, *methods.__all__}, (
-        "every estimator is among the curated names"
-    )
+    assert set(estimators()) <= {*papilla.estimators.__all__, *methods.__all__}, "every one is a curated name"
 
 
 def test_curated_names_are_there_documented_and_free_until_used():
