@@ -1,7 +1,7 @@
 """Estimators that are compared, their rows, drawn figures, elements and structured meshes are what they were.
 
-`python tests/benchmarks/test_pinned_rows.py [part ...]` (with tests/support on the path) writes the present numbers, for
-a change that moves them on purpose.
+`python tests/benchmarks/test_pinned_rows.py [part ...]` (with tests/support on the path) writes the present numbers,
+for a change that moves them on purpose.
 """
 
 import math

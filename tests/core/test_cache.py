@@ -33,7 +33,7 @@ from papilla.model.specimen import Block, Sphere
 from papilla.view import pictures
 from papilla.view.strain_field import strain_figure
 
-PACKAGE = Path(papilla.__file__).parent
+ROOT = Path(papilla.__file__).parents[1]
 
 
 @pytest.fixture(autouse=True)
@@ -91,8 +91,10 @@ def test_what_has_no_content_of_its_own_is_no_part_of_a_key():
 
 @pytest.fixture(scope="module")
 def sources(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("copy") / "papilla"
-    return shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("data", "__pycache__"))
+    folder = tmp_path_factory.mktemp("copy")
+    for package in ("papilla", "papilla_papers"):
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("data", "__pycache__"))
+    return folder
 
 
 @pytest.fixture
@@ -137,11 +139,13 @@ BELOW = {
 def test_a_key_changes_with_all_the_code_that_the_result_runs_through(maker, thing, edit):
     before = cache.key(maker, 1)
     assert cache.key(maker, 1) == before
-    edit(Path(inspect.getfile(thing)).relative_to(PACKAGE))
+    edit(Path(inspect.getfile(thing)).relative_to(ROOT))
     assert cache.key(maker, 1) != before
 
 
-@pytest.mark.parametrize("name", ["estimators/__init__.py", "cli/main.py", "studies/bench/runner.py"])
+@pytest.mark.parametrize(
+    "name", ["papilla/estimators/__init__.py", "papilla/cli/main.py", "papilla_papers/claims/runner.py"]
+)
 @pytest.mark.parametrize("maker", [SWEEP, REDUCED, READER])
 def test_code_that_no_kept_result_runs_through_leaves_its_key(maker, name, edit):
     before = cache.key(maker, 1)
@@ -161,20 +165,20 @@ WORDS = {
 @pytest.mark.parametrize("old, new", WORDS.values(), ids=WORDS)
 def test_words_and_formatting_move_no_key(old, new, edit):
     before = [cache.key(maker, 1) for maker in BELOW]
-    edit("mesh/drawing.py", old, new)
+    edit("papilla/mesh/drawing.py", old, new)
     assert [cache.key(maker, 1) for maker in BELOW] == before
 
 
 def test_a_constant_moves_the_keys_of_all_that_may_use_it_and_of_nothing_else(edit):
     before = {maker: cache.key(maker, 1) for maker in BELOW}
-    edit("mesh/drawing.py", "REACH = 3.0", "REACH = 3.1")
+    edit("papilla/mesh/drawing.py", "REACH = 3.0", "REACH = 3.1")
     assert {maker for maker in BELOW if cache.key(maker, 1) != before[maker]} == {*BELOW} - {READER}
 
 
 def test_names_that_a_package_imports_on_first_use_count_too(edit):
-    edit("calibrate/checking.py", None, "from papilla.view import strain\n")
+    edit("papilla/calibration/fitting/checking.py", None, "from papilla.view import strain\n")
     before = cache.key("papilla.calibration.fitting.checking", 1)
-    edit("view/strain_field.py")
+    edit("papilla/view/strain_field.py")
     assert cache.key("papilla.calibration.fitting.checking", 1) != before
 
 
@@ -203,8 +207,8 @@ UPGRADED = {
 
 def test_layers_above_a_result_leave_its_key(edit):
     before = cache.key(READER, 1), cache.key(REDUCED, 1)
-    edit("calibrate/report/page.py")
-    edit("view/style.py")
+    edit("papilla/calibration/fitting/page.py")
+    edit("papilla/view/style.py")
     assert (cache.key(READER, 1), cache.key(REDUCED, 1)) == before
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import papilla_papers as studies
 from papilla.core import settings
 
-ROOT = Path(studies.__path__[0]).parent
-FOLDERS = sorted(path.parent for path in ROOT.rglob("parameters.toml"))
+ROOT = Path(__file__).parents[2]
+ROOMS = ("papilla", "papilla_papers", "benchmarks")
+FOLDERS = sorted(path.parent for room in ROOMS for path in (ROOT / room).rglob("parameters.toml"))
 
 
 def drawn(table, vary=True, seed=3):
@@ -62,7 +62,7 @@ def test_chance_is_a_share_and_an_unknown_rule_is_an_error():
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_every_parameter_is_read_by_its_module(folder):
-    for name, table in settings.tables(".".join(["papilla", *folder.relative_to(ROOT).parts])).items():
+    for name, table in settings.tables(".".join(folder.relative_to(ROOT).parts)).items():
         source = (folder / f"{name}.py").read_text(encoding="utf-8")
         unread = [key for key in table if not re.search(rf"GIVEN\.{key}\b", source)]
         assert not unread, f"{name}.py does not read {unread}"

@@ -88,6 +88,7 @@ def test_zeros_of_another_number_of_gauges_are_refused():
 def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     from papilla.calibration.fitting import job
     from papilla.fem.pressing.response import response
+    from papilla.identification import bench
     from papilla.identification.posing import family_of
     from papilla.logs import PressLog
     from papilla.model.specimen import Block
@@ -104,10 +105,10 @@ def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     def swept(finger, **_):
         return job.Calibrated(with_identification(calibration(), finger), log, job.Recovery(force, modulus, modulus))
 
-    monkeypatch.setattr(job, "calibrate_finger", swept)
+    monkeypatch.setattr(bench, "calibrate", swept)
     with pytest.raises(InputError, match="press 10 is beside the apex, where S_d differs: papilla identify takes it"):
-        job.calibrate_bench(replace(log, x_mm=np.arange(10) == 9), Finger.default())
-    done = job.calibrate_bench(log, Finger.default())
+        bench.calibrate_bench(replace(log, x_mm=np.arange(10) == 9), Finger.default())
+    done = bench.calibrate_bench(log, Finger.default())
     assert done.bench.finger.identified.presses == 10 and done.bench.finger.outer.modulus > 0.1
     told = np.array(done.bench.finger.identified.zeros_microstrain)
     # Moduli follow from S_d without the zeros, and intervals from the noise of five gauges and of the force
@@ -119,6 +120,6 @@ def test_a_bench_is_identified_calibrated_and_recovered(monkeypatch):
     # The same log with S_d alone has no zeros
     sd = (readings - zeros).std(axis=1)
     alone = replace(log, readings=np.zeros((10, 0)), gauge_names=(), stated_sd=sd)
-    done = job.calibrate_bench(alone, Finger.default())
+    done = bench.calibrate_bench(alone, Finger.default())
     answer = done.calibration.invert(sd, force, **noise)
     assert done.bench.recovery.recovered_MPa == pytest.approx(answer.modulus_MPa, nan_ok=True)

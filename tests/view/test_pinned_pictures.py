@@ -21,6 +21,8 @@ from artists import numbers, shown, shown_axes
 from made_up_press import FINGER, SPECIMEN, press, reduced
 from matplotlib.figure import Figure
 
+from benchmarks.estimators.honesty_figure import honesty_figure
+from papilla.cli.speed.price_figure import price_figure
 from papilla.model.specimen import Block, Sphere
 from papilla.view import (
     contact_map,
@@ -111,8 +113,8 @@ def _studies() -> dict[str, Figure]:
         for w, p in ((2.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 0.5))
     ]
     return {
-        "honesty": study_plots.honesty_figure(honest),
-        "price": study_plots.price_figure(presses, 0.3),
+        "honesty": honesty_figure(honest),
+        "price": price_figure(presses, 0.3),
         "signals": study_plots.signals_figure(signals, ["g1", "a_$b$"]),
     }
 

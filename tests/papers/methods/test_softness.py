@@ -138,7 +138,7 @@ def test_unusable_options_are_refused(options, message):
 def test_the_pipeline_says_that_a_published_form_was_chosen(calibration):
     pipeline = Pipeline(calibration, columns=("force_N",), softness="quadratic")
     assert any("by the published form" in message for message in pipeline.messages)
-    ways = "gauges, surface, sd, compact, quadratic, printed, exact"
+    ways = "gauges, surface, sd, compact, exact, printed, quadratic"
     with pytest.raises(InputError, match=f"softness must be one of {ways}"):
         Pipeline(calibration, columns=("force_N",), softness="best")
 
