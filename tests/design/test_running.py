@@ -38,7 +38,8 @@ def test_a_study_becomes_tables_a_page_and_fingers(study_file, tmp_path):
 def test_the_written_fingers_are_those_that_were_judged(study_file, tmp_path):
     """Bit for bit: the hash of a design is that of its row, of its file and in JSON."""
     formula = "sqrt(outer.modulus_MPa * 0.1) / 3 + min(gauges.spread_deg / 1e4, 0.003)"
-    study = read_study(study_file(("outer.modulus_MPa / 4", formula)))
+    named = '"made up"', "'$\\bad{$ <b>'"
+    study = read_study(study_file(("outer.modulus_MPa / 4", formula), named))
     best = summary(run_study(study, tmp_path / "out", workers=0))["best"]
     with open(tmp_path / "out" / "designs.csv", newline="") as file:
         rows = {int(row["design"]): row for row in csv.DictReader(file)}
@@ -47,6 +48,7 @@ def test_the_written_fingers_are_those_that_were_judged(study_file, tmp_path):
         finger = Finger.load(one["finger"])
         assert finger.sha256 == one["finger_sha256"] == rows[one["design"]]["finger_sha256"]
         assert finger.sha256 == study.finger_of(one["free"]).sha256
+    assert r"<h1>$\bad{$ &lt;b&gt;</h1>" in (tmp_path / "out" / "study.html").read_text()
 
 
 def test_the_front_holds_what_nothing_beats(study_file, tmp_path):
