@@ -29,6 +29,10 @@ class SolverError(PapillaError, RuntimeError):
     """A linear or a contact solver did not reach its tolerance."""
 
 
+class WorkerKilledError(PapillaError, RuntimeError):
+    """A job's process was killed each time it was begun, as by the system when memory runs out."""
+
+
 class MemoryEstimateError(PapillaError, MemoryError):
     """A computation needs more memory than is free; the message says how much, and what would fit."""
 

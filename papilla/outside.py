@@ -260,7 +260,8 @@ def own_database(path: Path, patience_s: float) -> "sqlite3.Connection":
     import sqlite3
 
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, stat.S_IRUSR | stat.S_IWUSR))
-    check_own(path)
+    for ending in ("", "-wal", "-shm", "-journal"):  # SQLite takes over what an interrupted writer left beside the file
+        check_own(path.with_name(path.name + ending))
     return sqlite3.connect(path, timeout=patience_s, isolation_level=None)
 
 

@@ -92,7 +92,7 @@ def estimates_writer(path: Path, names: Sequence[str]) -> Iterator[Callable[[Seq
         from pyarrow.parquet import ParquetWriter
     except ImportError:
         raise InputError(f"{path}: Parquet files need pyarrow: pip install papilla[tables]") from None
-    texts = [name for name in names if name.endswith("status")]
+    texts = [name for name in names if name.endswith(("status", "sha256"))]
     schema = pyarrow.schema([(name, pyarrow.string() if name in texts else pyarrow.float64()) for name in names])
     with replacing(path) as temporary, ParquetWriter(temporary, schema) as stream:
         yield lambda columns: stream.write_batch(
