@@ -101,9 +101,8 @@ class Received(NamedTuple):
 
 
 class Applicant(NamedTuple):
-    """A session that waits to be accepted. after_ns : our last number when it first appeared. header, at_ns : of its last
-    message, and the time of arrival. hears_us : whether it has echoed a number that was
-    not older than 5 s."""
+    """A session that waits to be accepted. after_ns : our last number when it first appeared. header, at_ns : of its
+    last message, and the time of arrival. hears_us : whether it has echoed a number of ours within 5 s."""
 
     after_ns: int
     header: Header

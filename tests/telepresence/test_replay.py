@@ -1,5 +1,5 @@
-"""Recorded messages are not taken: not after a restart of either side, in no order, however many sessions were recorded;
-and they do not keep the running session out."""
+"""Recorded messages are not taken: not after a restart of either side, in no order, however many sessions were
+recorded; and they do not keep the running session out."""
 
 import heapq
 import itertools
@@ -25,8 +25,8 @@ def message(gate, now_ns, serial=0):
 
 
 class Lab:
-    """Two gates that both send a message a ms, over a network that loses, repeats, delays and overtakes, and an attacker
-    who records every datagram at its arrival, also a lost one.
+    """Two gates that both send a message a ms, over a network that loses, repeats, delays and overtakes, and an
+    attacker who records every datagram at its arrival, also a lost one.
 
     Messages carry serial numbers; `taken` has those that each side took. recorded : datagrams to each side. sent : the
     last serial number to each side.
