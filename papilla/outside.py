@@ -31,6 +31,8 @@ MIB = 2**20
 
 DESIGN_BYTES = 4 * MIB
 """Most bytes of a file that a person writes (TOML): the largest of the examples has 8 kB."""
+KEY_BYTES = 4096
+"""Most bytes of a file with a key: 32 random bytes have 64 hexadecimal digits."""
 DOCUMENT_BYTES = 256 * MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
 BINARY_BYTES = 4096 * MIB
@@ -265,6 +267,30 @@ def own_database(path: Path, patience_s: float) -> "sqlite3.Connection":
     return sqlite3.connect(path, timeout=patience_s, isolation_level=None)
 
 
+def read_key(path: Path) -> bytes:
+    """A secret of at most `KEY_BYTES`, without white space at its ends, from a file that the user alone can read and
+    write.
+
+    Raises as `read_bytes` does, and `NotOwnError`. Windows has no such permission bits, so nothing is checked there.
+    """
+    with binary_stream(path) as file:
+        status = os.fstat(file.fileno())
+        if hasattr(os, "geteuid") and status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+            raise NotOwnError(f"others can read or write {path}, so it is no key: make a new one, with chmod 600")
+        check_own(path, status)
+        content = file.read(KEY_BYTES + 1)
+    if len(content) > KEY_BYTES:
+        raise FileFormatError(f"{path} has more than {KEY_BYTES} bytes, too many for a key")
+    return content.strip()
+
+
+def is_this_machine(address: tuple) -> bool:
+    """Whether no other machine reaches an address (numeric host, port, ...)."""
+    from ipaddress import ip_address
+
+    return ip_address(str(address[0]).partition("%")[0]).is_loopback
+
+
 def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket":
     """A UDP socket that listens at an address (numeric host, port, ...), without blocking.
 
@@ -272,13 +298,11 @@ def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket"
     if the address cannot be used.
     """
     import socket
-    from ipaddress import ip_address
 
-    host = str(address[0])
-    if not keyed and not ip_address(host.partition("%")[0]).is_loopback:
+    if not keyed and not is_this_machine(address):
         raise InputError(
-            f"listening at {host}, which other machines reach, needs a key (--key-file): without one, anybody there "
-            "can send messages; 127.0.0.1 needs none"
+            f"listening at {address[0]}, which other machines reach, needs a key (--key-file): without one, anybody "
+            "there can send messages; 127.0.0.1 needs none"
         )
     made = socket.socket(family, socket.SOCK_DGRAM)
     try:
