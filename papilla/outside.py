@@ -37,10 +37,12 @@ DOCUMENT_BYTES = 256 * MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
 BINARY_BYTES = 4096 * MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
+LOG_BYTES = 2**40
+"""Most bytes of a log of which only wanted columns are read (Parquet, bags): a bag of a day of cameras has 1e12."""
 PACKED_TIMES = 700
 """Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
 NUMBER_DIGITS = 400
-"""Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
+"""Most digits of a whole number (JSON, TOML): the largest float has 309; time grows with the square of their number."""
 
 Kind = TypeVar("Kind")
 
@@ -80,11 +82,22 @@ def toml(text: str, name: str) -> dict[str, Any]:
     import tomllib
 
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        _check_whole_numbers(tables)
+        return tables
     except RecursionError as error:
         raise FileFormatError(f"{name} is not valid TOML: its brackets are nested too deeply") from error
     except ValueError as error:  # TOMLDecodeError is one; so is an integer of thousands of digits
         raise FileFormatError(f"{name} is not valid TOML: {error}") from error
+
+
+def _check_whole_numbers(value: Any) -> None:
+    """Raise `InputError` for an integer of more than `NUMBER_DIGITS`, which can be written in hexadecimal digits."""
+    if isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_whole_numbers(item)
+    elif isinstance(value, int) and value.bit_length() > 4 * NUMBER_DIGITS:
+        raise InputError("a whole number is too long")
 
 
 def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> Any:
@@ -133,6 +146,23 @@ def binary_stream(path: str | PathLike) -> IO[bytes]:
         return open(path, "rb")
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+
+
+def checked_file(path: Path, most_bytes: int = LOG_BYTES) -> Path:
+    """The path of a regular file of at most `most_bytes`, for a library that opens files itself.
+
+    Raises `FileAccessError` if it is missing, unreadable or no regular file, `FileFormatError` if it is larger.
+    """
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+    if not stat.S_ISREG(status.st_mode):
+        raise FileAccessError(f"cannot read {shown(path)}: it is not a regular file")
+    if status.st_size > most_bytes:
+        raise FileFormatError(f"{shown(path)} has {status.st_size} bytes; at most {most_bytes} are read")
+    binary_stream(path).close()
+    return path
 
 
 def repeatable_stream(path: Path) -> IO[bytes]:

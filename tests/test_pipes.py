@@ -11,7 +11,7 @@ import pytest
 from papilla.errors import FileFormatError
 from papilla.logs import TimeLogFile, time_log
 from papilla.pipes import LiveText
-from papilla.tables import Table
+from papilla.rows import Table
 
 
 def rows(count: int) -> list[str]:

@@ -15,9 +15,11 @@ import numpy as np
 
 from papilla.errors import FileFormatError
 from papilla.logs.bags import BagReader
-from papilla.logs.frames import PARQUET, FrameReader, parquet
+from papilla.logs.frames import PARQUET, FrameReader
 from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
-from papilla.tables import BLOCK, Reader, Table, TableReader, closest
+from papilla.logs.parquet import ParquetReader
+from papilla.rows import BLOCK, Reader, Table
+from papilla.tables import TableReader, closest
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it
@@ -76,6 +78,7 @@ def _gauges(
             raise FileFormatError(f"{reader.path}, line 1: unknown column {name}; did you mean {meant}?")
     for name in needed:
         if name in absent:
+            _check_usable(reader, name)
             hint = "; papilla log map proposes what the columns are" if reader.ignored else ""
             raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found}){hint}")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
@@ -108,7 +111,7 @@ class MappedReader(Reader):
         self.called = {name: column.name for name, column in self._columns.items()}
         self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
         self.names, self.live = (*self._columns, *self._constant), reader.live
-        self.ignored = reader.ignored
+        self.ignored, self.unusable, self.rows = reader.ignored, reader.unusable, reader.rows
         self._factors = {name: column.factor(name) for name, column in self._columns.items()}
         self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
         if log_map.air_s is not None and self.live:
@@ -185,6 +188,7 @@ def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...
     chosen = replace(given, columns=by_name(reader.path, reader.header, wanted) | dict(given.columns))
     absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
     if absent is not None:
+        _check_usable(reader, absent.topic or absent.column)
         raise FileFormatError(f"{given.path}: the log {reader.path} has no {_lacking(absent, reader.header)}")
     if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
         return reader
@@ -193,12 +197,19 @@ def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...
     return MappedReader(reader, chosen, wanted)
 
 
+def _check_usable(reader: Reader, name: str) -> None:
+    """Raise `FileFormatError` for a column or topic that is there, but holds no numbers."""
+    why = reader.unusable.get(name) or reader.unusable.get(name.split("[")[0])
+    if why:
+        raise FileFormatError(f"{reader.path}: {name} cannot be used: {why}")
+
+
 def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], how: LogMap) -> Reader:
     """A reader of a log (path or frame) with its own names and units; how : the dialect of a text."""
     if not isinstance(source, Path):
         return FrameReader(source, wanted, words)
     if source.suffix in PARQUET:
-        return parquet(source, wanted, words)
+        return ParquetReader(source, wanted, words)
     if is_bag(source):
         return BagReader(source, wanted)
     dialect: dict[str, Any] = {"delimiter": how.delimiter, "decimal": how.decimal, "header_line": how.header_line}

@@ -15,9 +15,10 @@ from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import of_presses
+from papilla.rows import Table
 from papilla.short_repr import short_repr
 from papilla.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
-from papilla.tables import Table, write_table
+from papilla.tables import write_table
 from papilla.units import PER_CENT
 
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
