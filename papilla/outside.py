@@ -48,14 +48,42 @@ def read_bytes(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_
 
     Raises `FileAccessError` if it cannot be read, `FileFormatError` if it has more than `most_bytes`.
     """
+    return _content(path, what, most_bytes)
+
+
+def own_bytes(path: str | PathLike, what: str = "", most_bytes: int = BINARY_BYTES, *, private: bool = False) -> bytes:
+    """As `read_bytes`, of a file that belongs to the user and that nobody else can write to; raises `NotOwnError`, too.
+
+    private : refuse a file that others can read, too. The opened file is checked: its name may stand for another file
+    by now.
+    """
+
+    def check(status: os.stat_result) -> None:
+        check_own(Path(path), status)
+        if private and hasattr(os, "geteuid") and status.st_mode & (stat.S_IRGRP | stat.S_IROTH):
+            raise NotOwnError(f"others can read {path}")
+
+    return _content(path, what, most_bytes, check)
+
+
+def _content(
+    path: str | PathLike, what: str, most_bytes: int, check: Callable[[os.stat_result], None] | None = None
+) -> bytes:
+    content = bytearray()
     try:
         with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)
+            if check is not None:
+                check(os.fstat(file.fileno()))
+            # In pieces, because `read` takes as much memory as it is allowed to read
+            while len(content) <= most_bytes and (piece := file.read(min(MIB, most_bytes + 1 - len(content)))):
+                content += piece
+    except NotOwnError:
+        raise
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{shown(path)}: {reason(error)}") from error
     if len(content) > most_bytes:
         raise FileFormatError(f"{shown(path)} has more than {most_bytes} bytes, too many for {what or 'such a file'}")
-    return content
+    return bytes(content)
 
 
 def read_text(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> str:
