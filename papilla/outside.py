@@ -118,12 +118,15 @@ def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_B
     return json_value(read_text(path, what, most_bytes), str(path), what)
 
 
-def json_value(text: str | bytes, name: str, what: str = "") -> Any:
-    """The value of a text in JSON, of finite numbers; raises `FileFormatError`, which calls it `name`."""
+def json_value(text: str | bytes, name: str, what: str = "", *, finite: bool = True) -> Any:
+    """The value of a text in JSON; raises `FileFormatError`, which calls it `name`.
+
+    finite : refuse NaN and Infinity, which JSON does not have, but which papilla writes in some files.
+    """
     import json
 
     try:
-        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number)
+        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
     except (ValueError, RecursionError) as error:
         expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
         raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from papilla import cache
-from papilla.errors import FileAccessError, FileFormatError, MeshError
+from papilla.errors import FileFormatError, MeshError
+from papilla.files import replacing
 from papilla.mesh.cells import compact, components, edges_of
-from papilla.mesh.child import run
+from papilla.mesh.child import cells_of, run
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Triangulation
-from papilla.outside import reason
+from papilla.outside import BINARY_BYTES, read_bytes
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -76,17 +77,14 @@ def _read(path: str) -> Triangulation:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")
-    try:
-        content = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read surface file {path!r}: {reason(error)}") from error
+    content = read_bytes(path, "surface file", BINARY_BYTES)
     given = {"content": np.frombuffer(content, dtype=np.uint8), "suffix": np.array(suffix)}
     try:
         key = cache.key("papilla.mesh.worker", content, suffix)
         found = cache.fetch("surface", key, lambda: run("the reader of surfaces", "read_surface", given))
+        vertices, triangles = cells_of(found, "the reader of surfaces", "triangles", 3, "vertices")
     except MeshError as error:
         raise FileFormatError(f"{path}: not a readable {suffix} file") from error
-    vertices, triangles = found["vertices"], found["triangles"]
     return _joined(vertices, triangles) if len(triangles) else (vertices, triangles)
 
 
@@ -189,4 +187,5 @@ def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -
     )
     inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward, ::-1]
-    meshio.stl.write(path, meshio.Mesh(points, [("triangle", triangles)]), binary=True)
+    with replacing(path) as temporary:
+        meshio.stl.write(temporary, meshio.Mesh(points, [("triangle", triangles)]), binary=True)
