@@ -14,8 +14,9 @@ from functools import cached_property
 from pathlib import Path
 
 from papilla import checks
-from papilla.errors import FileAccessError, InputError
+from papilla.errors import InputError
 from papilla.finger_parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
+from papilla.outside import BINARY_BYTES, read_bytes
 from papilla.short_repr import html_table
 
 __all__ = [
@@ -179,10 +180,7 @@ def _digest(value: dict) -> str:
 
 
 def _file_digest(path: str) -> str:
-    try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError as error:
-        raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
+    return hashlib.sha256(read_bytes(path, "surface file", BINARY_BYTES)).hexdigest()
 
 
 def _check_site(gauge: Gauge, shape: Shape) -> None:

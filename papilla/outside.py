@@ -52,14 +52,42 @@ def read_bytes(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_
 
     Raises `FileAccessError` if it cannot be read, `FileFormatError` if it has more than `most_bytes`.
     """
+    return _content(path, what, most_bytes)
+
+
+def own_bytes(path: str | PathLike, what: str = "", most_bytes: int = BINARY_BYTES, *, private: bool = False) -> bytes:
+    """As `read_bytes`, of a file that belongs to the user and that nobody else can write to; raises `NotOwnError`, too.
+
+    private : refuse a file that others can read, too. The opened file is checked: its name may stand for another file
+    by now.
+    """
+
+    def check(status: os.stat_result) -> None:
+        check_own(Path(path), status)
+        if private and hasattr(os, "geteuid") and status.st_mode & (stat.S_IRGRP | stat.S_IROTH):
+            raise NotOwnError(f"others can read {path}")
+
+    return _content(path, what, most_bytes, check)
+
+
+def _content(
+    path: str | PathLike, what: str, most_bytes: int, check: Callable[[os.stat_result], None] | None = None
+) -> bytes:
+    content = bytearray()
     try:
         with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)
+            if check is not None:
+                check(os.fstat(file.fileno()))
+            # In pieces, because `read` takes as much memory as it is allowed to read
+            while len(content) <= most_bytes and (piece := file.read(min(MIB, most_bytes + 1 - len(content)))):
+                content += piece
+    except NotOwnError:
+        raise
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{shown(path)}: {reason(error)}") from error
     if len(content) > most_bytes:
         raise FileFormatError(f"{shown(path)} has more than {most_bytes} bytes, too many for {what or 'such a file'}")
-    return content
+    return bytes(content)
 
 
 def read_text(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> str:
@@ -105,12 +133,15 @@ def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_B
     return json_value(read_text(path, what, most_bytes), str(path), what)
 
 
-def json_value(text: str | bytes, name: str, what: str = "") -> Any:
-    """The value of a text in JSON, of finite numbers; raises `FileFormatError`, which calls it `name`."""
+def json_value(text: str | bytes, name: str, what: str = "", *, finite: bool = True) -> Any:
+    """The value of a text in JSON; raises `FileFormatError`, which calls it `name`.
+
+    finite : refuse NaN and Infinity, which JSON does not have, but which papilla writes in some files.
+    """
     import json
 
     try:
-        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number)
+        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
     except (ValueError, RecursionError) as error:
         expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
         raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error

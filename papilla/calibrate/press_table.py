@@ -12,11 +12,12 @@ import numpy as np
 
 from papilla import cache, checks
 from papilla.calibration.published import SPECIMENS_MPA
-from papilla.errors import ContactRangeError, InputError
+from papilla.errors import ContactRangeError, FileFormatError, InputError
 from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
+from papilla.outside import json_value
 from papilla.short_repr import html_table
 from papilla.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 from papilla.tables import write_table
@@ -135,11 +136,20 @@ class Sweep:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Sweep":
-        """The sweep of `to_arrays`."""
-        others: dict[str, Any] = json.loads(str(arrays["others"]))
-        others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
-        columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
-        return cls(**columns, **others)
+        """The sweep of `to_arrays`; raises `FileFormatError` for anything else."""
+        try:
+            others: dict[str, Any] = json_value(str(arrays["others"]), "others", finite=False)
+            others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
+            columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
+            table = cls(**columns, **others)
+        except (KeyError, TypeError) as error:
+            raise FileFormatError(f"a sweep is not complete: {error}") from error
+        count = len(table.status)
+        shapes = dict.fromkeys(columns, (count,)) | {"reading": (count, len(table.gauge_names))}
+        wrong = [name for name, shape in shapes.items() if columns[name].shape != shape]
+        if wrong:
+            raise FileFormatError(f"a sweep of {count} presses has another number of values of {', '.join(wrong)}")
+        return table
 
 
 def sweep(

@@ -28,6 +28,7 @@ from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
+from papilla.outside import read_arrays
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 
@@ -231,8 +232,8 @@ def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
 @lru_cache(KEPT)
 def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
     """A shipped mesh, or the quarter that its mirrors repeat."""
-    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
-        return unpack(data if whole else {**data, "mirrors": np.array("")})
+    arrays = read_arrays(path_of(kind, size_mm, variant))
+    return unpack(arrays if whole else {**arrays, "mirrors": np.array("")})
 
 
 def _reference_finger(kind: str) -> Finger:

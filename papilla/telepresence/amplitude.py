@@ -1,11 +1,10 @@
 """The amplitude of a displayed component: from the amplitude that the sensor measured, or from g_A of its
 wavelength."""
 
-import json
 import math
+import reprlib
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -15,7 +14,7 @@ import numpy as np
 from papilla import checks
 from papilla.errors import FileFormatError, InputError
 from papilla.estimators.published.roughness import AmplitudeFit, fit_amplitude
-from papilla.outside import read_bytes
+from papilla.outside import json_value, read_text, shipped
 from papilla.tables import TableReader
 from papilla.telepresence.actuator import PIEZO
 
@@ -122,7 +121,7 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     found = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
     try:
         if found["schema"] != SCHEMA:
-            raise InputError(f"schema must be {SCHEMA}, got {found['schema']!r}")
+            raise InputError(f"schema must be {SCHEMA}, got {reprlib.repr(found['schema'])}")
         wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in COLUMNS)
         curve = PowerCurve(wavelength, power, str(found.get("source", "")))
         _ = curve.fit
@@ -140,8 +139,5 @@ def _table(path: Path) -> dict[str, Any]:
 
 def _document(name: str | PathLike, path: str | PathLike | None) -> Any:
     """The content of a JSON file, or of the one that ships."""
-    content = read_bytes(path or str(files("papilla") / "data" / "amplitude_curve.json"))
-    try:
-        return json.loads(content)
-    except ValueError as error:
-        raise FileFormatError(f"{name}: not an amplitude curve: {error}") from error
+    content = read_text(path) if path else shipped("papilla", "data", "amplitude_curve.json")
+    return json_value(content, str(name), "curve of amplitudes")

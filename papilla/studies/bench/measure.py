@@ -22,6 +22,7 @@ from papilla.errors import ContactRangeError, PapillaError
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
 from papilla.finger import Finger
+from papilla.outside import read_text
 from papilla.specimen import THICKNESS_MM, Block
 from papilla.units import gf_to_newton
 
@@ -200,7 +201,7 @@ def peak_memory_MiB() -> float:
     status = Path("/proc/self/status")
     if status.exists():
         # ru_maxrss would include the memory of the parent at the start of this process
-        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        line = next(line for line in read_text(status).splitlines() if line.startswith("VmHWM"))
         return int(line.split()[1]) * 1024 / MIB
     if os.name == "nt":
         return float("nan")

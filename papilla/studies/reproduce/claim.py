@@ -2,17 +2,16 @@
 
 import inspect
 import math
-import tomllib
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from papilla import cache
 from papilla.errors import PapillaError
+from papilla.outside import shipped, toml
 from papilla.studies.case import Case, Interval, Verdict
 from papilla.studies.reproduce.scenes import scenes
 from papilla.units import PER_CENT
@@ -91,8 +90,7 @@ class Claim:
 
 def read_claims() -> tuple[Claim, ...]:
     """Every claim, paper by paper."""
-    text = (files("papilla.studies.reproduce") / "claims.toml").read_text(encoding="utf-8")
-    papers = tomllib.loads(text).items()
+    papers = toml(shipped("papilla.studies.reproduce", "claims.toml"), "claims.toml").items()
     return tuple(Claim.from_table(key, paper, table) for paper, own in papers for key, table in own.items())
 
 
