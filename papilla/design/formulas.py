@@ -34,7 +34,7 @@ OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 
 def _rounded(value: float, digits: float = 0.0) -> float:
     if digits not in range(DIGITS + 1):
-        raise ValueError(f"round takes 0 to {DIGITS} digits, got {digits:g}")
+        raise InputError(f"round takes 0 to {DIGITS} digits, got {digits:g}")
     return round(value, int(digits))
 
 

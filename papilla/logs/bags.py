@@ -184,7 +184,7 @@ def _check_nesting(idl: str) -> None:
 
 def _bound_chunks(chunks: Any) -> None:
     """Let the packed chunks of a ROS 1 bag unpack to at most `CHUNK_BYTES`."""
-    import lz4.frame  # type: ignore[import-untyped] - rosbags needs it
+    import lz4.frame  # rosbags needs it
 
     bounded = {bz2.decompress: bz2.BZ2Decompressor, lz4.frame.decompress: lz4.frame.LZ4FrameDecompressor}
     for place, chunk in chunks.items() if isinstance(chunks, dict) else ():
