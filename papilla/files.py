@@ -113,8 +113,13 @@ def toml_value(value: Any) -> str:
         return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
     if value == math.inf:
         return "inf"
-    # JSON writes text, booleans and finite numbers like TOML, except for DEL
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    # JSON writes text, booleans and finite numbers like TOML, except for signs that do not show
+    text = json.dumps(value, ensure_ascii=False)
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else _escape(sign) for sign in text)
+
+
+def _escape(sign: str) -> str:
+    return f"\\u{ord(sign):04x}" if ord(sign) < 2**16 else f"\\U{ord(sign):08x}"
 
 
 def check_writable(folder: str | PathLike) -> None:

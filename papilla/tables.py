@@ -176,7 +176,9 @@ class TableReader(Reader):
         the units in the row below the header, none if that is a row of numbers."""
         header, first = self._rows_of_text(2)
         if delimiter is None:
-            delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
+            names, cells = (re.sub('"[^"]*"', "", row) for row in (header, first))
+            marks = [mark for mark in ",;\t" if mark in names] or [","]
+            delimiter = next((mark for mark in marks if names.count(mark) == cells.count(mark)), marks[0])
         units = [cell.strip(_AROUND_UNITS) for cell in first.split(delimiter)]
         if any(map(_NUMBER.fullmatch, units)) or not any(map(is_unit, units)):
             units = []
@@ -223,6 +225,8 @@ class TableReader(Reader):
             for name, number in zip(self.names, self._used, strict=True):
                 cell = cells[number]
                 columns[name] = text_cells(self.path, name, cell) if name in self._words else self._numbers(cell)
+        except FileFormatError:
+            raise
         except ValueError:
             raise self._text_fault(rows, lines) from None
         return Table(self.path, columns, np.array(lines))

@@ -60,18 +60,20 @@ def open_log(
     reader = unmapped(source, wanted, words, log_map or LogMap())
     try:
         reader = _mapped(reader, wanted, words, log_map)
-        return reader, _gauges(reader, needed, known, instead)
+        return reader, _gauges(reader, needed, known, instead, is_mapped=bool(log_map and log_map.columns))
     except BaseException:
         reader.__exit__()
         raise
 
 
 def _gauges(
-    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
+    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...], is_mapped: bool
 ) -> tuple[str, ...]:
+    """Names of the gauges, by their number; raises `FileFormatError` for missing columns and, where no map says what
+    the columns are, for misspelt ones."""
     found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
     absent = [name for name in known if name not in reader.names]
-    for name in reader.ignored:
+    for name in reader.ignored if not is_mapped else ():
         folded = re.sub("[ _]", "", name.lower())
         meant = folded if GAUGE_COLUMN.fullmatch(folded) else closest(name, absent)
         if meant:
@@ -185,7 +187,10 @@ def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...
     """A log with papilla's names and units, by its map or the units in its column names; the reader itself if it has
     them. Raises `FileFormatError` for a map that does not fit the log."""
     given = log_map or LogMap()
-    chosen = replace(given, columns=by_name(reader.path, reader.header, wanted) | dict(given.columns))
+    mapped = {column.name for column in given.columns.values()}
+    rest = [name for name in reader.header if name not in mapped]
+    named = by_name(reader.path, rest, lambda name: wanted(name) and name not in given.columns)
+    chosen = replace(given, columns=named | dict(given.columns))
     absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
     if absent is not None:
         _check_usable(reader, absent.topic or absent.column)

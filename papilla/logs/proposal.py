@@ -166,17 +166,21 @@ def _all(name: str) -> bool:
 
 def _header_line(path: Path) -> int:
     """Number (from 1) of the first line that two rows of equally many cells, several of them numbers, follow."""
+    fault = ""
     for line in range(1, MOST_SKIPPED):
         try:
             with TableReader(path, _all, header_line=line) as reader:
                 reader.want(_all, tuple(reader.header))
                 rows = next(reader.blocks(2)).columns
                 numbers = [np.isfinite(_floats(cells, reader.decimal)).any() for cells in rows.values()]
-                if sum(numbers) > 1 or len(rows) == 1 and all(numbers):
+                are_names = np.isnan(_floats(np.array(reader.header), reader.decimal)).any()
+                if are_names and (sum(numbers) > 1 or len(rows) == 1 and all(numbers)):
                     return line
-        except FileFormatError:
-            continue
-    raise FileFormatError(f"{path}: no table in its first {MOST_SKIPPED} lines: no row of names above rows of numbers")
+        except FileFormatError as error:
+            fault = fault or f" ({str(error).removeprefix(str(path)).lstrip(', :')})"
+    raise FileFormatError(
+        f"{path}: no table in its first {MOST_SKIPPED} lines: no row of names above rows of numbers{fault}"
+    )
 
 
 def _guess(name: str, values: np.ndarray, is_date: bool, in_bag: bool) -> Guess:
