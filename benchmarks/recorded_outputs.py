@@ -31,7 +31,7 @@ CHANGING = re.compile(
 
 PRESSES = "force_N,modulus_MPa,g1,g2,g3,g4,g5\n"
 STUDY = """name = "two moduli"
-objectives = ["sigma_gauges", "peak_pressure_MPa"]
+objectives = ["sigma_gauges", "signal_over_noise"]
 [free]
 "outer.modulus_MPa" = [0.1, 0.2]
 "inner.modulus_MPa" = [0.03, 0.05]
@@ -46,7 +46,7 @@ COMMANDS: dict[str, str] = {
     "press aside": "press --modulus 0.2 --force 0.3 --at 2 1 --fidelity contact --json",
     "press published": "press --modulus 0.51 --force 0.5 --finger published --json",
     "press half-space": "press --modulus 0.2 --force 0.1 --specimen half-space --fidelity hertz --json",
-    "slide": "slide --groove 0.9 --ridge 0.9 --speed 60 --seconds 1 --friction 0.3 --noise-microstrain 2 --seed 3 "
+    "slide": "slide --groove 0.9 --ridge 0.9 --speed 60 --seconds 4 --friction 0.3 --noise-microstrain 2 --seed 3 "
     "--out slide.csv --json",
     "calibrate": "calibrate --quick --out calibration --json",
     "calibrate published": "calibrate --quick --finger published --friction 0 --out published --json",
@@ -59,11 +59,15 @@ COMMANDS: dict[str, str] = {
     "press identified": "press --modulus 0.1 --force 0.4 --finger finger.toml --json",
     "export-c": "export-c calibration/calibration.json --out finger.h",
     "compare": "compare calibration/calibration.json published/calibration.json --json",
-    "log map": "log map slide.csv --out log_map.toml --json",
-    "texture train": "texture train a=slide.csv b=touch.csv --out textures.json --json",
+    "slide again": "slide --groove 0.9 --ridge 0.9 --speed 60 --seconds 4 --seed 4 --out again.csv",
+    "slide coarse": "slide --groove 1.5 --ridge 1.5 --speed 60 --seconds 4 --out coarse.csv",
+    "slide coarse again": "slide --groove 1.5 --ridge 1.5 --speed 50 --seconds 5 --out coarser.csv",
+    "texture train": "texture train fine=slide.csv fine=again.csv coarse=coarse.csv coarse=coarser.csv "
+    "--out textures.json --json",
     "texture classify": "texture classify slide.csv --model textures.json --json",
+    "log map": "log map slide.csv --out log_map.toml --json",
     "new": "new design.toml --shape slab",
-    "design": "design study.toml --out study --workers 0 --json",
+    "design": "design study.toml --out study --workers 1 --json",
     "view receptive": "view receptive --gauge g3 --screenshot receptive.png --json",
     "telepresence": "telepresence simulate --seconds 3 --json",
     "verify": "verify --only hertz --json",

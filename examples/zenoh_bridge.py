@@ -6,7 +6,8 @@
     python examples/zenoh_bridge.py display    # machine B: stands for the sensor
     papilla telepresence display               # machine B
 
-Datagrams pass as they are, so sessions, echoes and the shared key (--key-file of both ends) work from end to end.
+Datagrams pass as they are, so sessions, echoes and the shared key (--key-file of both ends) work from end to end. Use a
+key: zenoh as it comes lets anybody on the network join. The bridge itself listens on this machine alone.
 What the sensor says is also published at KEY/parameters as JSON, in units and words, for a robot's other programs;
 keyed datagrams are passed on without that, as the bridge does not have the key.
 """
@@ -21,6 +22,7 @@ from typing import Any
 import msgspec
 
 from papilla.core.errors import InputError
+from papilla.core.outside import datagram_socket
 from papilla.telepresence import Address, Trust
 from papilla.telepresence.messages import MAX_BYTES, Parameters, Quantity, decode
 
@@ -58,8 +60,9 @@ def _plain(one: Quantity) -> dict[str, Any]:
 def carry(zenoh: Any, side: str, listen: Address, peer: Address, key: str) -> None:
     """Pass datagrams both ways until Ctrl-C: from the peer's UDP to KEY/from_SIDE, from KEY/from_OTHER to its UDP."""
     other = "display" if side == "sensor" else "sensor"
-    with zenoh.open(zenoh.Config()) as session, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        udp.bind(listen)
+    own = socket.gethostbyname(listen.host), listen.port
+    with zenoh.open(zenoh.Config()) as session, datagram_socket(socket.AF_INET, own, keyed=False) as udp:
+        udp.setblocking(True)
         # No batching: a datagram that waits for others to fill a packet is late.
         soon = {
             "express": True,

@@ -29,6 +29,7 @@ def cache_folder(tmp_path_factory):
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PAPILLA_CACHE", str(folder))
+        patch.setenv("XDG_DATA_HOME", str(folder / "data"))  # Of the secret that seals its entries
         patch.setenv("MPLBACKEND", "Agg")
         # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
         patch.setattr("papilla.core.cache.PATIENCE_S", 600.0)

@@ -17,7 +17,7 @@ SKIPPED = ("adr", "generated", "_build")
 PAGES = sorted(page for page in DOCS.rglob("*.md") if page.relative_to(DOCS).parts[0] not in SKIPPED)
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# (\w+\.toml)\n")
-QUICK = ("foreign_log", "design_studies")
+QUICK = ("foreign_log", "design_studies", "link")
 """Pages of a few seconds; the others are slow."""
 DRAWN = ("surfaces",)
 """Pages whose finger needs a mesh of its own."""

@@ -36,7 +36,8 @@ names the file and the key. Lengths are in mm, forces in N, moduli in MPa, times
 is part of the name.
 
 Meshes, reduced fingers and tables are kept between commands in the folder that `PAPILLA_CACHE` names, by default
-papilla's folder in the user's cache. It may be deleted at any time; what is missing is computed again.
+papilla's folder in the user's cache. It may be deleted at any time; what is missing is computed again. Its entries are
+sealed with a secret in papilla's folder of the user's data, so an entry that somebody else made or changed is not used.
 
 ## Design of a finger (TOML)
 

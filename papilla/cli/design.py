@@ -25,7 +25,13 @@ def design(
     resume: bool = option(False, "Continue with the designs of this study that are in the folder.", "--resume"),
     explain: bool = option(False, "Estimate the duration of the study by a measurement, and run nothing.", "--explain"),
     place: int | None = option(None, "Place 1 to N gauges on the study's finger instead (1 to 8).", metavar="N"),
-    scheduler: str | None = option(None, "Dask scheduler whose workers to use, such as tcp://host:8786."),
+    scheduler: str | None = option(None, "Dask scheduler whose workers to use.", metavar="tls://HOST:PORT"),
+    tls_ca: Path | None = option(None, "Certificate of the authority of the scheduler.", "--tls-ca"),
+    tls_cert: Path | None = option(None, "Certificate by which the scheduler knows you.", "--tls-cert"),
+    tls_key: Path | None = option(None, "Key of this certificate.", "--tls-key"),
+    insecure: bool = option(
+        False, "Accept a scheduler at tcp://: whoever reaches it runs code as you, and reads all.", "--insecure"
+    ),
     workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
 ) -> Answer:
     """Run a study: which design meets the objectives best.
@@ -40,6 +46,15 @@ def design(
         raise InputError("give --workers (processes on this machine) or --scheduler, not both")
     if place is not None and not 1 <= place <= MOST_GAUGES:
         raise InputError(f"--place must be from 1 to {MOST_GAUGES}, got {place}")
+    at = None
+    if scheduler is not None:
+        from papilla.design.cluster import Scheduler
+
+        at = Scheduler(scheduler, tls_ca, tls_cert, tls_key, insecure)
+    elif insecure or any((tls_ca, tls_cert, tls_key)):
+        raise InputError(
+            "--tls-ca, --tls-cert, --tls-key and --insecure are for --scheduler; other studies open no port"
+        )
     from papilla.design.study import read_study
 
     read = read_study(study)
@@ -53,9 +68,7 @@ def design(
     from papilla.design.results import summary
 
     with progress() as shown:
-        found = run_study(
-            read, out, resume=resume, workers=count, scheduler=scheduler, say=shown.line, stage=shown.stage
-        )
+        found = run_study(read, out, resume=resume, workers=count, scheduler=at, say=shown.line, stage=shown.stage)
     result = summary(found)
     return Answer(result, partial(_show, read, found, result, perf_counter() - began))
 

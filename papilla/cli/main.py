@@ -1,5 +1,6 @@
 """`papilla COMMAND`: the commands, and the conversion of errors to one line and an exit code."""
 
+import errno
 import os
 import signal
 import sys
@@ -108,18 +109,27 @@ def run(arguments: list[str] | None = None) -> None:
     with warnings.catch_warnings():
         warnings.showwarning = _warn
         code = _exit_code(sys.argv[1:] if arguments is None else arguments)
+    try:
+        sys.stdout.flush()
+    except OSError:  # Of an answer that was printed in part before a refusal
+        _drop_output()
     sys.exit(code)
 
 
 def _open_what_is_closed() -> None:
-    """Open closed standard streams on the null device: otherwise the next file opened would receive what is printed."""
-    while (null := os.open(os.devnull, os.O_RDWR)) <= 2:
-        pass
-    os.close(null)
-    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+    """Open closed standard streams on the null device: otherwise the next file opened would receive what is printed.
+
+    It cannot be written to in place of stdout: an answer that nobody can receive is an error, not a success.
+    """
+    for number, how in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, how)  # It gets the lowest number that is free
+    for number, (name, mode) in enumerate((("stdin", "r"), ("stdout", "w"), ("stderr", "w"))):
         stream = getattr(sys, name)
         if stream is None:
-            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
         elif mode == "w" and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
 
@@ -153,6 +163,8 @@ def _exit_code(arguments: list[str]) -> int:
         return BROKEN_PIPE
     except OSError as error:
         _drop_output()
+        if error.errno == errno.EBADF and not error.filename:
+            return _refuse("standard output is closed: the answer is lost")
         return _refuse(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except Exception as error:
         return _report_internal(error)

@@ -20,13 +20,14 @@ def new(
     """Write a commented design file to start from; nothing is overwritten."""
     from papilla.core.files import replacing_set
     from papilla.model.finger import DEFAULT_FINGER, Finger
+    from papilla.core.outside import read_text
 
     own = {} if shape != "surfaces" else {getattr(Finger.default().shape, key): name for key, name in SURFACES.items()}
     written = [file, *map(file.with_name, own.values())]
     for path in written:
         if path.exists() or path.is_symlink():
             raise InputError(f"{path} is already there and is not overwritten: choose another name or folder")
-    commented = DEFAULT_FINGER.with_name(f"{shape}_finger.toml").read_text(encoding="utf-8")
+    commented = read_text(DEFAULT_FINGER.with_name(f"{shape}_finger.toml"))
     with replacing_set(written) as (design, *parts):
         design.write_text(commented.replace("FILE.toml", file.name), encoding="utf-8")
         for part, axes in zip(parts, own, strict=True):

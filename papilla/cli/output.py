@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from papilla.errors import one_line as plain
+
 CHECK_FAILED, BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 2, 70, 130, 141, 143
 """Exit codes besides 0 (done)."""
-LONGEST = 2000
-"""Largest number of characters shown of a line: longer ones quote a damaged file, and would hide the message."""
 REPEAT_S = 5.0
 """Seconds after which a long stage reports again, in a pipe or file, that it is running."""
 
@@ -27,17 +27,6 @@ class Answer(NamedTuple):
     facts: Mapping[str, Any]
     show: Callable[[], object]
     code: int = 0
-
-
-def plain(text: str) -> str:
-    """One line of text: control characters, by which a name could take over the terminal, become visible escapes, and
-    the middle of one of more than `LONGEST` is left out."""
-    text = re.sub(r"[\r\n\t]+\s*", " ", text).strip()
-    if (more := len(text) - LONGEST) > 0:
-        text = f"{text[: LONGEST // 2]} ... ({more} characters) ... {text[-LONGEST // 2 :]}"
-    if text.isprintable():
-        return text
-    return "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
 
 
 def print_json(value: Mapping) -> None:

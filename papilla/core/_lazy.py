@@ -10,13 +10,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from papilla.outside import read_text
+
 _IMPORT = re.compile(r"^from (\.\S*) import (?:(\w+) as \2|\(([^)]*)\))", re.MULTILINE)
 
 
 def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` (PEP 562) and `__all__` of a package with a stub `from .module import name as name`."""
     homes: dict[str, str] = {}
-    for home, single, several in _IMPORT.findall(Path(file).with_suffix(".pyi").read_text(encoding="utf-8")):
+    for home, single, several in _IMPORT.findall(read_text(Path(file).with_suffix(".pyi"))):
         homes |= dict.fromkeys([single] if single else re.findall(r"(\w+) as", several), home)
 
     def load(name: str) -> Any:

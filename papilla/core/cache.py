@@ -7,12 +7,18 @@ papilla uses what an entry says, so nobody else may be able to write one. The ca
 opened entry and links to any of them must belong to the user, and group and others must not be able to write to them;
 otherwise the cache is not used. Parent folders are not checked: who can write there can move the cache away or replace
 it, but cannot create a file that belongs to this user. Windows has no such permission bits, so nothing is checked.
+
+Each entry is sealed with a secret of the user, which lies in the user's data folder (`secret_file`). A folder that
+somebody else made, or an entry that was edited and sealed again, has another seal and is not used.
 """
 
 import ast
 import hashlib
+import hmac
 import io
 import os
+import re
+import secrets
 import stat
 import sys
 import warnings
@@ -23,15 +29,14 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import resolve_name
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from filelock import FileLock, Timeout
-from platformdirs import user_cache_dir
+from platformdirs import user_cache_dir, user_data_dir
 
-from papilla.core.errors import FileAccessError, InputError, NotOwnError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 from papilla.core.files import check_writable, replacing
-from papilla.core.outside import check_own, reason
+from papilla.core.outside import check_own, own_bytes, read_arrays, read_bytes, reason
 
 ENVIRONMENT = "PAPILLA_CACHE"
 
@@ -53,6 +58,12 @@ pytetwild is not among them: it only makes meshes, and results depend on the con
 
 PRIVATE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
 """Permissions of an entry and of its folder: the user's alone."""
+
+SECRET_BYTES = 32
+"""Length of the user's secret: that of the hash that it keys."""
+
+_SEAL = re.compile(rb"(?:([0-9a-f]{16}) )?[0-9a-f]{64}\n")
+"""First line of an entry: a name of the secret, which older papilla did not write, and the seal."""
 
 _ROOT = Path(__file__).parents[2]
 _PACKAGES = ("papilla", "papilla_papers")
@@ -113,12 +124,19 @@ def entries() -> dict[Path, int]:
     return found
 
 
+def secret_file() -> Path:
+    """The file of the secret with which this user's entries are sealed; it is made when the first entry is written."""
+    return Path(user_data_dir("papilla", appauthor=False)) / "cache.secret"
+
+
 def usable() -> bool:
-    """Whether entries can be written here and are trusted: nobody but this user may write to the folder."""
+    """Whether entries can be written here and are trusted: nobody but this user may write to the folder, and the secret
+    that seals them can be read."""
     try:
         folder().mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
         _check_own(entry("probe", "probe"))
         check_writable(folder())
+        _secret(secret_file())
     except OSError:
         return False
     return True
@@ -134,27 +152,26 @@ def clean() -> None:
 
 
 def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
-    """The arrays of an entry, None if it is missing or damaged; with `report` a damaged one causes a warning."""
+    """The arrays of an entry; None if it is missing, sealed with another secret, or damaged.
+
+    report : a damaged one causes a warning.
+    """
     path = entry(kind, key)
     try:
         _check_own(path)
-        with path.open("rb") as file:
-            # Check the file that is open: its name may stand for another file by now.
-            check_own(path, os.fstat(file.fileno()))
-            content = file.read()
-    except NotOwnError as error:
+        content = own_bytes(path)
+        secret = _secret(secret_file())
+    except (NotOwnError, NoSecretError) as error:
         _go_on_without(error)
         return None
     except OSError:
         return None
     line, end, body = content.partition(b"\n")
-    if line + end == _seal(kind, key, body):
-        try:
-            with np.load(io.BytesIO(body), allow_pickle=False) as data:
-                return {name: data[name] for name in data.files}
-        except (OSError, ValueError, EOFError, BadZipFile):
-            pass
-    if report:
+    if hmac.compare_digest(line + end, _seal(secret, kind, key, body)):
+        with suppress(FileFormatError):
+            return read_arrays(io.BytesIO(body), f"cache entry {path}")
+    stated = _SEAL.fullmatch(line + end)
+    if report and (stated is None or stated[1] == _name(secret)):
         warnings.warn(f"cache entry {path} is damaged: it is not used", RuntimeWarning, stacklevel=3)
     return None
 
@@ -166,16 +183,49 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
     body, path = buffer.getvalue(), entry(kind, key)
     try:
         _make_folders(path)
+        seal = _seal(_secret(secret_file()), kind, key, body)
         with replacing(path) as temporary:
             temporary.touch(PRIVATE)
-            temporary.write_bytes(_seal(kind, key, body) + body)
+            temporary.write_bytes(seal + body)
+    except NoSecretError as error:
+        _go_on_without(error)
     except OSError as error:
         _go_on_without(error.__cause__ or error)
 
 
-def _seal(kind: str, key: str, body: bytes) -> bytes:
-    """First line of an entry: a hash of its kind, key and body, so that no entry can stand for another."""
-    return hashlib.sha256(f"{kind} {key}\n".encode() + body).hexdigest().encode() + b"\n"
+def _seal(secret: bytes, kind: str, key: str, body: bytes) -> bytes:
+    """First line of an entry: the name of the secret, and a hash, keyed by it, of kind, key and body, so that no entry
+    can stand for another."""
+    seal = hmac.new(secret, f"{kind} {key}\n".encode() + body, hashlib.sha256)
+    return _name(secret) + b" " + seal.hexdigest().encode() + b"\n"
+
+
+def _name(secret: bytes) -> bytes:
+    """What stands for a secret in an entry, and does not tell it."""
+    return hmac.new(secret, b"name", hashlib.sha256).hexdigest()[:16].encode()
+
+
+class NoSecretError(FileAccessError):
+    """The secret that seals the entries can neither be read nor made."""
+
+
+@cache
+def _secret(path: Path) -> bytes:
+    """The secret in a file, which is made if it is missing: one for all processes. Raises `NoSecretError`."""
+    try:
+        if not path.exists():
+            path.parent.mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
+            with FileLock(f"{path}.lock", mode=PRIVATE, timeout=PATIENCE_S):
+                if not path.exists():
+                    with replacing(path) as temporary:
+                        temporary.touch(PRIVATE)
+                        temporary.write_bytes(secrets.token_bytes(SECRET_BYTES))
+        secret = own_bytes(path, "the secret", SECRET_BYTES, private=True)
+    except (OSError, NotImplementedError, FileFormatError) as error:
+        raise NoSecretError(f"no secret to seal its entries: {error}") from error
+    if len(secret) != SECRET_BYTES:
+        raise NoSecretError(f"no secret to seal its entries: {path} has {len(secret)} bytes, not {SECRET_BYTES}")
+    return secret
 
 
 @contextmanager
@@ -221,6 +271,8 @@ def _go_on_without(error: BaseException) -> None:
         advice = f"make room there, or set {ENVIRONMENT} to another folder"
         if isinstance(error, NotOwnError):
             advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
+        elif isinstance(error, NoSecretError):
+            advice = f"make {secret_file().parent} a folder of yours that you can write to, or remove a broken secret"
         message = f"cannot use the cache folder {place} ({reason(error)}): going on without it; {advice}"
         warnings.warn(message, RuntimeWarning, stacklevel=4)
 
@@ -254,10 +306,10 @@ def _meaning(maker: str) -> Arrays:
 def _parsed(name: str, file: str, _content: str) -> tuple[str, list[str]]:
     """Hash of a module's syntax tree without docstrings, and what it imports, also inside functions."""
     path, imported = _ROOT / file, []
-    trees = [ast.parse(path.read_bytes())]
+    trees = [ast.parse(read_bytes(path))]
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     if (stub := path.with_suffix(".pyi")).exists():  # Names of a package that are imported on first use
-        trees.append(ast.parse(stub.read_bytes()))
+        trees.append(ast.parse(read_bytes(stub)))
     for node in (node for tree in trees for node in ast.walk(tree)):
         if isinstance(node, ast.Import):
             imported += [alias.name for alias in node.names]
@@ -286,7 +338,7 @@ def _sources() -> dict[str, str]:
     """Hash of each file of papilla's code, by its path."""
     folders = [_ROOT / name for name in _PACKAGES]
     files = sorted(file for folder in folders for kind in ("*.py", "*.pyi") for file in folder.rglob(kind))
-    return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+    return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(read_bytes(file)).hexdigest() for file in files}
 
 
 def _hash(*parts: object) -> str:

@@ -4,6 +4,8 @@ The name of a temporary file or folder contains its machine and its process numb
 next write into the same folder removes the file.
 """
 
+import json
+import math
 import os
 import re
 import secrets
@@ -13,10 +15,11 @@ import stat
 import tempfile
 import time
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from papilla.core.errors import FileAccessError
 from papilla.core.outside import reason, shown
@@ -94,6 +97,29 @@ def write_text(path: str | PathLike, text: str) -> None:
     """Write `text` (UTF-8) atomically; raises `FileAccessError`."""
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
+
+
+def toml_lines(content: Mapping[str, Any]) -> list[str]:
+    """Keys and values of a TOML table, a line each."""
+    return [f"{key} = {toml_value(value)}" for key, value in content.items()]
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it; a list of lists has a line each. What it writes `papilla.outside.toml` reads back."""
+    if isinstance(value, dict):
+        return "{ " + ", ".join(toml_lines(value)) + " }"
+    if isinstance(value, list | tuple):
+        rows, nested = [toml_value(item) for item in value], any(isinstance(item, tuple) for item in value)
+        return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
+    if value == math.inf:
+        return "inf"
+    # JSON writes text, booleans and finite numbers like TOML, except for signs that do not show
+    text = json.dumps(value, ensure_ascii=False)
+    return text if text.isprintable() else "".join(sign if sign.isprintable() else _escape(sign) for sign in text)
+
+
+def _escape(sign: str) -> str:
+    return f"\\u{ord(sign):04x}" if ord(sign) < 2**16 else f"\\U{ord(sign):08x}"
 
 
 def check_writable(folder: str | PathLike) -> None:

@@ -28,6 +28,7 @@ from pathlib import Path, PurePosixPath
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MemoryEstimateError
+from papilla.core.outside import read_text
 
 OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
 
@@ -129,7 +130,7 @@ def available_bytes() -> int | None:
 def _of_machine() -> int | None:
     """Bytes that the machine has left: from /proc/meminfo, else its free or all pages; None if neither is available."""
     try:
-        lines = MEMINFO.read_text().splitlines()
+        lines = read_text(MEMINFO).splitlines()
         return next(1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
     except (OSError, ValueError, IndexError, StopIteration):
         pass
@@ -146,7 +147,7 @@ def _of_machine() -> int | None:
 def _of_cgroups() -> list[int]:
     """Memory (bytes) that each control group around this process still allows."""
     try:
-        lines = CGROUPS_OF_SELF.read_text().splitlines()
+        lines = read_text(CGROUPS_OF_SELF).splitlines()
     except OSError:
         return []
     free = []
@@ -163,8 +164,8 @@ def _of_cgroups() -> list[int]:
 def _left_in(group: Path, limit: str, usage: str, cached: str) -> int | None:
     """Bytes that a control group of processes may still take; None where it has no limit."""
     try:
-        allowed, used = int((group / limit).read_text()), int((group / usage).read_text())
-        counts = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
+        allowed, used = int(read_text(group / limit)), int(read_text(group / usage))
+        counts = dict(line.split() for line in read_text(group / "memory.stat").splitlines())
         return max(0, allowed - used + int(counts.get(cached, 0)))
     except (OSError, ValueError):
         # No such file, or "max": the group has no limit

@@ -31,14 +31,18 @@ MIB = 2**20
 
 DESIGN_BYTES = 4 * MIB
 """Most bytes of a file that a person writes (TOML): the largest of the examples has 8 kB."""
+KEY_BYTES = 4096
+"""Most bytes of a file with a key: 32 random bytes have 64 hexadecimal digits."""
 DOCUMENT_BYTES = 256 * MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
 BINARY_BYTES = 4096 * MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
+LOG_BYTES = 2**40
+"""Most bytes of a log of which only wanted columns are read (Parquet, bags): a bag of a day of cameras has 1e12."""
 PACKED_TIMES = 700
 """Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
 NUMBER_DIGITS = 400
-"""Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
+"""Most digits of a whole number (JSON, TOML): the largest float has 309; time grows with the square of their number."""
 
 Kind = TypeVar("Kind")
 
@@ -48,14 +52,42 @@ def read_bytes(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_
 
     Raises `FileAccessError` if it cannot be read, `FileFormatError` if it has more than `most_bytes`.
     """
+    return _content(path, what, most_bytes)
+
+
+def own_bytes(path: str | PathLike, what: str = "", most_bytes: int = BINARY_BYTES, *, private: bool = False) -> bytes:
+    """As `read_bytes`, of a file that belongs to the user and that nobody else can write to; raises `NotOwnError`, too.
+
+    private : refuse a file that others can read, too. The opened file is checked: its name may stand for another file
+    by now.
+    """
+
+    def check(status: os.stat_result) -> None:
+        check_own(Path(path), status)
+        if private and hasattr(os, "geteuid") and status.st_mode & (stat.S_IRGRP | stat.S_IROTH):
+            raise NotOwnError(f"others can read {path}")
+
+    return _content(path, what, most_bytes, check)
+
+
+def _content(
+    path: str | PathLike, what: str, most_bytes: int, check: Callable[[os.stat_result], None] | None = None
+) -> bytes:
+    content = bytearray()
     try:
         with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)
+            if check is not None:
+                check(os.fstat(file.fileno()))
+            # In pieces, because `read` takes as much memory as it is allowed to read
+            while len(content) <= most_bytes and (piece := file.read(min(MIB, most_bytes + 1 - len(content)))):
+                content += piece
+    except NotOwnError:
+        raise
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {what}{' ' * bool(what)}{shown(path)}: {reason(error)}") from error
     if len(content) > most_bytes:
         raise FileFormatError(f"{shown(path)} has more than {most_bytes} bytes, too many for {what or 'such a file'}")
-    return content
+    return bytes(content)
 
 
 def read_text(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> str:
@@ -78,11 +110,22 @@ def toml(text: str, name: str) -> dict[str, Any]:
     import tomllib
 
     try:
-        return tomllib.loads(text)
+        tables = tomllib.loads(text)
+        _check_whole_numbers(tables)
+        return tables
     except RecursionError as error:
         raise FileFormatError(f"{name} is not valid TOML: its brackets are nested too deeply") from error
     except ValueError as error:  # TOMLDecodeError is one; so is an integer of thousands of digits
         raise FileFormatError(f"{name} is not valid TOML: {error}") from error
+
+
+def _check_whole_numbers(value: Any) -> None:
+    """Raise `InputError` for an integer of more than `NUMBER_DIGITS`, which can be written in hexadecimal digits."""
+    if isinstance(value, dict | list):
+        for item in value.values() if isinstance(value, dict) else value:
+            _check_whole_numbers(item)
+    elif isinstance(value, int) and value.bit_length() > 4 * NUMBER_DIGITS:
+        raise InputError("a whole number is too long")
 
 
 def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_BYTES) -> Any:
@@ -90,12 +133,15 @@ def read_json(path: str | PathLike, what: str = "", most_bytes: int = DOCUMENT_B
     return json_value(read_text(path, what, most_bytes), str(path), what)
 
 
-def json_value(text: str | bytes, name: str, what: str = "") -> Any:
-    """The value of a text in JSON, of finite numbers; raises `FileFormatError`, which calls it `name`."""
+def json_value(text: str | bytes, name: str, what: str = "", *, finite: bool = True) -> Any:
+    """The value of a text in JSON; raises `FileFormatError`, which calls it `name`.
+
+    finite : refuse NaN and Infinity, which JSON does not have, but which papilla writes in some files.
+    """
     import json
 
     try:
-        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number)
+        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
     except (ValueError, RecursionError) as error:
         expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
         raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error
@@ -131,6 +177,23 @@ def binary_stream(path: str | PathLike) -> IO[bytes]:
         return open(path, "rb")
     except (OSError, ValueError) as error:
         raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+
+
+def checked_file(path: Path, most_bytes: int = LOG_BYTES) -> Path:
+    """The path of a regular file of at most `most_bytes`, for a library that opens files itself.
+
+    Raises `FileAccessError` if it is missing, unreadable or no regular file, `FileFormatError` if it is larger.
+    """
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError) as error:
+        raise FileAccessError(f"cannot read {shown(path)}: {reason(error)}") from error
+    if not stat.S_ISREG(status.st_mode):
+        raise FileAccessError(f"cannot read {shown(path)}: it is not a regular file")
+    if status.st_size > most_bytes:
+        raise FileFormatError(f"{shown(path)} has {status.st_size} bytes; at most {most_bytes} are read")
+    binary_stream(path).close()
+    return path
 
 
 def repeatable_stream(path: Path) -> IO[bytes]:
@@ -260,8 +323,33 @@ def own_database(path: Path, patience_s: float) -> "sqlite3.Connection":
     import sqlite3
 
     os.close(os.open(path, os.O_CREAT | os.O_RDWR, stat.S_IRUSR | stat.S_IWUSR))
-    check_own(path)
+    for ending in ("", "-wal", "-shm", "-journal"):  # SQLite takes over what an interrupted writer left beside the file
+        check_own(path.with_name(path.name + ending))
     return sqlite3.connect(path, timeout=patience_s, isolation_level=None)
+
+
+def read_key(path: Path) -> bytes:
+    """A secret of at most `KEY_BYTES`, without white space at its ends, from a file that the user alone can read and
+    write.
+
+    Raises as `read_bytes` does, and `NotOwnError`. Windows has no such permission bits, so nothing is checked there.
+    """
+    with binary_stream(path) as file:
+        status = os.fstat(file.fileno())
+        if hasattr(os, "geteuid") and status.st_mode & (stat.S_IRWXG | stat.S_IRWXO):
+            raise NotOwnError(f"others can read or write {path}, so it is no key: make a new one, with chmod 600")
+        check_own(path, status)
+        content = file.read(KEY_BYTES + 1)
+    if len(content) > KEY_BYTES:
+        raise FileFormatError(f"{path} has more than {KEY_BYTES} bytes, too many for a key")
+    return content.strip()
+
+
+def is_this_machine(address: tuple) -> bool:
+    """Whether no other machine reaches an address (numeric host, port, ...)."""
+    from ipaddress import ip_address
+
+    return ip_address(str(address[0]).partition("%")[0]).is_loopback
 
 
 def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket":
@@ -271,13 +359,11 @@ def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket"
     if the address cannot be used.
     """
     import socket
-    from ipaddress import ip_address
 
-    host = str(address[0])
-    if not keyed and not ip_address(host.partition("%")[0]).is_loopback:
+    if not keyed and not is_this_machine(address):
         raise InputError(
-            f"listening at {host}, which other machines reach, needs a key (--key-file): without one, anybody there "
-            "can send messages; 127.0.0.1 needs none"
+            f"listening at {address[0]}, which other machines reach, needs a key (--key-file): without one, anybody "
+            "there can send messages; 127.0.0.1 needs none"
         )
     made = socket.socket(family, socket.SOCK_DGRAM)
     try:

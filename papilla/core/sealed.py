@@ -3,11 +3,13 @@
 import hashlib
 import json
 import re
+import reprlib
 from pathlib import Path
 from typing import Any
 
-from papilla.core.errors import FileAccessError, FileFormatError
+from papilla.core.errors import FileFormatError
 from papilla.core.files import write_text
+from papilla.core.outside import read_json
 
 CHECKSUM = "content_sha256"
 NO_CHECKSUM = "the file has no checksum, so papilla cannot say whether it was edited"
@@ -27,15 +29,10 @@ def read_sealed(path: Path, schema: str, what: str) -> tuple[dict[str, Any], str
 
     what : kind of document, for messages. Raises `FileAccessError`; `FileFormatError` if the file is no such document.
     """
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FileAccessError(f"cannot read {what} {path}: {error.strerror or error}") from error
-    except (ValueError, RecursionError) as error:
-        raise FileFormatError(f"{path} is not a {what}, or was cut short: not valid JSON ({error})") from error
+    document = read_json(path, what)
     stated = document.get("schema") if isinstance(document, dict) else None
     if stated != schema:
-        raise FileFormatError(f"{path}: the schema is {stated!r}, this version of papilla reads {schema!r}")
+        raise FileFormatError(f"{path}: the schema is {reprlib.repr(stated)}, this version of papilla reads {schema!r}")
     seal = document.pop(CHECKSUM, None)
     if seal == checksum(document):
         return document, ""

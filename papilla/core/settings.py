@@ -5,15 +5,14 @@ comments say why a scene exists and why a bound has its value.
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from papilla.core.errors import InputError
+from papilla.core.outside import shipped, toml
 
 WITHIN = 1.5
 """Factor by which a parameter is drawn larger or smaller if its rule has no `within`."""
@@ -49,7 +48,7 @@ def parameters(module: str) -> Record:
 @lru_cache
 def tables(package: str, name: str = "parameters") -> Mapping[str, Any]:
     """All tables of a TOML file in the folder of a package."""
-    return tomllib.loads((files(package) / f"{name}.toml").read_text(encoding="utf-8"))
+    return toml(shipped(package, f"{name}.toml"), f"{name}.toml")
 
 
 def drawn(table: Mapping[str, Any], rng: np.random.Generator, *, vary: bool = True) -> dict[str, Any]:

@@ -6,100 +6,25 @@ import io
 import math
 import re
 import sys
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
-from types import MappingProxyType
-from typing import IO, Any, Self
+from typing import Any
 
 import numpy as np
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
 from papilla.core.outside import repeatable_stream
-from papilla.core.pipes import PIPE, LiveText
+from papilla.core.pipes import LONGEST_LINE, PIPE, LiveText, ShortLines
+from papilla.rows import BLOCK, Reader, Table, check_names, text_cells
 
-BLOCK = 8192  # Number of rows that are read at once
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 _AROUND_UNITS, _NUMBER = ' \t\r\n"[]()', re.compile(r"[-+.]*[0-9].*|nan|[-+]?inf", re.IGNORECASE)
-MAX_COLUMNS, MAX_HEADER = 1000, 2**20  # Larger headers are refused
-
-
-@dataclass(frozen=True, eq=False)
-class Table:
-    """Numbers under named columns.
-
-    Parameters
-    ----------
-    path : where the table was read, for messages.
-    columns : name -> (n,) float, an empty cell is NaN; or text, without the spaces around it.
-    lines : (n,) int, line of the file on which each row ends.
-    called : the file's own names of columns, if they differ.
-    """
-
-    path: Path
-    columns: Mapping[str, np.ndarray]
-    lines: np.ndarray
-    called: Mapping[str, str] = field(default_factory=dict)
-
-    def fault(self, row: int, column: str, problem: str) -> FileFormatError:
-        """The error for one cell, naming file, line and column."""
-        place = f"{self.path}, line {self.lines[row]}, column {self.called.get(column, column)}"
-        return FileFormatError(f"{place}: {problem}")
-
-    def __len__(self) -> int:
-        return len(self.lines)
-
-
-class Reader(ABC):
-    """Rows of named columns, block by block and as often as asked for. A context manager.
-
-    path : of the source, for messages. header : its columns. names : the wanted ones, in the same order; ignored : the
-    others. notes : remarks for the user, a sentence each. called : the source's own names of
-    columns, if they differ. live : whether the rows come once (standard input).
-    """
-
-    path: Path
-    header: list[str]
-    names: tuple[str, ...]
-    ignored: tuple[str, ...]
-    called: Mapping[str, str] = MappingProxyType({})
-    delimiter, decimal, live = ",", ".", False
-
-    @property
-    @abstractmethod
-    def notes(self) -> tuple[str, ...]:
-        """Remarks for the user, a sentence each."""
-
-    @abstractmethod
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
-        """All rows as tables of `size` rows or less, from the first on; raises `FileFormatError`."""
-
-    def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
-        """Change which columns are wanted, and which of them hold text."""
-        self._words = words
-        self.names = tuple(name for name in self.header if wanted(name))
-        self.ignored = tuple(name for name in self.header if name not in self.names)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_error: object) -> None:  # noqa: B027 - most readers hold nothing open
-        """Close what is open."""
-
-    def once(self) -> None:  # noqa: B027 - only standard input is read once
-        """From now on read standard input once: rows are no longer kept."""
-
-    def whole(self) -> Table:
-        """All rows as one table; raises what `blocks` raises."""
-        blocks = list(self.blocks())
-        columns = {name: np.concatenate([block.columns[name] for block in blocks]) for name in self.names}
-        return replace(blocks[0], columns=columns, lines=np.concatenate([block.lines for block in blocks]))
+MAX_COLUMNS = 1000  # More columns are refused
 
 
 class TableReader(Reader):
@@ -136,7 +61,7 @@ class TableReader(Reader):
     ):
         self.path, self._skipped = Path(path), header_line - 1
         self.live = self.path == PIPE
-        self._raw = None if self.live else repeatable_stream(self.path)
+        self._raw: Any = None if self.live else ShortLines(repeatable_stream(self.path), self.path)
         self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
             self._cut_off = self._raw is not None and _last_byte(self._raw) not in b"\r\n"
@@ -204,9 +129,18 @@ class TableReader(Reader):
     def _careful(self, rows: Any, size: int, before: int) -> Iterator[Table]:
         """Blocks of rows from `csv.reader`; `before` lines precede its first one."""
         with self._faults(rows, before):
-            while taken := [(row, rows.line_num + before) for row in self._some(rows, size)]:
+            while taken := [
+                (self._whole_row(row, rows.line_num + before), rows.line_num + before) for row in self._some(rows, size)
+            ]:
                 if kept := [item for item in taken if item[0]]:
                     yield self._table(*zip(*kept, strict=True))
+
+    def _whole_row(self, row: list[str], line: int) -> list[str]:
+        """A row with a cell for each column, or an empty one; raises `FileFormatError` for another one."""
+        if row and len(row) != len(self.header):
+            problem = f"{len(row)} cells where the header has {len(self.header)} columns"
+            raise FileFormatError(f"{self.path}, line {line}: {problem}")
+        return row
 
     def _plain(self, lines: list[str]) -> np.ndarray | None:
         """Wanted columns (columns, rows) of lines with a number in each cell, else None.
@@ -214,7 +148,7 @@ class TableReader(Reader):
         NumPy reads twice as fast as `csv.reader`, and suffices for most logs. `_table` handles the rest: empty cells,
         quotes and the place of a fault.
         """
-        if self._words or self.decimal == "," or not lines[0].strip():
+        if self._words or self.decimal == "," or lines[0].count(self.delimiter) + 1 != len(self.header):
             return None
         try:
             numbers = np.loadtxt(lines, delimiter=self.delimiter, comments=None, ndmin=2)
@@ -240,14 +174,16 @@ class TableReader(Reader):
     ) -> tuple[str, str, str, list[str]]:
         """A note on the format, the delimiter and the decimal mark; detected from the first two rows if not given. And
         the units in the row below the header, none if that is a row of numbers."""
-        header, first = self._lines(2)
+        header, first = self._rows_of_text(2)
         if delimiter is None:
-            delimiter = "," if "," in header else next((mark for mark in ";\t" if mark in header), ",")
+            names, cells = (re.sub('"[^"]*"', "", row) for row in (header, first))
+            marks = [mark for mark in ",;\t" if mark in names] or [","]
+            delimiter = next((mark for mark in marks if names.count(mark) == cells.count(mark)), marks[0])
         units = [cell.strip(_AROUND_UNITS) for cell in first.split(delimiter)]
         if any(map(_NUMBER.fullmatch, units)) or not any(map(is_unit, units)):
             units = []
         else:
-            first = self._lines(3)[-1]
+            first = self._rows_of_text(3)[-1]
         if decimal is None:
             german = delimiter != "," and any(COMMA_NUMBER.fullmatch(cell.strip()) for cell in first.split(delimiter))
             decimal = "," if german else "."
@@ -255,40 +191,42 @@ class TableReader(Reader):
         notes += ["decimal commas"] if decimal == "," else []
         return ", ".join(notes), delimiter, decimal, units
 
-    def _lines(self, count: int) -> list[str]:
-        """The header's line and those after it, `count` in all."""
-        self._text.seek(0)
+    def _rows_of_text(self, count: int) -> list[str]:
+        """The header and the rows after it, `count` in all, undivided; a quoted cell may have several lines."""
         with self._faults(None):
-            lines = [self._text.readline(MAX_HEADER) for _ in range(self._skipped + count)][self._skipped :]
-        if len(lines[0]) == MAX_HEADER:
-            place = f"{self.path}, line {self._skipped + 1}"
-            raise FileFormatError(f"{place}: longer than {MAX_HEADER} characters; this is no table")
-        return lines
+            self._to_header()
+            rows = []
+            for _ in range(count):
+                row = line = self._text.readline()
+                while line and row.count('"') % 2 and len(row) < LONGEST_LINE:
+                    row += (line := self._text.readline())
+                rows.append(row)
+        return rows
+
+    def _to_header(self) -> None:
+        self._text.seek(0)
+        for _ in range(self._skipped):
+            if not self._text.readline():
+                raise FileFormatError(f"{self.path} ends above line {self._skipped + 1}, where its header should be")
 
     def _begin(self) -> tuple[list[str], Any]:
         """The names of the header, and the rows after it and after the row of units."""
-        self._text.seek(0)
-        for _ in range(self._skipped):
-            self._text.readline()
+        self._to_header()
         rows = csv.reader(self._text, delimiter=self.delimiter, strict=True)
         with self._faults(rows, self._skipped):
             names, *_ = (next(rows, []) for _ in range(self._rows_above))
             return [name.strip() for name in names], rows
 
     def _table(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> Table:
-        """Rows and their line numbers as a `Table`; raises `FileFormatError` for a row of another length, and for text
-        in a column of numbers."""
-        width = len(self.header)
-        for row, line in zip(rows, lines, strict=True):
-            if len(row) != width:
-                problem = f"{len(row)} cells where the header has {width} columns"
-                raise FileFormatError(f"{self.path}, line {line}: {problem}")
+        """Rows and their line numbers as a `Table`; raises `FileFormatError` for text in a column of numbers."""
         cells = list(zip(*rows, strict=True))
         columns = {}
         try:
             for name, number in zip(self.names, self._used, strict=True):
                 cell = cells[number]
-                columns[name] = np.array([one.strip() for one in cell]) if name in self._words else self._numbers(cell)
+                columns[name] = text_cells(self.path, name, cell) if name in self._words else self._numbers(cell)
+        except FileFormatError:
+            raise
         except ValueError:
             raise self._text_fault(rows, lines) from None
         return Table(self.path, columns, np.array(lines))
@@ -331,19 +269,8 @@ class TableReader(Reader):
                 f"{self.path}, line {rows.line_num + before}: not readable as CSV ({error})"
             ) from error
         except UnicodeDecodeError:
-            raise FileFormatError(f"{self.path}, line {self._undecodable()}: not a text file in UTF-8") from None
-
-    def _undecodable(self) -> int:
-        """The first line that is not UTF-8; 0 if the file cannot be read again."""
-        if self._raw is None:
-            return 0
-        self._raw.seek(0)
-        for number, line in enumerate(self._raw, start=1):
-            try:
-                line.decode()
-            except UnicodeDecodeError:
-                return number
-        raise AssertionError("every line is UTF-8")
+            line = self._raw.line_without_text() if self._raw else 0
+            raise FileFormatError(f"{self.path}, line {line}: not a text file in UTF-8") from None
 
 
 @contextmanager
@@ -398,7 +325,7 @@ def _cells(values: Sequence | np.ndarray) -> Sequence:
     return [None if x != x else x for x in plain]
 
 
-def _last_byte(stream: IO[bytes]) -> bytes:
+def _last_byte(stream: ShortLines) -> bytes:
     """The last byte of a file, b"" for an empty one."""
     size = stream.seek(0, io.SEEK_END)
     stream.seek(max(size - 1, 0))
@@ -414,13 +341,9 @@ def _check_header(path: Path, names: list[str], line: int) -> None:
         raise FileFormatError(
             f"{path}, line {line}: {len(names)} columns; no table of papilla has more than {MAX_COLUMNS}"
         )
-    seen: set[str] = set()
-    for number, name in enumerate(names, start=1):
-        if not name:
-            raise FileFormatError(f"{path}, line {line}: column {number} has no name")
-        if name in seen:
-            raise FileFormatError(f"{path}, line {line}: column {name} occurs twice")
-        seen.add(name)
+    if "" in names:
+        raise FileFormatError(f"{path}, line {line}: column {names.index('') + 1} has no name")
+    check_names(f"{path}, line {line}", names)
 
 
 def _number(cell: str) -> float:

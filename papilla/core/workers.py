@@ -1,4 +1,4 @@
-"""Long jobs in other processes, which report their progress to this one."""
+"""Long jobs in other processes, which report their progress to this one, and are replaced if they are killed."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -27,31 +27,24 @@ def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> I
     A job is a function of a module, whose arguments can be pickled; its last argument takes lines of progress, which go
     to `say`. New processes import the program again, so it must be the command line or a module that guards its main
     part by `if __name__ == "__main__"`. With `fresh` each job has a process of its own, whose memory is freed at its
-    end. If a job raises, asking for its result raises the same.
+    end. If a job raises, asking for its result raises the same. A killed process is replaced, as `Processes` says.
     """
     if processes < 2:
         yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
         return
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
+    from papilla.processes import Processes, one_thread_each, spawned
 
-    context = get_context("spawn")
-    # Two processes of one thread each: of two threads each, a calibration took half as long again
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    lines = context.SimpleQueue()
+    lines = spawned.SimpleQueue()
     listener = Thread(target=_listen, args=(lines, say or _nothing), daemon=True)
     listener.start()
-    pool = ProcessPoolExecutor(processes, context, _begin, (lines,), max_tasks_per_child=1 if fresh else None)
-    try:
-        yield lambda function, *arguments: pool.submit(_call, function, arguments).result
-    finally:
-        pool.shutdown(cancel_futures=True)
-        os.environ.update({name: value for name, value in before.items() if value is not None})
-        for name in (name for name, value in before.items() if value is None):
-            os.environ.pop(name, None)
-        lines.put(None)
-        listener.join()
+    with one_thread_each():
+        pool = Processes(processes, _keep, (lines,), fresh=fresh)
+        try:
+            yield lambda function, *arguments: pool.submit(_call, function, arguments).result
+        finally:
+            pool.shutdown(cancel_futures=True)
+            lines.put(None)
+            listener.join()
 
 
 def counted(say: Say, name: str) -> Callable[[int, int], None]:
@@ -82,9 +75,8 @@ def _nothing(line: str) -> None:
     pass
 
 
-def _begin(lines: Any) -> None:
+def _keep(lines: Any) -> None:
     global _lines
-    end_with_parent()
     _lines = lines
 
 

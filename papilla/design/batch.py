@@ -1,6 +1,7 @@
 """The work of a worker: a batch of designs of one geometry; each gives a record of its objectives or of the reason for
 failure."""
 
+import re
 import resource
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,23 +10,57 @@ from time import process_time
 
 from papilla import __version__
 from papilla.core import cache
+from papilla.core import checks
 from papilla.core.errors import PapillaError
 from papilla.design.geometry import SCENES, SPENT, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places
 from papilla.design.scene import Scene
+from papilla.core.errors import InputError
+from papilla.design.texts import line
+from papilla.design.texts import short
 from papilla.model.finger import Finger
 
 OK = "ok"
+SHA256 = re.compile("[0-9a-f]{64}")
+
+
+STATUS_LETTERS = 2000
+"""Most letters of the reason why a design has no answer."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """Result of a design: objective -> value, and "ok" or the reason for failure."""
+    """Result of a design: objective -> value, "ok" or the reason for failure, and the `sha256` of the finger that was
+    judged; empty if these values of the parameters make no finger."""
 
     found: dict[str, float]
     status: str
+    finger_sha256: str = ""
+
+    @classmethod
+    def failed(cls, why: object, finger_sha256: str = "") -> "Record":
+        """The record of a design without an answer."""
+        return cls({}, short(line(why), STATUS_LETTERS) or "no reason is known", finger_sha256)
+
+    def check(self, asked: Sequence[str]) -> None:
+        """Raise `InputError` unless this may be a record of these objectives: it may come from a store or a worker."""
+        if (
+            not isinstance(self.status, str)
+            or not self.status.isprintable()
+            or not 0 < len(self.status) <= STATUS_LETTERS
+        ):
+            raise InputError(f"its status is no line of at most {STATUS_LETTERS} letters")
+        judged = isinstance(self.finger_sha256, str) and SHA256.fullmatch(self.finger_sha256)
+        if not judged and (self.status == OK or self.finger_sha256 != ""):
+            raise InputError("the finger that was judged has no sha256")
+        expected = set(asked) if self.status == OK else set()
+        if not isinstance(self.found, dict) or set(self.found) != expected:
+            raise InputError(f"with the status {short(self.status)!r} it must have {len(expected)} values, those of "
+                             f"{', '.join(sorted(expected)) or 'no objective'}")  # fmt: skip
+        for name, value in self.found.items():
+            checks.finite(name, value)
 
 
 @dataclass(frozen=True)
@@ -51,6 +86,35 @@ class Done:
     memory_MB: float
 
 
+def check_done(done: object, batch: Batch) -> None:
+    """Raise `InputError` unless this may be what a worker with this version made of a batch."""
+    if not isinstance(done, Done) or not isinstance(done.version, str):
+        raise InputError(f"a worker sent {short(line(type(done).__name__))}, not the records of a batch")
+    if done.version != version():
+        refuse_version("a worker", done.version)
+    if not isinstance(done.records, tuple) or len(done.records) != len(batch.fingers):
+        raise InputError(f"a worker did not send one record for each of {len(batch.fingers)} designs")
+    for record, finger in zip(done.records, batch.fingers, strict=True):
+        if not isinstance(record, Record):
+            raise InputError(f"a worker sent {short(line(type(record).__name__))} as a record")
+        try:
+            record.check(batch.asked)
+        except InputError as error:
+            raise InputError(f"a worker sent a record that cannot be used: {error}") from error
+        if record.finger_sha256 != finger.sha256:
+            raise InputError("a worker judged another finger than the one it was sent")
+    for name, seconds in (*dict(done.spent).items(), ("memory_MB", done.memory_MB)):
+        checks.finite(short(line(name)), seconds)
+
+
+def refuse_version(who: str, found: str) -> None:
+    """Raise `InputError` if a worker has another version."""
+    if found != version():
+        raise InputError(
+            f"{who} has papilla {short(line(found))}, this client has {version()}: install the same on all machines"
+        )
+
+
 @once
 def version() -> str:
     """The version of papilla and a hash of all code that determines a record."""
@@ -67,7 +131,8 @@ def evaluate(batch: Batch) -> Done:
         first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
         known = geometry_map(first, batch.places, base)
     except PapillaError as error:
-        return Done((Record({}, str(error)),) * len(batch.fingers), version(), dict(SPENT), _memory_MB())
+        records = [Record.failed(error, finger.sha256) for finger in batch.fingers]
+        return Done(tuple(records), version(), dict(SPENT), _memory_MB())
     records = [judged(DesignInScene(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
     rest = process_time() - began - sum(SPENT.values())
     return Done(tuple(records), version(), {**SPENT, SCENES: rest}, _memory_MB())
@@ -76,9 +141,10 @@ def evaluate(batch: Batch) -> Done:
 def judged(design: DesignInScene, asked: Sequence[str]) -> Record:
     """The objectives of a design, or the reason for failure."""
     try:
-        return Record({name: OBJECTIVES[name].of(design) for name in asked}, OK)
+        found = {name: checks.finite(name, OBJECTIVES[name].of(design)) for name in asked}
     except PapillaError as error:
-        return Record({}, str(error))
+        return Record.failed(error, design.finger.sha256)
+    return Record(found, OK, design.finger.sha256)
 
 
 def _memory_MB() -> float:

@@ -11,15 +11,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from papilla import fem, view
-from papilla.core.errors import InputError, PapillaError
-from papilla.core.files import check_writable, write_text
+from papilla.core.errors import InputError
+from papilla.core.errors import PapillaError
+from papilla.core.files import check_writable
+from papilla.core.files import write_text
 from papilla.core.units import PER_CENT
+from papilla.design.cluster import Scheduler
 from papilla.design.confirming import confirm
 from papilla.design.objectives import Objective
 from papilla.design.results import Effect, Outcome, Results, first_words, write_tables
 from papilla.design.running import Stage, run
 from papilla.design.store import Store
 from papilla.design.study import Study
+from papilla.design.texts import short
 from papilla.model.finger import Finger
 from papilla.view.page import either, environment, image, number
 from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, color_bar, plain_log, styled
@@ -41,14 +45,17 @@ def run_study(
     *,
     resume: bool = False,
     workers: int = 1,
-    scheduler: str | None = None,
+    scheduler: Scheduler | None = None,
     say: Callable[[str], None] = lambda line: None,
     stage: Stage = lambda line, done, total: None,
 ) -> Outcome:
     """Run a study and write designs.csv (and .parquet), study.html and finger_1.toml, ... into a folder.
 
+    The chosen designs are judged again before a file is written, and each file of a finger is the one that was judged.
+
     resume : continue with the designs of this study in the folder's store; without it, such a store is refused. Raises
-    `InputError` if no design has an answer, and what `papilla.design.running.run` raises.
+    `InputError` if no design has an answer, `FileFormatError` for a row of the store that papilla did not write, and
+    what `papilla.design.running.run` raises.
     """
     check_writable(out)
     store = Store(study.store or out / "store.sqlite")
@@ -57,20 +64,22 @@ def run_study(
             raise InputError(f"{store.path} holds designs of this study: --resume goes on with them")
         tally = run(study, store, workers=workers, scheduler=scheduler, say=say, stage=stage)
         results = Results.of(study, store)
+        say("judging the chosen designs again")
+        results.check_chosen(store)
         front = results.numbers[results.front].tolist()
         tables = write_tables(out / "designs.csv", study, store, front)
     finally:
         store.close()
     names = [f"finger_{rank}.toml" for rank in range(1, len(results.chosen) + 1)]
     for name, row in zip(names, results.chosen, strict=True):
-        results.finger(row).save(out / name)
+        results.save_finger(row, out / name)
     confirmed = []
     for rank, (name, row) in enumerate(zip(names, results.chosen[: study.confirm], strict=False), start=1):
         say(f"confirming design {rank} by a calibration")
         confirmed.append(confirm(name, study.in_scene(results.finger(row)), workers or 1, say))
     if study.confirm:
         say("calibrating the study's own finger")
-        confirmed.append(confirm(study.finger.name, study.in_scene(study.finger), workers or 1, say))
+        confirmed.append(confirm(short(study.finger.name), study.in_scene(study.finger), workers or 1, say))
     base = {}
     for one in study.objectives:
         try:
@@ -89,7 +98,7 @@ def write_page(path: Path, outcome: Outcome, say: Callable[[str], None] = lambda
     study, results = outcome.study, outcome.results
     say("pictures of the page")
     best = [("finger_1.toml", results.finger(row)) for row in results.chosen[:1]]
-    shown = [*best, (study.finger.name, study.finger)]
+    shown = [*best, (short(study.finger.name), study.finger)]
     figures = {"front": image(front_figure(results, outcome.base), "All designs over the first objectives")}
     if study.finger.gauges[1:]:
         dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
@@ -112,6 +121,7 @@ def write_page(path: Path, outcome: Outcome, say: Callable[[str], None] = lambda
         on_front=len(rows),
         effects=[in_words(one) for one in results.effects if one.sure],
         figures=figures,
+        own=short(study.finger.name),
         strains=[(name, picture) for name, finger in shown if (picture := _strain(finger, outcome, say))],
     )  # fmt: skip
     write_text(path, text)
@@ -132,7 +142,7 @@ def _strain(finger: Finger, outcome: Outcome, say: Callable[[str], None]) -> Mar
         reduced = fem.prepare(finger, progress=say)
         press = view.shown(reduced, specimen, force=scene.force_N[1], friction=0.0)
         return either(
-            view.strain_pictures(finger, reduced, press, specimen, say), f"Strain field of {finger.name}", "png"
+            view.strain_pictures(finger, reduced, press, specimen, say), f"Strain field of {short(finger.name)}", "png"
         )
     except PapillaError:
         return None
@@ -154,9 +164,9 @@ def front_figure(results: Results, base: dict[str, float]) -> Figure:
         axes.plot(other[ok], first[ok], ".", color=MUTED, label="designs")
         if others:
             axes.plot(other[on], first[on], "o", color=ACCENTS[0], label="Pareto front")
-            axes.plot([base[others[0].name]], [own], "s", color=INK, label=study.finger.name)
+            axes.plot([base[others[0].name]], [own], "s", color=INK, label=short(study.finger.name))
         else:
-            axes.axhline(own, color=INK, linewidth=THIN, label=study.finger.name)
+            axes.axhline(own, color=INK, linewidth=THIN, label=short(study.finger.name))
         axes.plot(other[results.chosen], first[results.chosen], "*", color=ACCENTS[1], markersize=STAR, label="chosen")
         for values, axis, scale in ((first, axes.yaxis, axes.set_yscale), (other, axes.xaxis, axes.set_xscale)):
             if (values > 0).all() and values.max() > WIDE * values.min():

@@ -1,16 +1,13 @@
-"""The parameters of a design that a study may vary, with the names of the design file; couplings between them; and the
-finger with given values."""
+"""The parameters of a design that a study may vary, with the names of the design file, and the finger with values of
+them."""
 
-import ast
 import difflib
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from simpleeval import DEFAULT_FUNCTIONS, InvalidExpression, SimpleEval
-
+from papilla.design.texts import LETTERS, short
 from papilla.core.errors import InputError
 from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
@@ -18,10 +15,6 @@ OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")
 SURFACES = ("outer", "interface", "bone")
 MOST_GAUGES = 16
 """Largest number of gauges in a row."""
-
-NAME = re.compile(r"(?<![\w.])[^\W\d]\w*(?:\.\w+)*(?!\s*\(|[\w.])")
-"""A name with dots, in the formula of a coupling, that is neither a function nor part of a number."""
-FUNCTIONS = {"sqrt": lambda value: value**0.5, "min": min, "max": max, "abs": abs, "round": round}
 
 Change = Callable[[Finger, float], Finger]
 
@@ -139,39 +132,5 @@ def refuse_unknown(name: str, known: Iterable[str], where: str) -> None:
     """Raise `InputError` for a name that is not known, with the nearest one."""
     known = list(known)
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-        raise InputError(f"{where}: unknown {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
-
-
-def names_of(formula: str, where: str) -> list[str]:
-    """The parameters in a formula, such as "outer.modulus_MPa"."""
-    try:
-        ast.parse(formula.strip(), mode="eval")
-    except (SyntaxError, ValueError) as error:
-        raise InputError(f"{where}: {formula!r} is no formula ({error})") from error
-    return NAME.findall(formula)
-
-
-def coupled(values: Mapping[str, float], couplings: Mapping[str, str]) -> dict[str, float]:
-    """The values together with those of all couplings, in their order; raises `InputError` for a formula without a
-    number. simpleeval evaluates the formulas, never `eval`."""
-    found = dict(values)
-    for name, formula in couplings.items():
-        evaluator = SimpleEval(functions={**DEFAULT_FUNCTIONS, **FUNCTIONS}, names=_nested(found))
-        try:
-            found[name] = float(evaluator.eval(formula))
-        except (InvalidExpression, ArithmeticError, TypeError, ValueError, KeyError) as error:
-            raise InputError(f'couplings."{name}" = {formula!r}: {error}') from error
-    return found
-
-
-def _nested(values: Mapping[str, float]) -> dict:
-    """Values with dotted names, as nested tables."""
-    tables: dict = {}
-    for name, value in values.items():
-        *folders, last = name.split(".")
-        table = tables
-        for folder in folders:
-            table = table.setdefault(folder, {})
-        table[last] = value
-    return tables
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4) if len(name) <= LETTERS else ()
+        raise InputError(f"{where}: unknown {short(name)!r}" + (f", did you mean {near[0]!r}?" if near else ""))

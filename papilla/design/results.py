@@ -1,6 +1,7 @@
 """Results of a study: the table, the Pareto front, main effects with intervals, and the chosen designs; as values for
 JSON and as sentences."""
 
+import math
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -15,12 +16,17 @@ from scipy.special import stdtrit
 from papilla.calibration import LEVEL
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
-from papilla.design.batch import OK, Record
+from papilla.design.batch import OK
+from papilla.design.batch import Record
+from papilla.design.batch import judged
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
+from papilla.core.errors import SolverError
+from papilla.core.files import replacing
+from papilla.design.texts import short
 from papilla.logs.frames import estimates_writer
 from papilla.model.finger import Finger
 
@@ -30,6 +36,8 @@ SAME = 0.05
 """Share of its range by which two chosen designs differ in at least one parameter."""
 BLOCK = 2000
 """Number of rows that are written at once."""
+AGAIN = 1e-6
+"""Largest relative difference between a stored value and that of the design when it is judged again."""
 MANY_FAILED = 0.1
 """Share of failed designs above which a study mentions it first."""
 
@@ -57,31 +65,35 @@ class Effect:
 @dataclass(frozen=True, eq=False)
 class Results:
     """Designs of a study, n of which succeeded. numbers (n,); free (n, p); found (n, a) by `study.asked`; feasible
-    (n,); failures : number -> reason."""
+    (n,); fingers : `sha256` of the n fingers that were judged; failures : number -> reason."""
 
     study: Study
     numbers: np.ndarray
     free: np.ndarray
     found: np.ndarray
     feasible: np.ndarray
+    fingers: Sequence[str]
     failures: dict[int, str]
 
     @classmethod
     def of(cls, study: Study, store: Store) -> "Results":
-        """The results in a store; raises `InputError` if no design succeeded."""
+        """The results in a store; raises `InputError` if no design succeeded, and `FileFormatError` for a row that
+        papilla did not write."""
         failures: dict[int, str] = {}
         rows = []
-        for number, free, record in store.rows(study.sha256):
+        for number, free, record in store.rows(study):
             if record.status != OK:
                 failures[number] = record.status
                 continue
             asked = [record.found[name] for name in study.asked]
-            rows.append((number, [free[one.name] for one in study.free], asked, study.feasible(record.found)))
+            given, kept = [free[one.name] for one in study.free], study.feasible(record.found)
+            rows.append((number, given, asked, kept, record.finger_sha256))
         if not rows:
             first = next(iter(failures.values()), "nothing was run")
             raise InputError(f"none of the {len(failures)} designs of the study has an answer; the first says: {first}")
-        numbers, values, found, feasible = (np.array(column) for column in zip(*rows, strict=True))
-        return cls(study, numbers, values, found, feasible, failures)
+        *columns, fingers = zip(*rows, strict=True)
+        numbers, values, found, feasible = map(np.array, columns)
+        return cls(study, numbers, values, found, feasible, fingers, failures)
 
     def values(self, objective: str) -> np.ndarray:
         """(n,) values of an objective."""
@@ -125,6 +137,28 @@ class Results:
             dict(zip((one.name for one in self.study.free), self.free[row].tolist(), strict=True))
         )
 
+    def check_chosen(self, store: Store) -> None:
+        """Judge the chosen designs again; raises `FileFormatError` for a design that has another finger or other values
+        than its record, which papilla then did not write."""
+        for row in self.chosen:
+            number, finger = int(self.numbers[row]), self.finger(row)
+            if finger.sha256 != self.fingers[row]:
+                raise store.fault(number, "its record is of another finger than its parameters make")
+            again = judged(self.study.in_scene(finger), self.study.asked)
+            for name, stored in zip(self.study.asked, self.found[row].tolist(), strict=True):
+                if again.status != OK or not math.isclose(again.found[name], stored, rel_tol=AGAIN):
+                    now = f"{again.found[name]:.7g}" if again.status == OK else f"no value ({again.status})"
+                    raise store.fault(number, f"{name} is {stored:.7g} there, and {now} when it is judged again")
+
+    def save_finger(self, row: int, path: Path) -> None:
+        """Write the design file of a row; raises `SolverError`, and writes nothing, if it would hold another finger
+        than the one that was judged."""
+        with replacing(path) as temporary:
+            self.finger(row).save(temporary)
+            if Finger.load(temporary).sha256 != self.fingers[row]:
+                raise SolverError(f"{path} was not written: it would hold another finger than design "
+                                  f"{self.numbers[row]}, which was judged")  # fmt: skip
+
     @cached_property
     def effects(self) -> list[Effect]:
         """Main effects of all parameters on all objectives, by least squares over all designs; empty if there are too
@@ -157,22 +191,24 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
 
     front : numbers of the designs on the front. Rows are written in blocks. Returns the files that were written.
     """
-    names = ["design", *(one.name for one in study.free), *study.asked, "feasible", "front", "status"]
-    on_front, rows = set(front), store.rows(study.sha256)
+    free_names = [one.name for one in study.free]
+    names = ["design", *free_names, *study.asked, "feasible", "front", "finger_sha256", "status"]
+    on_front, rows = set(front), store.rows(study)
 
     def cells(number: int, free: dict[str, float], record: Record) -> list:
         found = [record.found.get(name, float("nan")) for name in study.asked]
         feasible = record.status == OK and study.feasible(record.found)
-        return [number, *(free[one.name] for one in study.free), *found, feasible, number in on_front, record.status]
+        given = [free[name] for name in free_names]
+        return [number, *given, *found, feasible, number in on_front, record.finger_sha256, record.status]
 
     paths = [path, path.with_suffix(".parquet")][: 1 + bool(find_spec("pyarrow"))]
     with ExitStack() as opened:
         writes = [opened.enter_context(estimates_writer(one, names)) for one in paths]
         while block := list(islice(rows, BLOCK)):
-            *numbers, status = zip(*(cells(*row) for row in block), strict=True)
+            *numbers, fingers, status = zip(*(cells(*row) for row in block), strict=True)
             columns = [np.array(column) * 1 for column in numbers]
             for write in writes:
-                write([*columns, status])
+                write([*columns, fingers, status])
     return paths
 
 
@@ -202,7 +238,8 @@ def summary(outcome: Outcome) -> dict:
     for row, file in zip(results.chosen, outcome.written["fingers"], strict=True):
         free = dict(zip((one.name for one in study.free), results.free[row].tolist(), strict=True))
         found = {name: float(results.values(name)[row]) for name in study.asked}
-        best.append({"design": int(results.numbers[row]), "finger": file, "free": free, "objectives": found})
+        best.append({"design": int(results.numbers[row]), "finger": file, "finger_sha256": results.fingers[row],
+                     "free": free, "objectives": found})  # fmt: skip
     return {
         "study": study.name,
         "designs": len(results.numbers) + len(results.failures),
@@ -262,5 +299,5 @@ def first_words(outcome: Outcome) -> list[str]:
     for one in study.objectives:
         best, own = float(results.values(one.name)[results.chosen[0]]), outcome.base[one.name]
         unit = "" if one.unit == "1" else f" {one.unit}"
-        said.append(f"{one.words}: best {best:.4g}{unit}, {study.finger.name} {own:.4g}{unit}")
+        said.append(f"{one.words}: best {best:.4g}{unit}, {short(study.finger.name)} {own:.4g}{unit}")
     return said

@@ -1,48 +1,43 @@
 """Runs the designs of a study: batches go to workers, records come back and are stored; stored designs are not run
 again. `price` estimates the cost before.
 
-Workers belong to a Dask cluster (processes on this machine, or a given scheduler), which restarts a task on another
-worker if one is killed; without Dask they are plain processes. Both are used through the interface of
-`concurrent.futures`. A few batches are in progress at a time, so memory does not grow with the study.
+Workers are processes on this machine, or those of a given Dask scheduler; both are used through the interface of
+`concurrent.futures`, and both replace a killed worker and begin its batch again. What a worker sends is checked. A few
+batches are in progress at a time, so memory does not grow with the study.
 """
 
 import hashlib
-import logging
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice, zip_longest
-from multiprocessing import get_context
 from time import perf_counter
-from typing import Any
 
 from papilla.core import cache
 from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla.core.workers import THREADS, end_with_parent
 from papilla.design import sampling
-from papilla.design.batch import OK, Batch, Done, Record, evaluate, judged, version
+from papilla.design.batch import OK, Batch, Done, Record, check_done, evaluate, judged, version
+from papilla.design.cluster import Scheduler, cluster
 from papilla.design.geometry import geometry_map, measure_base, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
+from papilla.core.errors import WorkerKilledError
+from papilla.processes import Processes
+from papilla.processes import TRIES
+from papilla.processes import one_thread_each
 
 BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses
 the batches in progress."""
 AHEAD = 2
 """Number of batches in progress for each worker."""
-MEMORY = "3GiB"
-"""Memory limit of a worker on this machine; a geometry needs up to 1.5 GB to reduce, and 1 to 12 MB afterwards."""
-ANSWER_S = 20
-"""Seconds within which a scheduler answers."""
-RETRIES = 3
-"""Number of times that Dask runs a batch again after its worker was killed."""
-
 TRIED = 5
 """Number of designs whose cost is measured for an estimate."""
 
@@ -77,67 +72,24 @@ class Pool:
 
 
 @contextmanager
-def pool(workers: int, scheduler: str | None) -> Iterator[Pool]:
-    """Workers of a Dask scheduler, `workers` processes here, or this process (0). Raises `MissingExtraError` for a
-    scheduler without Dask, `InputError` for one that does not answer or whose workers have another version."""
-    if not workers and scheduler is None:
+def pool(workers: int, scheduler: Scheduler | None) -> Iterator[Pool]:
+    """Workers of a Dask scheduler, `workers` processes here, or this process (0). Raises what `cluster` raises."""
+    if scheduler is not None:
+        with cluster(scheduler) as (executor, count, how):
+            yield Pool(executor, count, how)
+        return
+    if not workers:
         yield Pool(_Here(), 1, "this process")
         return
-    try:
-        from dask import config
-        from distributed import Client, LocalCluster
-    except ImportError as error:
-        if scheduler is not None:
-            raise MissingExtraError('--scheduler needs Dask: pip install "papilla[cluster]"') from error
-        from concurrent.futures import ProcessPoolExecutor
-
-        with ProcessPoolExecutor(workers, get_context("spawn"), end_with_parent) as executor:
-            yield Pool(executor, workers, "processes, without Dask")
-        return
-    with config.set({"distributed.nanny.pre-spawn-environ": dict.fromkeys(THREADS, "1")}):
+    with one_thread_each():
+        processes = Processes(workers)
         try:
-            cluster: Any = scheduler or LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                memory_limit=MEMORY,
-                dashboard_address=":0",
-                silence_logs=logging.CRITICAL,
-            )
-            client = Client(cluster, timeout=ANSWER_S)
-        except (OSError, TimeoutError, ValueError) as error:
-            raise InputError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-        try:
-            _refuse_other_versions(client)
-            count = max(1, sum(client.nthreads().values()))
-            where = scheduler or "on this machine"
-            yield Pool(client.get_executor(pure=False), count, f"Dask {where}, dashboard {client.dashboard_link}")
+            yield Pool(processes, workers, f"{workers} process{'es' * (workers > 1)} on this machine")
+        except BaseException:
+            processes.kill()
+            raise
         finally:
-            client.close()
-            if scheduler is None:
-                cluster.close()
-
-
-def _refuse_other_versions(client: Any) -> None:
-    """Raise `InputError` if a worker has another version; the function is sent by value, because it may not exist
-    there."""
-
-    def theirs() -> str:
-        try:
-            from papilla.design.batch import version
-        except ImportError:
-            import importlib.metadata
-
-            return f"{importlib.metadata.version('papilla')} (without studies)"
-        return version()
-
-    for worker, found in client.run(theirs, on_error="return").items():
-        _refuse_version(f"worker {worker}", str(found))
-
-
-def _refuse_version(who: str, found: str) -> None:
-    if found != version():
-        raise InputError(f"{who} has papilla {found}, this client has {version()}: install the same on all machines")
+            processes.shutdown(cancel_futures=True)
 
 
 def run(
@@ -145,7 +97,7 @@ def run(
     store: Store,
     *,
     workers: int = 1,
-    scheduler: str | None = None,
+    scheduler: Scheduler | None = None,
     say: Callable[[str], None] = lambda line: None,
     stage: Stage = lambda line, done, total: None,
 ) -> Tally:
@@ -202,20 +154,16 @@ class _Runner:
 
         The records of designs that an optimiser asks for are kept, too.
         """
-        flight: dict[Future, list[Row]] = {}
+        flight: dict[Future, tuple[list[Row], Batch]] = {}
         try:
             for rows, batch in self._interleaved(groups):
-                flight[self.pool.executor.submit(evaluate, batch)] = rows
+                flight[self.pool.executor.submit(evaluate, batch)] = rows, batch
                 while len(flight) >= AHEAD * self.pool.workers:
                     self._take(flight)
             while flight:
                 self._take(flight)
-        except BrokenExecutor as error:
-            # Raised by a result of the killed process, and by the next batch that is submitted
-            raise SolverError(
-                f"a worker process was killed ({error}): --resume goes on, and with papilla[cluster] Dask starts "
-                "another one by itself"
-            ) from error
+        except CancelledError as error:
+            raise SolverError(f"{self.pool.how} was lost; --resume goes on with what is stored") from error
 
     def scores(self, designs: list[Values]) -> list[float]:
         """The scores of designs for an optimiser: the first objective, smaller is better."""
@@ -256,11 +204,14 @@ class _Runner:
             try:
                 finger = study.finger_of(free)
             except InputError as error:
-                failed.append((number, free, cache.key(__name__, study.sha256, free), Record({}, str(error))))
+                failed.append((number, free, cache.key(__name__, study.sha256, free), Record.failed(error)))
                 continue
             key = hashlib.sha256(f"{finger.sha256} {self.shared}".encode()).hexdigest()
             tried.append(((number, free, key), finger))
-        known = self.store.known([row[2] for row, _ in tried])
+        known = self.store.known({row[2]: row[0] for row, _ in tried}, study.asked)
+        for (number, _, key), finger in tried:
+            if key in known and known[key].finger_sha256 != finger.sha256:
+                raise self.store.fault(number, "its record is of another finger")
         reused = [(*row, known[row[2]]) for row, _ in tried if row[2] in known]
         self.tally.reused += len(reused)
         self._store(reused + failed)
@@ -268,18 +219,21 @@ class _Runner:
             rows, fingers = zip(*left, strict=True)
             yield list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
 
-    def _take(self, flight: dict[Future, list[Row]]) -> None:
+    def _take(self, flight: dict[Future, tuple[list[Row], Batch]]) -> None:
         """Store the finished batches."""
         done, _ = wait(flight, return_when=FIRST_COMPLETED)
         for future in done:
-            rows = flight.pop(future)
+            rows, batch = flight.pop(future)
             try:
                 made: Done = future.result()
             except Exception as error:
-                if type(error).__name__ != "KilledWorker":
+                # By its name: the error of Dask, which may not be installed
+                if not isinstance(error, WorkerKilledError) and type(error).__name__ != "KilledWorker":
                     raise
-                made = Done((Record({}, f"its worker was killed {RETRIES} times"),) * len(rows), version(), {}, 0)
-            _refuse_version("a worker", made.version)
+                why = f"its worker was killed {TRIES} times"
+                records = [Record.failed(why, finger.sha256) for finger in batch.fingers]
+                made = Done(tuple(records), version(), {}, 0.0)
+            check_done(made, batch)
             self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
             for name, seconds in made.spent.items():
                 self.tally.spent[name] += seconds

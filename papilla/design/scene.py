@@ -29,6 +29,8 @@ MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
 SWEPT_BEYOND = 1.05
 """How far beyond the largest force of the scene a calibration goes, at least."""
+MOST_SAMPLES = 10**6
+"""Most samples of a held force."""
 PRIOR = 1.0
 """One sigma of ln E before a touch, which remains if a touch gives no information."""
 
@@ -92,6 +94,8 @@ class Scene:
         for name in ("forces", "moduli"):
             if not 2 <= getattr(self, name) <= 40:
                 raise InputError(f"{name} must be from 2 to 40, got {getattr(self, name)}")
+        if self.samples > MOST_SAMPLES:
+            raise InputError(f"samples must be at most {MOST_SAMPLES}, got {self.samples}")
         for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
             checks.positive(name, getattr(self, name))
 

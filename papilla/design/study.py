@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import reprlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,15 +10,23 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from papilla.core.errors import FileFormatError, InputError
-from papilla.core.file_models import first_of, in_words, keys_of, table
+from papilla.core.checks import ROUNDING
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import InputError
+from papilla.core.file_models import first_of
+from papilla.core.file_models import in_words
+from papilla.core.file_models import keys_of
+from papilla.core.file_models import table
 from papilla.core.outside import read_toml
+from papilla.design.formulas import coupled
+from papilla.design.formulas import names_of
 from papilla.design.geometry import geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES, Objective
-from papilla.design.parameters import coupled, made, names_of, of_geometry, parameters_of, refuse_unknown
+from papilla.design.parameters import made, of_geometry, parameters_of, refuse_unknown
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import Scene, Tolerances, Unknowns
+from papilla.design.texts import short
 from papilla.estimators.softness import Doubts
 from papilla.model.finger import SHIPPED_FINGERS, Finger
 
@@ -25,6 +34,12 @@ ELSEWHERE = ("unknown", "tolerances")
 """Parts of a scene that are tables of their own in the file."""
 LEVELS = 5
 """Number of values of a range in a grid, unless its table states `levels`."""
+MOST_DESIGNS, MOST_GEOMETRIES, MOST_SEED = 10**7, 10**4, 2**32 - 1
+"""Most designs and geometries of a study, and the largest seed of its sampler."""
+MOST_VALUES, MOST_FREE, MOST_GIVEN, MOST_CONFIRMED = 1000, 50, 200, 10
+"""Most values of a parameter in a grid, free parameters, fixed or coupled ones, and calibrations at the end."""
+NAME_LETTERS, PATH_LETTERS = 200, 1000
+"""Most letters of a name or key, and of the name of a file, in a study file."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +68,13 @@ class Free:
     def grid(self) -> list[float]:
         """The values in a grid."""
         return [*self.values] or [self.at(k / (self.levels - 1)) for k in range(self.levels)]
+
+    def holds(self, value: float) -> bool:
+        """Whether the parameter may have a value, apart from rounding at the ends of the range."""
+        if self.values:
+            return value in self.values
+        beyond = ROUNDING * max(abs(self.low), abs(self.high))
+        return self.low - beyond <= value <= self.high + beyond
 
 
 @dataclass(frozen=True)
@@ -104,6 +126,24 @@ class Study:
         return [one for one in self.free if one.name in names]
 
     @property
+    def most_designs(self) -> int:
+        """Number of designs of a grid or sample, or the most that an optimiser may try."""
+        if self.sampler.kind == "grid":
+            return math.prod(len(one.values) or one.levels for one in self.free)
+        # An optimiser needs two generations of five designs at least
+        return max(self.sampler.designs, 10) if self.sampler.kind == "optimise" else self.sampler.designs
+
+    def check_free(self, free: Mapping[str, float]) -> None:
+        """Raise `InputError` unless the values are those of the free parameters, inside their ranges."""
+        if set(free) != {one.name for one in self.free}:
+            raise InputError(
+                f"its free parameters are not those of the study, {', '.join(one.name for one in self.free)}"
+            )
+        for one in self.free:
+            if not one.holds(free[one.name]):
+                raise InputError(f"{one.name} = {free[one.name]:g} is outside the study's {one.low:g} to {one.high:g}")
+
+    @property
     def asked(self) -> tuple[str, ...]:
         """Names of all objectives that are computed, including those of constraints; sorted."""
         return tuple(sorted({one.name for one in self.objectives} | set(self.limits)))
@@ -143,8 +183,8 @@ class _Range(_Model):
     low: float | None = None
     high: float | None = None
     log: bool | None = None
-    levels: int = Field(LEVELS, ge=2)
-    values: list[float] | None = Field(None, min_length=1)
+    levels: int = Field(LEVELS, ge=2, le=MOST_VALUES)
+    values: list[float] | None = Field(None, min_length=1, max_length=MOST_VALUES)
 
 
 def _doubted(friction: Any, **doubts: Any) -> tuple[Any, Doubts]:
@@ -160,25 +200,26 @@ _TOLERANCES = table(Tolerances, keys_of(Tolerances), known=True)
 
 
 class _File(_Model):
-    name: str = Field(min_length=1)
-    finger: str = "default"
-    objectives: list[str] = Field(min_length=1)
-    free: dict[str, list[float] | _Range] = Field(min_length=1)
-    fixed: dict[str, float] = {}
-    couplings: dict[str, str] = {}
+    name: str = Field(min_length=1, max_length=NAME_LETTERS)
+    finger: str = Field("default", min_length=1, max_length=PATH_LETTERS)
+    objectives: list[str] = Field(min_length=1, max_length=len(OBJECTIVES))
+    free: dict[str, list[float] | _Range] = Field(min_length=1, max_length=MOST_FREE)
+    fixed: dict[str, float] = Field({}, max_length=MOST_GIVEN)
+    couplings: dict[str, str] = Field({}, max_length=MOST_GIVEN)
     constraints: dict[str, _LIMIT] = {}  # type: ignore[valid-type]
     scene: _SCENE = Scene()  # type: ignore[valid-type]
     doubts: _DOUBTS = (None, Doubts())  # type: ignore[valid-type]
     tolerances: _TOLERANCES = Tolerances()  # type: ignore[valid-type]
     sampler: _SAMPLER = Sampler()  # type: ignore[valid-type]
-    confirm: int = Field(0, ge=0, le=10)
-    store: str | None = None
+    confirm: int = Field(0, ge=0, le=MOST_CONFIRMED)
+    store: str | None = Field(None, min_length=1, max_length=PATH_LETTERS)
 
 
 def read_study(path: Path) -> Study:
     """The study of a file; raises `FileAccessError`, or `FileFormatError` in one line that names file and key."""
     content = read_toml(path, "study file")
     try:
+        _check_names(content)
         for key in content:
             refuse_unknown(key, _File.model_fields, "study")
         file = _File.model_validate(content)
@@ -192,6 +233,19 @@ def read_study(path: Path) -> Study:
         raise FileFormatError(f"{path}: {words}") from error
     except InputError as error:
         raise FileFormatError(str(error) if str(path) in str(error) else f"{path}: {error}") from error
+
+
+def _check_names(content: dict) -> None:
+    """Raise `InputError` for a key or a name that cannot be printed whole on one line."""
+    for keys in (content, *(value for value in content.values() if isinstance(value, dict))):
+        for key in keys:
+            if len(key) > NAME_LETTERS or not key.isprintable():
+                raise InputError(
+                    f"a key must have at most {NAME_LETTERS} letters, all printable, got {reprlib.repr(key)}"
+                )
+    name = content.get("name")
+    if isinstance(name, str) and not name.isprintable():
+        raise InputError(f"name must be of letters that can be printed, got {reprlib.repr(name)}")
 
 
 def _study(file: _File, path: Path) -> Study:
@@ -208,6 +262,8 @@ def _study(file: _File, path: Path) -> Study:
         where = f'couplings."{name}"'
         for used in names_of(formula, where):
             refuse_unknown(used, [*values, *names], where)
+    if len(set(file.objectives)) < len(file.objectives):
+        raise InputError(f"objectives must differ, got {', '.join(map(short, file.objectives))}")
     for name in (*file.objectives, *file.constraints):
         refuse_unknown(name, OBJECTIVES, "objectives" if name in file.objectives else "constraints")
     free = tuple(_free(name, given) for name, given in file.free.items())
@@ -277,6 +333,16 @@ def _free(name: str, given: "list[float] | _Range") -> Free:
 def _check(study: Study) -> None:
     """Raise `InputError` if the middle design, or one with a single parameter at an end of its range, is impossible:
     layers that cross, gauges outside the interface, too few gauges for an objective."""
+    sampler = study.sampler
+    for name, value, least, most in (
+        ("sampler.designs", sampler.designs, 1, MOST_DESIGNS),
+        ("sampler.geometries", sampler.geometries, 1, MOST_GEOMETRIES),
+        ("sampler.seed", sampler.seed, 0, MOST_SEED),
+        ("number of designs of the grid", study.most_designs, 1, MOST_DESIGNS),
+    ):
+        if not least <= value <= most:
+            shown = value if abs(value) < 10**20 else f"{math.log10(abs(value)):.0f} digits"
+            raise InputError(f"{name} must be from {least} to {most}, got {shown}")
     for free in probes(study):
         finger, said = None, ", ".join(f"{name} = {value:.4g}" for name, value in free.items())
         try:
@@ -288,9 +354,6 @@ def _check(study: Study) -> None:
             (OBJECTIVES[name] for name in study.asked if OBJECTIVES[name].gauges > len(finger.gauges)), None
         ):
             raise InputError(f"{poor.name} needs {poor.gauges} gauges, the design {said} has {len(finger.gauges)}")
-    for key, least, most in (("designs", 1, 10**7), ("geometries", 1, 10**4)):
-        if not least <= getattr(study.sampler, key) <= most:
-            raise InputError(f"sampler.{key} must be from {least} to {most}, got {getattr(study.sampler, key)}")
 
 
 def probes(study: Study) -> Iterator[dict[str, float]]:

@@ -9,6 +9,7 @@ import copy
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Generator
+from functools import partial
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -36,6 +37,22 @@ class Stream(ABC):
     texts: ClassVar[tuple[str, ...]] = ()
     answer: ClassVar[Any]
     _memory: Any
+    _arguments: tuple[tuple, dict[str, Any]]
+
+    def __new__(cls, *arguments: Any, **options: Any):
+        """Keep the arguments, for copies."""
+        made = super().__new__(cls)
+        made._arguments = arguments, options
+        return made
+
+    def __reduce__(self) -> tuple:
+        """A copy or pickle has the arguments and the state: it computes all else from the arguments again, and goes on
+        bit for bit."""
+        arguments, options = self._arguments
+        return partial(type(self), *arguments, **options), (), self.state
+
+    def __setstate__(self, state: Any) -> None:
+        self.state = state
 
     @abstractmethod
     def _fresh(self) -> Any:

@@ -16,8 +16,12 @@ import numpy as np
 from papilla.core.errors import FileFormatError
 from papilla.core.tables import BLOCK, Reader, Table, TableReader, closest
 from papilla.logs.bags import BagReader
-from papilla.logs.frames import PARQUET, FrameReader, parquet
+from papilla.logs.frames import PARQUET, FrameReader
 from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
+from papilla.logs.parquet import ParquetReader
+from papilla.rows import BLOCK
+from papilla.rows import Reader
+from papilla.rows import Table
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it
@@ -58,24 +62,27 @@ def open_log(
     reader = unmapped(source, wanted, words, log_map or LogMap())
     try:
         reader = _mapped(reader, wanted, words, log_map)
-        return reader, _gauges(reader, needed, known, instead)
+        return reader, _gauges(reader, needed, known, instead, is_mapped=bool(log_map and log_map.columns))
     except BaseException:
         reader.__exit__()
         raise
 
 
 def _gauges(
-    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...]
+    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...], is_mapped: bool
 ) -> tuple[str, ...]:
+    """Names of the gauges, by their number; raises `FileFormatError` for missing columns and, where no map says what
+    the columns are, for misspelt ones."""
     found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
     absent = [name for name in known if name not in reader.names]
-    for name in reader.ignored:
+    for name in reader.ignored if not is_mapped else ():
         folded = re.sub("[ _]", "", name.lower())
         meant = folded if GAUGE_COLUMN.fullmatch(folded) else closest(name, absent)
         if meant:
             raise FileFormatError(f"{reader.path}, line 1: unknown column {name}; did you mean {meant}?")
     for name in needed:
         if name in absent:
+            _check_usable(reader, name)
             hint = "; papilla log map proposes what the columns are" if reader.ignored else ""
             raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found}){hint}")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
@@ -108,7 +115,7 @@ class MappedReader(Reader):
         self.called = {name: column.name for name, column in self._columns.items()}
         self._constant = {"velocity_mm_s": log_map.speed_mm_s} if log_map.speed_mm_s is not None else {}
         self.names, self.live = (*self._columns, *self._constant), reader.live
-        self.ignored = reader.ignored
+        self.ignored, self.unusable, self.rows = reader.ignored, reader.unusable, reader.rows
         self._factors = {name: column.factor(name) for name, column in self._columns.items()}
         self._start, self._zeros = self._first_time(), {name: 0.0 for name in self._columns}
         if log_map.air_s is not None and self.live:
@@ -182,9 +189,13 @@ def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...
     """A log with papilla's names and units, by its map or the units in its column names; the reader itself if it has
     them. Raises `FileFormatError` for a map that does not fit the log."""
     given = log_map or LogMap()
-    chosen = replace(given, columns=by_name(reader.path, reader.header, wanted) | dict(given.columns))
+    mapped = {column.name for column in given.columns.values()}
+    rest = [name for name in reader.header if name not in mapped]
+    named = by_name(reader.path, rest, lambda name: wanted(name) and name not in given.columns)
+    chosen = replace(given, columns=named | dict(given.columns))
     absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
     if absent is not None:
+        _check_usable(reader, absent.topic or absent.column)
         raise FileFormatError(f"{given.path}: the log {reader.path} has no {_lacking(absent, reader.header)}")
     if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
         return reader
@@ -193,12 +204,19 @@ def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...
     return MappedReader(reader, chosen, wanted)
 
 
+def _check_usable(reader: Reader, name: str) -> None:
+    """Raise `FileFormatError` for a column or topic that is there, but holds no numbers."""
+    why = reader.unusable.get(name) or reader.unusable.get(name.split("[")[0])
+    if why:
+        raise FileFormatError(f"{reader.path}: {name} cannot be used: {why}")
+
+
 def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...], how: LogMap) -> Reader:
     """A reader of a log (path or frame) with its own names and units; how : the dialect of a text."""
     if not isinstance(source, Path):
         return FrameReader(source, wanted, words)
     if source.suffix in PARQUET:
-        return parquet(source, wanted, words)
+        return ParquetReader(source, wanted, words)
     if is_bag(source):
         return BagReader(source, wanted)
     dialect: dict[str, Any] = {"delimiter": how.delimiter, "decimal": how.decimal, "header_line": how.header_line}

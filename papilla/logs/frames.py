@@ -1,4 +1,4 @@
-"""Tables in memory and Parquet files: frames, dicts and structured arrays, with the interface of `TableReader`.
+"""Tables in memory: frames, dicts and structured arrays, with the interface of `TableReader`; and Parquet for answers.
 
 A frame is any object that lists its columns (`columns`, `keys()`, or the names of a dtype) and returns one by
 `frame[name]`. Frames of pandas and polars are such objects; neither package is imported.
@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
-from papilla.core.outside import reason
-from papilla.core.tables import BLOCK, Reader, Table, table_writer
+from papilla.rows import BLOCK, Reader, Table, check_names, text_cells
+from papilla.core.tables import table_writer
 
 PARQUET = (".parquet", ".pq")
 """Suffixes of Parquet files."""
@@ -29,6 +29,7 @@ class FrameReader(Reader):
     def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
         self.path, self._frame = path, frame
         self.header: list[str] = [str(name) for name in _names(frame)]
+        check_names(str(path), self.header)
         self.want(wanted, words)
 
     @property
@@ -50,31 +51,19 @@ class FrameReader(Reader):
             yield Table(self.path, parts, rows)
 
     def _column(self, name: str) -> np.ndarray:
-        values = np.asarray(self._frame[name])
-        if name in self._words:
-            return values.astype(str)
-        if values.dtype.kind in "Mm":
-            hint = ": give it the unit iso in a map" if values.dtype.kind == "M" else ", such as seconds"
-            raise FileFormatError(f"{self.path}, column {name}: expected numbers{hint}, got {values.dtype}")
-        if values.ndim != 1 or (values.dtype.kind not in "fiub" and not _all_numbers(values)):
-            raise FileFormatError(f"{self.path}, column {name}: expected one number per row, got {values.dtype}")
-        return values.astype(float)
+        return column_of(self.path, name, np.asarray(self._frame[name]), name in self._words)
 
 
-def parquet(path: Path, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> FrameReader:
-    """A reader of a Parquet file; raises `FileAccessError`, or `InputError` if the extra `tables` is missing."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise InputError(f"{path}: Parquet files need pyarrow: pip install papilla[tables]") from None
-    try:
-        table = pyarrow.parquet.read_table(path, memory_map=True)
-    except OSError as error:
-        raise FileAccessError(f"cannot read {path}: {reason(error)}") from error
-    except pyarrow.ArrowException as error:
-        raise FileFormatError(f"{path} is no Parquet file ({str(error).splitlines()[0][:200]})") from error
-    return FrameReader(_Columns(table), wanted, words, path)
+def column_of(path: Path, name: str, values: np.ndarray, is_text: bool) -> np.ndarray:
+    """A column (n,) as floats, or as text; raises `FileFormatError` for other values."""
+    if is_text:
+        return text_cells(path, name, values) if values.dtype.kind == "O" else values.astype(str)
+    if values.dtype.kind in "Mm":
+        hint = ": give it the unit iso in a map" if values.dtype.kind == "M" else ", such as seconds"
+        raise FileFormatError(f"{path}, column {name}: expected numbers{hint}, got {values.dtype}")
+    if values.ndim != 1 or (values.dtype.kind not in "fiub" and not _all_numbers(values)):
+        raise FileFormatError(f"{path}, column {name}: expected one number per row, got {values.dtype}")
+    return values.astype(float)
 
 
 @contextmanager
@@ -92,22 +81,12 @@ def estimates_writer(path: Path, names: Sequence[str]) -> Iterator[Callable[[Seq
         from pyarrow.parquet import ParquetWriter
     except ImportError:
         raise InputError(f"{path}: Parquet files need pyarrow: pip install papilla[tables]") from None
-    texts = [name for name in names if name.endswith("status")]
+    texts = [name for name in names if name.endswith(("status", "sha256"))]
     schema = pyarrow.schema([(name, pyarrow.string() if name in texts else pyarrow.float64()) for name in names])
     with replacing(path) as temporary, ParquetWriter(temporary, schema) as stream:
         yield lambda columns: stream.write_batch(
             pyarrow.record_batch([pyarrow.array(own, from_pandas=True) for own in columns], schema=schema)
         )
-
-
-class _Columns:
-    """Columns of an Arrow table as arrays; an empty cell in a column of numbers is NaN."""
-
-    def __init__(self, table: Any):
-        self._table, self.columns = table, table.column_names
-
-    def __getitem__(self, name: str) -> np.ndarray:
-        return self._table.column(name).to_numpy()
 
 
 def _names(frame: Any) -> Sequence[Any]:

@@ -31,6 +31,7 @@ from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
+from papilla.rows import LONGEST_NAME
 from papilla.core.tables import closest
 from papilla.core.units import (
     CM,
@@ -90,8 +91,10 @@ QUANTITIES = {
 
 GAUGE = Quantity(STRAINS | dict.fromkeys(BRIDGES, 1.0), ("g", "ch", "channel", "gauge", "strain", "sg", "dms", "ai"))
 
-_BRACKETS = re.compile(r"(?P<stem>.*?)[\s_]*(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|\s/\s(?P<c>\S+))\s*")
-_NUMBERED = re.compile(r"(?P<stem>.*?)[\s_.-]*(?P<number>[0-9]+)")
+# No part can match where its neighbour does: the time is proportional to the length of a name
+_BRACKETS = re.compile(r"(?P<stem>.*)(?:\[(?P<a>[^\[\]]+)\]|\((?P<b>[^()]+)\)|\s/\s(?P<c>[^\s\[\]()]+))\s*", re.DOTALL)
+GAUGE_DIGITS = 3
+"""Most digits of a gauge's number in a foreign log; a longer number is no count of gauges."""
 
 
 def quantity_of(column: str) -> Quantity:
@@ -105,7 +108,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
     A part after an underscore counts as a unit only if some quantity has exactly this unit.
     """
     if (found := _BRACKETS.fullmatch(name)) is not None:
-        return found["stem"].strip(), plain_unit(next(unit for unit in found.group("a", "b", "c") if unit))
+        unit = next(unit for unit in found.group("a", "b", "c") if unit)
+        return found["stem"].rstrip("_ \t\r\n").strip(), plain_unit(unit)
     parts = name.split("_")
     for count in (2, 1):
         unit = plain_unit("/".join(parts[-count:]))
@@ -127,9 +131,12 @@ def plain_unit(unit: str) -> str:
 
 def split_number(name: str) -> tuple[str, int | None]:
     """Stem in small letters and number of "Strain 3" or "ch1"; None if there is no number."""
-    found = _NUMBERED.fullmatch(name.strip())
-    stem, number = (found["stem"], int(found["number"])) if found else (name, None)
-    return re.sub(r"[\s_.-]+", "_", stem.strip().lower()), number
+    name = name.strip()
+    stem = name.rstrip("0123456789")
+    digits = name[len(stem) :]
+    number = int(digits) if 0 < len(digits) <= GAUGE_DIGITS else None
+    words = name if number is None else stem
+    return re.sub(r"[\s_.-]+", "_", words.strip().lower()).removesuffix("_" if number is not None else ""), number
 
 
 def column_meant(stem: str) -> str | None:
@@ -142,7 +149,23 @@ def column_meant(stem: str) -> str | None:
 
 BESIDE = "log_map.toml"
 """Name under which a map in the folder of a log is found."""
-GAUGE_COLUMN = re.compile(r"g[1-9][0-9]*")
+GAUGE_COLUMN = re.compile(r"g[1-9][0-9]{0,3}")
+
+BOUNDS = {
+    "gauge_factor": (0.1, 1000.0),  # metal foil has 2, semiconductors up to 200
+    "active_arms": (0.1, 4.0),  # a bridge has four arms; Poisson's arms count as a part
+    "amplification": (1e-3, 1e6),  # between a divider and the highest gain of instrumentation amplifiers
+    "excitation_V": (1e-3, 1e3),  # bridges have 1 to 10 V
+    "bits": (1, 64),  # converters have up to 32
+    "span_V": (1e-6, 1e4),  # converters have 1 mV to 20 V
+}
+"""Smallest and largest value of each number of a column: beyond them it is in another unit, or a slip."""
+FASTEST_MM_S = 1e6
+"""Largest constant speed (mm/s), three times that of sound: no finger slides so fast."""
+LONGEST_TIME_S = 1e11
+"""Largest time (s): 3000 years, more than the seconds since 1970 of any log."""
+LAST_HEADER_LINE = 1000
+"""Largest number of the line of a header: programs write some dozens of lines above it."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +175,7 @@ class Column:
     unit : one of the quantity's units in `papilla.logs.log_map.QUANTITIES`. gauge_factor, active_arms : of the bridge
     (1 quarter, 2 half, 4 full). amplification, excitation_V : for voltages and counts. bits, span_V : of the converter,
     one count is `span_V / 2**bits` V. topic : of a bag, where `column` is a field of its messages. Raises `InputError`
-    for a number that is not positive.
+    for a number outside `BOUNDS`, and for a name longer than `LONGEST_NAME`.
     """
 
     column: str
@@ -171,9 +194,12 @@ class Column:
         return f"{self.topic}:{self.column}" if self.topic else self.column
 
     def __post_init__(self) -> None:
-        for name in ("gauge_factor", "active_arms", "amplification", "excitation_V", "bits", "span_V"):
+        for name, (low, high) in BOUNDS.items():
             if (value := getattr(self, name)) is not None:
-                checks.positive(name, value)
+                checks.within(name, value, low, high)
+        for name in ("column", "topic"):
+            if (length := len(getattr(self, name) or "")) > LONGEST_NAME:
+                raise InputError(f"{name} has {length} characters; at most {LONGEST_NAME} are a name")
 
     def factor(self, to: str) -> float:
         """Factor from the log's unit to that of papilla's column `to`; raises `InputError` for an unfit unit."""
@@ -200,7 +226,7 @@ class LogMap:
 
     columns : papilla's column -> column of the log. delimiter, decimal, header_line : of the text; None lets papilla
     find them. speed_mm_s : a constant speed. air_s : (from, to) in s, in the air before the touch. path : of the map.
-    Raises `InputError` for unknown columns and units.
+    Raises `InputError` for unknown columns and units, and for numbers out of bounds.
     """
 
     columns: Mapping[str, Column] = field(default_factory=dict)
@@ -220,20 +246,24 @@ class LogMap:
             column.factor(name)
         if self.decimal not in (None, ".", ",") or self.delimiter not in (None, ",", ";", "\t", " "):
             raise InputError('decimal must be "." or ",", delimiter ",", ";", "\\t" or " "')
-        checks.positive("header_line", self.header_line)
+        checks.within("header_line", self.header_line, 1, LAST_HEADER_LINE)
         if self.air_s is not None:
-            first, last = (checks.finite("air_s", value) for value in self.air_s)
+            first, last = (checks.within("air_s", value, -LONGEST_TIME_S, LONGEST_TIME_S) for value in self.air_s)
             if first >= last:
                 raise InputError(f"air_s must rise, got {first:g} and {last:g}")
         if self.speed_mm_s is not None:
-            checks.finite("speed_mm_s", self.speed_mm_s)
+            checks.within("speed_mm_s", self.speed_mm_s, -FASTEST_MM_S, FASTEST_MM_S)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> "LogMap":
         """Read a map; raises `FileAccessError`, or `FileFormatError` with the key that is wrong."""
-        path = Path(path)
+        return cls.of(read_toml(path, "log map"), Path(path))
+
+    @classmethod
+    def of(cls, tables: Mapping[str, Any], path: Path) -> "LogMap":
+        """A map from the tables of its file; raises `FileFormatError` with the key that is wrong."""
         try:
-            return _ADAPTER.validate_python({"columns": {}} | read_toml(path, "log map") | {"path": path})
+            return _ADAPTER.validate_python({"columns": {}} | dict(tables) | {"path": path})
         except ValidationError as error:
             raise FileFormatError(f"{path}: {in_words(first_of(error))}") from error
 

@@ -10,10 +10,13 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from papilla.core.errors import FileFormatError
+from papilla.core.errors import one_line
+from papilla.core.files import toml_value
 from papilla.core.tables import TableReader
 from papilla.logs.columns import instants, is_bag, unmapped
 from papilla.logs.frames import PARQUET
@@ -22,6 +25,7 @@ from papilla.logs.log_map import (
     GAUGE,
     ISO,
     QUANTITIES,
+    Column,
     LogMap,
     column_meant,
     quantity_of,
@@ -29,9 +33,13 @@ from papilla.logs.log_map import (
     split_unit,
 )
 from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
+from papilla.core.outside import toml
 
 HEAD = 2000
 """Number of rows that are read for the size of the numbers."""
+
+HEAD_CELLS = 50 * HEAD
+"""Number of cells that are read at most for it: a wide table has fewer rows read."""
 
 RATES_HZ = 8.0, 60_000.0
 """Lowest and highest sampling rate of gauge logs. A time without a unit gets the unit that gives such a rate."""
@@ -57,6 +65,9 @@ TELLING = dict.fromkeys(("mV/V", "microstrain", "ue", "um/m"), "g") | dict.fromk
 
 VECTORS = {"force": "f", "torque": "m", "linear": "v"}
 """Vectors in ROS messages, and the letter before the axis in the short name of a component (force.z is fz)."""
+
+LONGEST_COMMENT, MOST_LISTED = 200, 200
+"""Most characters of a name in a comment of a map, and most columns that a comment lists."""
 
 MOST_SKIPPED = 60
 """Number of lines that are searched for the header."""
@@ -84,25 +95,51 @@ class Proposal:
     open_questions: tuple[str, ...] = field(default=())
 
     def to_toml(self) -> str:
-        """The text of a map, with the reasons as comments."""
-        lines = [f"# What the columns of {self.path.name} seem to be: check each line, then", "#"]
-        lines += [f"#     papilla estimate {self.path.name} --map log_map.toml --out estimates.csv", ""]
-        lines += [f"delimiter = {_quoted(self.delimiter)}"] if self.delimiter != "," else []
+        """The text of a map, with the reasons as comments. It is read back and compared: raises `FileFormatError` for
+        columns that no map can name."""
+        name = _comment(self.path.name)
+        lines = [f"# What the columns of {name} seem to be: check each line, then", "#"]
+        lines += [f"#     papilla estimate {name} --map log_map.toml --out estimates.csv", ""]
+        lines += [f"delimiter = {toml_value(self.delimiter)}"] if self.delimiter != "," else []
         lines += ['decimal = ","'] if self.decimal == "," else []
         lines += [f"header_line = {self.header_line}"] if self.header_line != 1 else []
         lines += ["# speed_mm_s = 50.0    # a constant speed, where no column has one"]
         lines += ["# air_s = [0.0, 1.0]   # seconds before the touch: the zero of gauges and force", "", "[columns]"]
-        for guess in (one for one in self.guesses if one.meant):
-            bridge = ", gauge_factor = 2.0, active_arms = 1" if guess.unit in BRIDGES else ""
-            bridge += ", excitation_V = 5.0, amplification = 1.0" if guess.unit in BRIDGES[1:] else ""
-            bridge += ", bits = 16, span_V = 10.0" if guess.unit == "counts" else ""
-            topic, _, column = guess.name.partition(":") if guess.name.startswith("/") else ("", "", guess.name)
-            topic = f"topic = {_quoted(topic)}, " if topic else ""
-            entry = f"{guess.meant} = {{ {topic}column = {_quoted(column)}, unit = {_quoted(guess.unit)}{bridge} }}"
-            lines.append(f"{entry}   # {guess.reason}")
-        rest = [one.name for one in self.guesses if not one.meant]
+        columns = {guess.meant: self._entry(guess) for guess in self.guesses if guess.meant}
+        reasons = {guess.meant: guess.reason for guess in self.guesses}
+        lines += [f"{meant} = {toml_value(entry)}   # {_comment(reasons[meant])}" for meant, entry in columns.items()]
+        rest = [_comment(guess.name) for guess in self.guesses if not guess.meant]
+        rest[MOST_LISTED:] = [f"and {len(rest) - MOST_LISTED} more"] if len(rest) > MOST_LISTED else []
         lines += [f"# not used, because they were not recognised: {', '.join(rest)}"] if rest else []
-        return "\n".join([*lines, *(f"# ? {question}" for question in self.open_questions)]) + "\n"
+        text = "\n".join([*lines, *(f"# ? {_comment(question)}" for question in self.open_questions)]) + "\n"
+        read_back = LogMap.of(toml(text, f"the map of {self.path}"), self.path)
+        expected = LogMap(
+            {meant: Column(**entry) for meant, entry in columns.items()},
+            delimiter=self.delimiter if self.delimiter != "," else None,
+            decimal="," if self.decimal == "," else None,
+            header_line=self.header_line,
+            path=self.path,
+        )
+        if read_back != expected:
+            raise FileFormatError(f"{self.path}: a map cannot express its columns: rename them")
+        return text
+
+    def _entry(self, guess: Guess) -> dict[str, Any]:
+        """The table of a column in a map, with examples of the numbers of an amplifier."""
+        topic, _, column = (
+            guess.name.partition(":") if is_bag(self.path) and ":" in guess.name else ("", "", guess.name)
+        )
+        entry: dict[str, Any] = ({"topic": topic} if topic else {}) | {"column": column, "unit": guess.unit}
+        if guess.unit in BRIDGES:
+            entry |= {"gauge_factor": 2.0, "active_arms": 1}
+        if guess.unit in BRIDGES[1:]:
+            entry |= {"excitation_V": 5.0, "amplification": 1.0}
+        return entry | ({"bits": 16, "span_V": 10.0} if guess.unit == "counts" else {})
+
+
+def _comment(text: str) -> str:
+    """A text of the log inside a comment: its beginning, without line ends and control characters."""
+    return one_line(text[:LONGEST_COMMENT]) + "..." * (len(text) > LONGEST_COMMENT)
 
 
 _ALL = (*QUANTITIES.values(), GAUGE)
@@ -113,11 +150,14 @@ def propose(path: Path) -> Proposal:
     line = 1 if path.suffix in PARQUET or is_bag(path) else _header_line(path)
     with unmapped(path, _all, (), LogMap(header_line=line)) as reader:
         reader.want(_all, tuple(reader.header))
-        head = next(reader.blocks(HEAD))
+        head = next(reader.blocks(max(2, min(HEAD, HEAD_CELLS // len(reader.header)))))
         values = {name: _floats(cells, reader.decimal) for name, cells in head.columns.items()}
         dates = {name for name, cells in head.columns.items() if _is_date(cells)}
-        guesses = _unique([_guess(name, found, name in dates) for name, found in values.items()])
-        return Proposal(path, guesses, reader.delimiter, reader.decimal, line, tuple(_questions(guesses)))
+        in_bag = is_bag(path)
+        guesses = _unique([_guess(name, found, name in dates, in_bag) for name, found in values.items()])
+        unread = (f"{name} is not read: {why}" for name, why in reader.unusable.items() if f"{name}[0]" not in values)
+        questions = (*_questions(guesses), *unread)
+        return Proposal(path, guesses, reader.delimiter, reader.decimal, line, questions)
 
 
 def _all(name: str) -> bool:
@@ -127,26 +167,32 @@ def _all(name: str) -> bool:
 
 def _header_line(path: Path) -> int:
     """Number (from 1) of the first line that two rows of equally many cells, several of them numbers, follow."""
+    fault = ""
     for line in range(1, MOST_SKIPPED):
         try:
             with TableReader(path, _all, header_line=line) as reader:
                 reader.want(_all, tuple(reader.header))
                 rows = next(reader.blocks(2)).columns
                 numbers = [np.isfinite(_floats(cells, reader.decimal)).any() for cells in rows.values()]
-                if sum(numbers) > 1 or len(rows) == 1 and all(numbers):
+                are_names = np.isnan(_floats(np.array(reader.header), reader.decimal)).any()
+                if are_names and (sum(numbers) > 1 or len(rows) == 1 and all(numbers)):
                     return line
-        except FileFormatError:
-            continue
-    raise FileFormatError(f"{path}: no table in its first {MOST_SKIPPED} lines: no row of names above rows of numbers")
+        except FileFormatError as error:
+            fault = fault or f" ({str(error).removeprefix(str(path)).lstrip(', :')})"
+    raise FileFormatError(
+        f"{path}: no table in its first {MOST_SKIPPED} lines: no row of names above rows of numbers{fault}"
+    )
 
 
-def _guess(name: str, values: np.ndarray, is_date: bool) -> Guess:
-    found, in_bag = values[np.isfinite(values)], name.startswith("/")
+def _guess(name: str, values: np.ndarray, is_date: bool, in_bag: bool) -> Guess:
+    found = values[np.isfinite(values)]
+    in_bag = in_bag and ":" in name
     if is_date:
         return Guess(name, "t_s", ISO, "dates and times")
     if not len(found):
         return Guess(name, "", "", "no numbers")
-    stem, unit = (name, None) if in_bag else split_unit(name)
+    # An element of a list: gauges[0] is "gauges 0"
+    stem, unit = (name, None) if in_bag else split_unit(re.sub(r"\[([0-9]+)\]\Z", r" \1", name))
     meant = _in_message(*name.split(":", 1)) if in_bag else _meant(stem, unit)
     if not meant:
         return Guess(name, "", "", "unknown name")
@@ -268,9 +314,3 @@ def _is_date(cells: np.ndarray) -> bool:
     except ValueError:
         return False
     return "-" in str(cells[0]) and ":" in str(cells[0])
-
-
-def _quoted(text: str) -> str:
-    """A TOML string."""
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\t", "\\t")
-    return f'"{escaped}"'

@@ -18,6 +18,8 @@ from papilla.core.tables import Reader, Table
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import Magnitudes, Noise, Sizes
+from papilla.rows import Reader
+from papilla.rows import Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
@@ -196,6 +198,10 @@ class TimeLogFile:
         """Whether this is standard input: its rows come once, and `report` is of the rows so far."""
         return self._reader.live
 
+    def check_fits(self) -> None:
+        """Raise `MemoryEstimateError` if the whole log is more than the free memory holds."""
+        self._reader.check_fits()
+
     def blocks(self) -> Iterator[np.ndarray]:
         """Blocks (n, 1 + gauges + optional columns) of the counted rows: time, readings, optional columns.
 
@@ -259,6 +265,7 @@ def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap |
     column, fewer than two rows, a time that is no number or earlier than the one before, or equal times in all rows.
     """
     with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map) as file:
+        file.check_fits()
         rows = np.concatenate(list(file.blocks()))
     gauges = len(file.gauge_names)
     optional: dict[str, np.ndarray | None] = dict.fromkeys(TIME_OPTIONAL)

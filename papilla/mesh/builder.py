@@ -27,7 +27,12 @@ from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
-from papilla.model.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
+from papilla.core.outside import read_arrays
+from papilla.model.finger import DEFAULT_FINGER
+from papilla.model.finger import Dome
+from papilla.model.finger import Finger
+from papilla.model.finger import Layer
+from papilla.model.finger import Slab
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 
@@ -231,8 +236,8 @@ def tagged(mesh: LayeredMesh, body: Body) -> TaggedCells:
 @lru_cache(KEPT)
 def _shipped(kind: str, size_mm: float, variant: int, *, whole: bool = True) -> LayeredMesh:
     """A shipped mesh, or the quarter that its mirrors repeat."""
-    with np.load(path_of(kind, size_mm, variant), allow_pickle=False) as data:
-        return unpack(data if whole else {**data, "mirrors": np.array("")})
+    arrays = read_arrays(path_of(kind, size_mm, variant))
+    return unpack(arrays if whole else {**arrays, "mirrors": np.array("")})
 
 
 def _reference_finger(kind: str) -> Finger:

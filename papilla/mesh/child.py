@@ -14,10 +14,14 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.core.errors import FileAccessError, MeshError
+from papilla.core.errors import FileAccessError
+from papilla.core.errors import MeshError
+from papilla.core.errors import PapillaError
 from papilla.core.files import scratch
 from papilla.core.outside import reason
 from papilla.mesh import worker
+from papilla.core.outside import read_arrays
+from papilla.core.outside import read_bytes
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
 HEARTBEAT_S = 0.5
@@ -40,12 +44,31 @@ def tetrahedralise(
     """Points (n, 3) in mm and tetrahedra (m, 4) that fill nested closed surfaces.
 
     `soup` has the arrays that `papilla.mesh.worker` reads; `progress` gets a line of text about twice a second. Raises
-    what `run` raises, and `MeshError` if the mesher returns nothing.
+    what `run` and `cells_of` raise, and `MeshError` if the mesher returns nothing.
     """
-    made = run("the mesher", "tetrahedralise", soup, progress, timeout_s)
-    if len(made["tets"]) == 0:
+    points, tets = cells_of(run("the mesher", "tetrahedralise", soup, progress, timeout_s), "the mesher", "tets", 4)
+    if len(tets) == 0:
         raise MeshError("the mesher returned no tetrahedra")
-    return made["points"], made["tets"]
+    if not np.isfinite(points).all():
+        raise MeshError("the mesher returned a point that is not finite")
+    return points, tets
+
+
+def cells_of(
+    made: Mapping[str, np.ndarray], name: str, cells: str, corners: int, points: str = "points"
+) -> tuple[np.ndarray, np.ndarray]:
+    """Two arrays that a child made: `points` (n, 3), and whole numbers of points `cells` (m, corners).
+
+    Raises `MeshError`, which calls the child `name`, for anything else. Nothing is said about the values of points.
+    """
+    found, numbers = (np.asarray(made.get(key, np.empty(0, dtype=object))) for key in (points, cells))
+    if found.dtype.kind != "f" or found.ndim != 2 or found.shape[1] != 3:
+        raise MeshError(f"{name} returned {points} of shape {found.shape}, not numbers of shape (n, 3)")
+    if numbers.dtype.kind not in "iu" or numbers.ndim != 2 or numbers.shape[1] != corners:
+        raise MeshError(f"{name} returned {cells} of shape {numbers.shape}, not whole numbers of shape (m, {corners})")
+    if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(found):
+        raise MeshError(f"{name} returned {cells} with a corner that is not among its {len(found)} {points}")
+    return found.astype(float), numbers.astype(np.int64)
 
 
 def run(
@@ -73,10 +96,12 @@ def run(
             raise MeshError(f"{name} did not finish within {timeout_s:g} s and was stopped")
         if code != 0 or not target.exists():
             cause = f"signal {-code}" if code < 0 else f"exit code {code}"
-            lines = list(filter(None, map(str.strip, messages.read_text(errors="replace").splitlines())))
+            lines = list(filter(None, map(str.strip, read_bytes(messages).decode(errors="replace").splitlines())))
             raise MeshError(f"{name} failed ({cause}): {' / '.join(lines[-ERROR_LINES:]) or 'it left no message'}")
-        with np.load(target, allow_pickle=False) as data:
-            return dict(data)
+        try:
+            return read_arrays(target, f"what {name} returned")
+        except PapillaError as error:
+            raise MeshError(str(error)) from error
 
 
 def _start(folder: Path, job: str, log) -> subprocess.Popen:

@@ -1,16 +1,21 @@
 """The user's surface files: read, and refused with one clear line if they cannot be meshed; and files to start from."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from papilla.core import cache
-from papilla.core.errors import FileAccessError, FileFormatError, MeshError
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import MeshError
+from papilla.core.files import replacing
 from papilla.core.outside import reason
 from papilla.mesh.cells import compact, components, edges_of
-from papilla.mesh.child import run
+from papilla.mesh.child import cells_of, run
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Triangulation
+from papilla.core.outside import BINARY_BYTES
+from papilla.core.outside import read_bytes
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -31,7 +36,9 @@ RIM_POINTS = 72
 
 
 def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
-    """Outer, interface and bone surface from files, each strictly inside the one before; they may share a base plane.
+    """Outer, interface and bone surface from files, each strictly inside the one before.
+
+    The outer surface has a flat base. The others share its plane, or are clear of it.
 
     Raises `FileAccessError` (missing, unreadable) or `FileFormatError` (not a surface, open, non-manifold,
     self-intersecting, not in mm, no flat base, wrongly nested); the message names the file.
@@ -66,8 +73,7 @@ def read_closed(path: str) -> Triangulation:
     triangles = _outward(path, vertices, triangles)
     crossing = _first_crossing(vertices, triangles)
     if crossing is not None:
-        where = ", ".join(f"{value:.3g}" for value in crossing)
-        raise FileFormatError(f"{path}: the surface intersects itself near ({where}) mm")
+        raise FileFormatError(f"{path}: the surface intersects itself near {_at(crossing)}")
     return vertices, triangles
 
 
@@ -76,17 +82,14 @@ def _read(path: str) -> Triangulation:
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")
-    try:
-        content = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise FileAccessError(f"cannot read surface file {path!r}: {reason(error)}") from error
+    content = read_bytes(path, "surface file", BINARY_BYTES)
     given = {"content": np.frombuffer(content, dtype=np.uint8), "suffix": np.array(suffix)}
     try:
         key = cache.key("papilla.mesh.worker", content, suffix)
         found = cache.fetch("surface", key, lambda: run("the reader of surfaces", "read_surface", given))
+        vertices, triangles = cells_of(found, "the reader of surfaces", "triangles", 3, "vertices")
     except MeshError as error:
         raise FileFormatError(f"{path}: not a readable {suffix} file") from error
-    vertices, triangles = found["vertices"], found["triangles"]
     return _joined(vertices, triangles) if len(triangles) else (vertices, triangles)
 
 
@@ -127,21 +130,29 @@ def _outward(path: str, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarr
 
 def _first_crossing(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray | None:
     """A point (3,) where an edge passes through a triangle that it does not belong to, or None."""
+    edges = np.unique(np.sort(edges_of(triangles).reshape(-1, 2), axis=1), axis=0)
+    hits = _hits(vertices, triangles, vertices, edges)
+    return next((at for ends, cell, at in hits if not set(ends) & set(triangles[cell].tolist())), None)
+
+
+def _hits(
+    vertices: np.ndarray, triangles: np.ndarray, points: np.ndarray, edges: np.ndarray
+) -> Iterator[tuple[list[int], int, np.ndarray]]:
+    """Where edges (k, 2) of points (n, 3) pass through triangles: the edge's ends, the triangle, and the place (3,)."""
     from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
     from vtkmodules.vtkFiltersGeneral import vtkOBBTree
 
+    if not len(edges) or not len(triangles):
+        return
     tree = vtkOBBTree()
     tree.SetDataSet(_poly(vertices, triangles))
     tree.BuildLocator()
-    edges = np.unique(np.sort(edges_of(triangles).reshape(-1, 2), axis=1), axis=0)
     hits, cells = vtkPoints(), vtkIdList()
     hits.SetDataTypeToDouble()
-    for start, stop in edges.tolist():
-        tree.IntersectWithLine(vertices[start], vertices[stop], hits, cells)
+    for ends in edges.tolist():
+        tree.IntersectWithLine(points[ends[0]], points[ends[1]], hits, cells)
         for k in range(cells.GetNumberOfIds()):
-            if start not in (corners := triangles[cells.GetId(k)]) and stop not in corners:
-                return np.array(hits.GetPoint(k))
-    return None
+            yield ends, cells.GetId(k), np.array(hits.GetPoint(k))
 
 
 def _poly(vertices: np.ndarray, triangles: np.ndarray) -> "PolyData":
@@ -151,17 +162,68 @@ def _poly(vertices: np.ndarray, triangles: np.ndarray) -> "PolyData":
 
 
 def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, around: str, thinnest: float) -> None:
-    """Check that every part of `inner` lies inside `outer`, with a layer between them except at a common base plane."""
-    deepest = inner.vertices[:, 2].min()
-    if deepest < inner.base_z - inner.tolerance:
-        raise FileFormatError(f"{path}: reaches below the base of {around}, to z = {deepest:g} mm")
-    for surface, other, sign in ((inner, outer, -1), (outer, inner, 1)):
-        free = surface.vertices[surface.vertices[:, 2] > surface.base_z + surface.tolerance]
-        if np.any(sign * other.level(free) < thinnest):
-            raise FileFormatError(f"{path}: is not inside {around}, at least {thinnest:.2g} mm away from it everywhere")
-    rim = inner.vertices[inner.vertices[:, 2] <= inner.base_z + inner.tolerance]
-    if len(rim) and np.any(outer.level(rim) > outer.tolerance):
+    """Check that every part of `inner` lies inside `outer`, with a layer between them except at a common base plane.
+
+    `inner` may end in a flat base there, or be clear of the plane.
+    """
+    base_z, tolerance = inner.base_z, inner.tolerance
+    levels, inside_out = outer.level(inner.vertices), inner.level(outer.vertices)
+    free, around_free = (surface.vertices[:, 2] > base_z + tolerance for surface in (inner, outer))
+    not_inside = f"{path}: is not inside {around}"
+    if np.all(inside_out[around_free] < 0):
+        raise FileFormatError(f"{not_inside}, but around it: the order is outer, interface, bone")
+    if np.all(levels[free] > 0) and np.all(inside_out[around_free] > 0) and _apart(inner.vertices, outer.vertices):
+        raise FileFormatError(f"{not_inside}, but {levels[free].min():.3g} mm away from it")
+    lowest = inner.vertices[:, 2].min()
+    if lowest < base_z - tolerance:
+        raise FileFormatError(f"{path}: reaches below the base of the finger, z = {base_z:g} mm, to z = {lowest:g} mm")
+    for points, level, from_to in (
+        (inner.vertices[free], levels[free], "it reaches out"),
+        (outer.vertices[around_free], -inside_out[around_free], f"{around} reaches in"),
+    ):
+        worst = int(level.argmax())
+        if level[worst] > tolerance:
+            raise FileFormatError(f"{not_inside}: {from_to} by {level[worst]:.3g} mm at {_at(points[worst])}")
+        if level[worst] > -thinnest:
+            left = f"{abs(level[worst]):.2g} mm are left at {_at(points[worst])}"
+            raise FileFormatError(f"{not_inside}, at least {thinnest:.2g} mm away from it everywhere: {left}")
+    if np.any(levels[~free] > tolerance):
         raise FileFormatError(f"{path}: its base reaches beyond that of {around}")
+    crossing = _first_crossing_of(inner, levels, outer)
+    if crossing is None:
+        crossing = _first_crossing_of(outer, inside_out, inner)
+    if crossing is not None:
+        raise FileFormatError(f"{not_inside}: they cross near {_at(crossing)}")
+    standing = np.setdiff1d(np.flatnonzero(~free), inner.triangles[inner.in_base])
+    if len(standing):
+        raise FileFormatError(
+            f"{path}: touches the base of the finger, z = {base_z:g} mm, in a point or an edge at "
+            f"{_at(inner.vertices[standing[0]])}: let it end there in a flat base, or at least {thinnest:.2g} mm above"
+        )
+
+
+def _apart(points: np.ndarray, others: np.ndarray) -> bool:
+    """Whether the boxes around two sets of points do not overlap."""
+    return bool(np.any((points.min(axis=0) > others.max(axis=0)) | (others.min(axis=0) > points.max(axis=0))))
+
+
+def _first_crossing_of(surface: TriangleSurface, levels: np.ndarray, other: TriangleSurface) -> np.ndarray | None:
+    """A point (3,) where an edge of a surface passes through another, or None. What both have in the base plane is no
+    crossing.
+
+    levels : (n,) of the surface's vertices with respect to the other. An edge that is shorter than the sum of the
+    distances of its ends from the other surface does not reach it.
+    """
+    edges = np.unique(np.sort(edges_of(surface.triangles).reshape(-1, 2), axis=1), axis=0)
+    ends = surface.vertices[edges]
+    in_base = np.all(ends[:, :, 2] <= surface.base_z + surface.tolerance, axis=1)
+    reaching = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) >= np.abs(levels[edges]).sum(axis=1)
+    walls = other.triangles[~other.in_base]
+    return next((at for _, _, at in _hits(other.vertices, walls, surface.vertices, edges[reaching & ~in_base])), None)
+
+
+def _at(point: np.ndarray) -> str:
+    return f"({', '.join(f'{value:.3g}' for value in point)}) mm"
 
 
 def _by(extent: np.ndarray) -> str:
@@ -189,4 +251,5 @@ def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -
     )
     inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward, ::-1]
-    meshio.stl.write(path, meshio.Mesh(points, [("triangle", triangles)]), binary=True)
+    with replacing(path) as temporary:
+        meshio.stl.write(temporary, meshio.Mesh(points, [("triangle", triangles)]), binary=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from papilla.core import checks
+from papilla.core.errors import MeshError
 from papilla.core.short_repr import short_repr
 from papilla.mesh.cells import edges_of
 
@@ -154,7 +155,12 @@ class TriangleSurface:
         return _closest(self._poly, points)[1]
 
     def project_in_base(self, points: np.ndarray) -> np.ndarray:
-        """(n, 3) closest points of the rim of the flat base, with z of the base plane."""
+        """(n, 3) closest points of the rim of the flat base, with z of the base plane; raises `MeshError` for points of
+        a surface that is clear of this plane."""
+        if not len(points):
+            return np.empty((0, 3))
+        if not self.in_base.any():
+            raise MeshError("a layer above the base is thinner than its elements: use a smaller size")
         foot = _closest(self._rim, points)[1]
         foot[:, 2] = self.base_z
         return foot

@@ -1,7 +1,5 @@
 """The finger's TOML design file: its keys, types and defaults are those of `papilla.Finger` and its parts."""
 
-import json
-import math
 import os
 import re
 import reprlib
@@ -15,10 +13,10 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
-from papilla.core.files import write_text
-from papilla.core.outside import read_toml
-from papilla.model.materials import MATERIALS, Material
+from papilla.core.files import toml_lines, write_text
 from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Slab, Surfaces
+from papilla.model.materials import MATERIALS, Material
+from papilla.core.outside import read_toml
 
 Design = TypeVar("Design")
 
@@ -147,19 +145,19 @@ def write_design(finger: Any, path: Path) -> None:
     if finger.bench != Bench():
         of_bench = {"thickness_mm": finger.bench.thickness, "touch_down_mm": finger.bench.touch_down}
         tables["bench"] = of_bench | ({} if finger.bench.friction is None else {"friction": finger.bench.friction})
-    lines = _lines({"name": finger.name, "patch_radius_mm": finger.patch_radius})
+    lines = toml_lines({"name": finger.name, "patch_radius_mm": finger.patch_radius})
     for name, content in tables.items():
         if content is not None:
-            lines += ["", f"[{name}]", *_lines(content)]
+            lines += ["", f"[{name}]", *toml_lines(content)]
     for gauge in finger.gauges:
         given = {item.name: getattr(gauge, item.name) for item in fields(gauge)}
         changed = {item.name for item in fields(gauge) if given[item.name] != item.default}
-        lines += ["", "[[gauges]]", *_lines({key: value for key, value in given.items() if key in changed})]
+        lines += ["", "[[gauges]]", *toml_lines({key: value for key, value in given.items() if key in changed})]
     if finger.identified is not None:
         lines += [
             "",
             "[identified]",
-            *_lines({one.name: getattr(finger.identified, one.name) for one in fields(Identified)}),
+            *toml_lines({one.name: getattr(finger.identified, one.name) for one in fields(Identified)}),
         ]
     write_text(path, "\n".join(lines) + "\n")
 
@@ -174,20 +172,3 @@ def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
         names = {key: f"{key}_MPa" if key in layer.material.in_MPa else key for key in card if key != "kind"}
         found["material"] = {"model": card["kind"]} | {name: card[key] for key, name in names.items()}
     return found
-
-
-def _lines(content: dict[str, Any]) -> list[str]:
-    return [f"{key} = {_toml(value)}" for key, value in content.items()]
-
-
-def _toml(value: Any) -> str:
-    """A value as TOML writes it; a list of lists has a line each."""
-    if isinstance(value, dict):
-        return "{ " + ", ".join(_lines(value)) + " }"
-    if isinstance(value, list | tuple):
-        rows, nested = [_toml(one) for one in value], any(isinstance(one, tuple) for one in value)
-        return "[\n  " + ",\n  ".join(rows) + ",\n]" if nested else f"[{', '.join(rows)}]"
-    if value == math.inf:
-        return "inf"
-    # JSON writes text, booleans and finite numbers like TOML, except for DEL
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -14,9 +14,10 @@ from functools import cached_property
 from pathlib import Path
 
 from papilla.core import checks
-from papilla.core.errors import FileAccessError, InputError
-from papilla.core.short_repr import html_table
+from papilla.core.errors import InputError
 from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
+from papilla.core.outside import BINARY_BYTES, read_bytes
+from papilla.core.short_repr import html_table
 
 __all__ = [
     "Bench", "DEFAULT_FINGER", "Dome", "Finger", "Gauge", "Identified", "Layer", "Ridges", "SHIPPED_FINGERS", "Shape",
@@ -179,10 +180,7 @@ def _digest(value: dict) -> str:
 
 
 def _file_digest(path: str) -> str:
-    try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError as error:
-        raise FileAccessError(f"cannot read surface file {path}: {error.strerror}") from error
+    return hashlib.sha256(read_bytes(path, "surface file", BINARY_BYTES)).hexdigest()
 
 
 def _check_site(gauge: Gauge, shape: Shape) -> None:

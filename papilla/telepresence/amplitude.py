@@ -1,11 +1,10 @@
 """The amplitude of a displayed component: from the amplitude that the sensor measured, or from g_A of its
 wavelength."""
 
-import json
 import math
+import reprlib
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,8 +12,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from papilla.core import checks
-from papilla.core.errors import FileFormatError, InputError
-from papilla.core.outside import read_bytes
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import InputError
+from papilla.core.outside import json_value
+from papilla.core.outside import read_text
+from papilla.core.outside import shipped
 from papilla.core.tables import TableReader
 from papilla.telepresence.actuator import PIEZO
 
@@ -165,7 +167,7 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     found = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
     try:
         if found["schema"] != SCHEMA:
-            raise InputError(f"schema must be {SCHEMA}, got {found['schema']!r}")
+            raise InputError(f"schema must be {SCHEMA}, got {reprlib.repr(found['schema'])}")
         wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in COLUMNS)
         curve = PowerCurve(wavelength, power, str(found.get("source", "")))
         _ = curve.fit
@@ -183,8 +185,5 @@ def _table(path: Path) -> dict[str, Any]:
 
 def _document(name: str | PathLike, path: str | PathLike | None) -> Any:
     """The content of a JSON file, or of the one that ships."""
-    content = read_bytes(path or str(files("papilla") / "data" / "amplitude_curve.json"))
-    try:
-        return json.loads(content)
-    except ValueError as error:
-        raise FileFormatError(f"{name}: not an amplitude curve: {error}") from error
+    content = read_text(path) if path else shipped("papilla", "data", "amplitude_curve.json")
+    return json_value(content, str(name), "curve of amplitudes")

@@ -1,8 +1,9 @@
 """Accepts messages that are authentic, well-formed, new, and from the peer's present run; counts and drops all others.
 
-Each run of a process is a session with a random number. A session is accepted after it echoes a number that we sent in
-the last seconds. A recorded or forged datagram cannot do that, with or without a key. A restarted peer is therefore
-accepted after one round trip, and the clocks need not agree.
+Each run of a process is a session with a random number. The numbers that we send are challenges: a session is accepted
+when it echoes one that we sent after that session first appeared here, at most 5 s ago. What was recorded of a session
+before it appeared cannot echo such a number, also if the session was known and is forgotten. A session that another one
+replaced is not accepted again. So a restarted peer is accepted after one round trip, and clocks need not agree.
 """
 
 import hmac
@@ -29,6 +30,8 @@ UNEVEN_NS, CONTRADICTIONS = 5_000_000, 3
 meanwhile; and number of consecutive contradictions after which the peer's clock counts as having jumped."""
 SHORTEST_TRIPS = 64
 """Number of round trips of which the shortest gives the offset of the clocks."""
+MOST_APPLICANTS, MOST_REPLACED = 16, 64
+"""Most sessions that wait to be accepted, and most replaced ones, that are remembered: a flood takes no more memory."""
 
 
 @dataclass(eq=False)
@@ -97,6 +100,16 @@ class Received(NamedTuple):
     age_ns: float
 
 
+class Applicant(NamedTuple):
+    """A session that waits to be accepted. after_ns : our last number when it first appeared. header, at_ns : of its
+    last message, and the time of arrival. hears_us : whether it has echoed a number of ours within 5 s."""
+
+    after_ns: int
+    header: Header
+    at_ns: int
+    hears_us: bool
+
+
 class Gate:
     """Makes headers of outgoing messages, and checks incoming ones. It has no sockets; `udp.Endpoint` has them.
 
@@ -110,17 +123,33 @@ class Gate:
         self._key, self.session = key, secrets.randbits(SESSION_BITS) + 1
         self.counts, self.offset = Counts(), Offset()
         self._sequence = self._newest = 0
+        self._sent_ns = -1
         self._peer: tuple[Header, int] | None = None
-        self._candidate: tuple[Header, int] | None = None
+        self._applicants: dict[int, Applicant] = {}
+        self._replaced: deque[int] = deque(maxlen=MOST_REPLACED)
 
     def header(self, now_ns: int) -> Header:
-        """The header of the next message; it echoes the peer or, before a session is accepted, the candidate."""
+        """The header of the next message; it echoes the peer or, before one is accepted, the applicants in turn."""
         self._sequence += 1
+        # Numbers rise also if the clock does not: the order of numbers is what proves a session.
+        self._sent_ns = max(now_ns, self._sent_ns + 1)
         echo = (0, 0, 0)
-        if (last := self._peer or self._candidate) is not None:
+        if (last := self._peer or self._next_applicant()) is not None:
             received, at_ns = last
-            echo = (received.session, received.sent_ns, max(0, now_ns - at_ns))
-        return Header(VERSION, self.session, self._sequence, now_ns, *echo)
+            echo = (received.session, received.sent_ns, max(0, self._sent_ns - at_ns))
+        return Header(VERSION, self.session, self._sequence, self._sent_ns, *echo)
+
+    def _next_applicant(self) -> tuple[Header, int] | None:
+        """The last message of the applicant whose turn it is, and its time of arrival."""
+        waiting = self._applicants
+        if not waiting:
+            return None
+        session = next(iter(waiting))
+        applicant = waiting.pop(session)
+        # If all places are taken, one that does not hear us gives its place up: recordings do not keep others out.
+        if applicant.hears_us or len(waiting) < MOST_APPLICANTS - 1:
+            waiting[session] = applicant
+        return applicant.header, applicant.at_ns
 
     def seal(self, data: bytes) -> bytes:
         """The datagram of an encoded message."""
@@ -155,25 +184,51 @@ class Gate:
         """Accept a decoded message or count the reason against it: its session must be proven by an echo, its number
         new."""
         header, counts = message.header, self.counts
-        proven = header.echo_session == self.session and 0 <= now_ns - header.echo_ns <= FRESH_NS
         # Our own message, sent back to us.
         if header.session == self.session:
             counts.forged += 1
             return None
         if self._peer is None or header.session != self._peer[0].session:
-            # An unknown session: answer it by an echo in our next header, and wait for its proof.
-            if not proven:
-                self._candidate = header, now_ns
+            if not self._proves(header, now_ns):
                 counts.unproven += 1
                 return None
-            self._newest, self.offset = 0, Offset()
+            self._replace_peer()
         if header.sequence <= self._newest:
             counts.old += 1
             return None
         self._peer, self._newest = (header, now_ns), header.sequence
-        if proven:
+        if self._echoes(header, now_ns):
             # Time that the message spent on the wires: without the time for which the peer held our echo.
             trip = now_ns - header.echo_ns - header.held_ns
             self.offset.learn(trip, header.sent_ns - now_ns + trip // 2)
         counts.accepted += 1
         return Received(message, now_ns, header.sent_ns, now_ns + self.offset.offset_ns - header.sent_ns)
+
+    def _echoes(self, header: Header, now_ns: int) -> bool:
+        """Whether a message echoes a number that we sent in the last seconds."""
+        return header.echo_session == self.session and now_ns - FRESH_NS <= header.echo_ns <= self._sent_ns
+
+    def _proves(self, header: Header, now_ns: int) -> bool:
+        """Whether a message of another session than the peer's proves that its sender runs now; else the session is an
+        applicant."""
+        if header.session in self._replaced:
+            return False
+        waiting, hears_us = self._applicants, self._echoes(header, now_ns)
+        known = waiting.get(header.session)
+        after_ns = self._sent_ns if known is None else known.after_ns
+        if hears_us and header.echo_ns > after_ns:
+            return True
+        hears_us = hears_us or known is not None and known.hears_us
+        # With a key, whoever hears us ran in the last seconds, so these are few; recordings only get free places.
+        if hears_us or known is not None or len(waiting) < MOST_APPLICANTS:
+            waiting[header.session] = Applicant(after_ns, header, now_ns, hears_us)
+        if len(waiting) > MOST_APPLICANTS:
+            del waiting[next(iter(waiting))]
+        return False
+
+    def _replace_peer(self) -> None:
+        """Begin with a new session."""
+        if self._peer is not None:
+            self._replaced.append(self._peer[0].session)
+        self._applicants.clear()
+        self._newest, self.offset = 0, Offset()

@@ -5,12 +5,14 @@ cannot be decoded. Numbers are bounded, so they are finite; a missing value is n
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct
 
+from papilla.core.outside import message_decoder
 from papilla.core.status import Named
 
 
@@ -172,14 +174,10 @@ Message = Parameters | HandReading | Samples
 _Any = TypeVar("_Any", bound=Quantity)
 
 _encoder = msgspec.msgpack.Encoder()
-_decoder = msgspec.msgpack.Decoder(Message)
 encode = _encoder.encode
 """The bytes of a message."""
-
-
-def decode(data: bytes) -> Message:
-    """The message in these bytes; raises `msgspec.MsgspecError`, or another ValueError, for anything else."""
-    return _decoder.decode(data)
+decode: Callable[[bytes], Message] = message_decoder(Message, MAX_BYTES)
+"""The message in these bytes; raises `msgspec.MsgspecError`, another ValueError or RecursionError for anything else."""
 
 
 def quantity(kind: type[_Any], value: float, sigma: float = math.nan, trust: Trust = Trust.OK) -> _Any:

@@ -2,11 +2,11 @@
 network."""
 
 import json
-from importlib.resources import files
 from os import PathLike
 from typing import Any
 
 from papilla.core.files import write_text
+from papilla.core.outside import shipped
 from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Safety
 from papilla.telepresence.local_model import RAMP_S
 from papilla.telepresence.motion import FASTEST_MM_S, WANDER_HZ, Motion
@@ -59,7 +59,6 @@ def settings(
 
 def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
     """Write the page with these initial `settings`; raises `FileAccessError`."""
-    here = files("papilla")
-    text = (here / "telepresence" / "templates" / "page.html").read_text(encoding="utf-8")
-    text = text.replace(STYLE, (here / "data" / "page.css").read_text(encoding="utf-8"))
+    text = shipped("papilla", "telepresence", "templates", "page.html")
+    text = text.replace(STYLE, shipped("papilla", "data", "page.css"))
     write_text(path, text.replace(MARK, json.dumps(begin).replace("</", "<\\/")))

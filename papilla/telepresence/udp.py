@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from typing import NamedTuple, Self
 
+from papilla.core import outside
 from papilla.core.errors import FileAccessError, InputError
 from papilla.telepresence.gate import Gate, Received
 from papilla.telepresence.messages import MAX_BYTES, Header, Message, encode
@@ -36,10 +37,11 @@ class Endpoint:
 
     Parameters
     ----------
-    listen, peer : our address, and the only address from which datagrams are accepted. key : see `Gate`.
-    clock : in ns, never decreasing.
+    listen, peer : our address, and the only address from which datagrams are accepted. key : see `Gate`; without one
+    both addresses must be of this machine. clock : in ns, never decreasing.
 
-    Raises `FileAccessError` if the address cannot be used, `InputError` for an unknown host.
+    Raises `FileAccessError` if the address cannot be used, `InputError` for an unknown host, or for one of another
+    machine without a key.
     """
 
     def __init__(
@@ -52,13 +54,16 @@ class Endpoint:
         except (OSError, UnicodeError) as error:
             raise InputError(f"cannot find {peer} or {listen}: {getattr(error, 'strerror', None) or error}") from error
         self._peer: tuple = there
-        self._socket = socket.socket(family, socket.SOCK_DGRAM)
+        self.leaves_machine = not outside.is_this_machine(there)
+        if key is None and self.leaves_machine:
+            raise InputError(
+                f"the peer {peer} is another machine, which needs a key (--key-file): without one, anybody on the way "
+                "can send messages; 127.0.0.1 needs none"
+            )
         try:
-            self._socket.bind(own)
+            self._socket = outside.datagram_socket(family, own, keyed=key is not None)
         except OSError as error:
-            self._socket.close()
-            raise FileAccessError(f"cannot listen at {listen}: {error.strerror or error}") from error
-        self._socket.setblocking(False)
+            raise FileAccessError(f"cannot listen at {listen}: {outside.reason(error)}") from error
         self.sent = self.unsent = self.bytes_sent = 0
 
     def __enter__(self) -> Self:

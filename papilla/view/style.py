@@ -21,10 +21,11 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLoca
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.files import replacing
+from papilla.core.outside import shipped
 from papilla.model.specimen import friction_words
 
 _SHEET = Path(__file__).parents[1] / "data" / "papilla.mplstyle"
-SHEET = _SHEET.read_text(encoding="utf-8")
+SHEET = shipped("papilla", "data", _SHEET.name)
 """The style sheet of all pictures, for the keys of pictures in the cache."""
 _STYLE = matplotlib.rc_params_from_file(_SHEET, use_default_template=False)
 INK, MUTED, FAINT = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.color"))

@@ -2,20 +2,19 @@
 
 import inspect
 import math
-import tomllib
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from papilla.core import cache
 from papilla.core.errors import PapillaError
-from papilla.core.units import PER_CENT
+from papilla.core.outside import shipped, toml
 from papilla.verify.case import Case, Interval, Verdict
 from papilla_papers.claims.scenes import scenes
+from papilla.core.units import PER_CENT
 
 EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
 """Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the
@@ -91,8 +90,7 @@ class Claim:
 
 def read_claims() -> tuple[Claim, ...]:
     """Every claim, paper by paper."""
-    text = (files("papilla_papers.claims") / "claims.toml").read_text(encoding="utf-8")
-    papers = tomllib.loads(text).items()
+    papers = toml(shipped("papilla_papers.claims", "claims.toml"), "claims.toml").items()
     return tuple(Claim.from_table(key, paper, table) for paper, own in papers for key, table in own.items())
 
 

@@ -12,6 +12,9 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
+from papilla.errors import FileFormatError
+from papilla.outside import DOCUMENT_BYTES, message_decoder
+
 MOST_ROWS, MOST_CELLS = 1000, 50
 """Largest number of points in the CSV, of a curve and of a map along each axis; pictures show all points."""
 
@@ -106,8 +109,11 @@ class Picture:
 
     @classmethod
     def unpacked(cls, content: np.ndarray) -> "Picture":
-        """The picture in such bytes."""
-        return msgspec.msgpack.decode(content.tobytes(), type=cls, dec_hook=_array)
+        """The picture in such bytes; raises `FileFormatError` for other bytes."""
+        try:
+            return message_decoder(cls, DOCUMENT_BYTES, _array)(content.tobytes())
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            raise FileFormatError(f"these bytes are no picture, or are damaged ({error})") from error
 
 
 def _plain(value: np.ndarray | np.generic) -> Any:

@@ -310,12 +310,10 @@ OF_SD = ("softness", "surface", "uncertainty")
             lambda d: put(d, "high", "softness", "forward", "rms"),
             "softness.forward.rms must be a valid number, got 'high'",
         ),
-        (
-            lambda d: put(d, math.nan, "softness", "forward", "rms"),
-            "softness.forward.rms must be a finite number, got nan",
-        ),
+        (lambda d: put(d, math.nan, "softness", "forward", "rms"), "not valid JSON .NaN is no number"),
         (lambda d: put(d, True, "softness", "forward", "max"), "must be a valid number, got True"),
-        (lambda d: put(d, 10**400, "softness", "forward", "max"), "softness.forward.max must be a valid number"),
+        (lambda d: put(d, 10**400, "softness", "forward", "max"), "not valid JSON .10{39}.* is too long for a number"),
+        (lambda d: put(d, 10**399, "softness", "forward", "max"), "must be a"),
         (lambda d: put(d, [1, 2], "softness", "inverse", "coefficients"), "coefficients must be a list of 4 finite"),
         (lambda d: put(d, ["E"], "softness", "forward", "terms"), "softness.forward.terms must be"),
         (lambda d: put(d, 0, "softness", "inverse", "branch"), "softness.inverse.branch must be -1 or 1, got 0"),
@@ -426,7 +424,7 @@ def test_truncated_foreign_and_missing_files_are_refused(tmp_path):
         with pytest.raises(FileFormatError, match="cut short"):
             Calibration.load(path)
     path.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(FileFormatError, match="is not a calibration"):
+    with pytest.raises(FileFormatError, match="c.json is not a text file in UTF-8"):
         Calibration.load(path)
     path.write_text("[1, 2]")
     with pytest.raises(FileFormatError, match="the schema is None"):

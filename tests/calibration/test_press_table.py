@@ -5,9 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
+from papilla.calibration import DEFAULT_FORCES
+from papilla.calibration import DEFAULT_MODULI
+from papilla.calibration import Sweep
+from papilla.calibration import sweep
 from papilla.calibration.fitting import sweep as press_table
-from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.errors import ContactRangeError
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import InputError
 from papilla.core.tables import TableReader
 from papilla.fem.pressing import fidelity
 from papilla.logs import read_presses
@@ -129,6 +134,17 @@ def test_arrays_there_and_back(made_up):
 
 def test_the_repr_is_short(made_up):
     assert repr(made_up) == "<Sweep of made up: 900 presses, 0.05-1 N, 0.02-5 MPa>"
+
+
+@pytest.mark.parametrize("name", ["others", "force_N", "reading", "resolved"])
+def test_arrays_that_do_not_fit_together_are_refused(made_up, name):
+    arrays = made_up.to_arrays()
+    for spoilt in (
+        {key: array for key, array in arrays.items() if key != name},
+        arrays | {name: np.array("{}") if name == "others" else arrays[name][:-1]},
+    ):
+        with pytest.raises(FileFormatError, match=f"a sweep.*({name}|status)"):
+            Sweep.from_arrays(spoilt)
 
 
 @pytest.mark.parametrize(

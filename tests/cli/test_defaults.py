@@ -20,7 +20,7 @@ DEFAULTS = {
     "estimate": {"--softness": "gauges"},
     "view": {"--specimen": "block", "what": "strain", "--at": (0.0, 0.0)},
     "export-c": {"--real": "double"},
-    "design": {"--out": "study", "--resume": False, "--explain": False},
+    "design": {"--out": "study", "--resume": False, "--explain": False, "--insecure": False},
     "doctor": {"--clean": False},
     "verify": {},
     "bench": {"--short": False, "--estimators": False},

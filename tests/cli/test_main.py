@@ -115,24 +115,44 @@ def run(*arguments, **options) -> subprocess.CompletedProcess:
     return subprocess.run([sys.executable, "-m", "papilla", *map(str, arguments)], **options)
 
 
+def in_shell(line, folder):
+    """The command line in a process of its own, with streams as a POSIX shell sets them up."""
+    command = ["sh", "-c", f"{shlex.quote(sys.executable)} -m papilla {line}"]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="streams of a POSIX shell")
-@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-"])
-def test_closed_streams_are_no_error(closed):
-    line = f"{shlex.quote(sys.executable)} -m papilla {{}} {closed}"
-    for arguments, code in (("--version", 0), ("dance", 2)):
-        done = subprocess.run(["sh", "-c", line.format(arguments)], capture_output=True, text=True)
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_streams_are_an_error_only_for_an_answer_that_they_should_take(tmp_path, closed):
+    for arguments, code in (("--version", 2 if ">&-" in closed.replace("2>&-", "") else 0), ("dance", 2)):
+        done = in_shell(f"{arguments} {closed}", tmp_path)
         assert done.returncode == code, done.stderr
-        assert "Traceback" not in done.stderr
+        assert len(done.stderr.splitlines()) == (code == 2 and "2>&-" not in closed), done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
+@pytest.mark.parametrize("lost", [">&-", "> /dev/full"])
+@pytest.mark.parametrize("asked", ["--out -", "--out e.csv --json", "--out e.csv"])
+def test_an_answer_that_standard_output_does_not_take_is_one_line(tmp_path, asked, lost):
+    (tmp_path / "log.csv").write_text("t_s,g1\n" + "".join(f"{k / 1e3},{k % 7}\n" for k in range(300)))
+    done = in_shell(f"estimate log.csv {asked} {lost}", tmp_path)
+    assert done.returncode == 2 and done.stdout == ""
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("papilla:")]
+    assert ("standard output is closed" if lost == ">&-" else "No space left on device") in line
+    assert "Traceback" not in done.stderr and "Exception ignored" not in done.stderr
 
 
 @pytest.mark.skipif(os.name != "posix", reason="streams of a POSIX shell")
 def test_a_closed_stdout_does_not_lead_into_a_file(tmp_path):
     """The first file that is opened would get the number of stdout, and what is printed would go into it."""
-    code = "import os; from papilla.cli.main import _open_what_is_closed as mend; mend(); print('x', flush=True)\n"
-    code += "opened = os.open('first', os.O_CREAT | os.O_WRONLY); assert opened > 2; os.write(1, b'stray')"
-    subprocess.run(["sh", "-c", f'{shlex.quote(sys.executable)} -c "{code}" >&-'], cwd=tmp_path, check=True)
-    assert (tmp_path / "first").read_bytes() == b""
+    (tmp_path / "log.csv").write_text("t_s,g1\n0,1\n1,2\n")
+    written = {}
+    for lost in ("", ">&-"):
+        in_shell(f"log map log.csv --out map.toml {lost}", tmp_path)
+        written[lost] = (tmp_path / "map.toml").read_bytes()
+    assert written[">&-"] == written[""]
 
 
 @pytest.mark.slow

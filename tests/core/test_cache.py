@@ -1,12 +1,16 @@
 """The cache: keyed by code and values, kept, locked, checked, rebuilt; done without where it cannot be used."""
 
 import errno
+import hashlib
+import hmac
 import inspect
-import io
 import os
 import shutil
 import stat
+import subprocess
+import sys
 import threading
+import warnings
 from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
@@ -34,6 +38,7 @@ from papilla.view import pictures
 from papilla.view.strain_field import strain_figure
 
 ROOT = Path(papilla.__file__).parents[1]
+NO_OWNERS = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owners and rights here")
 
 
 @pytest.fixture(autouse=True)
@@ -262,12 +267,94 @@ def test_damaged_entry_is_noticed_and_made_again(damage):
     assert make.calls == 2
 
 
-def test_what_is_sealed_and_holds_no_arrays_is_damaged():
-    body = b"no arrays"
-    cache._make_folders(cache.entry("thing", "a"))
-    cache.entry("thing", "a").write_bytes(cache._seal("thing", "a", body) + body)
-    with pytest.warns(RuntimeWarning, match="damaged"):
-        assert cache.fetch("thing", "a", Maker())["field"].shape == (3, 2)
+def resealed(path, entry="thing a"):
+    """Seal what is in an entry again, as anybody can without the user's secret."""
+    body = path.read_bytes().partition(b"\n")[2]
+    line = f"{entry}\n".encode() + body
+    for seal in (hashlib.sha256(line), hmac.new(bytes(32), line, "sha256"), hmac.new(b"", line, "sha256")):
+        for name in ("", path.read_bytes()[:17].decode(), "0" * 16 + " "):
+            yield name.encode() + seal.hexdigest().encode() + b"\n" + body
+
+
+@pytest.mark.parametrize("guess", range(9))
+def test_an_entry_that_was_edited_and_sealed_again_never_answers(guess):
+    cache.keep("thing", "a", Maker(666.0)())
+    path = cache.entry("thing", "a")
+    path.write_bytes([*resealed(path)][guess])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert cache.find("thing", "a", report=True) is None
+        assert cache.fetch("thing", "a", Maker(1.0))["field"][0, 0] == 1.0
+    assert cache.find("thing", "a")["field"][0, 0] == 1.0, "the entry was replaced"
+
+
+def test_a_folder_that_somebody_else_made_never_answers(tmp_path, monkeypatch):
+    """Its entries are computed again without a word, and replaced."""
+    mine = os.environ["XDG_DATA_HOME"]
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "theirs"))
+    cache.keep("thing", "a", Maker(666.0)())
+    monkeypatch.setenv("XDG_DATA_HOME", mine)
+    assert cache.find("thing", "a", report=True) is None
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 1.0
+    assert cache.find("thing", "a")["field"][0, 0] == 1.0
+
+
+def test_an_entry_of_an_older_papilla_is_computed_again_without_a_word():
+    cache.keep("thing", "a", Maker(666.0)())
+    path = cache.entry("thing", "a")
+    path.write_bytes(next(resealed(path)))  # Its seal had no key
+    assert cache.fetch("thing", "a", Maker())["field"][0, 0] == 1.0
+
+
+MAKES_A_SECRET = "from papilla import cache; cache.keep('thing', '{}', {{'n': __import__('numpy').ones(1)}})"
+
+
+@pytest.mark.slow
+def test_processes_that_start_together_make_one_secret(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "new"))
+    started = [subprocess.Popen([sys.executable, "-c", MAKES_A_SECRET.format(key)]) for key in "abcdef"]
+    assert [process.wait() for process in started] == [0] * 6
+    assert all(cache.find("thing", key) is not None for key in "abcdef")
+    assert len(cache.secret_file().read_bytes()) == 32
+
+
+@NO_OWNERS
+def test_the_secret_is_the_users_alone(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    assert cache.usable()
+    path = cache.secret_file()
+    assert tmp_path / "data" in path.parents and path.stat().st_mode & 0o077 == 0
+    assert path.parent.stat().st_mode & 0o077 == 0
+    assert cache.folder() not in path.parents, "a copied cache folder brings no secret"
+
+
+@pytest.fixture
+def no_secret(tmp_path, monkeypatch, request):
+    """A data folder in which there is no secret that can be used."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    path = cache.secret_file()
+    path.parent.mkdir(parents=True)
+    if request.param == "folder":
+        path.parent.rmdir()
+        path.parent.write_text("in the way")
+    elif request.param == "readable":
+        path.write_bytes(bytes(32))
+        path.chmod(0o644)
+    else:
+        path.touch(0o600)
+        path.write_bytes({"short": bytes(31), "long": bytes(33), "empty": b""}[request.param])
+
+
+@NO_OWNERS
+@pytest.mark.parametrize("no_secret", ["folder", "readable", "short", "long", "empty"], indirect=True)
+def test_without_a_secret_the_cache_is_done_without_and_said_once(no_secret):
+    make = Maker()
+    with pytest.warns(RuntimeWarning, match=r"no secret to seal its entries.*going on without it") as said:
+        for _ in range(3):
+            assert cache.fetch("thing", "a", make)["field"][0, 0] == 1.0
+    assert make.calls == 3 and len(said) == 1 and "\n" not in str(said[0].message)
+    assert not cache.usable()
+    assert not cache.entries()
 
 
 def test_failed_make_leaves_nothing():
@@ -349,16 +436,10 @@ def test_a_folder_that_cannot_be_is_done_without_and_said_once(tmp_path, monkeyp
     assert make.calls == 3 and len(said) == 1 and "\n" not in str(said[0].message)
 
 
-NO_OWNERS = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owners and rights here")
-
-
 def plant(value):
     """The entry of another value, sealed as papilla seals it."""
     cache.fetch("thing", "a", Maker())
-    planted = io.BytesIO()
-    np.savez(planted, **Maker(value)())
-    body = planted.getvalue()
-    cache.entry("thing", "a").write_bytes(cache._seal("thing", "a", body) + body)
+    cache.keep("thing", "a", Maker(value)())
 
 
 @NO_OWNERS

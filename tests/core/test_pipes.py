@@ -12,6 +12,7 @@ from papilla.core.errors import FileFormatError
 from papilla.core.pipes import LiveText
 from papilla.core.tables import Table
 from papilla.logs import TimeLogFile, time_log
+from papilla.rows import Table
 
 
 def rows(count: int) -> list[str]:

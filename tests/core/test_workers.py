@@ -1,10 +1,15 @@
 """Functions in other processes: what they give, raise and say."""
 
 import os
+import signal
+import time
+from concurrent.futures import BrokenExecutor
 
 import pytest
 from killed_client import worker_ends_with
 
+from papilla.core.errors import WorkerKilledError
+from papilla.processes import TRIES, Processes, one_thread_each
 from papilla.core.workers import counted, workers
 
 
@@ -60,6 +65,42 @@ if __name__ == "__main__":
         print(start(name)(), flush=True)
         time.sleep(600)
 """
+
+
+def killed_at_first(marker, times):
+    """Ends as the system ends a process when memory runs out, the first times."""
+    with open(marker, "a+") as file:
+        file.write("x")
+        file.seek(0)
+        began = len(file.read())
+    if began <= times:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return began
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeypatch, fresh):
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
+    pool = Processes(2, fresh=fresh)
+    with one_thread_each(), pool:
+        killed = pool.submit(killed_at_first, tmp_path / "a", 2)
+        others = [pool.submit(divmod, number, 2) for number in range(6)]
+        assert killed.result() == 3 and [one.result() for one in others] == [divmod(number, 2) for number in range(6)]
+        hopeless = pool.submit(killed_at_first, tmp_path / "b", 99)
+        with pytest.raises(WorkerKilledError, match=f"killed {TRIES} times"):
+            hopeless.result()
+        assert (tmp_path / "b").read_text() == "x" * TRIES
+        assert pool.submit(divmod, 7, 2).result() == (3, 1)
+
+
+def test_a_stopped_pool_waits_for_no_job(tmp_path):
+    pool = Processes(1)
+    with one_thread_each(), pool:
+        pool.submit(divmod, 7, 2).result()
+        long = pool.submit(time.sleep, 600)
+        pool.kill()
+        with pytest.raises(BrokenExecutor):
+            long.result()
 
 
 def test_workers_end_with_a_program_that_is_killed(tmp_path):

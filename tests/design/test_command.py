@@ -8,6 +8,7 @@ import pytest
 from papilla.cli import main
 from papilla.cli.options import PROCESSES
 from papilla.design import running
+from papilla.design.cluster import Scheduler
 from papilla.design.running import price
 from papilla.design.study import read_study
 from papilla.model.finger import Gauge
@@ -34,7 +35,7 @@ def test_a_study_as_json_and_as_text(papilla, study_file, tmp_path):
     code, out, _ = papilla(study_file(), "--out", tmp_path / "a", "--json")
     found = json.loads(out)
     assert code == 0 and found["designs"] == 12 and found["objectives"] == ["sigma_sd", "signal_over_noise"]
-    assert set(found["best"][0]) == {"design", "finger", "free", "objectives"}
+    assert set(found["best"][0]) == {"design", "finger", "finger_sha256", "free", "objectives"}
     code, out, said = papilla(study_file(), "--out", tmp_path / "b")
     assert code == 0 and "finger_1.toml" in out and "12 of 12" in said
 
@@ -44,6 +45,18 @@ def test_a_study_as_json_and_as_text(papilla, study_file, tmp_path):
     [
         (["--workers", "0"], "--workers must be from 1"),
         (["--workers", "1", "--scheduler", "tcp://host:1"], "not both"),
+        (["--scheduler", "tcp://host:1"], "tcp://host:1 is open: whoever reaches it runs code as you"),
+        (["--scheduler", "host:1"], "host:1 is open: whoever reaches it runs code as you"),
+        (["--scheduler", "tls://host:1"], "needs --tls-ca, --tls-cert and --tls-key"),
+        (["--scheduler", "tls://host:1", "--insecure"], "give one of them"),
+        (
+            ["--scheduler", "tcp://host:1", "--insecure", "--tls-ca", "ca.pem"],
+            "need an address that begins with tls://",
+        ),
+        (["--scheduler", "ucx://host:1", "--insecure"], "must be an address that begins with tls://, got ucx://host:1"),
+        (["--scheduler", "tcp://host\n:1", "--insecure"], "must be an address such as tls://host:8786"),
+        (["--insecure"], "are for --scheduler"),
+        (["--tls-key", "key.pem"], "are for --scheduler"),
         (["--place", "9"], "--place must be from 1 to 8"),
     ],
 )
@@ -146,12 +159,12 @@ def test_the_options_of_a_study_reach_it_and_its_results_the_table(papilla, stud
     assert "finger_1.toml 0.1235 2 0.25 1235" in rows and "finger_2.toml 0.2 3 0.5 10" in rows
     assert rows[-1].startswith("12 designs in ") and rows[-1].endswith(" s: p.html")
     result["best"] = []
-    _, out, _ = papilla(study_file(), "--scheduler", "tcp://host:1")
+    _, out, _ = papilla(study_file(), "--scheduler", "tcp://host:1", "--insecure")
     assert out.count("\n") == 3 and str(asked[1][0]) == "study"
     assert (asked[1][1]["resume"], asked[1][1]["workers"], asked[1][1]["scheduler"]) == (
         False,
         PROCESSES,
-        "tcp://host:1",
+        Scheduler("tcp://host:1", insecure=True),
     )
     code, _, said = papilla(study_file(), "--place", 0)
     assert code == 2 and "--place must be from 1 to 8, got 0" in said

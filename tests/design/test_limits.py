@@ -9,7 +9,10 @@ import pytest
 
 from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.core.errors import InputError
-from papilla.design import confirming, influence, scene
+from papilla.design import confirming
+from papilla.design import influence
+from papilla.design import sampling
+from papilla.design import scene
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene
@@ -48,15 +51,56 @@ SPREAD = "{ low = 20.0, high = 50.0 }"
         ("[sampler]", "[scene]\nsamples = 0\n[sampler]", True),
         ("designs = 12", "designs = 10000000", False),
         ("designs = 12", "designs = 10000001", True),
+        ("designs = 12", "designs = 1" + 300 * "0", True),
+        ("designs = 12", "designs = 12\nseed = 4294967295", False),
+        ("designs = 12", "designs = 12\nseed = 4294967296", True),
+        ("designs = 12", "designs = 12\nseed = -1", True),
+        ("designs = 12", "designs = 12\ngeometries = 10001", True),
+        (SPREAD, "{ low = 20.0, high = 50.0, levels = 1000 }", False),
+        (SPREAD, "{ low = 20.0, high = 50.0, levels = 1001 }", True),
+        (SPREAD, "{ values = [" + "30.0, " * 1001 + "] }", True),
+        ("[sampler]", "[scene]\nsamples = 1000001\n[sampler]", True),
+        ('["sigma_sd", "signal_over_noise"]', '["sigma_sd", "sigma_sd"]', True),
+        ('["sigma_sd", "signal_over_noise"]', '["' + "x" * 100_000 + '"]', True),
+        ('name = "made up"', f'name = "{"x" * 200}"', False),
+        ('name = "made up"', f'name = "{"x" * 201}"', True),
+        ('name = "made up"', f'name = "{"x" * 100_000}"', True),
+        ('name = "made up"', 'name = "two\\nlines"', True),
+        ('name = "made up"', 'name = "\\u202Egnp.exe"', True),
+        ('name = "made up"', f'name = "made up"\nstore = "{"x" * 1001}"', True),
+        ('name = "made up"', 'name = "made up"\nstore = ""', True),
+        ('name = "made up"', f'name = "made up"\nfinger = "{"x" * 1001}"', True),
+        ("[couplings]", "[couplings]\n" + f'"{"x" * 100_000}" = "1"', True),
+        ("[couplings]", "[couplings]\n" + '"two\\nlines" = "1"', True),
+        ("[couplings]", "\n".join(["[fixed]", *(f"k{k} = 1.0" for k in range(201)), "[couplings]"]), True),
+        ("[couplings]", "\n".join([*(f"k{k} = [1.0, 2.0]" for k in range(51)), "[couplings]"]), True),
+        ("outer.modulus_MPa / 4", "4000000**4000000", True),
+        ("outer.modulus_MPa / 4", "0.03 + 0.04 * rand()", True),
+        ("outer.modulus_MPa / 4", " + ".join(["outer.modulus_MPa"] * 20_000), True),
     ],
 )
 def test_numbers_of_a_study_file(study_file, old, new, refused):
     path = study_file((old, new))
     if refused:
-        with pytest.raises(InputError, match=r"study\.toml"):
+        with pytest.raises(InputError, match=r"study\.toml") as said:
             read_study(path)
+        assert "\n" not in str(said.value) and len(str(said.value)) < 1000
     else:
         read_study(path)
+
+
+@pytest.mark.parametrize("levels, refused", [(215, False), (216, True), (1000, True)])
+def test_the_product_of_a_grid_is_bounded(study_file, levels, refused):
+    """215**3 is just below ten million, 216**3 above."""
+    grid = '"shape.skin_mm" = { low = 2.9, high = 3.1, levels = 5 }\n'.replace("5", str(levels))
+    spread = f"{{ low = 20.0, high = 50.0, levels = {levels} }}"
+    outer = '"outer.modulus_MPa" = [0.1, 0.6]', f'"outer.modulus_MPa" = {{ low = 0.1, high = 0.6, levels = {levels} }}'
+    path = study_file(("[couplings]", grid + "[couplings]"), (SPREAD, spread), outer, ("designs = 12", 'kind = "grid"'))
+    if refused:
+        with pytest.raises(InputError, match=f"number of designs of the grid must be .* got {levels**3}"):
+            read_study(path)
+    else:
+        assert read_study(path).most_designs == sampling.count(read_study(path))[0] == levels**3
 
 
 def test_a_study_takes_what_the_finger_states(study_file, tmp_path):

@@ -35,7 +35,9 @@ def outcome_of(study, feasible=True, count=15):
     found = np.array([(0.5 - 0.01 * k, 10.0 - 0.1 * k) for k in range(count)] + [(0.51, 1.0)])
     spread = 35 + 15 * np.sin(np.arange(count + 1))
     free = np.column_stack([[*np.linspace(0.12, 0.6, count), 0.1], spread])
-    results = Results(study, np.arange(100, 101 + count), free, found, np.full(count + 1, feasible), {})
+    results = Results(
+        study, np.arange(100, 101 + count), free, found, np.full(count + 1, feasible), [""] * (count + 1), {}
+    )
     base = {"sigma_sd": 0.4, "signal_over_noise": 3.0}
     return SimpleNamespace(study=study, results=results, tally=Tally(), base=base, failed_share=0.0)
 

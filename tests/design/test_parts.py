@@ -1,7 +1,6 @@
 """Parameters, ranges, places, samples and geometries of studies, each against values found by hand."""
 
 import math
-from concurrent.futures import BrokenExecutor, Executor, Future
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,7 +9,7 @@ import pytest
 
 from papilla.core.errors import InputError, SolverError
 from papilla.design import geometry, running, sampling
-from papilla.design.batch import Batch, Done, Record, evaluate, version
+from papilla.design.batch import Batch, Done, Record, check_done, evaluate, version
 from papilla.design.geometry import GeometryMap, gains_of, with_sites
 from papilla.design.parameters import made, parameters_of, refuse_unknown
 from papilla.design.places import Places, angle_of, foil_of, half_length, moved
@@ -305,6 +304,53 @@ def test_a_batch_of_another_version_is_left_to_others(made_up):
     assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
 
 
+ANSWERS = {
+    "nothing": lambda done: None,
+    "a dict": lambda done: vars(done),
+    "a list of records": lambda done: replace(done, records=list(done.records)),
+    "a record too few": lambda done: replace(done, records=done.records[1:]),
+    "no record": lambda done: replace(done, records=(done.records[0], {"sigma_sd": 0.1})),
+    "an old version": lambda done: replace(done, version="0.0.9 (abc)"),
+    "no version": lambda done: replace(done, version=None),
+    "another finger": lambda done: replace(done, records=done.records[::-1]),
+    "no number of seconds": lambda done: replace(done, spent={"scenes": math.nan}),
+    "no memory": lambda done: replace(done, memory_MB="much"),
+}
+RECORDS = {
+    "no number": {"found": {"sigma_sd": math.nan}},
+    "infinite": {"found": {"sigma_sd": math.inf}},
+    "a text": {"found": {"sigma_sd": "0.1"}},
+    "another objective": {"found": {"sigma_gauges": 0.1}},
+    "no objective": {"found": {}},
+    "no table": {"found": [0.1]},
+    "a failure with values": {"status": "no mesh"},
+    "two lines": {"found": {}, "status": "no\nmesh"},
+    "no end": {"found": {}, "status": "x" * 10_000},
+    "no reason": {"found": {}, "status": ""},
+    "no status": {"found": {}, "status": None},
+    "no hash": {"finger_sha256": "f"},
+}
+
+
+@pytest.mark.parametrize(
+    "forge",
+    [
+        *ANSWERS.values(),
+        *(lambda done, of=of: replace(done, records=(replace(done.records[0], **of), done.records[1]))
+          for of in RECORDS.values()),
+    ],
+    ids=[*ANSWERS, *RECORDS],
+)  # fmt: skip
+def test_what_a_worker_sends_is_checked(made_up, forge):
+    other = made(FINGER, {"outer.modulus_MPa": 0.3})
+    batch = Batch((FINGER, other), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version())
+    done = evaluate(batch)
+    check_done(done, batch)
+    with pytest.raises(InputError) as refused:
+        check_done(forge(done), batch)
+    assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
+
+
 def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
     study = read_study(study_file(("[sampler]", "[constraints]\nsigma_sd = { most = 0.25 }\n[sampler]")))
     store = Store(tmp_path / "store.sqlite")
@@ -312,7 +358,7 @@ def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
     given = [(0.3, 5.0), (0.2, 4.0), None, (0.1, 3.0), (0.1, 2.0)]
     rows = [
         (k, dict(zip(names, (0.1 * (k + 1), 20.0 + k), strict=True)), f"k{k}",
-         Record({}, "broken") if one is None else Record(dict(zip(study.asked, one, strict=True)), "ok"))
+         Record({}, "broken") if one is None else Record(dict(zip(study.asked, one, strict=True)), "ok", f"{k:064x}"))
         for k, one in enumerate(given)
     ]  # fmt: skip
     store.add(study.sha256, rows)
@@ -326,9 +372,10 @@ def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
     assert results.finger(1).outer.modulus == pytest.approx(0.2)
     written = write_tables(tmp_path / "designs.csv", study, store, [1, 3])
     lines = written[0].read_text().splitlines()
-    assert lines[0].split(",") == ["design", *names, *study.asked, "feasible", "front", "status"]
-    assert [line.split(",")[-3:] for line in lines[1:]] == [
-        ["0", "0", "ok"], ["1", "1", "ok"], ["0", "0", "broken"], ["1", "1", "ok"], ["1", "0", "ok"]
+    assert lines[0].split(",") == ["design", *names, *study.asked, "feasible", "front", "finger_sha256", "status"]
+    assert [line.split(",")[-4:] for line in lines[1:]] == [
+        ["0", "0", f"{0:064x}", "ok"], ["1", "1", f"{1:064x}", "ok"], ["0", "0", "", "broken"],
+        ["1", "1", f"{3:064x}", "ok"], ["1", "0", f"{4:064x}", "ok"],
     ]  # fmt: skip
     outcome = SimpleNamespace(
         study=study, results=results, failed_share=0.2, base={"sigma_sd": 0.5, "signal_over_noise": 1}
@@ -338,33 +385,6 @@ def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
     assert said[1].endswith(f"over the scene: best 0.1, {study.finger.name} 0.5")
     outcome.failed_share = 0.05
     assert len(first_words(outcome)) == 2
-    store.close()
-
-
-def test_a_batch_whose_worker_dask_gives_up_is_the_reason_of_its_designs():
-    future: Future = Future()
-    future.set_exception(type("KilledWorker", (Exception,), {})("gone"))
-    stored = []
-    runner = object.__new__(running._Runner)
-    runner._store, runner.tally = stored.extend, running.Tally()
-    runner._take({future: [(0, {}, "k"), (1, {}, "l")]})
-    assert [(row[0], row[3].status) for row in stored] == [(k, "its worker was killed 3 times") for k in (0, 1)]
-
-
-@pytest.mark.parametrize("when", ["a batch is submitted", "a result is asked for"])
-def test_a_killed_worker_is_one_line_whenever_it_is_noticed(study_file, tmp_path, when):
-    class Broken(Executor):
-        def submit(self, job, batch):
-            if when == "a batch is submitted":
-                raise BrokenExecutor("gone")
-            future: Future = Future()
-            future.set_exception(BrokenExecutor("gone"))
-            return future
-
-    study, store = read_study(study_file()), Store(tmp_path / "store.sqlite")
-    runner = running._Runner(study, store, running.Tally(), lambda *_: None, running.Pool(Broken(), 1, "here"))
-    with pytest.raises(SolverError, match=r"a worker process was killed \(gone\): --resume goes on"):
-        runner.run(sampling.groups(study))
     store.close()
 
 

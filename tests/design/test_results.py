@@ -34,7 +34,8 @@ def results_of(study_file):
         free = np.column_stack(spread) if free is None else np.array(free, float)
         feasible = np.ones(count, bool) if feasible is None else np.array(feasible)
         numbers = np.arange(count) if numbers is None else np.array(numbers)
-        return Results(study, numbers, free, found, feasible, failures or {})
+        fingers = [f"{number:064x}" for number in range(count)]
+        return Results(study, numbers, free, found, feasible, fingers, failures or {})
 
     return make
 
@@ -126,6 +127,7 @@ def test_a_study_as_plain_values(results_of):
     best = told["best"]
     assert [(one["design"], one["finger"]) for one in best] == [(7, "f1.toml"), (3, "f2.toml")]
     assert best[0]["free"] == {"outer.modulus_MPa": 0.6, "gauges.spread_deg": 50.0}
+    assert [one["finger_sha256"] for one in best] == [f"{1:064x}", f"{0:064x}"]
     assert best[0]["objectives"] == {"sigma_sd": 0.2, "signal_over_noise": 5.0}
     expected = {
         "study": "made up", "designs": 5, "failed": 3, "reused": 1, "feasible": 2, "front": 1, "base": base,

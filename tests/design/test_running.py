@@ -1,8 +1,7 @@
 """Studies from file to page, in this process, on a made-up geometry."""
 
+import csv
 import json
-import sqlite3
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +9,10 @@ import pytest
 from papilla.core.errors import FileAccessError, InputError
 from papilla.core.tables import TableReader
 from papilla.design import batch, running
-from papilla.design.batch import Record
 from papilla.design.job import run_study
 from papilla.design.results import Results, first_words, summary
-from papilla.design.store import Store
 from papilla.design.study import read_study
+from papilla.model.finger import Finger
 
 pytestmark = pytest.mark.usefixtures("made_up")
 
@@ -25,18 +23,32 @@ def test_a_study_becomes_tables_a_page_and_fingers(study_file, tmp_path):
     told = summary(found)
     json.dumps(told)
     assert told["designs"] == 12 and told["failed"] == 0
-    with TableReader(tmp_path / "out" / "designs.csv", lambda name: name != "status") as reader:
+    with TableReader(tmp_path / "out" / "designs.csv", lambda name: name not in ("finger_sha256", "status")) as reader:
         table = reader.whole()
     assert len(table) == 12 and table.columns["front"].sum() == told["front"]
     best = told["best"][0]["objectives"]["sigma_sd"]
     assert best == table.columns["sigma_sd"].min() and best < told["base"]["sigma_sd"]
     page = (tmp_path / "out" / "study.html").read_text()
     assert "multiplies sigma_sd by" in page and "finger_1.toml" in page
-    from papilla.model.finger import Finger
-
     assert Finger.load(tmp_path / "out" / "finger_1.toml").outer.modulus == pytest.approx(
         told["best"][0]["free"]["outer.modulus_MPa"]
     )
+
+
+def test_the_written_fingers_are_those_that_were_judged(study_file, tmp_path):
+    """Bit for bit: the hash of a design is that of its row, of its file and in JSON."""
+    formula = "sqrt(outer.modulus_MPa * 0.1) / 3 + min(gauges.spread_deg / 1e4, 0.003)"
+    named = '"made up"', "'$\\bad{$ <b>'"
+    study = read_study(study_file(("outer.modulus_MPa / 4", formula), named))
+    best = summary(run_study(study, tmp_path / "out", workers=0))["best"]
+    with open(tmp_path / "out" / "designs.csv", newline="") as file:
+        rows = {int(row["design"]): row for row in csv.DictReader(file)}
+    assert best and len({row["finger_sha256"] for row in rows.values()}) == len(rows) == 12
+    for one in best:
+        finger = Finger.load(one["finger"])
+        assert finger.sha256 == one["finger_sha256"] == rows[one["design"]]["finger_sha256"]
+        assert finger.sha256 == study.finger_of(one["free"]).sha256
+    assert r"<h1>$\bad{$ &lt;b&gt;</h1>" in (tmp_path / "out" / "study.html").read_text()
 
 
 def test_the_front_holds_what_nothing_beats(study_file, tmp_path):
@@ -99,49 +111,13 @@ def test_an_optimiser_does_better_than_its_start_and_keeps_a_limit(study_file, t
     assert found.values("signal_over_noise")[best] >= 100
 
 
-def test_a_full_store_is_one_line_and_keeps_what_it_has(tmp_path):
-    store = Store(tmp_path / "store.sqlite")
-    store.add("s", [(0, {"a": 1.0}, "k0", Record({"x": 1.0}, "ok"))])
-    store._connection.execute("PRAGMA max_page_count = 6")
-    rows = [(k, {"a": float(k)}, f"k{k}", Record({"x": 1.0}, "w" * 500)) for k in range(1, 200)]
-    with pytest.raises(FileAccessError, match="full.*--resume"):
-        store.add("s", rows)
-    store.close()
-    again = Store(tmp_path / "store.sqlite")
-    assert [row[0] for row in again.rows("s")] == [0]
-    again.close()
-
-
-def test_a_damaged_store_is_one_line(tmp_path):
-    (tmp_path / "store.sqlite").write_text("this is no database, but text that is long enough for a header" * 9)
-    with pytest.raises(FileAccessError, match="not a database"):
-        Store(tmp_path / "store.sqlite")
-
-
-def test_two_clients_write_to_one_store(tmp_path):
-    one, other = Store(tmp_path / "store.sqlite"), Store(tmp_path / "store.sqlite")
-    one.add("a", [(0, {}, "k", Record({"x": 1.0}, "ok"))])
-    other.add("b", [(0, {}, "k", Record({"x": 2.0}, "ok"))])
-    assert [row[2].found["x"] for row in other.rows("b")] == [1.0]
-    one.close(), other.close()
-    assert sqlite3.connect(tmp_path / "store.sqlite").execute("PRAGMA journal_mode").fetchone() == ("wal",)
-
-
-def test_a_worker_of_another_version_is_refused_with_both_versions(study_file, tmp_path, monkeypatch):
-    true = batch.evaluate
-    monkeypatch.setattr(running, "evaluate", lambda one: true(replace(one, version="0.0.9 (abc)")))
-    with pytest.raises(InputError, match=r"a worker has papilla 0\.|this client has"):
-        monkeypatch.setattr(running, "version", lambda: "0.0.9 (abc)")
-        run_study(read_study(study_file()), tmp_path / "out", workers=0)
-
-
 def test_effects_find_what_was_put_in(study_file):
     study = read_study(study_file())
     rng = np.random.default_rng(1)
     free = np.column_stack([0.1 * 6 ** rng.random(200), 20 + 30 * rng.random(200)])
     sigma = free[:, 0] ** -0.5 * np.exp(0.05 * rng.standard_normal(200))
     found = np.column_stack([sigma, np.full(200, 3.0) + rng.random(200)])
-    results = Results(study, np.arange(200), free, found, np.ones(200, bool), {})
+    results = Results(study, np.arange(200), free, found, np.ones(200, bool), [""] * 200, {})
     effect = results.effects[0]
     assert (
         effect.interval[0] < 6**-0.5 < effect.interval[1]

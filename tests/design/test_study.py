@@ -4,7 +4,8 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.design import sampling
-from papilla.design.parameters import coupled, made, parameters_of
+from papilla.design.formulas import coupled
+from papilla.design.parameters import made, parameters_of
 from papilla.design.study import read_study
 from papilla.model.finger import Finger
 

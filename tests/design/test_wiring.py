@@ -1,8 +1,6 @@
 """What the steps of a study hand to meshes, reductions, presses and calibrations, which are made up here."""
 
-import sys
 from concurrent.futures import Executor
-from contextlib import contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -74,10 +72,10 @@ def test_a_geometry_that_fails_is_the_reason_of_all_its_designs(monkeypatch):
     half = made(FINGER, {"shape.scale": 0.5})
     places = Places.of(FINGER)
     done = evaluate(Batch((half, half, half), FINGER, places, Scene(), ("sigma_sd",), version()))
-    assert done.records == (Record({}, "no mesh"),) * 3 and done.version == version() and done.spent == {}
+    assert done.records == (Record({}, "no mesh", half.sha256),) * 3 and done.version == version() and done.spent == {}
     assert asked == [(with_sites(half, places), with_sites(FINGER, places))] and 10 < done.memory_MB < 1e5
     alone = evaluate(Batch((half,), FINGER, places, Scene(), ("sigma_sd",), version()))
-    assert alone.records == (Record({}, "no mesh"),)
+    assert alone.records == (Record({}, "no mesh", half.sha256),)
 
 
 def test_the_depth_of_a_slab_is_a_length_too():
@@ -206,112 +204,6 @@ def test_the_strain_of_a_page_is_under_the_largest_force_on_the_hardest_specimen
 # ---- Workers
 
 
-class Client:
-    """In place of Dask's."""
-
-    made = []
-    dashboard_link = "a link"
-
-    def __init__(self, cluster, timeout):
-        self.cluster, self.timeout, self.closed = cluster, timeout, False
-        Client.made.append(self)
-
-    def run(self, job, on_error):
-        assert on_error == "return"
-        return {"tcp://one": job()}
-
-    def nthreads(self):
-        return {"one": 2, "two": 3}
-
-    def get_executor(self, pure):
-        return ("executor", pure)
-
-    def close(self):
-        self.closed = True
-
-
-class Cluster:
-    """In place of a cluster of processes on this machine."""
-
-    def __init__(self, **how):
-        self.how, self.closed = how, False
-
-    def close(self):
-        self.closed = True
-
-
-@pytest.fixture
-def dask(monkeypatch):
-    set_to = []
-
-    @contextmanager
-    def config_set(values):
-        set_to.append(values)
-        yield
-
-    Client.made = []
-    monkeypatch.setitem(sys.modules, "dask", SimpleNamespace(config=SimpleNamespace(set=config_set)))
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=Client, LocalCluster=Cluster))
-    return set_to
-
-
-def test_workers_are_those_of_a_cluster_on_this_machine(dask):
-    with running.pool(4, None) as found:
-        (client,) = Client.made
-        assert found == Pool(("executor", False), 5, "Dask on this machine, dashboard a link")
-        how = client.cluster.how
-        assert (how["n_workers"], how["threads_per_worker"], how["processes"]) == (4, 1, True)
-        assert (how["memory_limit"], how["dashboard_address"], client.timeout) == ("3GiB", ":0", 20)
-        assert not client.closed
-    assert client.closed and client.cluster.closed
-    (variables,) = dask
-    assert set(variables["distributed.nanny.pre-spawn-environ"].values()) == {"1"}
-
-
-def test_workers_of_a_scheduler_are_left_running(dask):
-    with running.pool(1, "tcp://host:1") as found:
-        assert found.how == "Dask tcp://host:1, dashboard a link" and found.workers == 5
-    assert Client.made[0].closed and Client.made[0].cluster == "tcp://host:1"
-
-
-def test_a_scheduler_that_does_not_answer_is_one_line(dask, monkeypatch):
-    def silent(cluster, timeout):
-        raise OSError("timed out")
-
-    monkeypatch.setitem(sys.modules, "distributed", SimpleNamespace(Client=silent, LocalCluster=Cluster))
-    said = "no Dask scheduler answers at tcp://host:1: timed out"
-    with pytest.raises(InputError, match=said), running.pool(1, "tcp://host:1"):
-        pass
-
-
-def test_a_worker_of_another_version_is_named(dask, monkeypatch):
-    monkeypatch.setattr(running, "version", lambda: "9.9 (other)")
-    said = r"worker tcp://one has papilla .*, this client has 9.9 \(other\): install"
-    with pytest.raises(InputError, match=said), running.pool(1, None):
-        pass
-    assert Client.made[0].closed and Client.made[0].cluster.closed
-
-
-def test_without_dask_workers_are_processes_and_without_workers_this_one(monkeypatch):
-    asked = []
-
-    class Processes(Executor):
-        def __init__(self, workers, context, begin):
-            asked.append((workers, context.get_start_method(), begin))
-
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    monkeypatch.setattr("concurrent.futures.ProcessPoolExecutor", Processes)
-    with running.pool(3, None) as found:
-        assert (found.workers, found.how) == (3, "processes, without Dask") and asked == [
-            (3, "spawn", running.end_with_parent)
-        ]
-    with running.pool(0, None) as found:
-        assert (found.workers, found.how) == (1, "this process")
-        assert found.executor.submit(divmod, 7, 2).result() == (3, 1)
-        with pytest.raises(ZeroDivisionError):
-            found.executor.submit(divmod, 7, 0).result()
-
-
 class Counting(Executor):
     """Runs at once; counts what was submitted."""
 
@@ -323,7 +215,8 @@ class Counting(Executor):
 
         self.sizes.append(len(batch.fingers))
         done: Future = Future()
-        records = tuple(Record({"x": 1.0}, "ok") for _ in batch.fingers)
+        values = dict.fromkeys(batch.asked, 1.0)
+        records = tuple(Record(values, "ok", finger.sha256) for finger in batch.fingers)
         done.set_result(batch_done(records))
         return done
 
@@ -346,7 +239,7 @@ def test_designs_are_batched_for_all_workers_and_counted(study_file, tmp_path, w
     assert tally.spent["scenes"] == 1.5 and tally.memory_MB == 100.0 + max(sizes)
     assert [done for _, done, _ in stages] == np.cumsum(sizes).tolist() and {one[2] for one in stages} == {120}
     assert stages[0][0].startswith(f"designs, {sizes[0]} of 120, about ") and stages[-1][0] == "designs, 120 of 120"
-    assert [row[0] for row in store.rows(study.sha256)] == list(range(120))
+    assert [row[0] for row in store.rows(study)] == list(range(120))
     again = running._Runner(study, store, running.Tally(), lambda *given: stages.append(given), Pool(executor, 1, ""))
     again.run(groups(study))
     assert (again.tally.designs, again.tally.reused, executor.sizes) == (120, 120, sizes)

@@ -1,5 +1,6 @@
 """What every estimator promises: chunks change no bit, a reset forgets, a state goes on, any number type, no growth."""
 
+import copy
 import importlib
 import inspect
 import itertools
@@ -108,6 +109,7 @@ CASES = {
 }
 
 
+COPIES = (copy.copy, copy.deepcopy, lambda estimator: pickle.loads(pickle.dumps(estimator)))
 every = pytest.mark.parametrize("name", CASES)
 
 
@@ -233,6 +235,35 @@ def test_a_state_that_was_saved_goes_on_bit_for_bit(case):
     third = make()
     third.state = pickle.loads(saved)
     assert same(third.process(rows()[508:]), rest), "a state that was handed out does not change later"
+
+
+@pytest.mark.slow
+@every
+def test_a_copy_and_a_pickle_go_on_bit_for_bit_and_apart(case):
+    make, rows = case
+    first = make()
+    first.process(rows()[:508])
+    # A copy that has gone on elsewhere changes nothing here.
+    copy.deepcopy(first).process(rows(1))
+    copies = [copied(first) for copied in COPIES]
+    rest = first.process(rows()[508:])
+    for other in copies:
+        assert same(other.process(rows()[508:]), rest)
+
+
+@pytest.mark.parametrize("copied", COPIES)
+@pytest.mark.parametrize("name", ["Pipeline", "Pipeline-positions", "Pipeline-blind"])
+def test_a_pipeline_that_is_copied_often_says_counts_and_answers_the_same(case, copied):
+    """Also in the middle of a search, which is spread over many samples."""
+    make, rows = case
+    whole, pipeline, parts = make(), make(), []
+    expected = whole.process(rows())
+    for part in np.split(rows(), [1, 150, 301, 302, 303, 510, 720, 811]):
+        parts.append(pipeline.process(part))
+        pipeline = copied(pipeline)
+    assert same(joined(parts), expected)
+    for name in ("legend", "faults", "messages", "sentences", "lines", "friction", "off", "columns"):
+        assert repr(getattr(pipeline, name)) == repr(getattr(whole, name)), name
 
 
 @pytest.mark.slow

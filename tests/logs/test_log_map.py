@@ -145,7 +145,7 @@ def test_presses_by_a_map(file):
          "columns.forse_N is no column of papilla; did you mean force_N"),
         ('[columns]\ng1 = { column = "a", unit = "mV/V" }', "columns.g1: a gauge in mV/V needs gauge_factor"),
         ('[columns]\ng1 = { column = "a", unit = "counts", gauge_factor = 2 }', "needs excitation_V"),
-        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "gauge_factor must be greater than 0"),
+        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "must lie between 0.1 and 1000"),
         ("air_s = [2.0, 1.0]", "air_s must rise"),
         ("[columns", "is not valid TOML"),
         ('decimal = "x"', 'decimal must be "." or ","'),

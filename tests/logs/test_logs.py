@@ -125,7 +125,7 @@ def test_bench_log_checks_a_stated_standard_deviation(log):
         ("t_s,g1\n0,1\n1,1_000\n", "line 3, column g1: expected a number, got '1_000'"),
         ("t_s,g1\n0,1\n1,\uff11\uff12\n", "line 3, column g1: expected a number, got '\uff11\uff12'"),
         ("t_s," + ",".join(f"g{k}" for k in range(1, 1001)) + "\n0\n", "1001 columns; no table of papilla has more"),
-        ("t_s" * 2**19, "line 1: longer than 1048576 characters"),
+        ("t_s" * 2**19, "line 1: longer than 262144 bytes"),
         ("t_s,g1\n0,1\n1e155,1\n", "line 3, column t_s: expected a time in s, got 1e+155"),
         ("t_s,g1\n0,1\n1e-300,1\n", "steps of t_s of 1e-300 s on average; are these times in s?"),
         ("t_s,g1\n0,1\n1e6,1\n", "steps of t_s of 1e+06 s on average; are these times in s?"),

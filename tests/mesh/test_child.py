@@ -102,10 +102,42 @@ def test_empty_mesh_is_an_error(worker):
 def test_input_and_output_are_arrays_in_its_folder(worker):
     worker(
         "import sys, numpy as np\nassert sys.argv[1] == 'tetrahedralise'\n"
-        "points = np.load('input.npz')['vertices'] + 1\nnp.savez('output.npz', points=points, tets=np.ones((2, 4)))\n"
+        "points = np.load('input.npz')['vertices'] + 1\n"
+        "np.savez('output.npz', points=points, tets=np.ones((2, 4), int))\n"
     )
     points, tets = tetrahedralise(SOUP)
     assert np.array_equal(points, np.ones((4, 3))) and np.array_equal(tets, np.ones((2, 4)))
+
+
+MADE = {
+    "no tets": ("points=np.ones((4, 3))", "tets of shape"),
+    "no points": ("tets=np.zeros((2, 4), int)", "points of shape"),
+    "points in a plane": ("points=np.ones((4, 2)), tets=np.zeros((2, 4), int)", r"points of shape \(4, 2\)"),
+    "points that are text": ("points=np.full((4, 3), 'x'), tets=np.zeros((2, 4), int)", "points of shape"),
+    "points that are whole": ("points=np.ones((4, 3), int), tets=np.zeros((2, 4), int)", "points of shape"),
+    "a point that is not finite": ("points=np.full((4, 3), np.nan), tets=np.zeros((2, 4), int)", "not finite"),
+    "triangles": ("points=np.ones((4, 3)), tets=np.zeros((2, 3), int)", r"tets of shape \(2, 3\)"),
+    "corners between points": ("points=np.ones((4, 3)), tets=np.zeros((2, 4))", "not whole numbers"),
+    "a corner too many": ("points=np.ones((4, 3)), tets=np.full((2, 4), 4)", "corner that is not among its 4 points"),
+    "a negative corner": ("points=np.ones((4, 3)), tets=np.full((2, 4), -1)", "corner that is not among its 4 points"),
+    "a huge corner": ("points=np.ones((4, 3)), tets=np.full((2, 4), 2**63, np.uint64)", "corner that is not among"),
+    "none at all": ("points=np.ones((4, 3)), tets=np.zeros((0, 4), int)", "no tetrahedra"),
+}
+
+
+@pytest.mark.parametrize(("arrays", "message"), MADE.values(), ids=MADE)
+def test_what_a_child_returns_is_checked(worker, arrays, message):
+    worker(f"import numpy as np\nnp.savez('output.npz', {arrays})\n")
+    with pytest.raises(MeshError, match=f"the mesher returned .*{message}") as caught:
+        tetrahedralise(SOUP)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("content", ["b''", "b'PK no zip'", "__import__('pickle').dumps([1])"])
+def test_a_child_that_returns_no_arrays_is_one_line(worker, content):
+    worker(f"open('output.npz', 'wb').write({content})\n")
+    with pytest.raises(MeshError, match="what the mesher returned is no file of arrays"):
+        tetrahedralise(SOUP)
 
 
 def test_the_child_imports_this_very_package(worker, monkeypatch):

@@ -58,7 +58,7 @@ def test_the_printed_quartic_is_one_of_the_power_over_the_wavelength():
 def test_a_file_that_is_no_curve_is_one_line(tmp_path, content):
     path = tmp_path / "curve.json"
     path.write_bytes(content.encode("utf-8", "surrogatepass"))
-    with pytest.raises(FileFormatError, match="curve.json: not an amplitude curve") as error:
+    with pytest.raises(FileFormatError, match="curve.json(: not an amplitude curve| is not a )") as error:
         read_curve(path)
     assert "\n" not in str(error.value)
 

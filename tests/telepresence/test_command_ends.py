@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from free_ports import free_ports
 
-from papilla.core.errors import InputError
 from papilla.telepresence import processes
 from papilla.telepresence.cli import ends as ends
 from papilla.telepresence.udp import Address
@@ -35,6 +35,7 @@ def endpoint(monkeypatch):
     counts = Counts(accepted=11, forged=2, old=1)
     offset = SimpleNamespace(round_trip_ns=1_250_000, offset_ns=-500_000)
     one = Gate(gate=SimpleNamespace(offset=offset, counts=counts), sent=7, bytes_sent=700, closed=False, made=None)
+    one.leaves_machine = False
 
     def make(*given):
         one.made = given
@@ -144,13 +145,52 @@ def test_a_display_writes_a_row_for_each_period(papilla, endpoint, monkeypatch, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of POSIX files")
-def test_a_key_that_others_can_read_is_said(papilla, endpoint, sensed, tmp_path):
-    (tmp_path / "key").write_text("a secret of two ends\n")
-    (tmp_path / "key").chmod(0o640)
-    answer = papilla("telepresence", "sensor", "--key-file", "key")
-    assert endpoint.made[2] == b"a secret of two ends" and answer.err == "key can be read by others: chmod 600 key\n"
-    (tmp_path / "key").chmod(0o600)
-    assert papilla("telepresence", "sensor", "--key-file", "key").err == ""
+@pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o666])
+def test_a_key_that_others_can_use_is_refused(papilla, refused, tmp_path, mode):
+    key = tmp_path / "link.key"
+    key.write_text("a secret of two ends\n")
+    key.chmod(mode)
+    said = refused("telepresence", "sensor", "--key-file", "link.key", "--seconds", 0.01)
+    assert "others can read or write link.key" in said and "chmod 600" in said
+    key.chmod(0o600)
+    ports = [f"127.0.0.1:{port}" for port in free_ports(2)]
+    way = ("--listen", ports[0], "--peer", ports[1])
+    answer = papilla("telepresence", "sensor", *way, "--key-file", "link.key", "--seconds", 0.01)
+    assert answer.code == 0 and "encrypted" not in answer.err
+
+
+@pytest.mark.parametrize(
+    "content, told", [(b"short", "16 bytes"), (b"k" * 5000, "more than 4096 bytes"), (None, "cannot read")]
+)
+def test_a_key_of_a_wrong_size_names_its_file(refused, tmp_path, content, told):
+    key = tmp_path / "link.key"
+    if content is None:
+        key.mkdir(0o700)
+    else:
+        key.write_bytes(content)
+        key.chmod(0o600)
+    said = refused("telepresence", "display", "--key-file", "link.key", "--seconds", 0.01)
+    assert told in said and "link.key" in said
+
+
+def test_without_a_key_the_link_stays_on_this_machine(refused):
+    here = f"127.0.0.1:{free_ports(1)[0]}"
+    for end in ("sensor", "display"):
+        said = refused("telepresence", end, "--listen", "0.0.0.0:0", "--peer", here, "--seconds", 0.01)
+        assert "--listen must be HOST:PORT" in said
+        said = refused("telepresence", end, "--listen", "0.0.0.0:47099", "--peer", here, "--seconds", 0.01)
+        assert "listening at 0.0.0.0, which other machines reach, needs a key (--key-file)" in said
+        said = refused("telepresence", end, "--listen", here, "--peer", "192.0.2.1:9", "--seconds", 0.01)
+        assert "192.0.2.1:9 is another machine, which needs a key (--key-file)" in said
+
+
+def test_to_another_machine_it_is_said_that_nothing_is_encrypted(papilla, tmp_path):
+    (tmp_path / "link.key").write_text("a secret of two ends\n")
+    (tmp_path / "link.key").chmod(0o600)
+    way = ("--listen", f"0.0.0.0:{free_ports(1)[0]}", "--peer", "192.0.2.1:9")
+    answer = papilla("telepresence", "sensor", *way, "--key-file", "link.key", "--seconds", 0.01)
+    assert answer.code == 0
+    assert "messages to 192.0.2.1:9 are signed, not encrypted: whoever is on the way can read them" in answer.err
 
 
 def test_addresses_must_differ(refused, endpoint, sensed):
@@ -158,14 +198,6 @@ def test_addresses_must_differ(refused, endpoint, sensed):
     assert "--listen and --peer must differ, got 127.0.0.1:5000 twice" in said
     assert "--peer must be HOST:PORT" in refused("telepresence", "sensor", "--peer", "here")
     assert "--listen must be HOST:PORT" in refused("telepresence", "sensor", "--listen", "here")
-
-
-def test_a_key_that_is_too_short_names_its_file(tmp_path):
-    (tmp_path / "key").write_text("short")
-    (tmp_path / "key").chmod(0o600)
-    address = ends.SensorAddress("127.0.0.1:47091", "127.0.0.1:47092", tmp_path / "key")
-    with pytest.raises(InputError, match="key: .*16 bytes"):
-        address.endpoint()
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])

@@ -2,7 +2,6 @@
 
 import gc
 import math
-import os
 import sys
 from types import SimpleNamespace
 
@@ -179,16 +178,3 @@ def test_a_display_that_runs_holds_no_more_with_time(wire, leaks):
     run_display(wire, LocalModel(), Motion(100.0, 1.0), seconds=30.0, keep=keep, period=period)
     grown = held[1] - held[0]
     assert 4_900 < grown < 5_600 if leaks else grown < 500, "one a message would be 1000, one a period 20,000"
-
-
-@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
-@pytest.mark.parametrize("mode, told", [(0o600, False), (0o640, True), (0o604, True)])
-def test_a_key_that_others_can_read_gets_a_remark(tmp_path, capsys, mode, told):
-    from papilla.telepresence.cli.ends import SensorAddress
-
-    key = tmp_path / "key"
-    key.write_bytes(b"k" * 20)
-    key.chmod(mode)
-    with SensorAddress("127.0.0.1:47631", "127.0.0.1:47632", key).endpoint():
-        pass
-    assert ("can be read by others: chmod 600" in capsys.readouterr().err) == told

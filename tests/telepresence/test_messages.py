@@ -103,7 +103,7 @@ def test_two_ends_find_each_other_and_a_restarted_one_is_taken_up(key):
     assert all(meet(one, other).values())
     again = Gate(key)
     assert all(meet(again, other, start_ns=10**7).values())
-    assert other.counts.unproven <= 2
+    assert other.counts.unproven <= 3
 
 
 @pytest.mark.parametrize("key", [None, KEY])
@@ -167,18 +167,35 @@ def test_an_echo_of_long_ago_proves_nothing():
     assert other.admit(data, FRESH_NS + 10**9) is None and other.counts.unproven >= 1
 
 
-@pytest.mark.parametrize("after_ns, proves", [(5_000_000_000, True), (5_000_000_001, False), (-1, False)])
-def test_an_echo_proves_a_session_for_five_seconds(after_ns, proves):
-    one, other, now = Gate(), Gate(), 10**10
-    other.admit(encode(HandReading(one.header(now), quantity(Length, 1.0))), now)
-    data = encode(HandReading(other.header(now), quantity(Length, 1.0)))
-    assert (one.admit(data, now + after_ns) is not None) == proves == (one.counts.unproven == 0)
+def reading(gate, now_ns):
+    return encode(HandReading(gate.header(now_ns), quantity(Length, 1.0)))
+
+
+@pytest.mark.parametrize(
+    "after_ns, proves", [(-10_000, False), (-1, False), (0, True), (5_000_000_000, True), (5_000_000_001, False)]
+)
+def test_a_number_sent_after_a_session_appeared_proves_it_for_five_seconds(after_ns, proves):
+    """The other session appears at 10 s; it echoes what was sent before that, after that, or what was never sent."""
+    one, other, appeared = Gate(), Gate(), 10**10
+    before = reading(one, appeared - 1000)
+    assert one.admit(reading(other, appeared), appeared) is None
+    number = appeared + 1000
+    other.admit(before if after_ns == -1 else reading(one, number), appeared)
+    header = other.header(appeared)
+    if after_ns == -10_000:
+        header = msgspec.structs.replace(header, echo_ns=number + 1)
+    answer = encode(HandReading(header, quantity(Length, 1.0)))
+    assert (one.admit(answer, number + max(after_ns, 0)) is not None) == proves
+    assert one.counts.unproven == 2 - proves
 
 
 def test_a_header_says_how_long_the_echoed_message_was_held():
     one, other = Gate(), Gate()
+    assert one.admit(reading(other, 0), 500) is None
     first = one.header(1_000)
-    assert (first.sequence, first.sent_ns, first.echo_session, first.echo_ns, first.held_ns) == (1, 1_000, 0, 0, 0)
+    assert (first.sequence, first.sent_ns, first.echo_session, first.echo_ns, first.held_ns) == (
+        1, 1_000, other.session, 0, 500,
+    )  # fmt: skip
     other.admit(encode(HandReading(first, quantity(Length, 1.0))), 4_000)
     answer = other.header(9_000)
     assert (answer.echo_session, answer.echo_ns, answer.held_ns) == (one.session, 1_000, 5_000)
@@ -186,6 +203,8 @@ def test_a_header_says_how_long_the_echoed_message_was_held():
     heard = one.admit(encode(HandReading(answer, quantity(Length, 1.0))), 16_000)
     assert one.offset.round_trip_ns == 16_000 - 1_000 - 5_000
     assert one.offset.offset_ns == 9_000 - 16_000 + 5_000 and heard.age_ns == 5_000
+    lonely = Gate().header(7)
+    assert (lonely.sent_ns, lonely.echo_session, lonely.echo_ns, lonely.held_ns) == (7, 0, 0, 0)
 
 
 def test_dropped_is_the_sum_of_all_causes():
@@ -224,7 +243,7 @@ def mutated(rng, data):
 def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
     rng, gate, peer = random.Random(7), Gate(key), Gate(key)
     meet(gate, peer)
-    accepted = gate.counts.accepted
+    accepted, dropped = gate.counts.accepted, gate.counts.dropped
     valid = [peer.seal(encode(message)) for message in (FULL, HandReading(HEADER, quantity(Length, 3.0)))]
     number = 100_000
     for _ in range(number):
@@ -234,7 +253,7 @@ def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
             datagram = mutated(rng, rng.choice(valid))
         gate.admit(datagram, 10**7)
     counts = gate.counts
-    assert counts.accepted == accepted and counts.dropped == number
+    assert counts.accepted == accepted and counts.dropped == dropped + number
     assert all(meet(gate, peer, start_ns=10**8).values()), "the peer is still heard"
 
 

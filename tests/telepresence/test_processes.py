@@ -74,6 +74,7 @@ def test_either_process_survives_kill_9_of_the_other(start, tmp_path, with_key):
     ports, options = free_ports(2), ()
     if with_key:
         (tmp_path / "key").write_bytes(b"a secret of more than 16 bytes")
+        (tmp_path / "key").chmod(0o600)
         options = ("--key-file", str(tmp_path / "key"))
     sensor = start("sensor", *ports, *options)
     display = start("display", *reversed(ports), *options, "--out", str(tmp_path / "shown.csv"))
@@ -156,6 +157,22 @@ def test_sending_where_nobody_listens_is_no_error():
 def test_an_address_that_is_none_is_refused(text):
     with pytest.raises(InputError, match="--peer must be HOST:PORT"):
         Address.of(text, "--peer")
+
+
+KEY = b"a secret of more than 16 bytes"
+
+
+def test_without_a_key_nothing_listens_or_sends_off_this_machine():
+    """192.0.2.1 is an address of documentation (RFC 5737): nobody has it."""
+    here, away = Address("127.0.0.1", free_ports(1)[0]), Address("192.0.2.1", 9)
+    for everywhere in (Address("0.0.0.0", 0), Address("::", 0), away):
+        peer = Address("::1" if ":" in everywhere.host else "127.0.0.1", 9)
+        with pytest.raises(InputError, match="listening at .* needs a key"):
+            Endpoint(everywhere, peer)
+    with pytest.raises(InputError, match="192.0.2.1:9 is another machine, which needs a key"):
+        Endpoint(here, away)
+    with Endpoint(Address("0.0.0.0", 0), away, KEY) as open_end, Endpoint(here, Address("127.0.0.2", 9)) as own:
+        assert open_end.leaves_machine and not own.leaves_machine
 
 
 def test_an_address_in_use_is_one_clear_error():

@@ -3,13 +3,13 @@
 The C code is `report/templates/softness.h`; the coefficients of a calibration are substituted in it.
 """
 
-from importlib.resources import files
 from string import Template
 from typing import Literal
 
 from papilla.calibration import NORMAL_FACTOR, Calibration
 from papilla.calibration.fitting.fit import fit_compact
 from papilla.calibration.readouts import Compact
+from papilla.outside import shipped
 
 REALS = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}
 """Type of the numbers in C: ending of constants and of the functions of math.h, digits that C reads back bit for bit,
@@ -41,5 +41,5 @@ def c_header(calibration: Calibration, real: Literal["double", "float"] = "doubl
         facts |= {f"force_{side}": f"{force:.4g}", f"modulus_{side}": f"{modulus:.4g}"}
     facts |= {"rms": f"{form.rms:.1%}", "max": f"{form.max:.1%}", "doubt": f"{form.doubt:.2%}"}
     facts |= {"exact_rms": exact(form.rms), "exact_doubt": exact(form.doubt), "normal": exact(NORMAL_FACTOR)}
-    template = files("papilla.calibration.fitting").joinpath("templates/softness.h").read_text(encoding="utf-8")
+    template = shipped("papilla.calibration.fitting", "templates", "softness.h")
     return Template(template).substitute(facts)

@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from papilla.calibration.published import SPECIMENS_MPA
-from papilla.core import cache, checks
-from papilla.core.errors import ContactRangeError, InputError
+from papilla.core import cache
+from papilla.core import checks
+from papilla.core.errors import ContactRangeError
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import InputError
 from papilla.core.short_repr import html_table
 from papilla.core.tables import write_table
 from papilla.core.units import gf_to_newton
@@ -20,7 +23,12 @@ from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
-from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
+from papilla.core.outside import json_value
+from papilla.model.specimen import Friction
+from papilla.model.specimen import STICK
+from papilla.model.specimen import Specimen
+from papilla.model.specimen import friction_coefficient
+from papilla.model.specimen import physics_words
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
 """Moduli in MPa, the published ones among them. There are 43, because a contact grows node by node and a coarser table
@@ -135,11 +143,20 @@ class Sweep:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "Sweep":
-        """The sweep of `to_arrays`."""
-        others: dict[str, Any] = json.loads(str(arrays["others"]))
-        others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
-        columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
-        return cls(**columns, **others)
+        """The sweep of `to_arrays`; raises `FileFormatError` for anything else."""
+        try:
+            others: dict[str, Any] = json_value(str(arrays["others"]), "others", finite=False)
+            others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
+            columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
+            table = cls(**columns, **others)
+        except (KeyError, TypeError) as error:
+            raise FileFormatError(f"a sweep is not complete: {error}") from error
+        count = len(table.status)
+        shapes = dict.fromkeys(columns, (count,)) | {"reading": (count, len(table.gauge_names))}
+        wrong = [name for name, shape in shapes.items() if columns[name].shape != shape]
+        if wrong:
+            raise FileFormatError(f"a sweep of {count} presses has another number of values of {', '.join(wrong)}")
+        return table
 
 
 def sweep(

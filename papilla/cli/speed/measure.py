@@ -22,8 +22,10 @@ from papilla.core.errors import ContactRangeError, PapillaError
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
+from papilla.core.outside import read_text
 from papilla.model.finger import Finger
-from papilla.model.specimen import THICKNESS_MM, Block
+from papilla.model.specimen import Block
+from papilla.model.specimen import THICKNESS_MM
 
 ANSWERED = "answered"
 """Status of a fidelity that answered all presses."""
@@ -200,7 +202,7 @@ def peak_memory_MiB() -> float:
     status = Path("/proc/self/status")
     if status.exists():
         # ru_maxrss would include the memory of the parent at the start of this process
-        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        line = next(line for line in read_text(status).splitlines() if line.startswith("VmHWM"))
         return int(line.split()[1]) * 1024 / MIB
     if os.name == "nt":
         return float("nan")

@@ -139,7 +139,7 @@ class Offset:
         alike = self.before is None or 1 / ALIKE < self.before[1] / force < ALIKE
         drop = abs(level - block.tangential)
         if self.rests and alike and change < STEADY * drop and all(abs(level - T) > LET_GO * abs(T) for T in around):
-            self.let_go = Source(level, (REST_PULL * drop) ** 2 + change**2)
+            self.let_go = Source(level, max((REST_PULL * drop) ** 2 + change**2, AIR_SIGMA_N**2))
         self.rests = ()
         turns, anisotropy = self._turn(forward, backward)
         turns = Source(turns.value_N, turns.variance_N2 + anisotropy)
@@ -163,5 +163,7 @@ class Offset:
         offset, mu = (a - c) / (b + d), (a * d + c * b) / (b + d)
         # From stroke to stroke mu may change as much as within one stroke; and it may change with the force.
         variance = (LEAST_CHANGE * mu) ** 2 + spread + another + (EXPONENT * mu * (log - other)) ** 2
+        # A force that never changes has no scatter at all, but a sensor's zero repeats no better than this.
+        turn = Source(offset, max(variance / (b + d) ** 2, AIR_SIGMA_N**2))
         faded = Source(self.turns.value_N, self.turns.variance_N2 / TURNS_FADE)
-        return combined(faded, Source(offset, variance / (b + d) ** 2)), (ANISOTROPY * mu / (b + d)) ** 2
+        return combined(faded, turn), (ANISOTROPY * mu / (b + d)) ** 2

@@ -335,3 +335,12 @@ class FrictionOutput(Output):
         """The columns of a sample, and last the status."""
         self.last = found = self._friction.update((row.tangential_N, row.force_N, row.tick.slope_mm_s))
         return found.mu_kinetic, found.mu_kinetic_sigma, found.mu_static, found.mu_static_sigma, (found.status, "")
+
+    @property
+    def state(self) -> tuple:
+        """The state, to be kept or to be set again."""
+        return self._friction.state, self.last
+
+    @state.setter
+    def state(self, state: tuple) -> None:
+        self._friction.state, self.last = state

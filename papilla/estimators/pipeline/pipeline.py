@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from copy import deepcopy
 from functools import lru_cache
 from operator import index, itemgetter
 from typing import Any, ClassVar, NamedTuple
@@ -193,6 +194,14 @@ class Pipeline(Stream):
         self._running = [(slice(start, start + len(output.fills)), output) for start, output in filled]
         self._codes: tuple[tuple, ...] = ()
         self._new = self.state
+
+    def __reduce__(self) -> tuple:
+        """What was said and counted so far comes along."""
+        make, arguments, state = super().__reduce__()
+        return make, arguments, (state, deepcopy(self.legend), Counter(self._faults), self._codes)
+
+    def __setstate__(self, kept: tuple) -> None:
+        self.state, self.legend, self._faults, self._codes = kept
 
     def __repr__(self) -> str:
         gives = ", ".join(self._outputs) or "nothing"

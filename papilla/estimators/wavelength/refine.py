@@ -332,7 +332,7 @@ class Refinement:
         # averaged.
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
-        power = np.maximum(np.abs(last) ** 2, TINY) * float(self._count[self._begin[-2] :].sum())
+        power = np.maximum(np.abs(last), TINY**0.25) ** 2 * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
         finding, estimated = self.finding, self._task.late_variance > 0
         # A low-passed velocity is not only late but also too small: in strokes of angular frequency w by (w T)^2 / 2,

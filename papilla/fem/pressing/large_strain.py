@@ -26,6 +26,8 @@ from papilla.core.units import PER_CENT
 from papilla.fem.pressing.press import MEASURES, SILENT, Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
+from papilla.core.outside import json_value
+from papilla.core.outside import read_json
 from papilla.model.finger import DEFAULT_FINGER
 
 SCHEMA = "papilla.large_strain/1"
@@ -183,9 +185,12 @@ class LargeStrain:
     def to_json(self) -> dict:
         """The table as plain values."""
         # Rounded to seven digits; further digits differ from machine to machine
-        text = json.dumps({name: getattr(self, name).tolist() for name in ARRAYS})
-        arrays = json.loads(text, parse_float=lambda digits: float(f"{float(digits):.7g}"))
-        return {"ratio": self.ratio, "stuck": self.friction > 0, **arrays}
+        arrays = {name: np.vectorize(lambda value: float(f"{value:.7g}"))(getattr(self, name)) for name in ARRAYS}
+        return {
+            "ratio": self.ratio,
+            "stuck": self.friction > 0,
+            **{name: array.tolist() for name, array in arrays.items()},
+        }
 
     @classmethod
     def from_json(cls, table: dict) -> "LargeStrain":
@@ -379,8 +384,8 @@ def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
 def _known(key: str, _folder: Path) -> tuple[LargeStrain, ...]:
     """`known`, kept for each folder of the cache."""
     own = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
-    tables = [] if own is None else json.loads(str(own["json"]))
+    tables = [] if own is None else json_value(str(own["json"]), "large strain", finite=False)
     for path in ALL_SHIPPED if own is None else ():
-        shipped = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+        shipped = read_json(path) if path.exists() else {}
         tables += shipped["tables"] if shipped.get("key") == key else []
     return tuple(LargeStrain.from_json(table) for table in tables)

@@ -18,6 +18,7 @@ from pydantic.dataclasses import dataclass
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.model.finger import DEFAULT_FINGER
+from papilla.core.outside import read_bytes
 
 QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
 MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache
@@ -109,5 +110,5 @@ def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
 @lru_cache(maxsize=64)
 def _found(finger_sha256: str, mesh_sha256: str, _folder: Path) -> Prices | None:
     kept = cache.find("prices", cache.key(MEASURED_BY, finger_sha256, mesh_sha256), report=True)
-    prices = FORMAT.validate_json(SHIPPED.read_bytes() if kept is None else str(kept["json"]))
+    prices = FORMAT.validate_json(read_bytes(SHIPPED) if kept is None else str(kept["json"]))
     return prices if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256) else None

@@ -12,18 +12,27 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property, partial, wraps
 from os import PathLike
-from typing import Any, TypeVar
-from zipfile import BadZipFile
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from pydantic import Field, TypeAdapter, ValidationError
 
 from papilla.core import cache
-from papilla.core.errors import ContactRangeError, FileAccessError, FileFormatError, InputError
+from papilla.core.errors import ContactRangeError
+from papilla.core.errors import FileFormatError
+from papilla.core.errors import InputError
 from papilla.core.files import replacing
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
-from papilla.model.finger import Bench, Finger
+from papilla.core.file_models import first_of
+from papilla.core.file_models import in_words
+from papilla.core.file_models import keys_of
+from papilla.core.file_models import table
+from papilla.core.outside import json_value
+from papilla.core.outside import read_arrays
+from papilla.model.finger import Bench
+from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 
 COMPLIANCE_BY = PatchSurface.__module__
@@ -216,19 +225,21 @@ class ReducedFinger:
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, np.ndarray]) -> "ReducedFinger":
         """The finger of `to_arrays`; raises `FileFormatError` for anything else."""
+        if "meta" not in arrays:
+            raise FileFormatError("not a complete file: meta is missing")
+        meta = json_value(str(arrays["meta"]), "meta", finite=False)  # The bench of a half-space is infinite
+        if not isinstance(meta, dict) or meta.pop("schema", None) != SCHEMA:
+            raise FileFormatError(f"the schema is not {SCHEMA}")
         try:
-            meta = json.loads(str(arrays["meta"]))
-            if meta.pop("schema") != SCHEMA:
-                raise FileFormatError(f"reduced finger: the schema is not {SCHEMA}")
-            patch = Patch(**{item.name: np.asarray(arrays[f"patch_{item.name}"]) for item in fields(Patch)})
-            meta["at"], meta["gauge_names"] = tuple(meta["at"]), tuple(meta["gauge_names"])
-            meta["bench"] = Bench(**meta.get("bench", {}))
-            values: dict[str, Any] = {name: np.asarray(arrays[name]) for name in _ARRAYS}
-            if _TANGENTIAL[0] in arrays:
-                values["tangential_source"] = partial(tuple, [np.asarray(arrays[name]) for name in _TANGENTIAL])
-            return cls(patch=patch, **values, **meta)
-        except (KeyError, TypeError, json.JSONDecodeError) as error:
-            raise FileFormatError(f"reduced finger: not a complete file ({error})") from error
+            meta = _META.validate_python(meta)
+        except ValidationError as error:
+            raise FileFormatError(f"meta: {in_words(first_of(error))}") from error
+        found = _checked(arrays, len(meta["gauge_names"]))
+        patch = Patch(**{item.name: found[f"patch_{item.name}"] for item in fields(Patch)})
+        values: dict[str, Any] = {name: found[name] for name in _ARRAYS}
+        if _TANGENTIAL[0] in found:
+            values["tangential_source"] = partial(tuple, [found[name] for name in _TANGENTIAL])
+        return cls(patch=patch, **values, **meta)
 
     def save(self, path: str | PathLike) -> None:
         """Write the finger with all its data as .npz (no pickle); the file appears whole or not at all."""
@@ -238,23 +249,77 @@ class ReducedFinger:
     @classmethod
     def load(cls, path: str | PathLike) -> "ReducedFinger":
         """Read a finger that `save` wrote; raises `FileFormatError` or `FileAccessError`."""
+        arrays = read_arrays(path, f"reduced finger {path}")
         try:
-            with open(path, "rb") as stream:
-                arrays = np.load(stream, allow_pickle=False)
-                if not isinstance(arrays, np.lib.npyio.NpzFile):
-                    raise FileFormatError(f"{path} is not a reduced finger: one array, where an .npz was expected")
-                return cls.from_arrays(dict(arrays))
-        except OSError as error:
-            raise FileAccessError(f"cannot read reduced finger {path}: {error.strerror or error}") from error
-        except FileFormatError:
-            raise
-        except (ValueError, BadZipFile, EOFError) as error:
+            return cls.from_arrays(arrays)
+        except FileFormatError as error:
             raise FileFormatError(f"{path} is not a reduced finger: {error}") from error
 
 
 _TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 _NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source", "cached")
+_POSITIVE, _NOT_NEGATIVE = Annotated[float, Field(gt=0)], Annotated[float, Field(ge=0)]
+_BENCH: Any = {"friction": float | str | None, "thickness": Annotated[float, Field(allow_inf_nan=True)]}
+_META: TypeAdapter[dict[str, Any]] = TypeAdapter(
+    table(
+        dict,
+        dict.fromkeys(("finger_name", "finger_sha256", "mesh_sha256"), str)
+        | dict.fromkeys(("mesh_size_mm", "outer_modulus"), _POSITIVE)
+        | {"at": Annotated[tuple[float, float], Field(strict=False)]}
+        | {"gauge_names": Annotated[tuple[str, ...], Field(strict=False, min_length=1)]}
+        | {"strain_key": (str, ""), "element": (str, "Taylor-Hood"), "facets": (_NOT_NEGATIVE, 0.0)}
+        | {"bench": (table(Bench, keys_of(Bench, **_BENCH), known=True), Bench())},
+        known=True,
+    )
+)
+
+
+def _checked(arrays: Mapping[str, np.ndarray], gauges: int) -> dict[str, np.ndarray]:
+    """The arrays of a reduced finger; raises `FileFormatError` for one that is missing, not finite, or of another shape
+    or range."""
+    nodes = len(_numbers(arrays, "patch_xy"))
+    shapes = {
+        "patch_xy": (nodes, 2), "patch_triangles": (None, 3), "patch_mass": (nodes,), "patch_gap": (nodes,),
+        "patch_rim": (nodes,), "patch_images": (None, 2), "compliance": (nodes, nodes), "half_space": (nodes, nodes),
+        "rows": (len(QUANTITIES), gauges, nodes), "weights": (len(QUANTITIES), gauges), "layers": (None, 2),
+    }  # fmt: skip
+    if any(name in arrays for name in _TANGENTIAL):
+        side = (3 * nodes, 2 * nodes), (len(QUANTITIES), gauges, 2 * nodes)
+        shapes |= dict(zip(_TANGENTIAL, side, strict=True))
+    found = {name: _numbers(arrays, name) for name in shapes}
+    for name, shape in shapes.items():
+        stated = found[name].shape
+        same = len(stated) == len(shape) and all(
+            a in (b, None) or b is None for a, b in zip(stated, shape, strict=True)
+        )
+        if not same or 0 in stated:
+            expected = " x ".join("n" if side is None else str(side) for side in shape)
+            raise FileFormatError(f"{name} must have the shape {expected}, has {' x '.join(map(str, stated))}")
+    images, triangles, rim = (found[f"patch_{name}"] for name in ("images", "triangles", "rim"))
+    if triangles.dtype.kind not in "iu" or triangles.min() < 0 or triangles.max() >= nodes:
+        raise FileFormatError(f"patch_triangles must hold whole numbers from 0 to {nodes - 1}")
+    if len(images) > 4 or (np.abs(images) != 1).any():
+        raise FileFormatError("patch_images must hold up to four pairs of 1 and -1")
+    if rim.dtype != bool:
+        raise FileFormatError("patch_rim must hold true and false")
+    for name in ("patch_mass", "layers"):
+        if (found[name] <= 0).any():
+            raise FileFormatError(f"{name} must hold numbers above 0")
+    for name in ("compliance", "half_space"):
+        matrix = found[name]
+        if np.abs(matrix - matrix.T).max() > UNLIKE * np.abs(matrix).max() or (matrix.diagonal() <= 0).any():
+            raise FileFormatError(f"{name} must be symmetric, with numbers above 0 on its diagonal")
+    return found
+
+
+def _numbers(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    if name not in arrays:
+        raise FileFormatError(f"not a complete file: {name} is missing")
+    array = np.asarray(arrays[name])
+    if array.dtype.kind not in "fiub" or array.ndim == 0 or not np.isfinite(array).all():
+        raise FileFormatError(f"{name} must be an array of finite numbers")
+    return array
 
 
 @kept()

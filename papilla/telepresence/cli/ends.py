@@ -1,7 +1,6 @@
 """`papilla telepresence sensor | display`: the two ends of the real link, as processes."""
 
 import gc
-import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -56,21 +55,24 @@ class SensorAddress:
 
     listen: ListenOption = "127.0.0.1:47001"
     peer: PeerOption = "127.0.0.1:47002"
-    key_file: Path | None = option(None, "File with a secret of 16 bytes or more that both ends share (HMAC).")
+    key_file: Path | None = option(
+        None, "File with a secret of 16 bytes or more that both ends share; needed for other machines."
+    )
 
     def endpoint(self) -> "Endpoint":
         """The endpoint; raises `InputError` and `FileAccessError`."""
-        from papilla.core.outside import read_bytes
+        from papilla.core.outside import read_key
         from papilla.telepresence.udp import Address, Endpoint
 
-        key = None if self.key_file is None else read_bytes(self.key_file).strip()
-        if self.key_file is not None and os.name != "nt" and self.key_file.stat().st_mode & 0o077:
-            say(f"{self.key_file} can be read by others: chmod 600 {self.key_file}")
+        key = None if self.key_file is None else read_key(self.key_file)
         own, other = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
         if own == other:
             raise InputError(f"--listen and --peer must differ, got {own} twice")
         with about(self.key_file):
-            return Endpoint(own, other, key)
+            endpoint = Endpoint(own, other, key)
+        if endpoint.leaves_machine:
+            say(f"messages to {other} are signed, not encrypted: whoever is on the way can read them")
+        return endpoint
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """`ReducedFinger` on disk: bit for bit, whole or not at all, and nothing else accepted."""
 
 import json
+import math
 import warnings
 from dataclasses import dataclass, fields, replace
 
@@ -12,6 +13,7 @@ from papilla.fem import ReducedFinger, press
 from papilla.fem.reduction.finger_model import model_of
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import kept
+from papilla.model.finger import Bench
 from papilla.model.specimen import Block, HalfSpace
 
 
@@ -75,21 +77,21 @@ def refused(path, error, message):
 def test_a_truncated_file_is_refused(saved, keep):
     content = saved.read_bytes()
     saved.write_bytes(content[: keep if isinstance(keep, int) else int(keep * len(content))])
-    refused(saved, FileFormatError, "finger.npz is not a reduced finger")
+    refused(saved, FileFormatError, "reduced finger .*finger.npz is no file of arrays")
 
 
 def test_a_flipped_byte_is_refused(saved):
     content = bytearray(saved.read_bytes())
     content[len(content) // 2] ^= 0xFF
     saved.write_bytes(content)
-    refused(saved, FileFormatError, "finger.npz is not a reduced finger")
+    refused(saved, FileFormatError, "reduced finger .*finger.npz is no file of arrays")
 
 
 @pytest.mark.parametrize("content", [b"", b"hello", b"\x80\x04]\x94.", b"PK\x03\x04 not a zip"])
 def test_a_foreign_file_is_refused(tmp_path, content):
     path = tmp_path / "finger.npz"
     path.write_bytes(content)
-    refused(path, FileFormatError, "finger.npz is not a reduced finger")
+    refused(path, FileFormatError, "reduced finger .*finger.npz is no file of arrays")
 
 
 def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
@@ -103,14 +105,72 @@ def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
     np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
     refused(path, FileFormatError, "the schema is not papilla.reduced/3")
     np.savez(path, **{**arrays, "weights": np.array([1.0, None, 1.0, 1.0, 1.0], dtype=object)})
-    refused(path, FileFormatError, "finger.npz is not a reduced finger: .*allow_pickle=False")
-    for meta in ({"schema": "papilla.reduced/3"}, {"name": 1}):
+    refused(path, FileFormatError, "finger.npz is no file of arrays.*allow_pickle=False")
+    for meta in ({"schema": "papilla.reduced/3"}, {"name": 1}, [], 3, None):
         np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
-        refused(path, FileFormatError, "the schema is not papilla.reduced/3|not a complete file")
+        refused(path, FileFormatError, "the schema is not papilla.reduced/3|key finger_name is missing")
     np.savez(path, **{**arrays, "meta": np.array("{")})
-    refused(path, FileFormatError, "not a complete file")
+    refused(path, FileFormatError, "meta was cut short")
     np.save(tmp_path / "plain.npy", np.arange(3))
-    refused(tmp_path / "plain.npy", FileFormatError, "not a reduced finger")
+    refused(tmp_path / "plain.npy", FileFormatError, "is no file of arrays")
+
+
+SPOILT = {
+    "one row more": lambda array: np.concatenate([array, array[:1]]),
+    "no rows": lambda array: array[:0],
+    "one axis more": lambda array: array[None],
+    "text": lambda array: array.astype(str),
+    "not a number": lambda array: np.where(np.arange(array.size).reshape(array.shape) == 1, np.nan, array),
+    "infinite": lambda array: np.where(np.arange(array.size).reshape(array.shape) == 1, np.inf, array),
+    "complex": lambda array: array * 1j,
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT.values(), ids=SPOILT)
+def test_an_array_that_does_not_fit_is_refused_and_named(coarse, tmp_path, spoil):
+    path, arrays = tmp_path / "finger.npz", coarse.to_arrays(tangential=True)
+    for name in arrays.keys() - {"meta"}:
+        np.savez(path, **{**arrays, name: spoil(arrays[name])})
+        if spoil is SPOILT["one row more"] and name in ("patch_triangles", "patch_images", "layers"):
+            continue  # As many as there are
+        refused(path, FileFormatError, rf"finger.npz is not a reduced finger: .*({name}|shape)")
+
+
+OUT_OF_RANGE = {
+    "patch_triangles": lambda array: array + len(array) + 1000,
+    "patch_images": lambda array: array * 2,
+    "patch_mass": lambda array: -array,
+    "layers": lambda array: -array,
+    "compliance": lambda array: -array,
+    "half_space": lambda array: np.triu(array),
+}
+
+
+@pytest.mark.parametrize("name", OUT_OF_RANGE)
+def test_numbers_out_of_range_are_refused(coarse, tmp_path, name):
+    arrays = coarse.to_arrays()
+    np.savez(tmp_path / "finger.npz", **{**arrays, name: OUT_OF_RANGE[name](arrays[name])})
+    refused(tmp_path / "finger.npz", FileFormatError, f"is not a reduced finger: {name} must")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("mesh_size_mm", 0.0), ("mesh_size_mm", "0.7"), ("outer_modulus", math.nan), ("at", [0.0]), ("at", [0.0, "x"]),
+        ("gauge_names", []), ("gauge_names", [1]), ("gauge_names", "g"), ("finger_name", None), ("facets", -1.0),
+        ("bench", {"thickness": -1.0}), ("bench", {"friction": {}}), ("bench", 3), ("more", 1), ("element", 5),
+    ],
+)  # fmt: skip
+def test_facts_of_another_kind_are_refused(coarse, tmp_path, key, value):
+    arrays = coarse.to_arrays()
+    meta = json.loads(str(arrays["meta"])) | {key: value}
+    np.savez(tmp_path / "finger.npz", **{**arrays, "meta": np.array(json.dumps(meta))})
+    refused(tmp_path / "finger.npz", FileFormatError, f"is not a reduced finger: meta: .*{key}")
+
+
+def test_the_bench_of_a_half_space_is_kept(coarse, tmp_path):
+    replace(coarse, bench=Bench(math.inf, "stick")).save(tmp_path / "finger.npz")
+    assert ReducedFinger.load(tmp_path / "finger.npz").bench == Bench(math.inf, "stick")
 
 
 def test_a_missing_file_or_folder_is_named(tmp_path, coarse):

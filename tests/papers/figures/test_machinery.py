@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
-from papilla_papers.claims import CLAIMS
+from papilla.core.errors import FileFormatError, InputError
 from papilla_papers.figures import PAPERS, Curve, Figure, Panel, Paper, Picture, Shade, Table, figures, runner, write
 from papilla_papers.figures.drawing import as_svg, draw
 from papilla_papers.figures.picture import HEADS, MOST_CELLS, MOST_ROWS, as_csv
+from papilla_papers.claims import CLAIMS
 
 X = np.linspace(0.0, 10.0, 4001)
 CURVES = (
@@ -72,6 +72,15 @@ def test_a_picture_survives_the_cache():
     assert as_csv(after) == as_csv(before) and as_svg(Picture((LINES,))) == as_svg(Picture(after.panels[:1]))
     assert (after.columns, after.found, after.panels[1].names) == (2, "words", ("one", "two"))
     assert after.panels[2].shade is not None and (after.panels[2].shade.phase == 1.0).all()
+
+
+def test_bytes_that_are_no_picture_are_one_error():
+    packed = Picture((LINES, BARS, MAP)).packed()
+    others = [packed[:-1], packed[: len(packed) // 2], np.frombuffer(b"\x91" * 5000, np.uint8)]
+    others += [np.frombuffer(packed.tobytes().replace(b"<f8", kind), np.uint8) for kind in (b"|O8", b"xyz", b"<f4")]
+    for content in others:
+        with pytest.raises(FileFormatError, match="no picture, or are damaged"):
+            Picture.unpacked(content)
 
 
 def test_the_csv_names_quantities_and_origins():

@@ -1,0 +1,170 @@
+"""Three surfaces and how they lie in each other: an answer where each is inside the one before, one line elsewhere."""
+
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from papilla import fem
+from papilla.errors import FileFormatError
+from papilla.finger import Layer, Surfaces
+from papilla.mesh import BONE, INNER, OUTER, build
+from papilla.mesh.body import surfaces_of
+from papilla.mesh.cells import volumes
+from papilla.specimen import Block
+
+NAMES = ("skin", "interface", "bone")
+SIZE_MM = 1.5
+
+
+def box(low, high):
+    """A box of twelve triangles."""
+    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)])
+    sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    triangles = [corner for a, b, c, d in sides for corner in ((a, b, c), (a, c, d))]
+    return np.array(low) + corners * np.subtract(high, low), np.array(triangles)
+
+
+def ball(axes, centre, subdivisions=2):
+    """A whole ellipsoid."""
+    import pyvista
+
+    sphere = pyvista.Icosphere(nsub=subdivisions)
+    return np.asarray(sphere.points, float) * axes + centre, sphere.regular_faces
+
+
+def octahedron(radius):
+    """An octahedron that stands on a tip."""
+    tips = np.vstack([np.eye(3), -np.eye(3)])
+    triangles = [(0, 1, 2), (1, 3, 2), (3, 4, 2), (4, 0, 2), (1, 0, 5), (3, 1, 5), (4, 3, 5), (0, 4, 5)]
+    return radius * (tips + [0, 0, 1]), np.array(triangles)
+
+
+def on_an_edge(side):
+    """A box that stands on an edge."""
+    points, triangles = box([-1, -1, -1], [1, 1, 1])
+    turned = points @ np.array([[1, 0, 1], [0, 1, 0], [-1, 0, 1]]) / 2
+    return side * (turned + [0, 0, 1]), triangles
+
+
+def notched():
+    """A prism with a notch from its top to z = 4, across the whole finger."""
+    outline = np.array([(-12, 0), (12, 0), (12, 12), (2, 12), (0, 4), (-2, 12), (-12, 12)], float)
+    ends = [np.column_stack([outline[:, 0], np.full(7, y), outline[:, 1]]) for y in (-12, 12)]
+    cap = np.array([(0, 1, 4), (1, 2, 3), (1, 3, 4), (0, 4, 5), (0, 5, 6)])
+    around = np.arange(7)
+    onward = np.roll(around, -1)
+    wall = np.vstack([np.column_stack([around, around + 7, onward]), np.column_stack([onward, around + 7, onward + 7])])
+    return np.vstack(ends), np.vstack([cap, cap[:, ::-1] + 7, wall])
+
+
+SKIN = box([-12, -12, 0], [12, 12, 12])
+INTERFACE = box([-9, -9, 0], [9, 9, 9])
+BONE_BOX = box([-4, -4, 0], [4, 4, 5])
+
+
+def lifted(part, z):
+    return part[0] + [0, 0, z], part[1]
+
+
+@pytest.fixture(scope="module")
+def read_once(tmp_path_factory):
+    """The cache of this module: each surface is read by one child process."""
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(autouse=True)
+def own_cache(read_once, monkeypatch):
+    monkeypatch.setenv("PAPILLA_CACHE", str(read_once))
+
+
+@pytest.fixture
+def finger(tmp_path, write_surface, finger_of):
+    """A finger from three surfaces (vertices and triangles), the skin first."""
+
+    def make(*parts, **more):
+        files = [write_surface(tmp_path / f"{name}.stl", *part) for name, part in zip(NAMES, parts, strict=True)]
+        return finger_of(Surfaces(*files), **more)
+
+    return make
+
+
+REFUSED = {
+    "interface outside of the skin": ((SKIN, box([-13, -13, 0], [13, 13, 13]), BONE_BOX), "interface", "around it"),
+    "interface beyond a side": ((SKIN, box([-5, -5, 1], [15, 5, 9]), BONE_BOX), "interface", "reaches out by 3 mm"),
+    "interface beyond the top": ((SKIN, ball((8, 8, 8), (0, 0, 9)), BONE_BOX), "interface", "reaches out by 5 mm"),
+    "interface as large as the skin": ((SKIN, SKIN, BONE_BOX), "interface", "at least .* away"),
+    "interface that grazes the skin": ((SKIN, box([-9, -9, 0], [9, 9, 12]), BONE_BOX), "interface", "at least .* away"),
+    "bone touches the interface": ((SKIN, INTERFACE, box([-4, -4, 2], [4, 4, 9])), "bone", "0 mm are left at"),
+    "bone at a side of the interface": ((SKIN, INTERFACE, box([-9, -4, 2], [4, 4, 6])), "bone", "0 mm are left at"),
+    "bone out of the interface": ((SKIN, INTERFACE, box([-4, -4, 2], [4, 4, 10])), "bone", "reaches out by 1 mm"),
+    "bone below a clear interface": ((SKIN, lifted(INTERFACE, 1), BONE_BOX), "bone", "its base reaches beyond"),
+    "bone on its tip": ((SKIN, INTERFACE, octahedron(3)), "bone", "touches the base .* in a point"),
+    "bone on an edge": ((SKIN, INTERFACE, on_an_edge(3)), "bone", "touches the base .* in a point or an edge"),
+    "bone below the base": ((SKIN, INTERFACE, ball((3, 3, 3), (0, 0, 2))), "bone", "reaches below the base"),
+    "interface below the base": ((SKIN, ball((8, 8, 8), (0, 0, 2)), BONE_BOX), "interface", "reaches below the base"),
+    "interface far from the skin": ((SKIN, lifted(INTERFACE, 50), BONE_BOX), "interface", "38 mm away from it"),
+    "bone far from the interface": ((SKIN, INTERFACE, lifted(BONE_BOX, 30)), "bone", "21 mm away from it"),
+    "far aside": ((SKIN, (INTERFACE[0] + [70, 0, 0], INTERFACE[1]), BONE_BOX), "interface", "49 mm away from it"),
+    "a notch of the skin cuts it": ((notched(), box([-8, -8, 0], [8, 8, 8]), BONE_BOX), "interface", "they cross near"),
+    "a skin without a base": ((ball((12, 12, 12), (0, 0, 12)), lifted(INTERFACE, 6), BONE_BOX), "skin", "no flat base"),
+}  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("parts", "named", "message"), REFUSED.values(), ids=REFUSED)
+def test_surfaces_that_are_not_nested_are_one_line(finger, parts, named, message):
+    with pytest.raises(FileFormatError, match=rf"{named}\.stl: .*({message})") as caught:
+        build(finger(*parts), SIZE_MM)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("order", [order for order in permutations(range(3)) if order != (0, 1, 2)])
+@pytest.mark.parametrize("clear_mm", [0.0, 1.5])
+def test_files_in_a_wrong_order_are_one_line(finger, order, clear_mm):
+    parts = SKIN, lifted(INTERFACE, clear_mm), lifted(BONE_BOX, 2 * clear_mm)
+    with pytest.raises(FileFormatError, match=r"but around it: the order is outer, interface, bone|no flat base"):
+        build(finger(*(parts[number] for number in order)), SIZE_MM)
+
+
+def clear(interface_mm, bone_mm):
+    """Interface and bone as whole ellipsoids that stay clear of the base, or as boxes that stand on it."""
+    interface = ball((8, 8, 4.5), (0, 0, 4.5 + interface_mm)) if interface_mm else INTERFACE
+    bone = ball((3, 3, 1.5), (0, 0, 1.5 + interface_mm + bone_mm)) if bone_mm else BONE_BOX
+    return SKIN, interface, bone
+
+
+def volume_of(part):
+    return np.linalg.det(part[0][part[1]]).sum() / 6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("elastic", [False, True])
+@pytest.mark.parametrize(("interface_mm", "bone_mm"), [(0, 1.5), (1.5, 1.5), (0.4, 2.0)])
+def test_surfaces_clear_of_the_base_are_meshed_exactly(finger, interface_mm, bone_mm, elastic):
+    parts = clear(interface_mm, bone_mm)
+    design = finger(*parts, bone=Layer(3000.0, 0.35) if elastic else None)
+    mesh = build(design, SIZE_MM)
+    volume = volumes(mesh.points, mesh.tets)
+    skin, interface, bone = map(volume_of, parts)
+    layers = {OUTER: skin - interface, INNER: interface - bone} | ({BONE: bone} if elastic else {})
+    assert volume.min() > 0 and set(mesh.layer) == set(layers)
+    for layer, expected in layers.items():
+        assert volume[mesh.layer == layer].sum() == pytest.approx(expected, rel=0.02)
+    held = mesh.points[np.unique(mesh.boundaries["base"])]
+    on_bone = np.abs(surfaces_of(design)["bone"].level(held)) < 1e-9
+    assert np.all((held[:, 2] == 0) | on_bone) and np.any(held[:, 2] == 0)
+    assert np.any(on_bone) != elastic, "a rigid bone is held, wherever it is"
+
+
+@pytest.mark.slow
+def test_of_one_material_it_does_not_matter_where_the_surfaces_inside_are(finger, half_ellipsoid):
+    """Moduli of all layers equal: a press knows the skin alone. Meshes of this size scatter by 3 %."""
+    skin, layer, answers = half_ellipsoid((14.0, 14.0, 12.0), 10), Layer(0.1, 0.49), []
+    for interface_mm, bone_mm in ((0, 0), (0, 1.5), (1.5, 1.5)):
+        parts = (skin, box([-6, -6, interface_mm], [6, 6, 8]), box([-3, -3, bone_mm * 2], [3, 3, 5]))
+        design = replace(finger(*parts, bone=layer), outer=layer, inner=layer)
+        reduced = fem.FingerModel(design, build(design, SIZE_MM)).reduce((0, 0))
+        answers.append(fem.press(reduced, Block(0.1, 10), force=0.3, fidelity="contact").indentation)
+    assert answers == pytest.approx([answers[0]] * 3, rel=0.05)
