@@ -10,8 +10,8 @@ from multiprocessing import get_context
 from queue import SimpleQueue
 from typing import Any
 
-from papilla.errors import WorkerKilledError
-from papilla.workers import THREADS, end_with_parent
+from papilla.core.errors import WorkerKilledError
+from papilla.core.workers import THREADS, end_with_parent
 
 spawned = get_context("spawn")
 """New processes begin afresh, without copies of this one's threads and locks."""

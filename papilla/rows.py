@@ -9,8 +9,8 @@ from typing import Self
 
 import numpy as np
 
-from papilla.errors import FileFormatError
-from papilla.memory import refuse_beyond
+from papilla.core.errors import FileFormatError
+from papilla.core.memory import refuse_beyond
 
 BLOCK = 8192  # Number of rows that are read at once
 CELL_BYTES = 40  # Memory of a number in a table that is read as a whole: itself, and four copies at times

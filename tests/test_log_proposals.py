@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from papilla.errors import PapillaError
+from papilla.core.errors import PapillaError
 from papilla.logs import TimeLogFile
 from papilla.logs.log_map import LogMap
 from papilla.logs.proposal import propose

@@ -19,8 +19,8 @@ def new(
 ) -> Answer:
     """Write a commented design file to start from; nothing is overwritten."""
     from papilla.core.files import replacing_set
-    from papilla.model.finger import DEFAULT_FINGER, Finger
     from papilla.core.outside import read_text
+    from papilla.model.finger import DEFAULT_FINGER, Finger
 
     own = {} if shape != "surfaces" else {getattr(Finger.default().shape, key): name for key, name in SURFACES.items()}
     written = [file, *map(file.with_name, own.values())]

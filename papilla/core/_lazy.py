@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from papilla.outside import read_text
+from papilla.core.outside import read_text
 
 _IMPORT = re.compile(r"^from (\.\S*) import (?:(\w+) as \2|\(([^)]*)\))", re.MULTILINE)
 

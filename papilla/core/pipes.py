@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO
 
-from papilla.errors import FileFormatError
+from papilla.core.errors import FileFormatError
 
 PIPE = Path("-")
 """The name of standard input, or output, where a file is expected."""

@@ -9,17 +9,14 @@ from functools import cache as once
 from time import process_time
 
 from papilla import __version__
-from papilla.core import cache
-from papilla.core import checks
-from papilla.core.errors import PapillaError
+from papilla.core import cache, checks
+from papilla.core.errors import InputError, PapillaError
 from papilla.design.geometry import SCENES, SPENT, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places
 from papilla.design.scene import Scene
-from papilla.core.errors import InputError
-from papilla.design.texts import line
-from papilla.design.texts import short
+from papilla.design.texts import line, short
 from papilla.model.finger import Finger
 
 OK = "ok"

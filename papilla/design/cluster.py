@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from papilla.core.errors import InputError, MissingExtraError
+from papilla.core.outside import read_bytes
 from papilla.design.batch import refuse_version
 from papilla.design.texts import line, short
-from papilla.errors import InputError, MissingExtraError
-from papilla.outside import read_bytes
 
 if TYPE_CHECKING:
     from distributed.security import Security

@@ -12,8 +12,8 @@ import warnings
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 
+from papilla.core.errors import InputError
 from papilla.design.texts import line, short
-from papilla.errors import InputError
 
 LETTERS, NODES, DEPTH = 2000, 400, 100
 """Most letters of a formula, numbers, names and operations in it, and operations inside each other."""

@@ -11,10 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from papilla import fem, view
-from papilla.core.errors import InputError
-from papilla.core.errors import PapillaError
-from papilla.core.files import check_writable
-from papilla.core.files import write_text
+from papilla.core.errors import InputError, PapillaError
+from papilla.core.files import check_writable, write_text
 from papilla.core.units import PER_CENT
 from papilla.design.cluster import Scheduler
 from papilla.design.confirming import confirm

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from papilla.design.texts import LETTERS, short
 from papilla.core.errors import InputError
+from papilla.design.texts import LETTERS, short
 from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
 OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")

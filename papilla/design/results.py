@@ -14,18 +14,15 @@ import numpy as np
 from scipy.special import stdtrit
 
 from papilla.calibration import LEVEL
-from papilla.core.errors import InputError
+from papilla.core.errors import InputError, SolverError
+from papilla.core.files import replacing
 from papilla.core.units import PER_CENT
-from papilla.design.batch import OK
-from papilla.design.batch import Record
-from papilla.design.batch import judged
+from papilla.design.batch import OK, Record, judged
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
 from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
-from papilla.core.errors import SolverError
-from papilla.core.files import replacing
 from papilla.design.texts import short
 from papilla.logs.frames import estimates_writer
 from papilla.model.finger import Finger

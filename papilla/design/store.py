@@ -15,18 +15,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from papilla.core import checks
-from papilla.core.errors import FileAccessError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 from papilla.core.files import check_writable
+from papilla.core.outside import json_value, own_database, reason
 from papilla.design.batch import Record
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
-from papilla.core.errors import NotOwnError
-from papilla.core.outside import json_value
-from papilla.core.outside import own_database
-from papilla.core.outside import reason
 from papilla.design.study import Study
-from papilla.design.texts import line
-from papilla.design.texts import short
+from papilla.design.texts import line, short
 
 PATIENCE_S = 60.0
 """Time that a transaction waits for one of another client, s."""

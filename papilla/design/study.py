@@ -11,15 +11,10 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from papilla.core.checks import ROUNDING
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
-from papilla.core.file_models import first_of
-from papilla.core.file_models import in_words
-from papilla.core.file_models import keys_of
-from papilla.core.file_models import table
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
-from papilla.design.formulas import coupled
-from papilla.design.formulas import names_of
+from papilla.design.formulas import coupled, names_of
 from papilla.design.geometry import geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES, Objective

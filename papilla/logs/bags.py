@@ -16,24 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from papilla.core.errors import FileAccessError
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
-from papilla.core.errors import PapillaError
-from papilla.core.outside import reason
-from papilla.core.tables import BLOCK
-from papilla.core.tables import Table
-from papilla.core.units import NS_PER_S
-from papilla.core.units import S_PER_NS
-from papilla.logs.frames import FrameReader
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.core.memory import refuse_beyond
-from papilla.core.outside import DESIGN_BYTES
-from papilla.core.outside import MIB
-from papilla.core.outside import checked_file
-from papilla.logs.parquet import MOST_ELEMENTS
-from papilla.logs.parquet import MOST_FIELDS
-from papilla.rows import BLOCK
-from papilla.rows import Table
+from papilla.core.outside import DESIGN_BYTES, MIB, checked_file, reason
+from papilla.core.tables import BLOCK, Table
+from papilla.core.units import NS_PER_S, S_PER_NS
+from papilla.logs.frames import FrameReader
+from papilla.logs.parquet import MOST_ELEMENTS, MOST_FIELDS
+from papilla.rows import BLOCK, Table
 
 NUMBER_BYTES = 100
 """Memory of a number while a bag is read: a Python object in a list, and its places in two arrays."""

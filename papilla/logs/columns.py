@@ -19,9 +19,7 @@ from papilla.logs.bags import BagReader
 from papilla.logs.frames import PARQUET, FrameReader
 from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
 from papilla.logs.parquet import ParquetReader
-from papilla.rows import BLOCK
-from papilla.rows import Reader
-from papilla.rows import Table
+from papilla.rows import BLOCK, Reader, Table
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from papilla.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.outside import checked_file, reason
 from papilla.logs.frames import column_of
-from papilla.outside import checked_file, reason
 from papilla.rows import BLOCK, Reader, Table, check_names, check_text
 
 MOST_ELEMENTS = 64

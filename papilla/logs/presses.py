@@ -18,10 +18,7 @@ from papilla.core.units import PER_CENT
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import of_presses
-from papilla.model.specimen import Block
-from papilla.model.specimen import SPECIMEN_KINDS
-from papilla.model.specimen import Specimen
-from papilla.model.specimen import THICKNESS_MM
+from papilla.model.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 from papilla.rows import Table
 
 USUAL_FORCE_ERROR = 0.01

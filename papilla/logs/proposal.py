@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import one_line
+from papilla.core.errors import FileFormatError, one_line
 from papilla.core.files import toml_value
+from papilla.core.outside import toml
 from papilla.core.tables import TableReader
 from papilla.logs.columns import instants, is_bag, unmapped
 from papilla.logs.frames import PARQUET
@@ -33,7 +33,6 @@ from papilla.logs.log_map import (
     split_unit,
 )
 from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
-from papilla.core.outside import toml
 
 HEAD = 2000
 """Number of rows that are read for the size of the numbers."""

@@ -18,8 +18,7 @@ from papilla.core.tables import Reader, Table
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import Magnitudes, Noise, Sizes
-from papilla.rows import Reader
-from papilla.rows import Table
+from papilla.rows import Reader, Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""

@@ -18,6 +18,7 @@ import numpy as np
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
 from papilla.core.files import replacing
+from papilla.core.outside import read_arrays
 from papilla.mesh.body import NAMES, Body, body_of
 from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
 from papilla.mesh.child import MESHER_VERSION, Progress
@@ -27,12 +28,7 @@ from papilla.mesh.layered import BONE, INNER, LayeredMesh, pack, unpack
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
-from papilla.core.outside import read_arrays
-from papilla.model.finger import DEFAULT_FINGER
-from papilla.model.finger import Dome
-from papilla.model.finger import Finger
-from papilla.model.finger import Layer
-from papilla.model.finger import Slab
+from papilla.model.finger import DEFAULT_FINGER, Dome, Finger, Layer, Slab
 
 DEFAULT_SIZE_MM = 0.7  # Element size at the contact to which the figures of the README refer
 

@@ -14,14 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.core.errors import FileAccessError
-from papilla.core.errors import MeshError
-from papilla.core.errors import PapillaError
+from papilla.core.errors import FileAccessError, MeshError, PapillaError
 from papilla.core.files import scratch
-from papilla.core.outside import reason
+from papilla.core.outside import read_arrays, read_bytes, reason
 from papilla.mesh import worker
-from papilla.core.outside import read_arrays
-from papilla.core.outside import read_bytes
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
 HEARTBEAT_S = 0.5

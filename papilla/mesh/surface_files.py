@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from papilla.core import cache
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import MeshError
+from papilla.core.errors import FileFormatError, MeshError
 from papilla.core.files import replacing
-from papilla.core.outside import reason
+from papilla.core.outside import BINARY_BYTES, read_bytes
 from papilla.mesh.cells import compact, components, edges_of
 from papilla.mesh.child import cells_of, run
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Triangulation
-from papilla.core.outside import BINARY_BYTES
-from papilla.core.outside import read_bytes
 
 if TYPE_CHECKING:
     from pyvista import PolyData

@@ -14,9 +14,9 @@ from pydantic import BeforeValidator, Field, TypeAdapter, ValidationError
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.files import toml_lines, write_text
-from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Slab, Surfaces
-from papilla.model.materials import MATERIALS, Material
 from papilla.core.outside import read_toml
+from papilla.model.materials import MATERIALS, Material
+from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Slab, Surfaces
 
 Design = TypeVar("Design")
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
 from papilla.core.outside import BINARY_BYTES, read_bytes
 from papilla.core.short_repr import html_table
+from papilla.model.parts import Bench, Dome, Gauge, Identified, Layer, Ridges, Shape, Slab, Surfaces
 
 __all__ = [
     "Bench", "DEFAULT_FINGER", "Dome", "Finger", "Gauge", "Identified", "Layer", "Ridges", "SHIPPED_FINGERS", "Shape",

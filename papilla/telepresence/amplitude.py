@@ -12,11 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from papilla.core import checks
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
-from papilla.core.outside import json_value
-from papilla.core.outside import read_text
-from papilla.core.outside import shipped
+from papilla.core.errors import FileFormatError, InputError
+from papilla.core.outside import json_value, read_text, shipped
 from papilla.core.tables import TableReader
 from papilla.telepresence.actuator import PIEZO
 

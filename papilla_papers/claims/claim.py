@@ -12,9 +12,9 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.errors import PapillaError
 from papilla.core.outside import shipped, toml
+from papilla.core.units import PER_CENT
 from papilla.verify.case import Case, Interval, Verdict
 from papilla_papers.claims.scenes import scenes
-from papilla.core.units import PER_CENT
 
 EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
 """Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the

@@ -12,8 +12,8 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.errors import FileFormatError
-from papilla.outside import DOCUMENT_BYTES, message_decoder
+from papilla.core.errors import FileFormatError
+from papilla.core.outside import DOCUMENT_BYTES, message_decoder
 
 MOST_ROWS, MOST_CELLS = 1000, 50
 """Largest number of points in the CSV, of a curve and of a map along each axis; pictures show all points."""

@@ -5,14 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.calibration import DEFAULT_FORCES
-from papilla.calibration import DEFAULT_MODULI
-from papilla.calibration import Sweep
-from papilla.calibration import sweep
+from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, Sweep, sweep
 from papilla.calibration.fitting import sweep as press_table
-from papilla.core.errors import ContactRangeError
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
+from papilla.core.errors import ContactRangeError, FileFormatError, InputError
 from papilla.core.tables import TableReader
 from papilla.fem.pressing import fidelity
 from papilla.logs import read_presses

@@ -48,7 +48,7 @@ EXCEPTIONS = {
     ("papilla/mesh/worker.py", "*"): "a script of the child process, which cannot import papilla; it reads what its "
     "parent wrote into a folder of its own",
     ("papilla/cli/main.py", "*open"): "the null device stands for a closed standard stream; no other file is opened",
-    ("papilla/cache.py", "numpy.savez_compressed"): "arrays are packed in memory, then written with `replacing`",
+    ("papilla/core/cache.py", "numpy.savez_compressed"): "arrays are packed in memory, then written with `replacing`",
     ("papilla/design/cluster.py", "distributed.*"): "the one client of a scheduler that the user names, with its "
     "certificates; it opens no port, and what comes back is checked before it is stored",
     ("papilla/logs/bags.py", "rosbags.*"): "the library opens the file after `outside.checked_file` has judged it",

@@ -9,8 +9,8 @@ import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.processes import TRIES, Processes, one_thread_each
 from papilla.core.workers import counted, workers
+from papilla.processes import TRIES, Processes, one_thread_each
 
 
 def doubled(number, say):

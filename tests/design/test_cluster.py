@@ -16,12 +16,11 @@ from pathlib import Path
 import pytest
 from killed_client import is_alive
 
-from papilla.core.errors import InputError, MissingExtraError
+from papilla.core.errors import InputError, PapillaError
 from papilla.design import running
 from papilla.design.cluster import Scheduler
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.core.errors import PapillaError
 
 pytestmark = pytest.mark.slow
 

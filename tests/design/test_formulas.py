@@ -6,8 +6,8 @@ import time
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError
 from papilla.design.formulas import coupled, names_of
-from papilla.errors import InputError
 
 AT_ONCE_S = 1.0
 

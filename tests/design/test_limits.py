@@ -9,10 +9,7 @@ import pytest
 
 from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.core.errors import InputError
-from papilla.design import confirming
-from papilla.design import influence
-from papilla.design import sampling
-from papilla.design import scene
+from papilla.design import confirming, influence, sampling, scene
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError, SolverError
+from papilla.core.errors import InputError
 from papilla.design import geometry, running, sampling
 from papilla.design.batch import Batch, Done, Record, check_done, evaluate, version
 from papilla.design.geometry import GeometryMap, gains_of, with_sites

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileAccessError, InputError
+from papilla.core.errors import InputError
 from papilla.core.tables import TableReader
 from papilla.design import batch, running
 from papilla.design.job import run_study

@@ -9,12 +9,12 @@ from contextlib import closing
 import numpy as np
 import pytest
 
+from papilla.core.errors import FileAccessError, FileFormatError, NotOwnError, PapillaError
 from papilla.design.batch import Record
 from papilla.design.job import run_study
 from papilla.design.results import Results
 from papilla.design.store import Store
 from papilla.design.study import read_study
-from papilla.errors import FileAccessError, FileFormatError, NotOwnError, PapillaError
 
 GOOD = {"sigma_sd": 0.3, "signal_over_noise": 5.0}
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError, SolverError
+from papilla.core.errors import SolverError
 from papilla.design import batch, geometry, influence, job, running
 from papilla.design.batch import Batch, Done, Record, evaluate, version
 from papilla.design.confirming import Confirmed

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from papilla import fem
-from papilla.errors import FileFormatError
-from papilla.finger import Layer, Surfaces
+from papilla.core.errors import FileFormatError
 from papilla.mesh import BONE, INNER, OUTER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
-from papilla.specimen import Block
+from papilla.model.finger import Layer, Surfaces
+from papilla.model.specimen import Block
 
 NAMES = ("skin", "interface", "bone")
 SIZE_MM = 1.5

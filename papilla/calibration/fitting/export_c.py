@@ -9,7 +9,7 @@ from typing import Literal
 from papilla.calibration import NORMAL_FACTOR, Calibration
 from papilla.calibration.fitting.fit import fit_compact
 from papilla.calibration.readouts import Compact
-from papilla.outside import shipped
+from papilla.core.outside import shipped
 
 REALS = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}
 """Type of the numbers in C: ending of constants and of the functions of math.h, digits that C reads back bit for bit,

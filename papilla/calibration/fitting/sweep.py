@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from papilla.calibration.published import SPECIMENS_MPA
-from papilla.core import cache
-from papilla.core import checks
-from papilla.core.errors import ContactRangeError
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
+from papilla.core import cache, checks
+from papilla.core.errors import ContactRangeError, FileFormatError, InputError
+from papilla.core.outside import json_value
 from papilla.core.short_repr import html_table
 from papilla.core.tables import write_table
 from papilla.core.units import gf_to_newton
@@ -23,12 +21,7 @@ from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
-from papilla.core.outside import json_value
-from papilla.model.specimen import Friction
-from papilla.model.specimen import STICK
-from papilla.model.specimen import Specimen
-from papilla.model.specimen import friction_coefficient
-from papilla.model.specimen import physics_words
+from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
 """Moduli in MPa, the published ones among them. There are 43, because a contact grows node by node and a coarser table

@@ -19,13 +19,12 @@ import numpy as np
 
 from papilla import mesh as meshes
 from papilla.core.errors import ContactRangeError, PapillaError
+from papilla.core.outside import read_text
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
-from papilla.core.outside import read_text
 from papilla.model.finger import Finger
-from papilla.model.specimen import Block
-from papilla.model.specimen import THICKNESS_MM
+from papilla.model.specimen import THICKNESS_MM, Block
 
 ANSWERED = "answered"
 """Status of a fidelity that answered all presses."""

@@ -22,12 +22,11 @@ from pathlib import Path
 import numpy as np
 
 from papilla.core import cache
+from papilla.core.outside import json_value, read_json
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.press import MEASURES, SILENT, Press
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
-from papilla.core.outside import json_value
-from papilla.core.outside import read_json
 from papilla.model.finger import DEFAULT_FINGER
 
 SCHEMA = "papilla.large_strain/1"

@@ -17,8 +17,8 @@ from pydantic.dataclasses import dataclass
 
 from papilla.core import cache
 from papilla.core.errors import InputError
-from papilla.model.finger import DEFAULT_FINGER
 from papilla.core.outside import read_bytes
+from papilla.model.finger import DEFAULT_FINGER
 
 QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
 MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache

@@ -18,21 +18,14 @@ import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
 from papilla.core import cache
-from papilla.core.errors import ContactRangeError
-from papilla.core.errors import FileFormatError
-from papilla.core.errors import InputError
+from papilla.core.errors import ContactRangeError, FileFormatError, InputError
+from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.files import replacing
+from papilla.core.outside import json_value, read_arrays
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.gauges import QUANTITIES
 from papilla.fem.reduction.patch import Patch
-from papilla.core.file_models import first_of
-from papilla.core.file_models import in_words
-from papilla.core.file_models import keys_of
-from papilla.core.file_models import table
-from papilla.core.outside import json_value
-from papilla.core.outside import read_arrays
-from papilla.model.finger import Bench
-from papilla.model.finger import Finger
+from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import Specimen
 
 COMPLIANCE_BY = PatchSurface.__module__

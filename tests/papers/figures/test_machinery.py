@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError, InputError
+from papilla_papers.claims import CLAIMS
 from papilla_papers.figures import PAPERS, Curve, Figure, Panel, Paper, Picture, Shade, Table, figures, runner, write
 from papilla_papers.figures.drawing import as_svg, draw
 from papilla_papers.figures.picture import HEADS, MOST_CELLS, MOST_ROWS, as_csv
-from papilla_papers.claims import CLAIMS
 
 X = np.linspace(0.0, 10.0, 4001)
 CURVES = (
