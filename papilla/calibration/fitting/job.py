@@ -127,10 +127,10 @@ def calibrate_finger(
     forces, moduli : of the sweep, N and MPa; at least three each.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
-    identified : adds the uncertainty of an identification, called with the calibration, the finger, `progress` and
-        `size_mm`; `papilla.calibrate` states it.
+    identified : of (calibration, finger, progress, size_mm), adds the uncertainty of an identification, without which
+        an identified finger is an `InputError`; `papilla.calibrate` states it.
 
-    Raises what meshing, reduction and fitting raise, and `InputError` for an identified finger without `identified`.
+    Raises what meshing, reduction and fitting raise.
     """
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
