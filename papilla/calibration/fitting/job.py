@@ -163,8 +163,7 @@ def calibrate_finger(
         calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
-        if identified is not None:
-            calibration = identified(calibration, finger, progress, size_mm)
+        calibration = identified(calibration, finger, progress, size_mm) if identified else calibration
         if not quick:
             progress("contacts beside the apex")
             calibration = with_positions(calibration, finger, reduced, friction)

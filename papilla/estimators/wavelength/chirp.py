@@ -10,7 +10,7 @@ turns of a sinusoidal stroke. Two processes share the samples:
 - the follower fits the same model to the last 0.3 s every 8 ms, with what it learnt of the profile as a prior. A search
   must be better by 20 nats to replace it; every 0.1 s it is tested whether it follows a harmonic.
 
-A step of the fit takes three samples, a search some 70. The answer is 14 ms old: the end of a window knows the frequency
+A step of the fit takes three samples, a search some 70. The answer is 14 ms old: a window's end knows the frequency
 worse. It fails where strokes are shorter than a few periods, or the fundamental is below 5 % of the loudest harmonic.
 """
 
