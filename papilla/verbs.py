@@ -77,7 +77,12 @@ OLD_NAMES = {
 
 
 class Calibrate:
-    """`papilla.calibrate`: a function; through 0.3 also the names that the package of this name had, with a warning."""
+    """Calibrate a finger: mesh, model, sweep over forces (N) and moduli (MPa), fit and checks, as
+    `papilla.calibration.calibrate_finger`.
+
+    The intervals of an identified finger contain the uncertainty of its identification. Through 0.3 the names of the
+    package `papilla.calibrate` of 0.2 are attributes, with a warning.
+    """
 
     def __call__(
         self,
@@ -92,11 +97,7 @@ class Calibrate:
         progress: Callable[[str], None] = lambda line: None,
         steps: Callable[[int, int], None] | None = None,
     ) -> "Calibrated":
-        """Calibrate a finger: mesh, model, sweep over forces (N) and moduli (MPa), fit and checks, for which see
-        `papilla.calibration.calibrate_finger`.
-
-        The intervals of an identified finger contain the uncertainty of its identification.
-        """
+        """Calibrate a finger."""
         from papilla.identification.bench import calibrate
 
         stated = {"forces": forces, "moduli": moduli}

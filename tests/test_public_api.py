@@ -46,7 +46,7 @@ def test_every_curated_name_is_there_and_documented(name):
 def test_the_documented_names_are_curated():
     assert set(DOCUMENTED) <= set(papilla.__all__)
     assert {"Layer", "Dome", "Slab", "Surfaces", "Ogden"} <= set(papilla.__all__)
-    assert 15 <= len(papilla.__all__) <= 25
+    assert len(papilla.__all__) <= 40
 
 
 def test_an_unknown_name_is_an_attribute_error():
@@ -54,7 +54,9 @@ def test_an_unknown_name_is_an_attribute_error():
         papilla.Fingre  # noqa: B018
 
 
-LAZY = ["", ".calibrate", ".calibrate.identification", ".estimators", ".fem", ".references", ".telepresence", ".view"]
+LAZY = sorted(
+    f".{path.parent.name}".removesuffix(".papilla") for path in Path(papilla.__file__).parent.rglob("__init__.pyi")
+)
 
 
 @pytest.mark.parametrize("package", [f"papilla{part}" for part in LAZY])

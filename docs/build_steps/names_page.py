@@ -13,13 +13,20 @@ from pages import write as write_page
 
 PACKAGES = (
     "papilla",
+    "papilla.model",
+    "papilla.logs",
     "papilla.mesh",
     "papilla.fem",
+    "papilla.view",
+    "papilla.scenes",
     "papilla.calibration",
     "papilla.estimators",
+    "papilla.identification",
+    "papilla.design",
+    "papilla.verify",
     "papilla.telepresence",
-    "papilla.view",
     "papilla.references",
+    "papilla_papers.methods",
 )
 WIDTH = 100
 """Characters of a signature that stands on one line."""

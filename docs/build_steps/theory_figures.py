@@ -15,6 +15,7 @@ from papilla import Block, Finger, fem
 from papilla.scenes.scenes import scene
 from papilla.view import contact_figure, plots, png
 from papilla.view.style import ACCENTS, GAUGE_COLOR, INK, MUTED, plain_log, styled
+from papilla_papers.methods import ShortTimeSpectrum
 
 WIDTH, HEIGHT = 7.2, 3.6
 DPI = 130
@@ -156,7 +157,7 @@ def estimators(_, __) -> Figure:
     slide = scene("act1", 1.8, snr_dB=20, seed=1)
     rows = slide.block()
     methods = {
-        "spectrum over 200 ms of time": papilla.estimators.ShortTimeSpectrum(variant="corrected"),
+        "spectrum over 200 ms of time": ShortTimeSpectrum(variant="corrected"),
         "phase over the path": papilla.estimators.SpaceTracker(),
     }
     with _axes() as (figure, axes):

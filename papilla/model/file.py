@@ -168,6 +168,9 @@ def _layer_table(layer: Layer | None) -> dict[str, Any] | None:
         return None
     found: dict[str, Any] = {"modulus_MPa": layer.modulus, "nu": layer.nu}
     if layer.material is not None:
+        if layer.material.kind not in MATERIALS:
+            name = type(layer.material).__qualname__
+            raise InputError(f"a design file cannot hold the material {name}: it has {', '.join(MATERIALS)}")
         card = layer.material.describe()
         names = {key: f"{key}_MPa" if key in layer.material.in_MPa else key for key in card if key != "kind"}
         found["material"] = {"model": card["kind"]} | {name: card[key] for key, name in names.items()}

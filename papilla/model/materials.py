@@ -6,7 +6,7 @@ Poisson's ratio of the finger's layer.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -26,8 +26,16 @@ POSITIVE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
 itself: a parameter that ended there would look like one that the fit never moved."""
 
 
+CHECKED_I1 = (3.05, 3.4, 4.0)
+"""First invariants at which the derivatives of a user's material are compared with differences: uniaxial stretches of
+1.1 to 1.7."""
+STEP, SAME_SLOPE = 1e-4, 1e-4
+"""Half of a difference of I1, and the relative difference of slopes up to which they agree."""
+
+
 class _Material(ABC):
-    kind: ClassVar[str]
+    kind: ClassVar[str] = ""
+    in_MPa: ClassVar[tuple[str, ...]] = ()
 
     @property
     @abstractmethod
@@ -67,8 +75,54 @@ class _Material(ABC):
 
 
 class FirstInvariantMaterial(_Material):
-    """A material whose energy is a polynomial of I1 - 3, with I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation."""
+    """A material whose energy is a function of I1 = l1^2 + l2^2 + l3^2 of the isochoric deformation.
 
+    A rubber of the user is a frozen dataclass of this class with `energy` and `slopes`, accepted wherever `NeoHookean`
+    is; its slopes are compared with differences of its energy (`checked_material`).
+
+    >>> @dataclass(frozen=True)
+    ... class Gent(FirstInvariantMaterial):
+    ...     mu: float
+    ...     limit: float
+    ...     def energy(self, i1):
+    ...         return -self.mu * self.limit / 2 * np.log(1 - (np.asarray(i1) - 3) / self.limit)
+    ...     def slopes(self, i1):
+    ...         first = self.mu / 2 / (1 - (np.asarray(i1) - 3) / self.limit)
+    ...         return first, 2 * first**2 / (self.mu * self.limit)
+    """
+
+    @abstractmethod
+    def energy(self, i1: ArrayLike) -> np.ndarray:
+        """W (MPa) of the isochoric first invariant, any shape."""
+
+    @abstractmethod
+    def slopes(self, i1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """dW/dI1 and d2W/dI1^2 (MPa), each of the shape of `i1`."""
+
+    @property
+    def shear_modulus(self) -> float:
+        """Small-strain shear modulus, MPa."""
+        return 2 * float(self.slopes(3.0)[0])
+
+    def describe(self) -> dict:
+        """Name, parameters and some energies as plain values: another law has another description."""
+        plain = {name: value for name, value in vars(self).items() if isinstance(value, bool | int | float | str)}
+        return {"kind": type(self).__qualname__, **plain, "energy_MPa": np.asarray(self.energy(CHECKED_I1)).tolist()}
+
+    def stability(self, stretches: ArrayLike) -> np.ndarray:
+        """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
+        square = np.asarray(stretches, float) ** 2
+        first, second = (slope[..., None, None] for slope in self.slopes(square.sum(axis=-1)))
+        slope = 2 * (square[..., :2] - square[..., 2:])
+        bend = first * _log_curvature(square, 4.0) + second * slope[..., :, None] * slope[..., None, :]
+        return _least(bend) / self.shear_modulus
+
+    def _stretch_slope(self, at, stretch, free, mode):
+        third = {"uniaxial": free, "equibiaxial": stretch, "pure_shear": np.ones_like(stretch)}[mode]
+        return 2 * at * self.slopes(stretch**2 + third**2 + free**2)[0]
+
+
+class _Polynomial(FirstInvariantMaterial):
     @property
     @abstractmethod
     def polynomial(self) -> Polynomial:
@@ -88,21 +142,13 @@ class FirstInvariantMaterial(_Material):
         x, slope = np.asarray(i1) - 3, self.polynomial.deriv()
         return slope(x), slope.deriv()(x)
 
-    def stability(self, stretches: ArrayLike) -> np.ndarray:
-        """Least curvature (...) of the energy over logarithmic strains, over mu, at stretches (..., 3)."""
-        square = np.asarray(stretches, float) ** 2
-        first, second = (slope[..., None, None] for slope in self.slopes(square.sum(axis=-1)))
-        slope = 2 * (square[..., :2] - square[..., 2:])
-        bend = first * _log_curvature(square, 4.0) + second * slope[..., :, None] * slope[..., None, :]
-        return _least(bend) / self.shear_modulus
-
-    def _stretch_slope(self, at, stretch, free, mode):
-        third = {"uniaxial": free, "equibiaxial": stretch, "pure_shear": np.ones_like(stretch)}[mode]
-        return 2 * at * self.slopes(stretch**2 + third**2 + free**2)[0]
+    def describe(self) -> dict:
+        """Kind and parameters as plain values."""
+        return _Material.describe(self)
 
 
 @dataclass(frozen=True)
-class NeoHookean(FirstInvariantMaterial):
+class NeoHookean(_Polynomial):
     """W = mu/2 (I1 - 3), `mu` in MPa, > 0 (Treloar 1943, doi:10.1039/TF9433900241)."""
 
     mu: float
@@ -120,7 +166,7 @@ class NeoHookean(FirstInvariantMaterial):
 
 
 @dataclass(frozen=True)
-class Yeoh(FirstInvariantMaterial):
+class Yeoh(_Polynomial):
     """W = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3 in MPa, c1 > 0 (Yeoh 1993, doi:10.5254/1.3538343)."""
 
     c1: float
@@ -197,7 +243,7 @@ def _least(matrices: np.ndarray) -> np.ndarray:
     return np.linalg.eigvalsh(root @ matrices @ root)[..., 0]
 
 
-Material = NeoHookean | Yeoh | Ogden
+Material = FirstInvariantMaterial | Ogden
 
 MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
 """Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has the
@@ -205,11 +251,30 @@ start, lowest and highest value of each parameter in a fit, moduli over the shea
 
 
 def checked_material(what: str, material: object) -> Material:
-    """The material; raises `InputError`, which names `what` is made of it, for anything else."""
+    """The material; raises `InputError`, which names `what` is made of it, for anything else, and for a user's material
+    whose slopes are not those of its energy."""
     if not isinstance(material, Material):
-        *names, last = (cls.__name__ for cls in MATERIALS.values())
-        raise InputError(f"{what} must be {', '.join(names)} or {last}, got {type(material).__name__}")
+        names = ", ".join(cls.__name__ for cls in MATERIALS.values())
+        own = "a subclass of FirstInvariantMaterial"
+        raise InputError(f"{what} must be {names} or {own}, got {type(material).__name__}")
+    if type(material) not in MATERIALS.values():
+        _check_slopes(f"{what} {type(material).__qualname__}", material)
     return material
+
+
+def _check_slopes(what: str, material: Any) -> None:
+    """Compare the slopes of a user's material with differences; raises `InputError` for the first that differs."""
+    if not material.shear_modulus > 0:
+        raise InputError(f"{what}: its shear modulus, 2 dW/dI1 at I1 = 3, must be greater than 0")
+    for i1 in CHECKED_I1:
+        (low, high), ends = material.energy(np.array([i1 - STEP, i1 + STEP])), (i1 - STEP, i1 + STEP)
+        first, second = map(float, material.slopes(i1))
+        less, more = (float(material.slopes(end)[0]) for end in ends)
+        rows = ("dW/dI1", first, (high - low) / (2 * STEP)), ("d2W/dI1^2", second, (more - less) / (2 * STEP))
+        for name, stated, difference in rows:
+            if not abs(stated - difference) <= SAME_SLOPE * max(abs(difference), abs(first)):
+                told = f"is {stated:.6g} MPa by `slopes`, {difference:.6g} MPa by differences"
+                raise InputError(f"{what}: {name} at I1 = {i1:g} {told}")
 
 
 def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:

@@ -35,8 +35,9 @@ class Layer:
         if self.material is not None:
             own = _small_strain_modulus(self.material, self.nu)
             if abs(self.modulus / own - 1) > ROUNDING:
+                name = self.material.kind or type(self.material).__qualname__
                 raise InputError(
-                    f"modulus {self.modulus:g} MPa is not that of its {self.material.kind} material, {own:.4g} MPa: "
+                    f"modulus {self.modulus:g} MPa is not that of its {name} material, {own:.4g} MPa: "
                     "leave the modulus out or correct one of them"
                 )
 

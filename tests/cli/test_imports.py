@@ -1,16 +1,10 @@
 """What a command imports: VTK weighs more than half of an installation and takes seconds to load."""
 
-import ast
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-import papilla
-
-PACKAGE = Path(papilla.__file__).parent
 
 CODE = """
 import sys
@@ -56,31 +50,3 @@ def _write_presses(path):
         for force in (0.2, 0.4, 0.8)
     ]
     np.savetxt(path, rows, delimiter=",", header="force_N,modulus_MPa,g1,g2,g3,g4,g5", comments="")
-
-
-def test_no_circle_of_files():
-    """No module imports, at its top or in a function, what imports it."""
-    files = (path for path in PACKAGE.rglob("*.py") if path.stem != "__init__")
-    modules = {".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts): path for path in files}
-    imports = {name: _imported(path) & modules.keys() for name, path in modules.items()}
-    assert any(imports.values())
-    while leaves := [name for name, needed in imports.items() if not needed]:
-        imports = {name: needed - {*leaves} for name, needed in imports.items() if name not in leaves}
-    assert not imports, "these import each other, or what does"
-
-
-def _imported(path: Path) -> set[str]:
-    """Modules that a file imports while it runs, what is for type checkers alone left out."""
-
-    found: set[str] = set()
-
-    class Imports(ast.NodeVisitor):
-        def visit_If(self, node):
-            if not (isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"):
-                self.generic_visit(node)
-
-        def visit_ImportFrom(self, node):
-            found.update({node.module or "", *(f"{node.module}.{one.name}" for one in node.names)})
-
-    Imports().visit(ast.parse(path.read_text(encoding="utf-8")))
-    return found

@@ -1,9 +1,12 @@
 """Materials: closed forms against their own energies, small-strain limits, clear refusals."""
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
+from papilla.model.finger import Finger
 from papilla.model.materials import (
     MATERIALS,
     MODES,
@@ -14,6 +17,7 @@ from papilla.model.materials import (
     material_class,
     principal_pair,
 )
+from papilla.model.parts import Layer
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3), Ogden(0.2, -1.5)]
 
@@ -115,3 +119,45 @@ def test_a_falling_yeoh_law_is_unstable_and_the_others_never_are():
     stretches = np.exp([[0.0, 0.0, 0.0], [0.5, -0.25, -0.25], [1.2, -0.6, -0.6]])
     assert (NeoHookean(1).stability(stretches) > 0).all() and (Ogden(1, -2).stability(stretches) > 0).all()
     assert (Yeoh(1, -0.1).stability(stretches) > 0).tolist() == [True, True, False]
+
+
+@dataclass(frozen=True)
+class Gent(FirstInvariantMaterial):
+    """A rubber with a limited extension; `off` spoils a slope."""
+
+    mu: float
+    limit: float
+    off: tuple[float, float] = (1.0, 1.0)
+
+    def energy(self, i1):
+        return -self.mu * self.limit / 2 * np.log(1 - (np.asarray(i1) - 3) / self.limit)
+
+    def slopes(self, i1):
+        first = self.mu / 2 / (1 - (np.asarray(i1) - 3) / self.limit)
+        return self.off[0] * first, self.off[1] * 2 * first**2 / (self.mu * self.limit)
+
+
+def test_a_rubber_of_ones_own_is_a_material():
+    rubber = Gent(0.1, 30.0)
+    layer = Layer.of(rubber, nu=0.4999)
+    assert layer.modulus == pytest.approx(2 * 0.1 * 1.4999)
+    far = Gent(0.1, 1e9)
+    for mode in MODES:
+        assert far.nominal_stress(1.7, mode) == pytest.approx(NeoHookean(0.1).nominal_stress(1.7, mode), rel=1e-6)
+    assert rubber.describe() != far.describe()
+    finger = replace(Finger.default(), outer=layer)
+    assert finger.sha256 != replace(finger, outer=Layer.of(Gent(0.1, 31.0))).sha256
+
+
+@pytest.mark.parametrize("off, name", [((1.01, 1.0), "dW/dI1"), ((1.0, 1.5), r"d2W/dI1\^2")])
+def test_slopes_that_are_not_those_of_the_energy_are_named(off, name):
+    with pytest.raises(InputError, match=rf"layer material Gent: {name} at I1 = 3.05 is .* by differences"):
+        Layer.of(Gent(0.1, 3.0, off))
+    with pytest.raises(InputError, match="shear modulus"):
+        Layer.of(Gent(-0.1, 3.0))
+
+
+def test_a_design_file_cannot_hold_it(tmp_path):
+    with pytest.raises(InputError, match="cannot hold the material Gent: it has neo-hookean, yeoh, ogden"):
+        replace(Finger.default(), outer=Layer.of(Gent(0.1, 30.0))).save(tmp_path / "finger.toml")
+    assert [*tmp_path.iterdir()] == []

@@ -127,10 +127,10 @@ def calibrate_finger(
     forces, moduli : of the sweep, N and MPa; at least three each.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
         apex; the notes say so.
-    identified : adds the uncertainty of an identification, called with the calibration, the finger, `progress` and
-        `size_mm`; `papilla.calibrate` states it.
+    identified : of (calibration, finger, progress, size_mm), adds the uncertainty of an identification, without which
+        an identified finger is an `InputError`; `papilla.calibrate` states it.
 
-    Raises what meshing, reduction and fitting raise, and `InputError` for an identified finger without `identified`.
+    Raises what meshing, reduction and fitting raise.
     """
     if finger.identified is not None and identified is None:
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
@@ -163,8 +163,7 @@ def calibrate_finger(
         calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
         calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
-        if identified is not None:
-            calibration = identified(calibration, finger, progress, size_mm)
+        calibration = identified(calibration, finger, progress, size_mm) if identified else calibration
         if not quick:
             progress("contacts beside the apex")
             calibration = with_positions(calibration, finger, reduced, friction)

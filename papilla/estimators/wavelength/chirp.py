@@ -2,17 +2,16 @@
 through turns.
 
 The reading is a periodic profile of an unknown phase, y(t) = p(phi(t)); the frequency is |dphi/dt|. In active touch it
-sweeps from 0 to some 150 Hz and back within half a second: a spectrum of any window smears the line, and a phase-locked
-loop loses it at every turn. Here the frequency f is a motion of few parameters, d2f/dt2 = -k f with small jumps of
-df/dt, which is exact through the turns of a sinusoidal stroke. Two processes share the samples:
+sweeps to 150 Hz and back within half a second: a spectrum smears the line, a phase-locked loop loses it at every turn.
+Here the frequency f is a motion of few parameters, d2f/dt2 = -k f with small jumps of df/dt, which is exact through the
+turns of a sinusoidal stroke. Two processes share the samples:
 
-- a search (`tracking.frequency_search`) has no memory: spectra of warped time, then fits from the best lines;
+- a search (`frequency_search`) has no memory: spectra of warped time, then fits from the best lines;
 - the follower fits the same model to the last 0.3 s every 8 ms, with what it learnt of the profile as a prior. A search
   must be better by 20 nats to replace it; every 0.1 s it is tested whether it follows a harmonic.
 
-A step of the fit takes three samples, a search some 70 between the steps. The answer is 14 ms old, because the end of a
-window knows the frequency several times worse. It fails where strokes are shorter than a few periods, and where the
-fundamental is so weak (below 5 % of the loudest harmonic) that no test sees it.
+A step of the fit takes three samples, a search some 70. The answer is 14 ms old: a window's end knows the frequency
+worse. It fails where strokes are shorter than a few periods, or the fundamental is below 5 % of the loudest harmonic.
 """
 
 import math

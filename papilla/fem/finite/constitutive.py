@@ -9,9 +9,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from papilla.model.materials import FirstInvariantMaterial, Ogden
-
-Rubber = FirstInvariantMaterial | Ogden
+from papilla.model.materials import FirstInvariantMaterial, Material, Ogden
 
 THIRD = 1 / 3  # One over the number of dimensions
 
@@ -51,12 +49,12 @@ class Kinematics:
         return 1 + self.volume_change
 
 
-def stress(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+def stress(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """First Piola-Kirchhoff stress (..., 3, 3) in MPa. Every J must be positive."""
     return isochoric_stress(material, kinematics) + _slope(material, kinematics, pressure) * kinematics.cofactor
 
 
-def response(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def response(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stress (..., 3, 3) and its derivative by F (..., 9, 9), MPa, pressure (...) held fixed.
 
     Index pairs are flattened as 3 * i + K for component i and reference direction K. Every J must be positive.
@@ -70,12 +68,12 @@ def response(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> 
     return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus * THIRD * _dyad(flat, flat)
 
 
-def _slope(material: Rubber, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
+def _slope(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """Derivative (..., 1, 1) of the volumetric energy by J, MPa."""
     return (2 * material.shear_modulus * THIRD * kinematics.volume_change - pressure)[..., None, None]
 
 
-def isochoric_stress(material: Rubber, kinematics: Kinematics) -> np.ndarray:
+def isochoric_stress(material: Material, kinematics: Kinematics) -> np.ndarray:
     """dW_iso/dF (..., 3, 3) of a material, MPa."""
     if isinstance(material, Ogden):
         stretches, spatial, reference = principal(kinematics)
@@ -85,7 +83,7 @@ def isochoric_stress(material: Rubber, kinematics: Kinematics) -> np.ndarray:
     return material.slopes(scale * square)[0][..., None, None] * direction
 
 
-def isochoric_tangent(material: Rubber, kinematics: Kinematics) -> np.ndarray:
+def isochoric_tangent(material: Material, kinematics: Kinematics) -> np.ndarray:
     """d2W_iso/dF2 (..., 9, 9) of a material, MPa."""
     if isinstance(material, Ogden):
         return _ogden_tangent(material, kinematics)

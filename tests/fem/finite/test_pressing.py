@@ -13,7 +13,7 @@ from papilla.fem.finite.pressing import Scene, press_path
 from papilla.fem.reduction.gauges import PointFunctional, elongation
 from papilla.model import specimen
 from papilla.model.finger import Dome, Finger, Layer
-from papilla.model.materials import NeoHookean, Ogden, Yeoh
+from papilla.model.materials import FirstInvariantMaterial, NeoHookean, Ogden, Yeoh
 from papilla.model.specimen import Block, Grating, HalfSpace, Sphere
 
 SPECIMENS = [HalfSpace(0.51), Block(0.51, 10), Sphere(0.51, 20)]
@@ -43,6 +43,29 @@ def test_at_vanishing_load_it_is_the_contact_rung_to_first_order(coarse, reduced
     assert differences[-1].max() < 1e-4
     orders = np.log10(differences[:-1, 0] / differences[1:, 0])
     assert orders.min() > 0.9
+
+
+@dataclasses.dataclass(frozen=True)
+class Own(FirstInvariantMaterial):
+    """A neo-Hookean rubber as a user would write it."""
+
+    mu: float
+
+    def energy(self, i1):
+        return self.mu / 2 * (np.asarray(i1) - 3)
+
+    def slopes(self, i1):
+        return np.full(np.shape(i1), self.mu / 2), np.zeros(np.shape(i1))
+
+
+def test_a_rubber_of_ones_own_presses_as_the_same_law_that_ships(coarse):
+    finger, mesh = coarse
+    own, ships = (
+        press_finite(finger, mesh, Block(0.3, 10), force=0.3, materials={"outer": law(0.05)})
+        for law in (Own, NeoHookean)
+    )
+    assert own.reading == pytest.approx(ships.reading, rel=1e-9)
+    assert own.indentation == pytest.approx(ships.indentation, rel=1e-9)
 
 
 @pytest.mark.parametrize("at", [(3.0, 0.0), (0.0, 4.0), pytest.param((3.0, 2.0), marks=pytest.mark.slow)])
@@ -255,7 +278,7 @@ def test_elongation_keeps_the_digits_of_a_small_change():
         ({"force": -1.0}, InputError, r"force \(N\) must be greater than 0, got -1"),
         ({"force": None, "indentation": "deep"}, InputError, r"indentation \(mm\) must be a number, got 'deep'"),
         ({"materials": {"skin": NeoHookean(1)}}, InputError, "materials are for outer, inner, got 'skin'"),
-        ({"materials": {"outer": 0.1}}, InputError, "material of outer must be NeoHookean, Yeoh or Ogden, got float"),
+        ({"materials": {"outer": 0.1}}, InputError, "material of outer must be NeoHookean, .*, got float"),
         ({"at": (40.0, 0.0)}, InputError, "no skin to touch at x 40, y 0 mm"),
         ({"at": (float("nan"), 0.0)}, InputError, r"at x \(mm\) must be finite"),
         ({"force": None, "indentation": 1e-9}, ContactRangeError, "an indentation of 1e-09 mm makes no contact"),
