@@ -189,11 +189,15 @@ def _copied(source: Any, path: Path, most_bytes: int | None) -> IO[bytes]:
     import tempfile
 
     target, size = tempfile.TemporaryFile(), 0  # noqa: SIM115 - the reader closes it
-    while piece := source.read(MIB):
-        size += len(piece)
-        if most_bytes is not None and size > most_bytes:
-            raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
-        target.write(piece)
+    try:
+        while piece := source.read(MIB):
+            size += len(piece)
+            if most_bytes is not None and size > most_bytes:
+                raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
+            target.write(piece)
+    except BaseException:
+        target.close()
+        raise
     return target
 
 
