@@ -11,7 +11,20 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.units import PER_CENT
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THICK, THIN, literal, plain_log, styled, titled
+from papilla.view.style import (
+    ACCENTS,
+    FAINT,
+    INK,
+    MUTED,
+    THICK,
+    THIN,
+    in_a_row,
+    named,
+    plain_log,
+    styled,
+    titled,
+    with_formula,
+)
 
 Rows = Sequence[Mapping]
 
@@ -122,6 +135,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
             xlabel="set-up and 1000 scenes (s)",
             ylabel=r"worst error of $S_d$, 10-100 gf (%)",
         )
+        with_formula(axes.yaxis.label)
         axes.margins(ROOM)
         plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > SCENES))
         plain_log(axes.yaxis)
@@ -140,7 +154,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
         price = (
             f"{PER_CENT * least['error_sd']:.2g} % in $S_d$ for {least['seconds_thousand']:.2g} s a thousand presses"
         )
-        titled(figure, f"{price}: {least['fidelity']}, {least['element']}, {least['size_mm']:g} mm", note)
+        titled(figure, f"{price}: {least['fidelity']}, {least['element']}, {least['size_mm']:g} mm", note, formula=True)
     return figure
 
 
@@ -183,16 +197,16 @@ def signals_figure(signals: Sequence[GratingSignals], names: Sequence[str]) -> F
             axes.axhspan(*NOISE, color=FAINT, zorder=0)
             for gauge, (name, color) in enumerate(zip(names, ACCENTS, strict=False)):
                 signal = [scene.rms[gauge] for scene in scenes]
-                axes.plot(wavelengths, signal, color=color, marker="o", label=literal(name))
+                axes.plot(wavelengths, signal, color=color, marker="o", label=named(name))
             if pitch:
                 axes.axvline(pitch, color=INK, linewidth=THIN, linestyle=":")
             axes.set(yscale="log", ylim=(NOISE[0] / 2, 2 * largest), xlabel="wavelength (mm)")
             plain_log(axes.yaxis, (1.0,))
             axes.set_title(f"ridges of {pitch:g} mm pitch" if pitch else "smooth skin", fontsize="medium")
         panels[0].set_ylabel("signal, standard deviation (µε)")
-        panels[0].legend(ncols=len(names), loc="upper right", columnspacing=1)
+        panels[0].legend(ncols=in_a_row(names), loc="upper right", columnspacing=1)
         best = max(signals, key=lambda scene: float(scene.rms.max()))
-        loudest = literal(names[int(best.rms.argmax())])
+        loudest = named(names[int(best.rms.argmax())])
         skin = f"with ridges of {best.pitch_mm:g} mm" if best.pitch_mm else "on smooth skin"
         titled(
             figure, f"{best.wavelength_mm:g} mm gives the largest signal: {best.rms.max():.3g} µε at {loudest}, {skin}",
