@@ -82,7 +82,7 @@ def rate(study, folder: Path, workers: int) -> float:
         f"{store.writes} writes, {size:.0f} bytes a design in the store, largest worker {tally.memory_MB:.0f} MB"
     )
     began = time.perf_counter()
-    rows = list(Store(path).rows(study.sha256))
+    rows = list(Store(path).rows(study))
     again = Store(folder / f"copy_{workers}.sqlite")
     for start in range(0, len(rows), 50):
         again.add("copy", [(n, free, str(n), record) for n, free, record in rows[start : start + 50]])

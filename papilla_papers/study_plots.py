@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from papilla.view.style import ACCENTS, FAINT, INK, THIN, literal, plain_log, styled, titled
+from papilla.view.style import ACCENTS, FAINT, INK, THIN, named, plain_log, styled, titled
 
 NOISE = (1.0, 5.0)
 """Range of a gauge's noise, microstrain, drawn as a band."""
@@ -34,16 +34,16 @@ def signals_figure(signals: Sequence[GratingSignals], names: Sequence[str]) -> F
             axes.axhspan(*NOISE, color=FAINT, zorder=0)
             for gauge, (name, color) in enumerate(zip(names, ACCENTS, strict=False)):
                 signal = [scene.rms[gauge] for scene in scenes]
-                axes.plot(wavelengths, signal, color=color, marker="o", label=literal(name))
+                axes.plot(wavelengths, signal, color=color, marker="o", label=named(name))
             if pitch:
                 axes.axvline(pitch, color=INK, linewidth=THIN, linestyle=":")
             axes.set(yscale="log", ylim=(NOISE[0] / 2, 2 * largest), xlabel="wavelength (mm)")
             plain_log(axes.yaxis, (1.0,))
             axes.set_title(f"ridges of {pitch:g} mm pitch" if pitch else "smooth skin", fontsize="medium")
         panels[0].set_ylabel("signal, standard deviation (µε)")
-        panels[0].legend(ncols=len(names), loc="upper right", columnspacing=1)
+        panels[0].legend(ncols=in_a_row(names), loc="upper right", columnspacing=1)
         best = max(signals, key=lambda scene: float(scene.rms.max()))
-        loudest = literal(names[int(best.rms.argmax())])
+        loudest = named(names[int(best.rms.argmax())])
         skin = f"with ridges of {best.pitch_mm:g} mm" if best.pitch_mm else "on smooth skin"
         titled(
             figure, f"{best.wavelength_mm:g} mm gives the largest signal: {best.rms.max():.3g} µε at {loudest}, {skin}",

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import Field, PlainValidator, TypeAdapter, ValidationError
+from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationError
 
+from papilla import checks
 from papilla.calibration.published import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import (
     COMPACT_TERMS,
@@ -150,7 +151,7 @@ def _sd(uncertainty, usable_nodes, twofold, **spline) -> SdSurface:
 
 
 def _gauge(name, uncertainty, **spline) -> GaugeSurface:
-    return GaugeSurface(name, _surface(**spline), uncertainty)
+    return GaugeSurface(checks.name("name of a gauge", name), _surface(**spline), uncertainty)
 
 
 def _position(gauges, cells, coefficients, **others) -> PositionTerms:
@@ -165,8 +166,32 @@ def _softness(**parts) -> dict[str, Any]:
     return parts | {"gauges": tuple(parts["gauges"])}
 
 
+def _named(finger: dict[str, Any]) -> dict[str, Any]:
+    if finger.get("name"):
+        checks.name("name", finger["name"])
+    return finger
+
+
+def _variance(matrix: np.ndarray) -> np.ndarray:
+    """A covariance; raises `InputError` for one that no parameters can have. One with gaps is not judged."""
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    if not np.isnan(matrix).any():
+        share = np.divide(matrix, np.outer(scale, scale), out=np.zeros_like(matrix), where=np.outer(scale, scale) > 0)
+        symmetric = np.abs(share - share.T).max() <= ROUNDED and not (matrix[scale == 0]).any()
+        if not symmetric or np.linalg.eigvalsh(share).min() < -ROUNDED:
+            raise InputError("must be symmetric and positive semidefinite, as a covariance is")
+    return matrix
+
+
+ROUNDED = 1e-6
+"""Correlation by which a covariance may miss what it should be: its numbers may be rounded to seven digits."""
+MOST_NOTES, NOTE_LETTERS = 1000, 2000
+"""Most notes of a calibration, and letters of one; the largest have ten, and 300."""
+
 _AT_LEAST_0, _ANY = Annotated[float, Field(ge=0)], _numbers()
-_RANGE, _TEXTS = (Annotated[kind, Field(strict=False)] for kind in (tuple[float, float], tuple[str, ...]))
+_NOTE = Annotated[str, Field(max_length=NOTE_LETTERS)]
+_TEXTS = Annotated[tuple[_NOTE, ...], Field(strict=False, max_length=MOST_NOTES)]
+_RANGE = Annotated[tuple[float, float], Field(strict=False)]
 _CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
 _DOMAIN = {"force_N": _RANGE, "modulus_MPa": _RANGE}
 _SPLINE = _DOMAIN | {"cells": _CELLS, "coefficients": _ANY}
@@ -183,7 +208,7 @@ _TERMS, _INVERSE_TERMS, _COMPACT_TERMS = map(len, (FORWARD_TERMS, INVERSE_TERMS,
 _QUADRATIC = {
     "coefficients": _numbers(_TERMS),
     "stderr": _numbers(_TERMS, gaps=True, least=0),
-    "covariance": _numbers(_TERMS, _TERMS, gaps=True),
+    "covariance": Annotated[_numbers(_TERMS, _TERMS, gaps=True), AfterValidator(_variance)],
 } | dict.fromkeys(("rms", "max", "condition"), _AT_LEAST_0)
 _INVERSE = {
     "coefficients": _numbers(_INVERSE_TERMS),
@@ -206,9 +231,10 @@ _FILE: TypeAdapter[dict[str, Any]] = TypeAdapter(
     table(
         dict,
         {
-            **dict.fromkeys(("finger", "mesh", "provenance"), dict[str, Any]),
+            **dict.fromkeys(("mesh", "provenance"), dict[str, Any]),
+            "finger": Annotated[dict[str, Any], AfterValidator(_named)],
             "softness": table(_softness, _PARTS),
-            "domain": dict[str, _RANGE],  # type: ignore[valid-type]
+            "domain": dict[str, _RANGE],
             "notes": _TEXTS,
         },
     )

@@ -1,7 +1,9 @@
 """Validation at the boundary: each check returns the value as a float or raises `InputError` with one clear line."""
 
 import math
+import reprlib
 from typing import TYPE_CHECKING, Any
+from unicodedata import category
 
 from papilla.core.errors import InputError
 
@@ -57,6 +59,22 @@ def rising(name: str, value: Any) -> tuple[float, float]:
     if low >= high:
         raise InputError(f"{name} must rise, got {low:g} and {high:g}")
     return low, high
+
+
+LONGEST_NAME = 200
+"""Most letters of a name: of a finger, a gauge, a study."""
+
+
+def name(what: str, value: Any) -> str:
+    """A name: text of 1 to `LONGEST_NAME` letters on one line, without control characters and marks of direction, by
+    which it could change what stands around it. Letters of every script may be in it, and every sign."""
+    if not isinstance(value, str) or not 1 <= len(value) <= LONGEST_NAME:
+        length = f"{len(value)} letters" if isinstance(value, str) else reprlib.repr(value)
+        raise InputError(f"{what} must be a text of 1 to {LONGEST_NAME} letters, got {length}")
+    for letter in value:
+        if not letter.isprintable() and category(letter) != "Zs":
+            raise InputError(f"{what} has {letter!r} in it, which cannot be printed: {reprlib.repr(value)}")
+    return value
 
 
 LARGEST = 1e12

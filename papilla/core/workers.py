@@ -1,12 +1,19 @@
 """Long jobs in other processes, which report their progress to this one, and are replaced if they are killed."""
 
 import os
+import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
+from queue import SimpleQueue
 from threading import Thread
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from papilla.errors import WorkerKilledError
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ProcessPoolExecutor
 
 Say = Callable[[str], None]
 """Takes a line of text."""
@@ -16,6 +23,9 @@ Start = Callable[..., Callable[[], Any]]
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 """Environment variables that say how many threads the numerical libraries of a new process may use."""
+
+TRIES = 4
+"""Number of times that a job is begun whose process is killed each time: once, and three times more."""
 
 _lines: Any = None
 
@@ -32,9 +42,9 @@ def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> I
     if processes < 2:
         yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
         return
-    from papilla.processes import Processes, one_thread_each, spawned
+    from multiprocessing import get_context
 
-    lines = spawned.SimpleQueue()
+    lines = get_context("spawn").SimpleQueue()
     listener = Thread(target=_listen, args=(lines, say or _nothing), daemon=True)
     listener.start()
     with one_thread_each():
@@ -42,9 +52,101 @@ def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> I
         try:
             yield lambda function, *arguments: pool.submit(_call, function, arguments).result
         finally:
-            pool.shutdown(cancel_futures=True)
+            pool.shutdown()
             lines.put(None)
             listener.join()
+
+
+class Processes:
+    """Up to `count` processes for jobs, used like an executor of `concurrent.futures`. They talk through pipes: no port
+    is opened.
+
+    A process that is killed, as by the system when memory runs out, is replaced, and its job begins again; a job whose
+    process was killed `TRIES` times raises `WorkerKilledError`. Each process does one job at a time.
+
+    begin, arguments : a function that each process calls first. fresh : a new process for each job.
+    """
+
+    def __init__(self, count: int, begin: Callable | None = None, arguments: tuple = (), *, fresh: bool = False):
+        from concurrent.futures import ThreadPoolExecutor
+
+        self._threads = ThreadPoolExecutor(count)
+        self._begin, self._fresh, self._ended = partial(_begin, begin, arguments), fresh, False
+        self._idle: SimpleQueue[ProcessPoolExecutor | None] = SimpleQueue()
+        self._numbers: dict[ProcessPoolExecutor, int] = {}
+        for _ in range(count):
+            self._idle.put(None)
+
+    def submit(self, function: Callable, /, *args: Any) -> "Future":
+        """A future of `function(*args)`."""
+        return self._threads.submit(self._result, partial(function, *args))
+
+    def kill(self) -> None:
+        """Let no job go on; their futures raise."""
+        self._ended = True
+        for number in list(self._numbers.values()):
+            with suppress(ProcessLookupError):
+                os.kill(number, signal.SIGTERM)
+
+    def shutdown(self) -> None:
+        """Wait for the jobs that have begun, cancel the others, and end the processes."""
+        self._threads.shutdown(cancel_futures=True)
+        while not self._idle.empty():
+            self._end(self._idle.get())
+
+    def _result(self, job: Callable) -> Any:
+        """The result of a job, in a thread of its own, which waits for the process."""
+        from concurrent.futures import BrokenExecutor
+
+        for _ in range(TRIES):
+            process = self._idle.get()
+            try:
+                process = process or self._started()
+                return process.submit(job).result()
+            except BrokenExecutor:
+                self._end(process)
+                process = None
+                if self._ended:
+                    raise
+            finally:
+                if self._fresh:
+                    self._end(process)
+                    process = None
+                self._idle.put(process)
+        raise WorkerKilledError(
+            f"a worker process was killed {TRIES} times, the last time while it began its job again"
+        )
+
+    def _started(self) -> "ProcessPoolExecutor":
+        from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+        from multiprocessing import get_context
+
+        # A pool of one, as only then is it known whose job was killed
+        process = ProcessPoolExecutor(1, get_context("spawn"), self._begin)
+        self._numbers[process] = process.submit(os.getpid).result()
+        if self._ended:
+            self._end(process)
+            raise BrokenExecutor("the work was stopped")
+        return process
+
+    def _end(self, process: "ProcessPoolExecutor | None") -> None:
+        if process is not None:
+            self._numbers.pop(process, None)
+            process.shutdown()
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """Processes that are started in this block compute with one thread each: with two of two threads each, a
+    calibration took half as long again."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        os.environ.update({name: value for name, value in before.items() if value is not None})
+        for name in (name for name, value in before.items() if value is None):
+            os.environ.pop(name, None)
 
 
 def counted(say: Say, name: str) -> Callable[[int, int], None]:
@@ -73,6 +175,12 @@ def _wait_for_parent() -> None:
 
 def _nothing(line: str) -> None:
     pass
+
+
+def _begin(begin: Callable | None, arguments: tuple) -> None:
+    end_with_parent()
+    if begin is not None:
+        begin(*arguments)
 
 
 def _keep(lines: Any) -> None:

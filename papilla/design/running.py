@@ -27,7 +27,12 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
-from papilla.processes import TRIES, Processes, one_thread_each
+from papilla.core.workers import Processes
+from papilla.core.workers import TRIES
+from papilla.core.workers import one_thread_each
+from papilla.processes import Processes
+from papilla.processes import TRIES
+from papilla.processes import one_thread_each
 
 BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses
@@ -62,7 +67,7 @@ class Tally:
 class Pool:
     """An executor with `workers` workers, and what to call them."""
 
-    executor: Executor
+    executor: Executor | Processes
     workers: int
     how: str
 
@@ -85,7 +90,7 @@ def pool(workers: int, scheduler: Scheduler | None) -> Iterator[Pool]:
             processes.kill()
             raise
         finally:
-            processes.shutdown(cancel_futures=True)
+            processes.shutdown()
 
 
 def run(

@@ -112,7 +112,7 @@ def family_of(
     """The family of a finger's geometry. It is the same for all moduli, gains and levers, so the geometry is reduced
     once."""
     gauges = tuple(replace(gauge, membrane_gain=1.0, lever_mm=0.0) for gauge in finger.gauges)
-    plain = replace(finger, name="", gauges=gauges, bench=Bench(), ridges=None, identified=None)
+    plain = replace(finger, name="geometry", gauges=gauges, bench=Bench(), ridges=None, identified=None)
     if finger.outer.material is None and finger.inner.material is None:
         plain = with_moduli(plain, 1.0, 1.0)
     return family(plain, size_mm=size_mm or SIZE_MM, variant=variant, progress=progress)

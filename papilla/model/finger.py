@@ -54,6 +54,7 @@ class Finger:
     identified: Identified | None = None
 
     def __post_init__(self) -> None:
+        checks.name("name of the finger", self.name)
         checks.positive("patch_radius (mm)", self.patch_radius)
         if not self.gauges:
             raise InputError("a finger needs at least one gauge")

@@ -121,7 +121,7 @@ class Gauge:
     lever_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        where = f"gauge {self.name}"
+        where = f"gauge {checks.name('name of a gauge', self.name)}"
         if (self.angle_deg is None) == (self.x_mm is None):
             raise InputError(f"{where}: give exactly one of angle_deg and x_mm")
         if self.angle_deg is not None and not abs(checks.finite(f"{where} angle_deg", self.angle_deg)) < 90:

@@ -13,7 +13,14 @@ from matplotlib.patches import Patch
 from papilla.core.checks import ROUNDING
 from papilla.core.units import PER_CENT
 from papilla.logs.statistics import Thinned
-from papilla.view.style import ACCENTS, INK, MUTED, THIN, literal, plain_log, styled, titled
+from papilla.view.style import ACCENTS
+from papilla.view.style import INK
+from papilla.view.style import MUTED
+from papilla.view.style import THIN
+from papilla.view.style import named
+from papilla.view.style import plain_log
+from papilla.view.style import styled
+from papilla.view.style import titled
 
 MEASURED = {
     "force_N": "force (N)",
@@ -101,7 +108,7 @@ class LogPicture:
             self._draw(panels[:timed], measured)
             if spectrum is not None:
                 _draw_spectrum(panels[-1], spectrum)
-            titled(figure, literal(title), literal(detail))
+            titled(figure, title, detail)
         return figure
 
     def _draw(self, panels: Iterable[Axes], measured: list[str]) -> None:
@@ -161,7 +168,7 @@ class LogPicture:
 def _trace(axes: Axes, time: np.ndarray, low: np.ndarray, high: np.ndarray, color: str, label: str) -> None:
     """A curve, drawn as the area between its lowest and highest value in each bin."""
     axes.fill_between(time, low, high, color=color, alpha=0.45, linewidth=0)
-    axes.plot(time, 0.5 * (low + high), color=color, linewidth=THIN, label=literal(label))
+    axes.plot(time, 0.5 * (low + high), color=color, linewidth=THIN, label=named(label))
 
 
 def _widen(axes: Axes) -> None:

@@ -79,7 +79,7 @@ def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual
         axes = figure.subplots()
         axes.axhspan(-2, 2, color=style.FAINT, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
-            axes.plot(force_N, values, "o", color=color, label=name)
+            axes.plot(force_N, values, "o", color=color, label=style.named(name))
         axes.set(xlabel="force (N)", ylabel="residual (sigma)", xlim=(0, None))
         figure.legend(loc="outside right center")
     return figure
@@ -162,9 +162,7 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
         dashes = ["solid" if number <= len(names) // 2 else "--" for number in range(len(names))]
         axes.axhline(0, color=style.MUTED, linewidth=style.THIN)
         frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
-        _curves(
-            axes, force_N, readings / style.THOUSAND, [style.literal(name) for name in names], colors, dashes, **frame
-        )
+        _curves(axes, force_N, readings / style.THOUSAND, list(map(style.named, names)), colors, dashes, **frame)
     return figure
 
 
@@ -175,6 +173,7 @@ def _curves(axes: Axes, x: np.ndarray, table: np.ndarray, names: Sequence[str], 
         axes.plot(x, values, color=color, linestyle=dash, linewidth=style.THICK)
         ends.append((float(values[np.isfinite(values)][-1]), name, color))
     axes.set(**frame)
+    style.with_formula(axes.yaxis.label)
     _label_ends(axes, float(x.max()), ends)
 
 

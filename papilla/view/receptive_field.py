@@ -50,7 +50,7 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
         x, y, _ = skin.points[strongest]
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
         facts = f"strongest {peak}; red: a load stretches the gauge, blue: it shortens it"
-        style.titled(figure, f"Receptive field of gauge {style.literal(gauge_name)}", facts, style.LARGE_PT)
+        style.titled(figure, f"Receptive field of gauge {style.named(gauge_name)}", facts, style.LARGE_PT)
     return figure
 
 
@@ -80,9 +80,8 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
                     axes, ends[:, :2], style.GAUGE_COLOR if chosen else "white", style.INK if chosen else style.MUTED
                 )
             strongest = np.abs(skin["sensitivity"]).argmax()
-            axes.set_title(
-                f"{style.literal(gauge.name)}: {skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−")
-            )
+            response = f"{skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−")
+            axes.set_title(f"{style.named(gauge.name)}: {response}")
             axes.set(aspect="equal", xlabel="x (mm)")
         for axes in grid[:, 0]:
             axes.set_ylabel("y (mm)")
@@ -128,4 +127,4 @@ def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> Non
         color, weight = (style.INK, "bold") if chosen else (style.MUTED, "normal")
         style.mark_gauge(axes, ends, style.GAUGE_COLOR if chosen else "white", color)
         x, y = ends.mean(axis=0)
-        axes.text(x, y - 1.0, style.literal(gauge.name), ha="center", va="top", weight=weight, color=color)
+        axes.text(x, y - 1.0, style.named(gauge.name), ha="center", va="top", weight=weight, color=color)

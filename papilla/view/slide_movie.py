@@ -18,7 +18,14 @@ from papilla.fem.sliding.slide import Slide
 from papilla.mesh.section import build_section
 from papilla.model.finger import Finger
 from papilla.model.textures import Texture
-from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, literal, styled
+from papilla.view.style import ACCENTS
+from papilla.view.style import DIVERGING
+from papilla.view.style import INK
+from papilla.view.style import MUTED
+from papilla.view.style import RIGID_COLOR
+from papilla.view.style import in_a_row
+from papilla.view.style import named
+from papilla.view.style import styled
 
 FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90
 HEIGHT_IN = 6.0
@@ -109,9 +116,9 @@ def _draw_signals(axes, found: Slide, sample: int) -> None:
     rows = slice(max(0, sample - round(SIGNAL_S * found.motion.rate_Hz)), sample + 1)
     change = found.readings - found.readings.mean(axis=0)
     for name, color, signal in zip(found.gauge_names, ACCENTS, change[rows].T, strict=False):
-        axes.plot(found.motion.t_s[rows], signal, color=color, label=literal(name))
+        axes.plot(found.motion.t_s[rows], signal, color=color, label=named(name))
     reach = max(float(np.percentile(np.abs(change), COMMON)), checks.ROUNDING)
     axes.set(ylim=(-reach, reach), xlabel="time (s)", ylabel="change (µε)")
     end = max(found.motion.t_s[sample], min(SIGNAL_S, found.motion.t_s[-1]))
     axes.set_xlim(max(end - SIGNAL_S, 0.0), end)
-    axes.legend(ncols=len(found.gauge_names), loc="upper left")
+    axes.legend(ncols=in_a_row(found.gauge_names), loc="upper left")

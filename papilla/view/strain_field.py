@@ -177,12 +177,13 @@ def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, 
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
         flat = view.project(bar)
         style.mark_gauge(axes, flat)
-        label = f"{style.literal(gauge.name)}\n{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
+        facts = f"{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
         if short:
-            label = f"{style.literal(gauge.name)}\n{reading / style.THOUSAND:+.3g}"
+            facts = f"{reading / style.THOUSAND:+.3g}"
+        label = f"{style.named(gauge.name)}\n{facts.replace('-', '−')}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(
-            x, y, label.replace("-", "−"), ha="center", va="top", fontsize="small", weight="bold",
+            x, y, label, ha="center", va="top", fontsize="small", weight="bold",
             path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white", alpha=0.85)],
         )  # fmt: skip
 
@@ -218,4 +219,5 @@ def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: f
         rf"{press.force:.3g} N on {touched}: $S_d$ of the readings {spread} µε",
         "; ".join(facts + more),
         *[style.LARGE_PT] * (not more),
+        formula=True,
     )

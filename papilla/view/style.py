@@ -2,6 +2,7 @@
 
 import io
 import textwrap
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +17,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from papilla.core import checks
@@ -61,6 +63,9 @@ LETTER, LINE, DETAIL = 0.6, 1.4, 0.75
 """Width of a letter on average, and distance of lines, over the size of letters; size of a detail over that of its
 message."""
 
+NAME_LETTERS = 24
+"""Most letters of a name in a picture."""
+
 _UNDATED: dict[str, dict[str, None]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -76,9 +81,22 @@ def styled(width: float = WIDTH_IN, height: float = HEIGHT_IN) -> Iterator[Figur
         yield Figure(figsize=(width, height))
 
 
-def literal(name: str) -> str:
-    """A name that matplotlib shows letter by letter: a dollar sign in it does not start a formula."""
-    return name.replace("$", r"\$")
+def named(name: str) -> str:
+    """A name as it is shown in a picture: at most `NAME_LETTERS` of it, which leave room for the picture, and a space
+    before "_", because matplotlib leaves labels that begin with it out of a legend."""
+    short = name if len(name) <= NAME_LETTERS else f"{name[: NAME_LETTERS - 1]}…"
+    return f" {short}" if short.startswith("_") else short
+
+
+def in_a_row(names: Sequence[str]) -> int:
+    """Number of columns of a legend: all names in a row, or one below the other if they are long."""
+    return len(names) if sum(map(len, names)) <= NAME_LETTERS else 1
+
+
+def with_formula(*texts: Text) -> None:
+    """Let a formula between dollar signs, such as $S_d$, be drawn as one in papilla's own texts; in no others."""
+    for text in texts:
+        text.set_parse_math(True)
 
 
 def friction_text(coefficient: float) -> str:
@@ -93,10 +111,13 @@ def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
     axis.set(minor_locator=NullLocator(), minor_formatter=NullFormatter())
 
 
-def titled(figure: Figure, message: str, detail: str, size: float = TITLE_PT) -> None:
+def titled(figure: Figure, message: str, detail: str, size: float = TITLE_PT, *, formula: bool = False) -> None:
     """A bold message of `size` points at the top left of the figure, and below it the detail in smaller grey text; the
-    axes get the rest."""
-    figure.text(0, 1, message, fontsize=size, weight="bold", va="top")
+    axes get the rest.
+
+    formula : the message is papilla's own and has a formula between dollar signs.
+    """
+    figure.text(0, 1, message, fontsize=size, weight="bold", va="top", parse_math=formula)
     if detail:
         figure.text(0, 1, detail, fontsize=DETAIL * size, color=MUTED, va="top")
     _stack(figure)
@@ -128,9 +149,10 @@ def _stack(figure: Figure) -> float:
 
 
 def color_bar(shades: Any, axes: Any, label: str, **more) -> Colorbar:
-    """A bar of the colours of `shades` next to axes, which give it room."""
+    """A bar of the colours of `shades` next to axes, which give it room; its label may have a formula."""
     own = np.atleast_1d(axes).flat
     bar = own[0].figure.colorbar(shades, ax=list(own), label=label, **more)
+    with_formula(bar.ax.xaxis.label, bar.ax.yaxis.label)
     bar.outline.set_visible(False)
     return bar
 
@@ -159,7 +181,9 @@ def kind_of(path: str | Path) -> str:
 def content(figure: Figure, kind: str, dpi: int = DPI) -> bytes:
     """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
     stream = io.BytesIO()
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(_STYLE), warnings.catch_warnings():
+        # A letter that no font has is drawn as a box
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         figure.draw_without_rendering()  # The layout of axes of a fixed aspect needs a second pass
         # It imports the canvas of the kind when a picture of this kind is written
         FigureCanvasAgg(figure).print_figure(stream, format=kind, dpi=dpi, metadata=_UNDATED[kind])

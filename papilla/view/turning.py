@@ -2,6 +2,7 @@
 presses, and the reading of the gauge under the pointer."""
 
 from collections.abc import Sequence
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,7 +95,7 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
 def _title(scene: Scene, finger: Finger) -> str:
     press, touched = scene.press, f"{scene.specimen.modulus:.3g} MPa {scene.specimen.words}"
     facts = f"S<sub>d</sub> of the readings {press.sd:,.0f} µε, indentation {press.indentation:.3g} mm"
-    return f"<b>{finger.name}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
+    return f"<b>{escape(finger.name)}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
 
 
 def _solids(one: Drawn, lift: np.ndarray) -> list[Any]:
@@ -132,7 +133,8 @@ def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[
 
     press, ends, told = scene.press, [], []
     for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
-        words = f"{gauge.name}: reading {reading:+,.0f} µε<br>strain {PER_CENT * strain:+.2f} %".replace("-", "−")
+        facts = f"reading {reading:+,.0f} µε<br>strain {PER_CENT * strain:+.2f} %".replace("-", "−")
+        words = f"{escape(gauge.name)}: {facts}"
         ends += [bar[0], bar.mean(axis=0), bar[1], np.full(3, np.nan)]
         told += [words, words, words, ""]
     grids = go.Scatter3d(
@@ -140,7 +142,7 @@ def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[
         line={"color": GAUGE_COLOR, "width": 4 * LINE_PX}, marker={"color": GAUGE_COLOR, "size": LINE_PX},
     )  # fmt: skip
     middles = one.section.gauges.mean(axis=1) + NAMES_MM * lift
-    names = [gauge.name for gauge in finger.gauges]
+    names = [escape(gauge.name) for gauge in finger.gauges]
     return [
         grids,
         go.Scatter3d(**_places(middles), mode="text", text=names, textposition="top center", hoverinfo="skip"),

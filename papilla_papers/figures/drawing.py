@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from papilla.view.style import ACCENTS, INK, MUTED, NARROW_IN, SEQUENTIAL, THICK, THIN, literal, plain_log, styled, svg
 from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table
+from papilla.view.style import ACCENTS, INK, MUTED, NARROW_IN, SEQUENTIAL, THICK, THIN, named, plain_log, styled, svg
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Width of a figure; height of a row of panels and of a row of a table, in inches."""
@@ -49,9 +49,9 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
 
 
 def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
-    axes.set_title(literal(panel.title), fontsize="small", wrap=True)
-    axes.set_xlabel(literal(panel.x_label), fontsize="small")
-    axes.set_ylabel(literal(panel.y_label), fontsize="small")
+    axes.set_title(panel.title, fontsize="small", wrap=True)
+    axes.set_xlabel(panel.x_label, fontsize="small")
+    axes.set_ylabel(panel.y_label, fontsize="small")
     axes.tick_params(colors=MUTED, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
@@ -62,7 +62,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
         if one.look == "bars":
             width = BARS / len(bars)
             left = one.x + (bars.index(one) - (len(bars) - 1) / 2) * width
-            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED, label=literal(one.label))
+            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED, label=named(one.label))
         else:
             _curve(axes, one, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
@@ -70,7 +70,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
             axes.set(**{f"{name}scale": "log"})
             plain_log(axis)
     if panel.names:
-        axes.set_xticks(np.arange(len(panel.names)), [literal(name) for name in panel.names])
+        axes.set_xticks(np.arange(len(panel.names)), panel.names)
     axes.set(xlim=panel.x_range, ylim=panel.y_range, aspect="equal" if panel.even else "auto")
     if labels := [one.label for one in panel.curves if one.label]:
         beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
@@ -79,7 +79,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
 
 
 def _curve(axes: Axes, one: Curve, color: str) -> None:
-    label = literal(one.label)
+    label = named(one.label)
     if one.look == "impulses":
         axes.vlines(one.x, 0, one.y, color=color, label=label)
         return
@@ -97,7 +97,7 @@ def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     )
     axes.grid(False)
     bar = figure.colorbar(drawn, ax=axes)
-    bar.set_label(literal(shade.label), fontsize="small")
+    bar.set_label(shade.label, fontsize="small")
     bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
     if shade.over is not None and shade.over.any() and not shade.over.all():
@@ -121,12 +121,12 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
 
 def _table(table: Table) -> Figure:
     """The table as a picture: heads above a line, a row each."""
-    cells = [[literal(cell if isinstance(cell, str) else f"{cell:.4g}") for cell in row] for row in table.rows]
+    cells = [[cell if isinstance(cell, str) else f"{cell:.4g}" for cell in row] for row in table.rows]
     with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
         figure.set_layout_engine("none")  # The table fills the figure
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()
-        heads = [literal(head) for head in table.heads]
+        heads = list(table.heads)
         drawn = axes.table(cells, colLabels=heads, cellLoc="left", colLoc="left", edges="horizontal", bbox=Bbox.unit())
         drawn.auto_set_column_width(range(len(heads)))
         return figure

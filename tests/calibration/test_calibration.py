@@ -283,6 +283,10 @@ def test_the_file_has_the_documented_keys(tmp_path):
     assert {"name", "sha256"} <= set(document["finger"]) and "provenance" in document and "mesh" in document
 
 
+NO_COVARIANCE = (np.eye(5) + 2 * (np.eye(5, k=1) + np.eye(5, k=-1))).tolist()
+"""Symmetric, and positive on its diagonal, but with correlations of 2."""
+
+
 def drop(document, *keys):
     inner = document
     for key in keys[:-1]:
@@ -346,6 +350,13 @@ OF_SD = ("softness", "surface", "uncertainty")
         (lambda d: put(d, {"f": "N"}, "softness", "forward", "units"), "softness.forward.units must be {'f': 'gf'"),
         (lambda d: put(d, 3, "finger"), "finger must be a valid dictionary, got 3"),
         (lambda d: put(d, [1], "notes"), r"notes\[0\] must be a valid string, got 1"),
+        (lambda d: put(d, ["x" * 3000], "notes"), r"notes\[0\]: String should have at most 2000"),
+        (lambda d: put(d, "x" * 300, "finger", "name"), "finger: name must be a text of 1 to 200 letters, got 300"),
+        (lambda d: put(d, ["x"], "finger", "name"), "finger: name must be a text"),
+        (lambda d: put(d, "g\n1", "softness", "gauges", 0, "name"), "name of a gauge has '.n' in it"),
+        (lambda d: put(d, -1.0, "softness", "forward", "covariance", 0, 0), "covariance must be symmetric and pos"),
+        (lambda d: put(d, 1e3, "softness", "forward", "covariance", 0, 1), "covariance must be symmetric and pos"),
+        (lambda d: put(d, NO_COVARIANCE, "softness", "forward", "covariance"), "covariance must be symmetric and pos"),
     ],
 )
 def test_a_broken_file_is_refused_with_file_and_key(tmp_path, spoil, message):

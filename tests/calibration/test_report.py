@@ -1,12 +1,14 @@
 """report.html: self-contained, escaped, and saying what the calibration's own numbers say."""
 
 import math
+import random
 from dataclasses import replace
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from odd_names import odd_names
 
 from papilla.calibration import SoftnessStatus, fit
 from papilla.calibration.fitting import page
@@ -190,6 +192,18 @@ def test_a_name_from_a_file_cannot_break_the_page(read, swept):
     nasty = '<script>alert("1")</script>&'
     named = replace(swept, calibration=replace(swept.calibration, finger={"name": nasty, "sha256": "0"}))
     assert nasty in read(named).text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_an_odd_name_is_on_the_page_letter_by_letter_and_odd_gauges_are_drawn(read, swept, sweep_page, seed):
+    finger, *names = odd_names(random.Random(seed), 1 + len(swept.calibration.gauges))
+    gauges = tuple(replace(gauge, name=name) for gauge, name in zip(swept.calibration.gauges, names, strict=True))
+    named = replace(
+        swept, calibration=replace(swept.calibration, finger={"name": finger, "sha256": "0"}, gauges=gauges)
+    )
+    shown = read(named)
+    assert " ".join(finger.split()) in shown.text and shown.others == sweep_page.others
 
 
 def test_a_domain_elsewhere_leaves_the_comparison_out(read, truth, monkeypatch):

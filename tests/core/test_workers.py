@@ -4,13 +4,20 @@ import os
 import signal
 import time
 from concurrent.futures import BrokenExecutor
+from contextlib import contextmanager
 
 import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.core.workers import counted, workers
-from papilla.processes import TRIES, Processes, one_thread_each
+from papilla.core.workers import Processes
+from papilla.core.workers import TRIES
+from papilla.core.workers import counted
+from papilla.core.workers import one_thread_each
+from papilla.core.workers import workers
+from papilla.processes import Processes
+from papilla.processes import TRIES
+from papilla.processes import one_thread_each
 
 
 def doubled(number, say):
@@ -78,11 +85,19 @@ def killed_at_first(marker, times):
     return began
 
 
+@contextmanager
+def closed(pool):
+    """A pool that is shut down at the end."""
+    try:
+        yield pool
+    finally:
+        pool.shutdown()
+
+
 @pytest.mark.parametrize("fresh", [False, True])
 def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeypatch, fresh):
     monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
-    pool = Processes(2, fresh=fresh)
-    with one_thread_each(), pool:
+    with one_thread_each(), closed(Processes(2, fresh=fresh)) as pool:
         killed = pool.submit(killed_at_first, tmp_path / "a", 2)
         others = [pool.submit(divmod, number, 2) for number in range(6)]
         assert killed.result() == 3 and [one.result() for one in others] == [divmod(number, 2) for number in range(6)]
@@ -94,8 +109,7 @@ def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeyp
 
 
 def test_a_stopped_pool_waits_for_no_job(tmp_path):
-    pool = Processes(1)
-    with one_thread_each(), pool:
+    with one_thread_each(), closed(Processes(1)) as pool:
         pool.submit(divmod, 7, 2).result()
         long = pool.submit(time.sleep, 600)
         pool.kill()

@@ -41,7 +41,7 @@ def test_signals_of_the_last_quarter_of_a_second():
     assert axes.get_xlim() == pytest.approx((0.25, 0.5))
     low, high = axes.get_ylim()
     assert -low == high == pytest.approx(np.percentile(np.abs(change), slide_movie.COMMON))
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["g1", r"a\$"]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["g1", "a$"]
     slide_movie._draw_signals(axes, found, 3)
     assert len(axes.lines[0].get_xdata()) == 4 and axes.get_xlim() == pytest.approx((0.0, 0.25))
     slide_movie._draw_signals(axes, slide(rows=11), 3)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.core.units import PER_CENT
-from papilla.view.style import ACCENTS, INK, MUTED, THICK, THIN, plain_log, styled, titled
+from papilla.view.style import ACCENTS, INK, MUTED, THICK, THIN, plain_log, styled, titled, with_formula
 
 PRICE_IN = 8.2, 5.2
 """Inches of the figure of speed against error."""
@@ -46,6 +46,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
             xlabel="set-up and 1000 scenes (s)",
             ylabel=r"worst error of $S_d$, 10-100 gf (%)",
         )
+        with_formula(axes.yaxis.label)
         axes.margins(ROOM)
         plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > SCENES))
         plain_log(axes.yaxis)
@@ -64,7 +65,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
         price = (
             f"{PER_CENT * least['error_sd']:.2g} % in $S_d$ for {least['seconds_thousand']:.2g} s a thousand presses"
         )
-        titled(figure, f"{price}: {least['fidelity']}, {least['element']}, {least['size_mm']:g} mm", note)
+        titled(figure, f"{price}: {least['fidelity']}, {least['element']}, {least['size_mm']:g} mm", note, formula=True)
     return figure
 
 
