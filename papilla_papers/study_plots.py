@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from papilla.view.style import ACCENTS, FAINT, INK, THIN, named, plain_log, styled, titled
+from papilla.view.style import ACCENTS, FAINT, INK, THIN, in_a_row, named, plain_log, styled, titled
 
 NOISE = (1.0, 5.0)
 """Range of a gauge's noise, microstrain, drawn as a band."""

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, ValidationError
 
-from papilla import checks
 from papilla.calibration.published import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import (
     COMPACT_TERMS,
@@ -21,6 +20,7 @@ from papilla.calibration.readouts import (
     Uncertainty,
 )
 from papilla.calibration.surface import DEGREE, Axes, Surface
+from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.sealed import read_sealed

@@ -359,10 +359,9 @@ class Summary:
         """Position (n,) in mm along the path, from the rows' velocity or position."""
         import numpy as np
 
-        from papilla.core.tables import BLOCK
+        from papilla.core.rows import BLOCK
         from papilla.estimators.pipeline import path
         from papilla.estimators.pipeline.clock import Clock
-        from papilla.rows import BLOCK
 
         clock, names = Clock(self._log.sample_rate_Hz), ("velocity_mm_s", "position_mm")
         at = [self._columns.index(name) if name in self._columns else None for name in names]

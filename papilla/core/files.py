@@ -105,7 +105,7 @@ def toml_lines(content: Mapping[str, Any]) -> list[str]:
 
 
 def toml_value(value: Any) -> str:
-    """A value as TOML writes it; a list of lists has a line each. What it writes `papilla.core.outside.toml` reads back."""
+    """A value as TOML writes it; a list of lists has a line each. `papilla.core.outside.toml` reads it back."""
     if isinstance(value, dict):
         return "{ " + ", ".join(toml_lines(value)) + " }"
     if isinstance(value, list | tuple):

@@ -18,7 +18,7 @@ from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
 from papilla.core.outside import repeatable_stream
 from papilla.core.pipes import LONGEST_LINE, PIPE, LiveText, ShortLines
-from papilla.rows import BLOCK, Reader, Table, check_names, text_cells
+from papilla.core.rows import BLOCK, Reader, Table, check_names, text_cells
 
 CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
 DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}

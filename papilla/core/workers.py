@@ -10,7 +10,7 @@ from threading import Thread
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from papilla.errors import WorkerKilledError
+from papilla.core.errors import WorkerKilledError
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor

@@ -19,6 +19,7 @@ from time import perf_counter
 
 from papilla.core import cache
 from papilla.core.errors import InputError, SolverError, WorkerKilledError
+from papilla.core.workers import TRIES, Processes, one_thread_each
 from papilla.design import sampling
 from papilla.design.batch import OK, Batch, Done, Record, check_done, evaluate, judged, version
 from papilla.design.cluster import Scheduler, cluster
@@ -27,12 +28,6 @@ from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
-from papilla.core.workers import Processes
-from papilla.core.workers import TRIES
-from papilla.core.workers import one_thread_each
-from papilla.processes import Processes
-from papilla.processes import TRIES
-from papilla.processes import one_thread_each
 
 BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses

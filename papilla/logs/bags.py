@@ -19,11 +19,10 @@ import numpy as np
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.core.memory import refuse_beyond
 from papilla.core.outside import DESIGN_BYTES, MIB, checked_file, reason
-from papilla.core.tables import BLOCK, Table
+from papilla.core.rows import BLOCK, Table
 from papilla.core.units import NS_PER_S, S_PER_NS
 from papilla.logs.frames import FrameReader
 from papilla.logs.parquet import MOST_ELEMENTS, MOST_FIELDS
-from papilla.rows import BLOCK, Table
 
 NUMBER_BYTES = 100
 """Memory of a number while a bag is read: a Python object in a list, and its places in two arrays."""

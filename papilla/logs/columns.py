@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from papilla.core.errors import FileFormatError
-from papilla.core.tables import BLOCK, Reader, Table, TableReader, closest
+from papilla.core.rows import BLOCK, Reader, Table
+from papilla.core.tables import TableReader, closest
 from papilla.logs.bags import BagReader
 from papilla.logs.frames import PARQUET, FrameReader
 from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
 from papilla.logs.parquet import ParquetReader
-from papilla.rows import BLOCK, Reader, Table
 
 TORQUE = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it

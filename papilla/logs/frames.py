@@ -13,8 +13,8 @@ import numpy as np
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
+from papilla.core.rows import BLOCK, Reader, Table, check_names, text_cells
 from papilla.core.tables import table_writer
-from papilla.rows import BLOCK, Reader, Table, check_names, text_cells
 
 PARQUET = (".parquet", ".pq")
 """Suffixes of Parquet files."""

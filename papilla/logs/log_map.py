@@ -31,6 +31,7 @@ from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
+from papilla.core.rows import LONGEST_NAME
 from papilla.core.tables import closest
 from papilla.core.units import (
     CM,
@@ -44,7 +45,6 @@ from papilla.core.units import (
     S_PER_MIN,
     gf_to_newton,
 )
-from papilla.rows import LONGEST_NAME
 
 _TIMES = {"s": 1.0, "ms": MILLI, "us": MICRO, "ns": NANO, "min": S_PER_MIN}
 _NEWTON = {"N": 1.0, "mN": MILLI, "kN": KILO}

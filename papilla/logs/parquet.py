@@ -13,8 +13,8 @@ import numpy as np
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
 from papilla.core.outside import checked_file, reason
+from papilla.core.rows import BLOCK, Reader, Table, check_names, check_text
 from papilla.logs.frames import column_of
-from papilla.rows import BLOCK, Reader, Table, check_names, check_text
 
 MOST_ELEMENTS = 64
 """Largest number of elements of a list, or of an array in a message of a bag, that become columns."""

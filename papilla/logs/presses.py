@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from papilla.core.errors import FileFormatError
+from papilla.core.rows import Table
 from papilla.core.short_repr import short_repr
-from papilla.core.tables import Table, write_table
+from papilla.core.tables import write_table
 from papilla.core.units import PER_CENT
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import of_presses
 from papilla.model.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
-from papilla.rows import Table
 
 USUAL_FORCE_ERROR = 0.01
 """Relative error of the force of a usual bench."""

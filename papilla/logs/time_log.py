@@ -13,12 +13,11 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.checks import LARGEST, believable
 from papilla.core.errors import FileFormatError
+from papilla.core.rows import Reader, Table
 from papilla.core.short_repr import short_repr
-from papilla.core.tables import Reader, Table
 from papilla.logs.columns import TORQUE, check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import Magnitudes, Noise, Sizes
-from papilla.rows import Reader, Table
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""

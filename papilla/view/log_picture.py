@@ -13,14 +13,7 @@ from matplotlib.patches import Patch
 from papilla.core.checks import ROUNDING
 from papilla.core.units import PER_CENT
 from papilla.logs.statistics import Thinned
-from papilla.view.style import ACCENTS
-from papilla.view.style import INK
-from papilla.view.style import MUTED
-from papilla.view.style import THIN
-from papilla.view.style import named
-from papilla.view.style import plain_log
-from papilla.view.style import styled
-from papilla.view.style import titled
+from papilla.view.style import ACCENTS, INK, MUTED, THIN, named, plain_log, styled, titled
 
 MEASURED = {
     "force_N": "force (N)",

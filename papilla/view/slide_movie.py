@@ -18,14 +18,7 @@ from papilla.fem.sliding.slide import Slide
 from papilla.mesh.section import build_section
 from papilla.model.finger import Finger
 from papilla.model.textures import Texture
-from papilla.view.style import ACCENTS
-from papilla.view.style import DIVERGING
-from papilla.view.style import INK
-from papilla.view.style import MUTED
-from papilla.view.style import RIGID_COLOR
-from papilla.view.style import in_a_row
-from papilla.view.style import named
-from papilla.view.style import styled
+from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, in_a_row, named, styled
 
 FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90
 HEIGHT_IN = 6.0

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table
 from papilla.view.style import ACCENTS, INK, MUTED, NARROW_IN, SEQUENTIAL, THICK, THIN, named, plain_log, styled, svg
+from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Width of a figure; height of a row of panels and of a row of a table, in inches."""

@@ -10,9 +10,8 @@ import pytest
 
 from papilla.core.errors import FileFormatError
 from papilla.core.pipes import LiveText
-from papilla.core.tables import Table
+from papilla.core.rows import Table
 from papilla.logs import TimeLogFile, time_log
-from papilla.rows import Table
 
 
 def rows(count: int) -> list[str]:

@@ -10,14 +10,7 @@ import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.core.workers import Processes
-from papilla.core.workers import TRIES
-from papilla.core.workers import counted
-from papilla.core.workers import one_thread_each
-from papilla.core.workers import workers
-from papilla.processes import Processes
-from papilla.processes import TRIES
-from papilla.processes import one_thread_each
+from papilla.core.workers import TRIES, Processes, counted, one_thread_each, workers
 
 
 def doubled(number, say):

@@ -15,14 +15,15 @@ import pytest
 from mutations import mutations
 from spring_calibration import calibration
 
-from papilla import cache, fem
+from papilla import fem
 from papilla.calibration import Calibration
-from papilla.errors import PapillaError
+from papilla.core import cache
+from papilla.core.errors import PapillaError
+from papilla.core.sealed import CHECKSUM, checksum
 from papilla.fem import ReducedFinger
-from papilla.finger import SHIPPED_FINGERS, Finger
 from papilla.mesh.surface_files import read_closed, write_half_ellipsoid
-from papilla.sealed import CHECKSUM, checksum
-from papilla.specimen import Block
+from papilla.model.finger import SHIPPED_FINGERS, Finger
+from papilla.model.specimen import Block
 
 pytestmark = pytest.mark.slow
 LONGEST = 2000

@@ -9,11 +9,11 @@ import pytest
 from guarded import guarded
 from mutations import mutations
 
-from papilla.errors import PapillaError
+from papilla.core.errors import PapillaError
 from papilla.logs import TimeLogFile, read_presses
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
-from papilla.specimen import Block
+from papilla.model.specimen import Block
 
 pytestmark = pytest.mark.slow
 

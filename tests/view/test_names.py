@@ -11,7 +11,8 @@ import pytest
 from matplotlib.text import Text
 from odd_names import odd_names
 
-from papilla.view import plots, strain_field, study_plots, style, turning
+from papilla.view import plots, strain_field, style, turning
+from papilla_papers import study_plots
 
 FORCE = np.linspace(0.05, 1, 20)
 
