@@ -76,11 +76,13 @@ COMMANDS: dict[str, str] = {
 """Name -> arguments; the commands run in this order and find the files of those before them."""
 
 
-def run_all(folder: Path) -> dict[str, Any]:
-    """What each command answers and writes."""
+def run_all(folder: Path, only: str | None = None) -> dict[str, Any]:
+    """What each command, or the one of a name, answers and writes."""
     (folder / "study.toml").write_text(STUDY, encoding="utf-8")
     answers: dict[str, Any] = {}
     for name, arguments in COMMANDS.items():
+        if only not in (None, name):
+            continue
         if "presses.csv" in arguments:
             _write_presses(folder)
         before = {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.is_file()}
@@ -147,11 +149,13 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("job", choices=("record", "compare"))
     parser.add_argument("file", type=Path)
+    parser.add_argument("--only", choices=COMMANDS, help="one command, which must need no other's files")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        answers = run_all(Path(folder))
+        answers = run_all(Path(folder), given.only)
     if given.job == "record":
         given.file.write_text(json.dumps(answers), encoding="utf-8")
+        print(f"{len(answers)} commands recorded")
         return 0
     found = list(differences(json.loads(given.file.read_text(encoding="utf-8")), json.loads(json.dumps(answers))))
     print("\n".join(found) or f"{len(answers)} commands answer as before")

@@ -55,6 +55,7 @@ SHORT = {
         {"SIZE_MM": 2.8, "INNER_MPA": np.geomspace(0.0265, 0.054, 4), "RATIOS": np.geomspace(2, 8, 4)},
         "grid_length: ",
     ),
+    "recorded_outputs": (["record", "answers.json", "--only", "new"], {}, "1 commands recorded"),
     "recovered_modulus": (
         ["--moduli", "3", "--forces", "2", "--draws", "2"],
         {"MESHES": (4,), "FRICTIONS": (0.0, "stick")},
