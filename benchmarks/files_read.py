@@ -19,7 +19,7 @@ from pathlib import Path
 import papilla
 
 ROOT = Path(papilla.__file__).parent
-IMPORTS = str(ROOT / "_lazy.py")
+IMPORTS = str(ROOT / "core" / "_lazy.py")
 """Module that imports names on first use."""
 COMMANDS = {
     "press": ["press", "--force", "0.5", "--modulus", "0.51", "--json"],

@@ -3,12 +3,15 @@
 Run with `python benchmarks/pipeline.py [--calibration C.json]`; without a calibration there is no modulus.
 """
 
+import sys
 from pathlib import Path
 
 import typer
 
-from benchmarks.estimators.cost import costs
 from papilla.calibration import Calibration
+
+sys.path.append(str(Path(__file__).parents[1]))
+from benchmarks.estimators.cost import costs  # noqa: E402
 
 
 def main(calibration: Path | None = None, seconds: float = 4.0) -> None:

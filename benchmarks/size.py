@@ -1,4 +1,4 @@
-"""How large the package is: lines of code and literal numbers, a row a room.
+"""How large the packages are: lines of code and literal numbers, a row a room.
 
 `python benchmarks/size.py [--root DIR] [--per-file]`
 
@@ -12,7 +12,7 @@ import ast
 import io
 import tokenize
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 PLAIN = (0, 1, -1, 2, 0.5)
@@ -20,6 +20,8 @@ PLAIN = (0, 1, -1, 2, 0.5)
 
 REFERENCE = ("references", "units.py", "materials.py", "published")
 """Rooms and parts of file names whose numbers are constants of nature, units or printed values."""
+
+PACKAGES = ("papilla", "papilla_papers", "benchmarks")
 
 SILENT = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER)
 
@@ -41,6 +43,11 @@ def literals(source: str) -> int:
     return sum(type(value) in (int, float, complex) and value not in PLAIN for value in numbers)
 
 
+def room_of(parts: Sequence[str]) -> str:
+    """The room of a file or module: a folder of papilla, papilla for what stands beside them, or another package."""
+    return parts[1] if parts[0] == "papilla" and len(parts) > 2 else parts[0]
+
+
 def _docstrings(tree: ast.AST) -> Iterator[range]:
     """Lines of every string that stands alone: docstrings, and the sentences below constants."""
     for node in ast.walk(tree):
@@ -51,13 +58,14 @@ def _docstrings(tree: ast.AST) -> Iterator[range]:
 def main() -> None:
     """Count and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--root", type=Path, default=Path(__file__).parents[1] / "papilla")
+    parser.add_argument("--root", type=Path, default=Path(__file__).parents[1])
     parser.add_argument("--per-file", action="store_true", help="a row a file")
     options = parser.parse_args()
     files, lines, numbers, apart = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
-    for path in sorted(options.root.rglob("*.py")):
+    paths = sorted(path for package in PACKAGES for path in (options.root / package).rglob("*.py"))
+    for path in paths:
         inside, source = path.relative_to(options.root), path.read_text(encoding="utf-8")
-        room = str(inside) if options.per_file or len(inside.parts) == 1 else inside.parts[0]
+        room = str(inside) if options.per_file else room_of(inside.parts)
         files[room] += 1
         lines[room] += code_lines(source)
         known = any(part in str(inside) for part in REFERENCE)

@@ -280,9 +280,9 @@ def test_the_picture_and_the_tables(small, capsys):
 
 
 def test_the_command_in_short(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(comparison, "SHORT", SMALL)
+    monkeypatch.setattr(command, "SHORT", SMALL)
     monkeypatch.setattr(command, "PROCESSES", 1)
-    monkeypatch.setattr(cost, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
+    monkeypatch.setattr(command, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
     answer = command.estimators(True, tmp_path)
     printed = json.loads(json_text(answer.facts))
     assert printed["short"] is True and printed["softness"] == []

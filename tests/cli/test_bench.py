@@ -1,7 +1,6 @@
-"""`papilla bench`: the short form as JSON and plot, peers and their ratio, and what is refused."""
+"""`papilla bench`: the short form as JSON and plot, and what is refused."""
 
 import json
-from dataclasses import dataclass
 
 import pytest
 
@@ -11,20 +10,8 @@ ROW_KEYS = {
 }
 
 
-@dataclass(frozen=True)
-class Stand:
-    """In place of a peer, which takes longer than the rest."""
-
-    name: str = "another library"
-    seconds_one_press: float = 50.0
-
-    def to_json(self) -> dict:
-        return dict(vars(self))
-
-
 @pytest.mark.slow
-def test_short_form(papilla, tmp_path, monkeypatch):
-    monkeypatch.setattr("benchmarks.presses.peers.run_peers", lambda *_, **__: (Stand(),))
+def test_short_form(papilla, tmp_path):
     answer = papilla("bench", "--short", "--json", "--out", tmp_path / "priced")
     assert answer.code == 0, answer.err
     found = json.loads(answer.out)
@@ -48,23 +35,9 @@ def test_short_form(papilla, tmp_path, monkeypatch):
     # A contact one element wide: 0.055 on the mesh that ships
     assert 0.01 < rows["finite", "Taylor-Hood", 2.8]["small_strain_sd"] < 0.06
     assert any(row["pareto"] for row in found["rows"])
-    (peer,) = found["peers"]
-    assert peer["name"] == "another library" and peer["seconds_one_press"] == 50
-    assert peer["ratio"] == pytest.approx(by_element["Taylor-Hood"]["seconds_thousand"] / 50)
     assert found["plot"] == str(tmp_path / "priced" / "speed_against_error.png")
     assert (tmp_path / "priced" / "speed_against_error.png").read_bytes().startswith(b"\x89PNG")
     assert "fidelity finite on 2.8 mm" in answer.err
-
-
-def test_estimators_are_the_other_bench(papilla, refused, monkeypatch, tmp_path):
-    calls = []
-    monkeypatch.setattr("papilla.cli.bench.bench_estimators", lambda *arguments: calls.append(arguments))
-    assert papilla("bench", "--estimators", "--short", "--json").code == 0
-    assert papilla("bench", "--estimators", "--out", tmp_path).code == 0
-    assert calls == [(True, None), (False, tmp_path)]
-    assert "--finger is for the fidelities, not for --estimators" in refused(
-        "bench", "--estimators", "--finger", "f.toml"
-    )
 
 
 def test_bad_input_is_refused_before_anything_is_measured(refused, tmp_path):

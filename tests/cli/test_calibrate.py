@@ -93,7 +93,7 @@ def made_up(monkeypatch):
         presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9], lambda *_: factor)
         recovery = job.Recovery(presses.force_N, presses.modulus_MPa, presses.modulus_MPa)
         done = job.Calibrated(spring_calibration.calibration(), presses, recovery)
-        monkeypatch.setattr(job, "calibrate_finger", lambda *_, **__: done)
+        monkeypatch.setattr("papilla.identification.bench.calibrate", lambda *_, **__: done)
 
     return set_to
 
@@ -122,13 +122,12 @@ def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, made_u
 
 
 def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path, monkeypatch):
-    from papilla.calibration.fitting import job
     from papilla.core.errors import InputError
 
     def stop(log, *_, **__):
         raise InputError(f"{len(log)} presses came")
 
-    monkeypatch.setattr(job, "calibrate_bench", stop)
+    monkeypatch.setattr("papilla.identification.bench.calibrate_bench", stop)
     write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
     answer = papilla("calibrate", "--bench", "presses.csv")
     assert answer.err.splitlines()[0] == "presses.csv: ignored columns: operator"

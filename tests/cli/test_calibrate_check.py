@@ -23,7 +23,9 @@ def made(monkeypatch, tmp_path):
     names = tuple(f"g{k}" for k in range(1, 6))
     recovery = job.Recovery(force, modulus, modulus)
     presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9])
-    monkeypatch.setattr(job, "calibrate_finger", lambda *_, **__: job.Calibrated(finger, presses, recovery))
+    monkeypatch.setattr(
+        "papilla.identification.bench.calibrate", lambda *_, **__: job.Calibrated(finger, presses, recovery)
+    )
 
     def write(name, factor=1.0):
         PressLog(force, modulus * factor, readings, names).to_csv(tmp_path / name)

@@ -17,6 +17,7 @@ from papilla.cli import calibrate
 from papilla.cli.calibrate import SweepOptions
 from papilla.cli.options import PROCESSES
 from papilla.core.errors import InputError
+from papilla.identification.bench import BenchPresses
 from papilla.model.finger import Finger
 
 LOG = "force_N,modulus_MPa,g1,g2,g3,g4,g5\n0.2,0.5,1,2,3,4,5\n0.3,0.1,2,3,4,5,6\n"
@@ -50,11 +51,13 @@ def asked(monkeypatch, tmp_path):
         diagnosis = SimpleNamespace(intervals={"outer_modulus_MPa": (0.1, 0.3)}, status="fine", condition=3.0,
                                     influence=np.array([0.5]), profiles=[], doubts=())  # fmt: skip
         inside = np.array([True, False, True])
-        bench = job.BenchPresses(Finger.load("published"), Found(**vars(found)), diagnosis, recovery, inside)
+        bench = BenchPresses(Finger.load("published"), Found(**vars(found)), diagnosis, recovery, inside)
         return done(bench=bench)
 
-    monkeypatch.setattr(job, "calibrate_finger", lambda design, **how: calls.append((design, how)) or done())
-    monkeypatch.setattr(job, "calibrate_bench", of_log)
+    monkeypatch.setattr(
+        "papilla.identification.bench.calibrate", lambda design, **how: calls.append((design, how)) or done()
+    )
+    monkeypatch.setattr("papilla.identification.bench.calibrate_bench", of_log)
     write = lambda path, done, finger, seconds, progress: path.write_text(f"{finger.name} {seconds > 0}")  # noqa: E731
     monkeypatch.setattr("papilla.calibration.fitting.page.write_report", write)
     (tmp_path / "log.csv").write_text(LOG)

@@ -25,7 +25,7 @@ def asked(papilla, monkeypatch):
             raise PapillaError("enough")
 
         with monkeypatch.context() as patch:
-            patch.setattr(job, "calibrate_finger", stop)
+            patch.setattr("papilla.identification.bench.calibrate", stop)
             assert papilla("calibrate", *arguments).err.endswith("enough\n")
         return seen
 

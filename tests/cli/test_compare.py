@@ -32,11 +32,11 @@ def test_bad_input_is_one_line(refused, files):
 
 @pytest.mark.slow
 def test_designs_bring_receptive_fields_and_the_price_of_a_press(papilla, monkeypatch):
-    from papilla.identification import compare as comparison
+    from papilla.identification import comparison
 
     made = {"human-finger-mimetic sensor": calibration((0.02, 5.0))}
     calibrated = lambda finger, **_: SimpleNamespace(calibration=made.get(finger.name, calibration((0.1, 1.0))))  # noqa: E731
-    monkeypatch.setattr(comparison, "calibrate_finger", calibrated)
+    monkeypatch.setattr(comparison, "calibrate", calibrated)
     facts = json.loads(papilla("compare", "default", "published", "--json").out)
     assert [len(row["reach"]) for row in facts["rows"]] == [5, 5]
     assert all(row["press_ms"] > 0 and row["reach"][2]["x_mm"] == 0 for row in facts["rows"])

@@ -23,7 +23,7 @@ DEFAULTS = {
     "design": {"--out": "study", "--resume": False, "--explain": False, "--insecure": False},
     "doctor": {"--clean": False},
     "verify": {},
-    "bench": {"--short": False, "--estimators": False},
+    "bench": {"--short": False},
     "reproduce": {"--only": ""},
     "figures": {"--paper": "", "--out": "figures"},
     "log map": {},

@@ -116,7 +116,7 @@ def test_figures_are_named_with_what_was_found(papilla, refused, monkeypatch, tm
 
 
 def test_designs_are_compared_with_the_options_that_are_stated(papilla, refused, monkeypatch, tmp_path):
-    from papilla.identification import compare as comparison
+    from papilla.identification import comparison
 
     asked = []
     row = SimpleNamespace(
