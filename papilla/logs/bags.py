@@ -30,7 +30,7 @@ MOST_TOPICS, DEFINITION_CHARACTERS = 2000, 2**18
 """Largest number of topics of a bag, and of characters of the definition of a type: large ones have some thousand."""
 MOST_MEMBERS = 4096
 """Largest number of members in fixed arrays of texts or messages: the decoder has a line of code for each."""
-CHUNK_BYTES = 1024 * MIB
+CHUNK_BYTES = 256 * MIB
 """Most bytes of an unpacked chunk of a bag: recorders write chunks of 1 to 100 MiB."""
 
 
@@ -136,6 +136,8 @@ def _opened(path: Path) -> Iterator[Any]:
             for reader in bag.readers:
                 _bound_chunks(getattr(reader, "chunks", {}))
             yield bag
+    except InputError as error:
+        raise error if isinstance(error, FileFormatError) else FileFormatError(f"{path}: {error}") from error
     except PapillaError:
         raise
     except OSError as error:
@@ -184,7 +186,7 @@ def _check_nesting(idl: str) -> None:
 
 def _bound_chunks(chunks: Any) -> None:
     """Let the packed chunks of a ROS 1 bag unpack to at most `CHUNK_BYTES`."""
-    import lz4.frame  # rosbags needs it
+    import lz4.frame
 
     bounded = {bz2.decompress: bz2.BZ2Decompressor, lz4.frame.decompress: lz4.frame.LZ4FrameDecompressor}
     for place, chunk in chunks.items() if isinstance(chunks, dict) else ():

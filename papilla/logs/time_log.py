@@ -150,6 +150,7 @@ class TimeLogFile:
 
     lever_mm : lever arm of a column `torque_Nmm`, which becomes tangential_N. progress : called with the number of rows
     read so far. covered_N : largest force of the calibration, if there is one: a force far above it may be in gf.
+    whole : refuse a log that is known not to fit into memory as a whole (`MemoryEstimateError`).
     Raises what `read_time_log` raises.
     """
 
@@ -162,9 +163,12 @@ class TimeLogFile:
         log_map: LogMap | str | Path | None = None,
         more: tuple[str, ...] = (),
         covered_N: float | None = None,
+        whole: bool = False,
     ):
         self._reader, self.gauge_names = open_log(path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
         try:
+            if whole:
+                self._reader.check_fits()
             self._lever = _lever(self._reader, lever_mm)
             self._scan = partial(_Scan, self._reader, self.gauge_names, self._lever, more, covered_N)
             scan = self._scan()
@@ -195,10 +199,6 @@ class TimeLogFile:
     def live(self) -> bool:
         """Whether this is standard input: its rows come once, and `report` is of the rows so far."""
         return self._reader.live
-
-    def check_fits(self) -> None:
-        """Raise `MemoryEstimateError` if the whole log is more than the free memory holds."""
-        self._reader.check_fits()
 
     def blocks(self) -> Iterator[np.ndarray]:
         """Blocks (n, 1 + gauges + optional columns) of the counted rows: time, readings, optional columns.
@@ -262,8 +262,7 @@ def read_time_log(path: Any, *, lever_mm: float | None = None, log_map: LogMap |
     Raises `FileAccessError` or `FileFormatError` for what `TableReader` refuses, a missing or misspelt
     column, fewer than two rows, a time that is no number or earlier than the one before, or equal times in all rows.
     """
-    with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map) as file:
-        file.check_fits()
+    with TimeLogFile(path, lever_mm=lever_mm, log_map=log_map, whole=True) as file:
         rows = np.concatenate(list(file.blocks()))
     gauges = len(file.gauge_names)
     optional: dict[str, np.ndarray | None] = dict.fromkeys(TIME_OPTIONAL)

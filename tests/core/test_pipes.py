@@ -123,6 +123,21 @@ def test_a_signal_ends_with_a_line_and_its_code(tmp_path, number, code, word):
     assert process.returncode == 128 + number and said.splitlines()[-1] == f"papilla: {word}"
 
 
+@pytest.mark.parametrize("end", ["", "\n"])
+def test_a_line_without_end_is_refused_in_bounded_memory(end, monkeypatch):
+    """The writer goes on for 40 MB, or until nobody reads: of a line without end no more than the bound is kept."""
+    writer = (
+        "import sys\nsys.stdout.write('t_s,g1\\n0,1\\n' + sys.argv[1])\nfor _ in range(640): print('1' * 65536, end='')"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", writer, end], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as process:
+        monkeypatch.setattr("sys.stdin", process.stdout)
+        with pytest.raises(FileFormatError, match=f"^-, line {3 + bool(end)}: longer than 262144 bytes"):
+            TimeLogFile("-")
+        process.kill()
+
+
 def test_a_column_has_the_name_that_its_file_gives_it(tmp_path):
     table = Table(tmp_path / "a.csv", {}, np.array([7]), {"force_N": "Fz"})
     assert str(table.fault(0, "force_N", "no")) == f"{tmp_path / 'a.csv'}, line 7, column Fz: no"

@@ -1,14 +1,17 @@
 """Logs as labs write them: units in names, a map, a proposed map, and one clear line for what does not fit."""
 
+import datetime
+import decimal
 import gzip
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, MemoryEstimateError
 from papilla.core.units import gf_to_newton
 from papilla.logs import TimeLogFile, read_presses, read_time_log
-from papilla.logs.log_map import Column, LogMap, column_meant, split_unit
+from papilla.logs.log_map import BOUNDS, Column, LogMap, column_meant, split_unit
 from papilla.logs.proposal import propose
 
 GF = gf_to_newton(1.0)
@@ -145,8 +148,18 @@ def test_presses_by_a_map(file):
          "columns.forse_N is no column of papilla; did you mean force_N"),
         ('[columns]\ng1 = { column = "a", unit = "mV/V" }', "columns.g1: a gauge in mV/V needs gauge_factor"),
         ('[columns]\ng1 = { column = "a", unit = "counts", gauge_factor = 2 }', "needs excitation_V"),
-        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "must lie between 0.1 and 1000"),
+        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "gauge_factor must lie between 0.1 and"),
         ("air_s = [2.0, 1.0]", "air_s must rise"),
+        ("air_s = [0.0, 1e12]", "air_s must lie between"),
+        ("header_line = 100000000000", "header_line must lie between 1 and 1000"),
+        ("header_line = 0", "header_line must lie between 1 and 1000"),
+        (f"header_line = 0x{'f' * 10**5}", "a whole number is too long"),
+        ("speed_mm_s = -1e7", "speed_mm_s must lie between"),
+        ('[columns]\ng10000 = { column = "a", unit = "ue" }', "columns.g10000 is no column of papilla"),
+        (f'[columns]\ng1 = {{ column = "{"x" * 1001}", unit = "ue" }}', "column has 1001 characters"),
+        (f'[columns]\ng1 = {{ topic = "{"x" * 1001}", column = "x", unit = "ue" }}', "topic has 1001 characters"),
+        (f'[columns]\ng1 = {{ column = "x", unit = "{"u" * 10**5}" }}', "unit must be one of"),
+        (f'[columns]\n{"y" * 10**5} = {{ column = "x", unit = "ue" }}', "is no column of papilla"),
         ("[columns", "is not valid TOML"),
         ('decimal = "x"', 'decimal must be "." or ","'),
     ],
@@ -156,6 +169,28 @@ def test_a_bad_map_is_one_line(file, text, message):
     with pytest.raises(FileFormatError) as caught:
         LogMap.load(path)
     assert message in str(caught.value) and str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", BOUNDS)
+@pytest.mark.parametrize("side", [0, 1])
+def test_numbers_of_a_bridge_are_bounded(file, name, side):
+    """At the bound a map is read; a hundred times beyond, and for bits at once, it is one line."""
+    bound = BOUNDS[name][side]
+    numbers = {"gauge_factor": 2.0, "excitation_V": 2.5, "bits": 16, "span_V": 5.0}
+
+    def written(value):
+        keys = ", ".join(f"{key} = {number}" for key, number in (numbers | {name: value}).items())
+        return file(f'[columns]\ng1 = {{ column = "a", unit = "counts", {keys} }}\n', "m.toml")
+
+    assert np.isfinite(LogMap.load(written(bound)).columns["g1"].factor("g1"))
+    beyond = [10**12, -1][1 - side] if name == "bits" else bound * [0.01, 100][side]
+    with pytest.raises(FileFormatError, match=f"columns.g1: {name} must lie between"):
+        LogMap.load(written(beyond))
+
+
+def test_a_header_below_the_end_of_a_log_is_named(file):
+    with pytest.raises(FileFormatError, match="ends above line 900, where its header should be"):
+        read_time_log(file("t_s,g1\n0,1\n1,2\n"), log_map=LogMap(header_line=900))
 
 
 def test_a_map_of_another_log_names_the_nearest_column(file):
@@ -337,6 +372,83 @@ def test_parquet(tmp_path):
     path.write_bytes(b"PAR1 no")
     with pytest.raises((FileFormatError, FileAccessError), match="log.parquet"):
         read_time_log(path)
+
+
+@pytest.fixture
+def parquet_file(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow", reason="needs the extra tables")
+    from pyarrow.parquet import write_table
+
+    def write(**columns):
+        table = pyarrow.table(columns)
+        write_table(table, tmp_path / "log.parquet", row_group_size=3 if len(table) < 100 else None)
+        return tmp_path / "log.parquet"
+
+    return write
+
+
+def gauges(**columns):
+    return LogMap({name: Column(column, "microstrain") for name, column in columns.items()}, path=Path("m.toml"))
+
+
+def test_elements_of_lists_are_columns(parquet_file):
+    lists = [[k, k / 2, -k] for k in range(8)]
+    path = parquet_file(t_s=np.arange(8, dtype=np.float32), **{"observation.state": [*lists[:5], None, *lists[6:]]})
+    found = read_time_log(path, log_map=gauges(g1="observation.state[2]", g2="observation.state[0]"))
+    np.testing.assert_array_equal(found.readings[:, 0], [0, -1, -2, -3, -4, np.nan, -6, -7])
+    np.testing.assert_array_equal(found.readings[:, 1], [0, 1, 2, 3, 4, np.nan, 6, 7])
+    assert [guess.name for guess in propose(path).guesses][1:] == [f"observation.state[{k}]" for k in range(3)]
+    for column in ("observation.state", "observation.state[3]"):
+        with pytest.raises(
+            FileFormatError, match=r"it holds lists of 3 numbers: name one of them, observation.state\[0"
+        ):
+            read_time_log(path, log_map=gauges(g1=column))
+
+
+def test_lists_of_unequal_lengths_name_the_row(parquet_file):
+    path = parquet_file(t_s=np.arange(5.0), state=[[1.0, 2.0]] * 4 + [[1.0]])
+    with pytest.raises(FileFormatError, match="column state: 1 numbers in row 4, 2 in the first"):
+        read_time_log(path, log_map=gauges(g1="state[0]"))
+
+
+@pytest.mark.parametrize(
+    "cells, why",
+    [
+        ([{"a": 1}], "it holds struct<a: int64>, not numbers"),
+        ([[[1.0]]], "it holds lists of list<element: double>, not of numbers"),
+        ([["a"]], "it holds lists of string, not of numbers"),
+        ([[]], "it holds lists of null, not of numbers"),
+        ([[0.0] * 65], "its first list has 65 numbers; 1 to 64 become columns"),
+        ([b"a"], "it holds binary, not numbers"),
+        ([datetime.time(1)], "expected one number per row"),
+        ([datetime.datetime(2026, 1, 1)], "expected numbers: give it the unit iso in a map"),
+        (["a"], "expected one number per row"),
+        (["1" * 2000], "a text of 2000 characters; at most 1000 are one"),
+    ],
+)
+def test_columns_of_other_types_are_named(parquet_file, cells, why):
+    path = parquet_file(t_s=np.arange(4.0), odd=cells * 4, ch=np.arange(4.0))
+    with pytest.raises(FileFormatError) as caught:
+        read_time_log(path, log_map=gauges(g1="odd"))
+    assert str(path) in str(caught.value) and "odd" in str(caught.value) and why in str(caught.value)
+    assert read_time_log(path, log_map=gauges(g1="ch")).readings[:, 0].tolist() == [0, 1, 2, 3]
+
+
+def test_decimals_dictionaries_and_half_floats_are_numbers(parquet_file):
+    pyarrow = pytest.importorskip("pyarrow")
+    columns = {"dec": [decimal.Decimal("1.5"), None, decimal.Decimal(2)], "half": np.array([1.5, 0, 2], np.float16)}
+    columns |= {"cat": pyarrow.array([7, 8, 7]).dictionary_encode(), "yes": [True, None, False]}
+    path = parquet_file(t_s=np.arange(3.0), **columns)
+    found = read_time_log(path, log_map=gauges(g1="dec", g2="half", g3="cat", g4="yes"))
+    np.testing.assert_array_equal(found.readings.T, [[1.5, np.nan, 2], [1.5, 0, 2], [7, 8, 7], [1, np.nan, 0]])
+
+
+def test_more_than_memory_holds_is_refused_before_it_is_read(parquet_file):
+    """20 million equal rows in some kB, of which 999 columns are wanted: 8e11 bytes."""
+    rows = 20_000_000
+    path = parquet_file(t_s=np.zeros(rows, np.int8), ch=np.zeros(rows, np.int8))
+    with pytest.raises(MemoryEstimateError, match=rf"reading {path} \(20000000 rows, 1000 columns\) needs about"):
+        read_time_log(path, log_map=gauges(**{f"g{k}": "ch" for k in range(1, 1000)}))
 
 
 @pytest.mark.parametrize(

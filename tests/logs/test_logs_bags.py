@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError, InputError
 from papilla.logs import read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
@@ -104,3 +104,163 @@ def test_rubbish_and_a_missing_extra_are_one_line(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rosbags.highlevel", None)
     with pytest.raises(InputError, match=r"bags need rosbags: pip install papilla\[robotics\]"):
         read_time_log(tmp_path / "a.bag", log_map=mapped())
+
+
+# ---- Bags that cannot be used
+
+
+def bag(path: Path, kind: str, *topics: tuple[str, str, str, list[bytes]]) -> Path:
+    """A bag of topics (name, type, definition, raw messages a millisecond apart)."""
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+
+    if kind == "bag":
+        path = path.with_suffix(".bag")
+    with Writer1(path) if kind == "bag" else Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP) as target:
+        for topic, name, definition, messages in topics:
+            connection = target.add_connection(topic, name, msgdef=definition, **digest(name, definition, kind))
+            for number, raw in enumerate(messages):
+                target.write(connection, START + number * 1_000_000, raw)
+    return path
+
+
+def digest(name: str, definition: str, kind: str) -> dict[str, str]:
+    """The hash of a definition, any for one that is no definition."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.EMPTY)
+    try:
+        store.register(get_types_from_msg(definition, name) if len(definition) < 1000 else {})
+        return {"md5sum": store.generate_msgdef(name)[1]} if kind == "bag" else {"rihs01": store.hash_rihs01(name)}
+    except Exception:  # noqa: BLE001 - whatever the parser raises
+        return {"md5sum": "0" * 32} if kind == "bag" else {"rihs01": "RIHS01_0"}
+
+
+CDR = b"\x00\x01\x00\x00"
+"""Four bytes before each message of ROS 2: little-endian."""
+
+
+def text(content: bytes, kind: str) -> bytes:
+    """A raw message of one string."""
+    raw = content + b"\0" * (kind != "bag")
+    return CDR * (kind != "bag") + len(raw).to_bytes(4, "little") + raw
+
+
+@pytest.fixture
+def sound(tmp_path):
+    """A raw message and the definition of one number, which is read."""
+    return ("/force", "std_msgs/msg/Float64", "float64 data\n", [np.float64(k).tobytes() for k in range(5)])
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_topics_without_numbers_are_named(tmp_path, kind):
+    said = [(f"/{name}", "std_msgs/msg/String", "string data\n", [text(b"go", kind)]) for name in ("cmd", "log")]
+    path = bag(tmp_path / "a", kind, *said)
+    for read in (read_time_log, propose):
+        with pytest.raises(FileFormatError) as caught:
+            read(path)
+        assert (
+            str(caught.value) == f"{path}: no numbers in these topics: /cmd (std_msgs/String), /log (std_msgs/String)"
+        )
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_a_topic_that_cannot_be_decoded_is_named_where_it_is_needed(tmp_path, sound, kind):
+    """Its messages are shorter than its definition says. The other topic is read, with a remark."""
+    topic, name, definition, raws = sound
+    whole = (topic, name, definition, raws if kind == "bag" else [CDR + raw for raw in raws])
+    short = ("/broken", "lab_msgs/msg/Two", "float64 a\nfloat64 b\n", [whole[3][1]] * 3)
+    path = bag(tmp_path / "a", kind, whole, short)
+    read = {"g1": Column("data", "microstrain", topic="/force")}
+    found = read_time_log(path, log_map=LogMap(read))
+    np.testing.assert_array_equal(found.readings[:, 0], range(5))
+    (note,) = [note for note in found.report.notes if "decode" in note]
+    assert note.startswith(f"cannot decode topic /broken of {path}: ")
+    assert any("/broken" in question for question in propose(path).open_questions)
+    with pytest.raises(FileFormatError, match=f"/broken cannot be used: cannot decode topic /broken of {path}: "):
+        read_time_log(path, log_map=LogMap({**read, "force_N": Column("a", "N", topic="/broken")}))
+    with pytest.raises(FileFormatError, match="^cannot decode topic /broken of"):
+        read_time_log(bag(tmp_path / "b", kind, short), log_map=LogMap(read))
+
+
+def test_a_message_that_breaks_off_later_is_named_with_its_topic(tmp_path, sound):
+    topic, name, definition, raws = sound
+    path = bag(tmp_path / "a", "bag", (topic, name, definition, [*raws, raws[0][:3]]))
+    with pytest.raises(FileFormatError, match=f"^cannot decode topic /force of {path}: "):
+        read_time_log(path, log_map=LogMap({"g1": Column("data", "microstrain", topic="/force")}))
+
+
+@pytest.mark.parametrize(
+    "definition, why",
+    [
+        ("string[1000000000] names\n", "1000000000 members of fixed arrays"),
+        ("lab_msgs/P[3000] a\nlab_msgs/P[3000] b\n" + "=" * 80 + "\nMSG: lab_msgs/P\nuint8 x\n", "6000 members"),
+        ("uint8 x\n" * 2**16, "its definition has 524288 characters"),
+        ("?!\n", "Could not parse"),
+        ("uint8 x\nimport os\nos.abort()\n", "Could not parse"),
+    ],
+    ids=["huge array", "huge arrays of messages", "long", "none", "program"],
+)  # fmt: skip
+def test_a_definition_that_would_keep_the_decoder_busy_is_refused(tmp_path, definition, why):
+    path = bag(tmp_path / "a", "bag", ("/x", "lab_msgs/msg/X", definition, [b"\0"]))
+    with pytest.raises(FileFormatError, match=f"^cannot decode topic /x of {path}: .*{why}") as caught:
+        read_time_log(path, log_map=mapped())
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 1000
+
+
+def test_brackets_inside_brackets_of_a_definition_are_refused(tmp_path):
+    """On each pair of them the parser spends 64 times the time."""
+    from rosbags.rosbag2 import Writer
+
+    idl = "module lab_msgs { module msg { struct X { uint8 a[" + "(" * 9 + "3" + ")" * 9 + "]; }; }; };"
+    with Writer(tmp_path / "a", version=9) as target:
+        connection = target.add_connection("/x", "lab_msgs/msg/X", msgdef="uint8 x\n", rihs01="RIHS01_0")
+        target.write(connection, START, CDR + b"\0")
+    import sqlite3
+
+    (file,) = (tmp_path / "a").glob("*.db3")
+    with sqlite3.connect(file) as database:
+        database.execute("UPDATE message_definitions SET encoding = 'ros2idl', encoded_message_definition = ?", [idl])
+    database.close()
+    with pytest.raises(FileFormatError, match="cannot decode topic /x of .*brackets inside brackets"):
+        read_time_log(file, log_map=mapped())
+
+
+@pytest.mark.slow
+def test_a_chunk_does_not_unpack_without_end(tmp_path, sound):
+    """A bag whose packed chunk is exchanged for one of as many bytes that unpacks to 272 MiB of zeros."""
+    import bz2
+
+    from rosbags.rosbag1 import Writer
+
+    topic, name, definition, _ = sound
+    path = tmp_path / "a.bag"
+    noise = np.random.default_rng(1).bytes(8000)
+    packed = Writer(path)
+    packed.set_compression(Writer.CompressionFormat.BZ2)
+    with packed as target:
+        connection = target.add_connection(topic, name, msgdef=definition, **digest(name, definition, "bag"))
+        for number in range(1000):
+            target.write(connection, START + number * 1_000_000, noise[8 * number : 8 * number + 8])
+    content = path.read_bytes()
+    at = content.index(b"BZh")
+    packer, bomb = bz2.BZ2Compressor(), b""
+    for _ in range(17):
+        bomb += packer.compress(bytes(2**24))
+    bomb += packer.flush()
+    assert at + len(bomb) < len(content)
+    path.write_bytes(content[:at] + bomb + content[at + len(bomb) :])
+    with pytest.raises(FileFormatError, match=f"^{path}: a chunk unpacks to more than"):
+        read_time_log(path, log_map=LogMap({"g1": Column("data", "microstrain", topic="/force")}))
+
+
+def test_a_bag_is_a_regular_file(tmp_path):
+    import os
+
+    with pytest.raises(FileAccessError, match=r"cannot read .*none\.bag: No such file"):
+        read_time_log(tmp_path / "none.bag", log_map=mapped())
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "a.mcap")
+        with pytest.raises(FileAccessError, match=r"a\.mcap: it is not a regular file"):
+            read_time_log(tmp_path / "a.mcap", log_map=mapped())
