@@ -148,11 +148,7 @@ def test_presses_by_a_map(file):
          "columns.forse_N is no column of papilla; did you mean force_N"),
         ('[columns]\ng1 = { column = "a", unit = "mV/V" }', "columns.g1: a gauge in mV/V needs gauge_factor"),
         ('[columns]\ng1 = { column = "a", unit = "counts", gauge_factor = 2 }', "needs excitation_V"),
-<<<<<<< HEAD
-        ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "must lie between 0.1 and 1000"),
-=======
         ('[columns]\ng1 = { column = "a", unit = "V", gauge_factor = -2 }', "gauge_factor must lie between 0.1 and"),
->>>>>>> h-logs
         ("air_s = [2.0, 1.0]", "air_s must rise"),
         ("air_s = [0.0, 1e12]", "air_s must lie between"),
         ("header_line = 100000000000", "header_line must lie between 1 and 1000"),
