@@ -49,10 +49,7 @@ TREE = (
     "Makefile",
     *(file.name for file in ROOT.glob("*.*") if file.is_file()),
 )
-TESTS = {
-    "papilla_papers": ("tests/papers",),
-    "mesh": ("tests/mesh", "tests/fem/sliding/test_section_mesh.py"),
-}
+TESTS = {"papilla_papers": ("tests/papers",), "mesh": ("tests/mesh", "tests/fem/sliding/test_section_mesh.py")}
 """Tests of a room, where they are not simply `tests/<room>`."""
 
 FLIPPED = {ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
