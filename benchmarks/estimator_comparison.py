@@ -122,7 +122,12 @@ def _shown(column: str, value: Any) -> str:
     return "" if value != value else f"{PER_CENT * value if '%' in column else value:.3g}"
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Run the command."""
     app = typer.Typer()
     app.command()(grouped(estimators))
-    app()
+    app(standalone_mode=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -44,7 +44,12 @@ def _print(table: list[dict[str, Any]]) -> None:
         )
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Run the command."""
     app = typer.Typer()
     app.command()(grouped(peers))
-    app()
+    app(standalone_mode=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+import inspect
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import papilla
+from papilla.verbs import OLD_NAMES
 
 HEAVY = ("numpy", "scipy", "skfem", "pyvista", "vtkmodules", "matplotlib", "pydantic", "meshio", "pytetwild", "rslab")
 DOCUMENTED = ("Finger", "HalfSpace", "Block", "Sphere", "Grating", "Calibration", "PapillaError")
@@ -77,3 +79,49 @@ def test_every_error_is_a_papilla_error_and_a_builtin():
         assert issubclass(error, errors.PapillaError)
         builtin = [base for base in error.__mro__ if base.__module__ == "builtins" and base not in (Exception, object)]
         assert error is errors.PapillaError or len(builtin) > 1
+
+
+ROOMS = sorted(path.parent.name for path in Path(papilla.__file__).parent.glob("*/__init__.py"))
+
+
+@pytest.mark.parametrize("room", [room for room in ROOMS if room != "cli"])
+def test_every_room_is_an_attribute(room):
+    code = f"import papilla; print(papilla.{room}.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == f"papilla.{room}"
+    assert room in papilla.__all__
+
+
+@pytest.mark.parametrize("name", ["errors", "units", "specimen"])
+def test_modules_of_rooms_that_were_curated_names_stay(name):
+    code = f"import papilla; print(papilla.{name}.__name__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() in (f"papilla.core.{name}", f"papilla.model.{name}")
+
+
+def test_a_design_and_its_condensed_model_press_alike():
+    finger, block = papilla.Finger.default(), papilla.Block(0.2, thickness=10)
+    whole = papilla.press(finger, block, force=0.3)
+    assert whole.sd == papilla.press(papilla.fem.prepare(finger), block, force=0.3).sd
+    assert whole.sd == papilla.fem.press(papilla.fem.prepare(finger), block, force=0.3).sd
+    for old in ("force_N", "indentation_mm", "start"):
+        with pytest.raises(TypeError, match=old):
+            papilla.fem.press(papilla.fem.prepare(finger), block, **{old: 0.3})
+
+
+@pytest.mark.parametrize("place, name", [(place, name) for place, names in OLD_NAMES.items() for name in names])
+def test_names_of_the_old_package_calibrate_warn_once_and_are_those_of_the_new_place(place, name):
+    with pytest.warns(DeprecationWarning, match=rf"^papilla\.calibrate\.{name} is {place}\.{name} now") as warned:
+        value = getattr(papilla.calibrate, name)
+    assert len(warned) == 1 and value is getattr(importlib.import_module(place), name)
+
+
+def test_calibrate_has_no_other_names():
+    with pytest.raises(AttributeError, match="papilla.calibrate has no attribute 'sewep'"):
+        papilla.calibrate.sewep  # noqa: B018
+    assert "quick" in inspect.signature(papilla.calibrate).parameters
+
+
+def test_what_loads_a_calibration_loads_no_finite_elements():
+    code = "import papilla; papilla.Calibration; papilla.calibration.SoftnessStatus"
+    assert not {"pydantic", "skfem"} & set(loaded_after(code))

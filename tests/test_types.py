@@ -50,7 +50,8 @@ def test_users_see_the_types_from_outside_in_strict_mode(tmp_path):
 
 def public() -> dict[str, object]:
     """Functions and classes of the public packages, and the public methods of these classes."""
-    names = ("", ".calibrate", ".calibration", ".estimators", ".fem", ".logs", ".mesh", ".references", ".telepresence")
+    rooms = "calibration estimators fem identification logs mesh model references scenes telepresence verify view"
+    names = ("", *(f".{room}" for room in rooms.split()))
     found: dict[str, object] = {}
     for module in (importlib.import_module(f"papilla{name}") for name in names):
         for name in getattr(module, "__all__", dir(module)):

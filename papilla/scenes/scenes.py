@@ -5,7 +5,7 @@ Tuning sees every parameter as it stands in `scenes.toml`; claims, from the seed
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -142,7 +142,7 @@ class Scene:
         speed = np.abs(self.velocity_mm_s)
         return (self.time_s > settle_s) & (speed > slow * speed.max())
 
-    def tellable(self, path_mm) -> np.ndarray:
+    def tellable(self, path_mm: np.ndarray) -> np.ndarray:
         """(n,) bool: rows at which a spectrum over this path (n,) can separate the surface's line from one over time;
         all rows if the speed changes or there is no line.
 
@@ -199,7 +199,7 @@ def scene(
     snr_dB: float = 20.0,
     seed: int = 0,
     seconds: float | None = None,
-    gauge_positions_mm=(0.0,),
+    gauge_positions_mm: Sequence[float] = (0.0,),
     step_to_mm: float | None = None,
     step_at_s: float = 2.0,
     sample_rate_Hz: float | None = None,

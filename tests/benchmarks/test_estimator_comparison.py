@@ -67,3 +67,8 @@ def test_the_bench_of_estimators_needs_a_calibration_unless_it_is_short(capsys, 
     facts = json.loads(json_text(answer.facts))
     assert facts["plots"] == ["here/estimators.png"] and facts["short"] == short
     assert facts["scenes"][0]["first_right_s"] == 0.3 and len(facts["softness"]) == (not short)
+
+
+def test_numbers_in_words():
+    assert [command._shown("ok %", value) for value in (0.125, math.nan, "name")] == ["12.5", "", "name"]
+    assert command._shown("us", 0.125) == "0.125"

@@ -334,6 +334,8 @@ def test_the_errors_of_a_depth_are_those_of_the_log_and_not_below_a_floor(tmp_pa
         def __init__(self, *given):
             self.given = given
 
+        errors_of = force_depth.ForceDepth.errors_of
+
         def process(self, force, depth, errors):
             asked.append((force.tolist(), depth.tolist(), errors))
             return force + 1, depth + 2, [status] * len(force)

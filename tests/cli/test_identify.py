@@ -171,7 +171,7 @@ def test_a_comparison_ends_with_1_and_names_four_changes_at_most_if_the_finger_i
     found = SimpleNamespace(presses=2, chi_square=3.0, freedom=4, probability=0.5, same=same, verdict="the verdict")
     found.changes = changes
     asked = []
-    monkeypatch.setattr("papilla.identification.comparison", lambda *given, progress: asked.append(given) or found)
+    monkeypatch.setattr("papilla.identification.compare", lambda *given, progress: asked.append(given) or found)
     Finger.default().save(tmp_path / "f.toml")
     (tmp_path / "two.csv").write_text("force_N,modulus_MPa,g1,g2\n0.2,0.5,1,2\n0.3,0.5,2,3\n")
     plain = papilla("identify", "two.csv", "--compare", "f.toml")

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from papilla.cli import bench, calibrate, estimate_summary, identify, output, press, slide, texture, verify
+from papilla.cli import calibrate, estimate_summary, identify, output, press, slide, texture, verify
 from papilla.cli.options import SpecimenOptions
 from papilla.core.errors import InputError
 from papilla.logs import read_time_log
@@ -250,11 +250,6 @@ def test_cases_of_verify_in_words(capsys):
     assert verify.case_keys(cases[1]) == {
         "name": "ball", "measure": "patch", "error": 0.5, "bound": 1e-2, "passed": False, "seconds": 1.25,
     }  # fmt: skip
-
-
-def test_numbers_of_a_bench_in_words():
-    assert [bench._shown("ok %", value) for value in (0.125, math.nan, "name")] == ["12.5", "", "name"]
-    assert bench._shown("us", 0.125) == "0.125"
 
 
 def test_groups_of_a_texture_are_speeds_if_every_label_has_two():

@@ -71,7 +71,7 @@ def test_front_keeps_what_nothing_beats():
 
 def bench_of(rows) -> Bench:
     default = replace(rows[0], stages={"factorisation": 2.0, "reduction": 3.0})
-    return Bench("a finger", tuple(rows), default, build(Finger.default()), 2)
+    return Bench("a finger", tuple(rows), default, 2)
 
 
 def test_sentences_and_plot():

@@ -9,6 +9,7 @@ import pytest
 from papilla import estimators
 from papilla.core.errors import InputError
 from papilla.estimators.texture import Features
+from papilla_papers import methods
 from papilla_papers.methods import texture, wavelet
 
 COMMON = {
@@ -43,15 +44,28 @@ FIGURES = {
 }
 
 
+METHODS = [name for name in methods.__all__ if name != "ForceDepth"]
+
+
+def of_name(name):
+    """An estimator of papilla or of the papers."""
+    return getattr(methods if name in METHODS else estimators, name)
+
+
 def defaults(of):
     return {name: one.default for name, one in inspect.signature(of).parameters.items() if one.default is not one.empty}
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in estimators.__all__ if not name.endswith(("Estimate", "State")) and name != "background"]
+    "name",
+    [
+        name
+        for name in (*estimators.__all__, *METHODS)
+        if not name.endswith(("Estimate", "State")) and name != "background"
+    ],
 )
 def test_an_option_has_the_default_of_its_name(name):
-    found = defaults(getattr(estimators, name))
+    found = defaults(of_name(name))
     assert found == {option: (COMMON | OWN.get(name, {}))[option] for option in found}
     assert set(OWN.get(name, {})) <= set(found)
 
@@ -66,7 +80,7 @@ NEEDED = {
 
 @pytest.mark.parametrize("name", [name for name in OWN if name not in ("Softness",)])
 def test_the_defaults_are_usable(name):
-    assert getattr(estimators, name)(**NEEDED.get(name, {})) is not None
+    assert of_name(name)(**NEEDED.get(name, {})) is not None
 
 
 def test_the_defaults_of_softness_are_usable(calibration, five_gauges):

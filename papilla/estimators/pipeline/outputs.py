@@ -175,9 +175,9 @@ class ModulusOutput(Output):
     @property
     def doubted(self) -> str:
         """A message on the largest contribution to the modulus' standard deviation, in the last touch."""
-        if not isinstance(self._sd, Softness):
-            return f"modulus: {self._sd.remark}"
-        what = (self._every.dominant if self._every else "") or self._sd.dominant
+        if remark := getattr(self._sd, "remark", ""):
+            return f"modulus: {remark}"
+        what = (self._every.dominant if self._every else "") or getattr(self._sd, "dominant", "")
         return f"modulus: most of its standard deviation is {what}" if what else ""
 
     def take(self, row):

@@ -1,5 +1,4 @@
-"""The frequency that one gauge sees when it slides over a texture at an unknown velocity: found by spectra, followed
-through turns.
+"""The frequency of one gauge that slides over a texture at an unknown velocity: found by spectra, followed in turns.
 
 The reading is a periodic profile of an unknown phase, y(t) = p(phi(t)); the frequency is |dphi/dt|. In active touch it
 sweeps to 150 Hz and back within half a second: a spectrum smears the line, a phase-locked loop loses it at every turn.

@@ -93,13 +93,6 @@ def test_force_and_indentation_are_two_ways_to_one_press(reference):
         assert by_depth.force_balance <= 1e-9
 
 
-def test_a_start_has_no_effect_and_says_so(reference):
-    plain = press(reference, BLOCK, force=0.3, fidelity="contact")
-    with pytest.warns(DeprecationWarning, match="start has no effect"):
-        found = press(reference, BLOCK, force=0.3, fidelity="contact", start=plain.active)
-    assert (found.reading == plain.reading).all()
-
-
 def test_a_press_twice_is_the_same_press(reference):
     first, second = (press(reference, BLOCK, force=0.3, fidelity="contact") for _ in range(2))
     assert (first.reading == second.reading).all() and first.sd == second.sd
