@@ -106,7 +106,7 @@ def test_lines_of_code_are_neither_blank_nor_comments_nor_docstrings(monkeypatch
 
 
 def test_every_benchmark_has_a_short_form():
-    assert set(SHORT) == {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "recorded_outputs"}
+    assert set(SHORT) == {path.stem for path in FOLDER.glob("*.py")} - {"__init__"}
 
 
 @pytest.mark.slow

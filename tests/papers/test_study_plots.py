@@ -30,7 +30,7 @@ def test_signals_over_gratings():
     assert [mark.get_xdata()[0] for mark in marks] == [0.5]
     assert not [line for line in smooth.lines if line.get_linestyle() == ":"]
     said = texts(figure)
-    assert r"2 mm gives the largest signal: 20.5 µε at a_\$b\$, with ridges of 0.5 mm" in said
+    assert r"2 mm gives the largest signal: 20.5 µε at a_$b$, with ridges of 0.5 mm" in said
     assert {"smooth skin", "ridges of 0.5 mm pitch", "Grey: noise of 1 to 5 µε. Dotted: the ridges' pitch."} <= set(
         said
     )
