@@ -14,6 +14,7 @@ stands elsewhere. What papilla writes goes through `papilla.files`, whose test i
 
 import os
 import stat
+import sys
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -37,6 +38,8 @@ BINARY_BYTES = 4096 * MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
 PACKED_TIMES = 500
 """Most bytes that a packed byte of a log may become: a log that repeats one row has 340, a bomb of zeros 1030."""
+PATH_LETTERS = 400
+"""Most letters of a path that are printed."""
 NUMBER_DIGITS = 400
 """Most digits of a whole number in JSON: the largest float has 309; time grows with the square of their number."""
 
@@ -126,7 +129,10 @@ def json_value(text: str | bytes, name: str, what: str = "", *, finite: bool = T
     import json
 
     try:
-        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
+        value = json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
+        if "\\ud" in (text if isinstance(text, str) else text.decode(errors="replace")).lower():
+            json.dumps(value, ensure_ascii=False).encode()  # Half a letter, which no file can hold, is a ValueError
+        return value
     except (ValueError, RecursionError) as error:
         expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
         raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error
@@ -206,8 +212,7 @@ def read_arrays(
     The sizes of all members are added up before the first is unpacked, and arrays of Python objects (pickle) are
     refused. Raises `FileAccessError`; `FileFormatError` for a file that is no .npz file, or larger than `most_bytes`.
     """
-    import zlib
-    from zipfile import BadZipFile, ZipFile
+    from zipfile import ZipFile
 
     import numpy as np
 
@@ -220,13 +225,19 @@ def read_arrays(
         if hasattr(source, "seek"):
             source.seek(0)
         with np.load(source, allow_pickle=False) as arrays:
-            return {key: arrays[key] for key in arrays.files}
+            found = {key: arrays[key] for key in arrays.files}
+        for array in found.values():
+            # A text holds code points, which NumPy does not check
+            if array.dtype.kind == "U" and array.size and array.reshape(-1).view(np.uint32).max() > sys.maxunicode:
+                raise ValueError("a text has a letter that is none")
+        return found
     except FileFormatError:
         raise
     except OSError as error:
         raise FileAccessError(f"cannot read {name}: {reason(error)}") from error
-    except (ValueError, KeyError, EOFError, BadZipFile, NotImplementedError, zlib.error, MemoryError) as error:
-        raise FileFormatError(f"{name} is no file of arrays that papilla wrote, or is damaged ({error})") from error
+    except Exception as error:  # Of zip, zlib, and whatever Python raises at a header, which NumPy reads as Python
+        cause = " ".join(str(error).split())[:200] or type(error).__name__
+        raise FileFormatError(f"{name} is no file of arrays that papilla wrote, or is damaged ({cause})") from error
 
 
 def message_decoder(
@@ -310,8 +321,10 @@ def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket"
 
 
 def shown(path: object) -> str:
-    """A path as it is printed."""
-    return str(path).replace("\0", "\\0")
+    """A path as it is printed: in one line, the middle of a long one left out."""
+    text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in str(path))
+    text = text.replace("\\x00", "\\0")
+    return text if len(text) <= PATH_LETTERS else f"{text[: PATH_LETTERS // 2]}...{text[-PATH_LETTERS // 2 :]}"
 
 
 def reason(error: BaseException) -> str:
