@@ -145,6 +145,8 @@ def _surface(force_N, modulus_MPa, cells, coefficients) -> Surface:
 def _sd(uncertainty, usable_nodes, twofold, **spline) -> SdSurface:
     (m, n), nodes = spline["cells"], usable_nodes
     surface, nodes = _surface(**spline), _shaped("usable_nodes", nodes, (m, 2))
+    if np.abs(surface.coefficients).max() > MOST_LN_SD:
+        raise InputError(f"coefficients of ln(sd_microstrain) must lie between -{MOST_LN_SD:g} and {MOST_LN_SD:g}")
     if ((nodes < 0) | (nodes > n) | (nodes != nodes.round())).any():
         raise InputError(f"usable_nodes must hold whole numbers from 0 to {n}")
     return SdSurface(surface, nodes.astype(int), _shaped("twofold", twofold, (m, 2)), uncertainty)
@@ -161,6 +163,8 @@ def _position(gauges, cells, coefficients, **others) -> PositionTerms:
 
 def _softness(**parts) -> dict[str, Any]:
     position, gauges = parts["position"], len(parts["gauges"])
+    if not 1 <= gauges <= MOST_GAUGES:
+        raise InputError(f"gauges must hold 1 to {MOST_GAUGES} of them, got {gauges}")
     if position is not None and len(position.coefficients) != gauges:
         raise InputError(f"position must hold {gauges} gauges")
     return parts | {"gauges": tuple(parts["gauges"])}
@@ -185,6 +189,10 @@ def _variance(matrix: np.ndarray) -> np.ndarray:
 
 ROUNDED = 1e-6
 """Correlation by which a covariance may miss what it should be: its numbers may be rounded to seven digits."""
+MOST_GAUGES = 1000
+"""Most gauges of a calibration: each sample is a reading of each."""
+MOST_LN_SD = 100.0
+"""Largest |ln S_d| (S_d in microstrain): its exponential is a number that can still be squared."""
 MOST_NOTES, NOTE_LETTERS = 1000, 2000
 """Most notes of a calibration, and letters of one; the largest have ten, and 300."""
 

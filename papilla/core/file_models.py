@@ -16,6 +16,9 @@ from papilla.core.tables import closest
 RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
 """An integer is accepted for a float; text and booleans are not."""
 
+KEY_LETTERS = 100
+"""Most letters of a key that are printed."""
+
 UNKNOWN = "unknown_key"
 """Type of the error on a key that a table does not have."""
 
@@ -75,7 +78,7 @@ def _one_of(value: Any) -> Any:
 
 def _same(expected: Any, value: Any) -> Any:
     if value != expected:
-        raise InputError(f"must be {expected!r}, got {value!r}")
+        raise InputError(f"must be {expected!r}, got {reprlib.repr(value)}")
     return value
 
 
@@ -85,12 +88,17 @@ def first_of(error: ValidationError) -> Mapping[str, Any]:
     return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN else first
 
 
+def _shown(key: str) -> str:
+    """A key of a file, which may be of any length and have any letter in it."""
+    return key if key.isprintable() and len(key) <= KEY_LETTERS else reprlib.repr(key)
+
+
 def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
     """An error as one line: key, what is wrong, value.
 
     tags : names that pydantic inserts into the location of an error, after its first key, although they are no keys.
     """
-    first, *inside = problem["loc"] or ("",)
+    first, *inside = (part if isinstance(part, int) else _shown(part) for part in problem["loc"] or ("",))
     places = (first, *(part for part in inside if part not in tags))
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in places).removeprefix(".")
     if problem["type"] == UNKNOWN:

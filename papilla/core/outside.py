@@ -14,6 +14,7 @@ that stands elsewhere. What papilla writes goes through `papilla.core.files`, wh
 
 import os
 import stat
+import sys
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -41,6 +42,8 @@ LOG_BYTES = 2**40
 """Most bytes of a log of which only wanted columns are read (Parquet, bags): a bag of a day of cameras has 1e12."""
 PACKED_TIMES = 700
 """Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
+PATH_LETTERS = 400
+"""Most letters of a path that are printed."""
 NUMBER_DIGITS = 400
 """Most digits of a whole number (JSON, TOML): the largest float has 309; time grows with the square of their number."""
 
@@ -141,7 +144,10 @@ def json_value(text: str | bytes, name: str, what: str = "", *, finite: bool = T
     import json
 
     try:
-        return json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
+        value = json.loads(text, parse_float=_real, parse_int=_whole, parse_constant=_no_number if finite else float)
+        if "\\ud" in (text if isinstance(text, str) else text.decode(errors="replace")).lower():
+            json.dumps(value, ensure_ascii=False).encode()  # Half a letter, which no file can hold, is a ValueError
+        return value
     except (ValueError, RecursionError) as error:
         expected = f"is not a {what}, or was cut short" if what else "was cut short or is damaged"
         raise FileFormatError(f"{name} {expected}: not valid JSON ({error})") from error
@@ -245,8 +251,7 @@ def read_arrays(
     The sizes of all members are added up before the first is unpacked, and arrays of Python objects (pickle) are
     refused. Raises `FileAccessError`; `FileFormatError` for a file that is no .npz file, or larger than `most_bytes`.
     """
-    import zlib
-    from zipfile import BadZipFile, ZipFile
+    from zipfile import ZipFile
 
     import numpy as np
 
@@ -263,13 +268,18 @@ def read_arrays(
         # NumPy returns the bytes of a member that is no array
         if strange := next((key for key, array in found.items() if not isinstance(array, np.ndarray)), None):
             raise FileFormatError(f"{name} is no file of arrays that papilla wrote: {strange!r} is no array")
+        for array in found.values():
+            # A text holds code points, which NumPy does not check
+            if array.dtype.kind == "U" and array.size and array.reshape(-1).view(np.uint32).max() > sys.maxunicode:
+                raise InputError("a text has a letter that is none")
         return found
     except FileFormatError:
         raise
     except OSError as error:
         raise FileAccessError(f"cannot read {name}: {reason(error)}") from error
-    except (ValueError, KeyError, EOFError, BadZipFile, NotImplementedError, zlib.error, MemoryError) as error:
-        raise FileFormatError(f"{name} is no file of arrays that papilla wrote, or is damaged ({error})") from error
+    except Exception as error:  # Of zip, zlib, and whatever Python raises at a header, which NumPy reads as Python
+        cause = " ".join(str(error).split())[:200] or type(error).__name__
+        raise FileFormatError(f"{name} is no file of arrays that papilla wrote, or is damaged ({cause})") from error
 
 
 def message_decoder(
@@ -376,8 +386,10 @@ def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket"
 
 
 def shown(path: object) -> str:
-    """A path as it is printed."""
-    return str(path).replace("\0", "\\0")
+    """A path as it is printed: in one line, the middle of a long one left out."""
+    text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in str(path))
+    text = text.replace("\\x00", "\\0")
+    return text if len(text) <= PATH_LETTERS else f"{text[: PATH_LETTERS // 2]}...{text[-PATH_LETTERS // 2 :]}"
 
 
 def reason(error: BaseException) -> str:

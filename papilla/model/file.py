@@ -84,6 +84,8 @@ _SHAPES: Any = (
     | table(Surfaces, keys_of(Surfaces, unit="_file"), {"kind": "surfaces"}, known=True)
 )
 _SHAPE: Any = Annotated[Annotated[_SHAPES, Field(discriminator="kind")], BeforeValidator(_of_known_kind)]
+MOST_GAUGES = 1000
+"""Most gauges in a design file: each is a row of the reduced finger."""
 _GAUGE = table(Gauge, keys_of(Gauge), known=True)
 _OR_INFINITE: Any = Annotated[float, Field(allow_inf_nan=True)]
 _OF_BENCH: Any = {"friction": float | str | None, "thickness": _OR_INFINITE}
@@ -96,7 +98,7 @@ _TABLES: dict[str, Any] = {
     "inner": _LAYER,
     "bone": _LAYER | None,
     "ridges": table(Ridges, keys_of(Ridges, unit="_mm"), known=True) | None,
-    "gauges": tuple[_GAUGE, ...],  # type: ignore[valid-type]
+    "gauges": Annotated[tuple[_GAUGE, ...], Field(strict=False, max_length=MOST_GAUGES)],  # type: ignore[valid-type]
     "bench": _BENCH,
     "identified": _IDENTIFIED | None,
 }

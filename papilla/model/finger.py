@@ -60,7 +60,8 @@ class Finger:
             raise InputError("a finger needs at least one gauge")
         names = [gauge.name for gauge in self.gauges]
         if len(set(names)) != len(names):
-            raise InputError(f"gauge names must differ, got {', '.join(names)}")
+            twice = next(name for name in names if names.count(name) > 1)
+            raise InputError(f"gauge names must differ, got {twice} twice")
         for gauge in self.gauges:
             _check_site(gauge, self.shape)
         if self.identified is not None and len(self.identified.zeros_microstrain) != len(self.gauges):

@@ -350,6 +350,8 @@ OF_SD = ("softness", "surface", "uncertainty")
         (lambda d: put(d, {"f": "N"}, "softness", "forward", "units"), "softness.forward.units must be {'f': 'gf'"),
         (lambda d: put(d, 3, "finger"), "finger must be a valid dictionary, got 3"),
         (lambda d: put(d, [1], "notes"), r"notes\[0\] must be a valid string, got 1"),
+        (lambda d: put(d, [], "softness", "gauges"), "softness: gauges must hold 1 to 1000 of them, got 0"),
+        (lambda d: put(d, "\ud800", "finger", "name"), "not valid JSON"),
         (lambda d: put(d, ["x" * 3000], "notes"), r"notes\[0\]: String should have at most 2000"),
         (lambda d: put(d, "x" * 300, "finger", "name"), "finger: name must be a text of 1 to 200 letters, got 300"),
         (lambda d: put(d, ["x"], "finger", "name"), "finger: name must be a text"),

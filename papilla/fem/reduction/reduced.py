@@ -6,6 +6,7 @@ and factors, hundreds of MB each.
 """
 
 import json
+import math
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
@@ -17,7 +18,7 @@ from typing import Annotated, Any, TypeVar
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError
 
-from papilla.core import cache
+from papilla.core import cache, checks
 from papilla.core.errors import ContactRangeError, FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.files import replacing
@@ -40,6 +41,10 @@ MOST_KEPT = 400
 
 UNLIKE = 1e-6
 """Largest difference, as a share of the largest entry, between the two compliances of a specimen for pressure alone."""
+
+FLAT, UNLIKE_MASS = 1e-6, math.log(2)
+"""Smallest area of a triangle in a file, over the mean, and largest |ln| of a node's mass over the area around it: skin
+whose edges are bent has up to 1.5 % more."""
 
 FEW = 8
 """Number of results that `kept` keeps of a function whose results are large."""
@@ -252,7 +257,7 @@ class ReducedFinger:
 _TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 _NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source", "cached")
-_POSITIVE, _NOT_NEGATIVE = Annotated[float, Field(gt=0)], Annotated[float, Field(ge=0)]
+_POSITIVE, _NOT_NEGATIVE = (Annotated[float, Field(ge=low, le=checks.LARGEST)] for low in (1 / checks.LARGEST, 0))
 _BENCH: Any = {"friction": float | str | None, "thickness": Annotated[float, Field(allow_inf_nan=True)]}
 _META: TypeAdapter[dict[str, Any]] = TypeAdapter(
     table(
@@ -292,17 +297,24 @@ def _checked(arrays: Mapping[str, np.ndarray], gauges: int) -> dict[str, np.ndar
     images, triangles, rim = (found[f"patch_{name}"] for name in ("images", "triangles", "rim"))
     if triangles.dtype.kind not in "iu" or triangles.min() < 0 or triangles.max() >= nodes:
         raise FileFormatError(f"patch_triangles must hold whole numbers from 0 to {nodes - 1}")
+    corners = found["patch_xy"][triangles]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
+    around = np.bincount(triangles.ravel(), np.repeat(area / 3, 3), nodes)
+    if (area <= FLAT * area.mean()).any() or (around <= 0).any():
+        raise FileFormatError("patch_triangles must not be flat, and have every node as a corner")
+    if not (np.abs(np.log(np.maximum(found["patch_mass"], 1 / checks.LARGEST) / around)) < UNLIKE_MASS).all():
+        raise FileFormatError("patch_mass must be the area of the triangles around each node")
     if len(images) > 4 or (np.abs(images) != 1).any():
         raise FileFormatError("patch_images must hold up to four pairs of 1 and -1")
     if rim.dtype != bool:
         raise FileFormatError("patch_rim must hold true and false")
-    for name in ("patch_mass", "layers"):
-        if (found[name] <= 0).any():
-            raise FileFormatError(f"{name} must hold numbers above 0")
+    if (found["layers"] < 1 / checks.LARGEST).any():
+        raise FileFormatError("layers must hold numbers above 0")
     for name in ("compliance", "half_space"):
         matrix = found[name]
-        if np.abs(matrix - matrix.T).max() > UNLIKE * np.abs(matrix).max() or (matrix.diagonal() <= 0).any():
-            raise FileFormatError(f"{name} must be symmetric, with numbers above 0 on its diagonal")
+        if np.abs(matrix - matrix.T).max() > UNLIKE * np.abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0:
+            raise FileFormatError(f"{name} must be symmetric and positive definite")
     return found
 
 
@@ -310,8 +322,8 @@ def _numbers(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     if name not in arrays:
         raise FileFormatError(f"not a complete file: {name} is missing")
     array = np.asarray(arrays[name])
-    if array.dtype.kind not in "fiub" or array.ndim == 0 or not np.isfinite(array).all():
-        raise FileFormatError(f"{name} must be an array of finite numbers")
+    if array.dtype.kind not in "fiub" or array.ndim == 0 or not (np.abs(array) <= checks.LARGEST).all():
+        raise FileFormatError(f"{name} must be an array of numbers up to {checks.LARGEST:g}")
     return array
 
 

@@ -139,7 +139,7 @@ def test_an_array_that_does_not_fit_is_refused_and_named(coarse, tmp_path, spoil
 OUT_OF_RANGE = {
     "patch_triangles": lambda array: array + len(array) + 1000,
     "patch_images": lambda array: array * 2,
-    "patch_mass": lambda array: -array,
+    "patch_mass": lambda array: 3 * array,
     "layers": lambda array: -array,
     "compliance": lambda array: -array,
     "half_space": lambda array: np.triu(array),
