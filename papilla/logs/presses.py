@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from papilla.checks import LARGEST
 from papilla.errors import FileFormatError
 from papilla.logs.columns import check_finite, open_log
 from papilla.logs.log_map import LogMap
@@ -130,9 +131,9 @@ def read_presses(
     sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
     Raises `FileAccessError` or `FileFormatError` for what `papilla.tables.TableReader` refuses, a missing or misspelt
-    column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
-    positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
-    rise, or a specimen without its dimension or with that of another kind.
+    column, fewer than two presses, a cell without a finite number up to `papilla.checks.LARGEST`, a force, modulus or
+    indentation that is not positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a
+    `t_s` that does not rise, or a specimen without its dimension or with that of another kind.
     """
     instead = ("sd_microstrain",) if sd_alone or mixed is not None else ()
     optional = (*PRESS_OPTIONAL, *SPECIMENS)
@@ -141,7 +142,7 @@ def read_presses(
         table = reader.whole()
     if len(table) < 2:
         raise FileFormatError(f"{table.path} has one row: one press is too few to fit anything")
-    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS))
+    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS), LARGEST)
     for name in ("force_N", "modulus_MPa", "indentation_mm"):
         if name in table.columns and (table.columns[name] <= 0).any():
             row = int(np.argmax(table.columns[name] <= 0))
