@@ -90,14 +90,16 @@ def _gauges(
     return gauges
 
 
-def check_finite(table: Table, names: Iterable[str]) -> None:
-    """Raise `FileFormatError` for the first row in which one of the columns has no finite number."""
+def check_finite(table: Table, names: Iterable[str], largest: float = np.inf) -> None:
+    """Raise `FileFormatError` for the first row in which one of the columns has no finite number, or one whose
+    magnitude is beyond `largest`."""
     names = tuple(names)
-    bad = ~np.isfinite(np.column_stack([table.columns[name] for name in names]))
+    numbers = np.column_stack([table.columns[name] for name in names])
+    bad = ~np.isfinite(numbers) | (np.abs(numbers) > largest)
     if bad.any():
         row, column = divmod(int(np.argmax(bad)), len(names))
-        name = names[column]
-        raise table.fault(row, name, f"expected a finite number, got {table.columns[name][row]}")
+        limit = "" if np.isinf(largest) or not np.isfinite(numbers[row, column]) else f" of at most {largest:g}"
+        raise table.fault(row, names[column], f"expected a finite number{limit}, got {numbers[row, column]}")
 
 
 ZEROED = ("force_N", "tangential_N")

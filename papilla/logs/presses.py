@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from papilla.core.checks import LARGEST
 from papilla.core.errors import FileFormatError
 from papilla.core.rows import Table
 from papilla.core.short_repr import short_repr
@@ -131,10 +132,10 @@ def read_presses(
     mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`.
     sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
-    Raises `FileAccessError` or `FileFormatError` for what `TableReader` refuses, a missing or misspelt
-    column, fewer than two presses, a cell without a finite number, a force, modulus or indentation that is not
-    positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a `t_s` that does not
-    rise, or a specimen without its dimension or with that of another kind.
+    Raises `FileAccessError` or `FileFormatError` for what `papilla.core.tables.TableReader` refuses, a missing or misspelt
+    column, fewer than two presses, a cell without a finite number up to `papilla.core.checks.LARGEST`, a force, modulus or
+    indentation that is not positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a
+    `t_s` that does not rise, or a specimen without its dimension or with that of another kind.
     """
     instead = ("sd_microstrain",) if sd_alone or mixed is not None else ()
     optional = (*PRESS_OPTIONAL, *SPECIMENS)
@@ -143,7 +144,7 @@ def read_presses(
         table = reader.whole()
     if len(table) < 2:
         raise FileFormatError(f"{table.path} has one row: one press is too few to fit anything")
-    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS))
+    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS), LARGEST)
     for name in ("force_N", "modulus_MPa", "indentation_mm"):
         if name in table.columns and (table.columns[name] <= 0).any():
             row = int(np.argmax(table.columns[name] <= 0))

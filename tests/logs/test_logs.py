@@ -158,6 +158,7 @@ def test_bad_time_log(log, content, message):
         ("force_N,modulus_mpa,g1\n1,1,1\n1,1,1\n", "unknown column modulus_mpa; did you mean modulus_MPa?"),
         ("force_N,modulus_MPa,g1\n1,1,1\n", "has one row"),
         ("force_N,modulus_MPa,g1\n1,1,1\n1,1,nan\n", "line 3, column g1: expected a finite number, got nan"),
+        ("force_N,modulus_MPa,g1\n1,1,1\n1,1,-1e200\n", "line 3, column g1: expected a finite number of at most 1e+12"),
         ("force_N,modulus_MPa,g1\n1,1,1\n1,,1\n", "line 3, column modulus_MPa: expected a finite number, got nan"),
         ("force_N,modulus_MPa,g1\n0,1,1\n1,1,1\n", "line 2, column force_N: must be greater than 0, got 0"),
         ("force_N,modulus_MPa,g1\n1,1,1\n1,-2,1\n", "line 3, column modulus_MPa: must be greater than 0, got -2"),
