@@ -133,9 +133,10 @@ def read_presses(
     sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
     Raises `FileAccessError` or `FileFormatError` for what `papilla.core.tables.TableReader` refuses, a missing or
-    misspelt column, fewer than two presses, a cell without a finite number up to `papilla.core.checks.LARGEST`, a force,
-    modulus or indentation that is not positive, an `sd_microstrain` that is not the population standard deviation of the gauges, a
-    `t_s` that does not rise, or a specimen without its dimension or with that of another kind.
+    misspelt column, fewer than two presses, a cell without a finite number up to `papilla.core.checks.LARGEST`, a
+    force, modulus or indentation that is not positive, an `sd_microstrain` that is not the population standard
+    deviation of the gauges, a `t_s` that does not rise, or a specimen without its dimension or with that of another
+    kind.
     """
     instead = ("sd_microstrain",) if sd_alone or mixed is not None else ()
     optional = (*PRESS_OPTIONAL, *SPECIMENS)
