@@ -6,6 +6,7 @@ is over its greatest, and the mean of the five is kept.
 """
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,23 +24,26 @@ SPEED_MM_S, DEPTH_MM, LENGTH_MM = 40.0, 1.0, 7.0
 FILE = Path(papilla.__file__).parent / "data" / "amplitude_curve.json"
 
 
-def powers() -> list[float]:
-    """Mean power of the gauges, each over its greatest, at `WAVELENGTHS_MM`."""
+def powers(wavelengths_mm: Sequence[float]) -> list[float]:
+    """Mean power of the gauges, each over its greatest, at some wavelengths."""
     finger = Finger.default()
     assert finger.ridges is not None
     found = signals_over_gratings(
-        finger, WAVELENGTHS_MM, pitches_mm=(finger.ridges.pitch,), speed_mm_s=SPEED_MM_S, force=None, depth=DEPTH_MM,
+        finger, wavelengths_mm, pitches_mm=(finger.ridges.pitch,), speed_mm_s=SPEED_MM_S, force=None, depth=DEPTH_MM,
         friction=0.0, length_mm=LENGTH_MM, progress=lambda done, total: print(f"{done} of {total}", flush=True),
     )  # fmt: skip
     squares = np.array([one.fundamental**2 for one in found])
     return np.round((squares / squares.max(axis=0)).mean(axis=1), 4).tolist()
 
 
-def main(write: bool = False) -> None:
-    """Compute, compare with the file, and write it if asked to."""
-    power, curve = powers(), read_curve()
+def main(write: bool = False, wavelengths: list[float] | None = None) -> None:
+    """Compute (some wavelengths alone), compare with the file, and write it if asked to."""
+    if write and wavelengths:
+        raise typer.BadParameter("the file has all wavelengths")
+    chosen = tuple(wavelengths or WAVELENGTHS_MM)
+    power, curve = powers(chosen), read_curve()
     shipped = dict(zip(curve.wavelength_mm, curve.power, strict=True))
-    for wavelength, one in zip(WAVELENGTHS_MM, power, strict=True):
+    for wavelength, one in zip(chosen, power, strict=True):
         print(f"{wavelength:.1f} mm: {one:.4f}, shipped {shipped[wavelength]:.4f}")
     if write:
         source = (

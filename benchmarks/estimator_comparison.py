@@ -5,7 +5,7 @@ Run with `python benchmarks/estimator_comparison.py` (`--short`, `--out DIR`, `-
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -24,7 +24,7 @@ from papilla.view.style import write_png
 
 sys.path.append(str(Path(__file__).parents[1]))
 from benchmarks.estimators.comparison import LONG, SHORT, Row, compare  # noqa: E402
-from benchmarks.estimators.cost import costs  # noqa: E402
+from benchmarks.estimators.cost import Cost, costs  # noqa: E402
 from benchmarks.estimators.honesty_figure import honesty_figure  # noqa: E402
 from benchmarks.estimators.touches import TouchRow, feel  # noqa: E402
 
@@ -51,6 +51,8 @@ _COST = {
 def estimators(
     short: bool = option(False, "One run per scene, without softness, which needs a calibrated finger.", "--short"),
     out: Path | None = option(None, f"Folder for {HONESTY_PLOT}."),
+    scene: list[str] | None = option(None, "This scene alone (may be repeated)."),
+    method: list[str] | None = option(None, "This estimator alone (may be repeated)."),
 ) -> Answer:
     """Compare the wavelength estimators in every scene and the softness estimators in every touch."""
     if out is not None:
@@ -65,15 +67,28 @@ def estimators(
         shown.line("timing")
         priced = costs(calibration, COST_SECONDS / 4 if short else COST_SECONDS)
         shown.line("scenes")
-        rows = compare(SHORT if short else LONG, workers=PROCESSES, progress=shown.steps)
+        plan = replace(SHORT if short else LONG, scenes=tuple(scene or ()), methods=tuple(method or ()))
+        rows = compare(plan, workers=PROCESSES, progress=shown.steps)
         if calibration is not None:
             touches = feel(calibration, finger, progress=shown.stage)
+    return answer_of(rows, touches, priced, out, short, perf_counter() - began)
+
+
+def answer_of(
+    rows: Sequence[Row],
+    touches: Sequence[TouchRow],
+    priced: Sequence[Cost],
+    out: Path | None,
+    short: bool,
+    took_s: float,
+) -> Answer:
+    """The JSON and the tables of all results; the plot is written to a folder, if there is one."""
     if out is not None:
         write_png(honesty_figure([asdict(row) for row in rows]), out / HONESTY_PLOT)
     tables: dict[str, Sequence[Any]] = {"scenes": rows, "softness": touches, "costs": priced}
     facts: dict[str, Any] = {name: [asdict(row) for row in table] for name, table in tables.items()}
     facts |= {"short": short, "plots": [str(out / HONESTY_PLOT)] if out else []}
-    last = f"{perf_counter() - began:.0f} s" + SHORT_REMARK * short
+    last = f"{took_s:.0f} s" + SHORT_REMARK * short
     return Answer(facts, partial(_print_estimators, rows, touches, priced, out, last))
 
 

@@ -6,7 +6,7 @@ microstrain off. Truths are presses on another mesh than the fit's, or (--family
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -23,7 +23,7 @@ from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 
-SIZE_MM, VARIANT, FIT_SIZE_MM = 1.0, 1, 1.0
+SIZE_MM, VARIANT = 1.0, 1
 THICKNESS_MM, TOUCH_DOWN_MM = 10.0, 0.15
 NOISE, FORCE_ERROR, DEPTH_NOISE_MM, ZERO = 5.0, 0.01, 0.02, 20.0
 GAINS = (0.01, 1.0)
@@ -134,17 +134,17 @@ def gaussian_process(log: PressLog, force: np.ndarray, modulus: np.ndarray) -> n
     return np.exp(fitted.predict(np.log(np.column_stack([force, modulus]))))
 
 
-def few_presses(draws: int, smooth: bool, depths: bool) -> None:
+def few_presses(draws: int, smooth: bool, depths: bool, size_mm: float, variant: int, counts: Sequence[int]) -> None:
     """Error of S_d over the whole domain against the number of presses: identified, quadratic, Gaussian process."""
     import warnings
 
     warnings.simplefilter("ignore")  # the process warns of length scales at their bounds
     finger = Finger.default()
-    relatives = family_of(finger, size_mm=SIZE_MM, variant=VARIANT)
+    relatives = family_of(finger, size_mm=size_mm, variant=variant)
     other = response(relatives, Block(1.0, THICKNESS_MM)) if smooth else None
     force, modulus = (one.ravel() for one in np.meshgrid(np.geomspace(*DOMAIN_N, 7), np.geomspace(*DOMAIN_MPA, 6)))
     print("presses   " + "".join(name.rjust(24) for name in ("identified", "quadratic", "Gaussian process")))
-    for count in COUNTS:
+    for count in counts:
         errors = []
         for seed in range(draws):
             rng = np.random.default_rng(1000 + seed)
@@ -152,7 +152,7 @@ def few_presses(draws: int, smooth: bool, depths: bool) -> None:
             log = truth.log(rng, *chosen(count), depths)
             sd = truth.readings(force, modulus)[0].std(axis=1)
             told = (
-                np.exp(ln_sd(identify(log, finger, size_mm=FIT_SIZE_MM), force, modulus)[0]),
+                np.exp(ln_sd(identify(log, finger, size_mm=size_mm), force, modulus)[0]),
                 quadratic(log, force, modulus),
                 gaussian_process(log, force, modulus),
             )
@@ -162,10 +162,10 @@ def few_presses(draws: int, smooth: bool, depths: bool) -> None:
         print(f"{count:7}   " + "".join(cell.rjust(24) for cell in cells))
 
 
-def ageing(draws: int) -> None:
+def ageing(draws: int, size_mm: float, variant: int) -> None:
     """Share of unchanged fingers that are called changed, and of changed ones that are not, by a fingerprint of two."""
     finger = Finger.default()
-    relatives = family_of(finger, size_mm=SIZE_MM, variant=VARIANT)
+    relatives = family_of(finger, size_mm=size_mm, variant=variant)
     other = response(relatives, Block(1.0, THICKNESS_MM))
     force, modulus = (one.ravel() for one in np.meshgrid(np.geomspace(0.05, 0.98, 5), (0.089, 0.51, 0.72)))
     few = np.array([0.4, 0.9]), np.array([0.089, 0.51])
@@ -182,21 +182,25 @@ def ageing(draws: int) -> None:
     for seed in range(draws):
         rng = np.random.default_rng(5000 + seed)
         truth = drawn(rng, relatives, other)
-        found = identify(truth.log(rng, force, modulus), finger, size_mm=FIT_SIZE_MM)
+        found = identify(truth.log(rng, force, modulus), finger, size_mm=size_mm)
         stored = found.with_record(record(found, diagnose(found), "block"))
         for name, change in changes.items():
             later = replace(truth, values=change(truth.values)).log(rng, *few)
-            alarms[name].append(not compare(stored, later, size_mm=FIT_SIZE_MM).same)
+            alarms[name].append(not compare(stored, later, size_mm=size_mm).same)
     for name, called in alarms.items():
         print(f"{name:40} recalibrate in {100 * np.mean(called):.0f} % of {len(called)} fingers, from two presses")
 
 
-def main(study: Literal["presses", "ageing"], fingers: int = 200, family: bool = False, depths: bool = False) -> None:
-    """Run the study of so many fingers; --depths: presses measure the indentation too."""
+def main(
+    study: Literal["presses", "ageing"], fingers: int = 200, family: bool = False, depths: bool = False,
+    size_mm: float = SIZE_MM, variant: int = VARIANT, counts: list[int] | None = None,
+) -> None:  # fmt: skip
+    """Run the study of so many fingers; --depths: presses measure the indentation too; --variant: mesh of the truths;
+    --counts: presses of a log."""
     if study == "ageing":
-        ageing(fingers)
+        ageing(fingers, size_mm, variant)
     else:
-        few_presses(fingers, family, depths)
+        few_presses(fingers, family, depths, size_mm, variant, counts or COUNTS)
 
 
 if __name__ == "__main__":

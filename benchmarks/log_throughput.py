@@ -66,11 +66,12 @@ def main() -> None:
     """Measure both logs and print a line each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rows", type=int, default=200_000)
+    parser.add_argument("--logs", nargs="*", default=list(NOISE), choices=list(NOISE))
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        for name, noise in NOISE.items():
+        for name in chosen.logs:
             log, out = Path(folder) / "log.csv", Path(folder) / "out.csv"
-            write_log(log, chosen.rows, noise)
+            write_log(log, chosen.rows, NOISE[name])
             command = [sys.executable, "-m", "papilla", "estimate", str(log), "--out", str(out)]
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
             subprocess.run(command, check=True, capture_output=True, env=os.environ | ONE_CORE)

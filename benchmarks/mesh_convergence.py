@@ -19,30 +19,36 @@ FORCES_GF = (5, 10, 20, 50, 60, 100)
 NAMES = (*QUANTITIES, "peak_pressure")
 
 
-def presses(finger: Finger, size_mm: float, variant: int = 0, fidelity: str = "contact") -> np.ndarray:
+def presses(finger: Finger, size_mm: float, forces_gf, variant: int = 0, fidelity: str = "contact") -> np.ndarray:
     """(quantities, forces) of presses on one mesh; NaN where it is too coarse for the fidelity."""
     reduced = fem.prepare(finger, size_mm=size_mm, variant=variant)
     try:
-        return answers(lambda force: fem.press(reduced, SPECIMEN, force=force, fidelity=fidelity), FORCES_GF, NAMES)
+        return answers(lambda force: fem.press(reduced, SPECIMEN, force=force, fidelity=fidelity), forces_gf, NAMES)
     except ContactRangeError:
-        return np.full((len(NAMES), len(FORCES_GF)), np.nan)
+        return np.full((len(NAMES), len(forces_gf)), np.nan)
 
 
-def main(finger: str = "default") -> None:
+def main(
+    finger: str = "default",
+    size_mm: float = DEFAULT_SIZE_MM,
+    meshes: int = VARIANTS,
+    forces_gf: list[float] | None = None,
+) -> None:
     """Print the table of a finger: a design file (TOML), or one that ships."""
+    forces = tuple(forces_gf or FORCES_GF)
     design = Finger.load(finger)
-    fine = presses(design, DEFAULT_SIZE_MM / 2)
+    fine = presses(design, size_mm / 2, forces)
     contact, hertz = (
-        np.array([presses(design, DEFAULT_SIZE_MM, variant, fidelity) for variant in range(VARIANTS)])
+        np.array([presses(design, size_mm, forces, variant, fidelity) for variant in range(meshes)])
         for fidelity in ("contact", "hertz")
     )
-    print(f"{design.name}, block of 0.51 MPa, 10 mm; {DEFAULT_SIZE_MM} mm against {DEFAULT_SIZE_MM / 2} mm, percent")
-    lines = {"force (gf)": FORCES_GF}
+    print(f"{design.name}, block of 0.51 MPa, 10 mm; {size_mm} mm against {size_mm / 2} mm, percent")
+    lines = {"force (gf)": forces}
     for row, name in enumerate(NAMES):
         lines[f"{name}, default mesh"] = 100 * (contact[0, row] / fine[row] - 1)
-        lines[f"{name}, worst of 5"] = 100 * np.abs(contact[:, row] / fine[row] - 1).max(axis=0)
+        lines[f"{name}, worst of {meshes}"] = 100 * np.abs(contact[:, row] / fine[row] - 1).max(axis=0)
         lines[f"{name}, hertz, worst"] = 100 * np.abs(hertz[:, row] / fine[row] - 1).max(axis=0)
-    lines["sd, scatter of 5 (1 sigma)"] = 100 * contact[:, 0].std(axis=0, ddof=1) / contact[:, 0].mean(axis=0)
+    lines[f"sd, scatter of {meshes} (1 sigma)"] = 100 * contact[:, 0].std(axis=0, ddof=1) / contact[:, 0].mean(axis=0)
     for name, values in lines.items():
         print(f"{name:>28}" + "".join(f"{value:8.2f}" for value in values))
 

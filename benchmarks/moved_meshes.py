@@ -11,6 +11,7 @@ what `papilla verify --only moved` compares with instead.
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +22,6 @@ from papilla.mesh.drawing import drawn
 from papilla.model.finger import Dome, Shape, Slab
 from papilla.verify import meshes as verified
 
-SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF, MODULI_MPA = (10.0, 30.0, 60.0, 100.0), (0.05, 0.15, 0.5)
 SHAPES: dict[str, Shape] = {
     "shipped": Dome((24.0, 30.0, 20.0), (21.0, 27.0, 17.0), (10.0, 16.0, 6.0)),
@@ -47,15 +47,15 @@ def fingers() -> dict[str, Finger]:
     return found | {"gauges to 55 deg": replace(default, gauges=wide), "gauges off": replace(default, gauges=beside)}
 
 
-def compared(finger: Finger, drawings: int, variants: int) -> str:
+def compared(finger: Finger, drawings: int, variants: int, size_mm: float, forces_gf: Sequence[float]) -> str:
     """The line of a finger."""
     kinds, seconds, worst = [], [], 1.0
     for make, count in ((build, variants), (drawn, drawings)):
         before, meshes = time.process_time() + _children(), []
         for variant in range(count):
-            meshes.append(make(finger, SIZE_MM, variant=variant))
+            meshes.append(make(finger, size_mm, variant=variant))
         seconds.append((time.process_time() + _children() - before) / count)
-        kinds.append(np.array([verified.pressed(finger, mesh, MODULI_MPA, FORCES_GF) for mesh in meshes]))
+        kinds.append(np.array([verified.pressed(finger, mesh, MODULI_MPA, forces_gf) for mesh in meshes]))
         if make is build:
             worst = min(quality(mesh)["mean_ratio_min"] for mesh in meshes)
     middle = kinds[1].mean(axis=0)
@@ -83,10 +83,14 @@ def main() -> None:
     parser.add_argument("--shapes", nargs="*", default=list(fingers()), choices=list(fingers()))
     parser.add_argument("--drawn", type=int, default=2, help="fresh meshes a finger")
     parser.add_argument("--variants", type=int, default=2, help="shipped meshes a finger")
+    parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM)
+    parser.add_argument("--forces-gf", nargs="*", type=float, default=FORCES_GF)
     parser.add_argument("--stored", action="store_true", help="print presses on fresh meshes, as `verify` stores them")
     given = parser.parse_args()
     for name, finger in verified.fingers().items() if given.stored else ():
-        fresh = [verified.pressed(finger, drawn(finger, SIZE_MM, variant=number)) for number in range(given.drawn)]
+        fresh = [
+            verified.pressed(finger, drawn(finger, given.size_mm, variant=number)) for number in range(given.drawn)
+        ]
         print(name, np.array2string(np.mean(fresh, axis=0), precision=6, separator=", "), flush=True)
     if given.stored:
         return
@@ -94,7 +98,10 @@ def main() -> None:
         f"{'finger':18s} {'S_d %':>17s} {'gauges %':>17s} {'indentation %':>17s} {'area %':>17s}  worst  s moved drawn"
     )
     for name in given.shapes:
-        print(f"{name:18s} {compared(fingers()[name], given.drawn, given.variants)}", flush=True)
+        print(
+            f"{name:18s} {compared(fingers()[name], given.drawn, given.variants, given.size_mm, given.forces_gf)}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

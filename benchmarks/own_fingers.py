@@ -1,6 +1,6 @@
 """Presses of three fingers of one's own by default physics, against a code that shares nothing with papilla's.
 
-`python benchmarks/own_fingers.py [--geometry A B C] [--moduli MPA ...]`
+`python benchmarks/own_fingers.py [--geometry A B C] [--moduli MPA ...] [--frictions MU ...] [--forces-gf F ...]`
 
 Three domes of revolution, none of them the one that ships; bonded blocks of 10 mm, 5 to 100 gf, stuck, mu 0.1 and
 without friction. The truth is `papilla.references.axisymmetric`: finger and neo-Hookean block at finite strain. The
@@ -9,6 +9,7 @@ errors: of S_d and indentation, relative; of the gauges' strains over the larges
 """
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +24,6 @@ from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import press_path
 from papilla.verify.revolution import finger_of
 
-SIZE_MM = DEFAULT_SIZE_MM
 FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)
 FRICTIONS: tuple[Friction, ...] = (STICK, 0.1, 0.0)
 SPECIMEN_NU = 0.495
@@ -62,10 +62,12 @@ GEOMETRIES = {
 """Skin of 3 mm on a round dome; a slim one with a skin of 2 mm; one of about half the size, 2.5 times as hard."""
 
 
-def errors(geometry: Geometry, reduced: fem.ReducedFinger, modulus: float, friction: Friction) -> np.ndarray:
+def errors(
+    geometry: Geometry, reduced: fem.ReducedFinger, modulus: float, friction: Friction, forces_gf: Sequence[float]
+) -> np.ndarray:
     """(presses, 3) errors of S_d, the worst gauge and the indentation, as far as tables of large strain reach."""
     finger = geometry.finger
-    loads = units.gf_to_newton(np.array(FORCES_GF))
+    loads = units.gf_to_newton(np.array(forces_gf))
     path = press_path(
         geometry.bodies(modulus), finger.gauges, 1.02 * float(loads.max()), friction_coefficient(friction)
     )
@@ -84,21 +86,29 @@ def errors(geometry: Geometry, reduced: fem.ReducedFinger, modulus: float, frict
     return np.array(rows).reshape(-1, 3)
 
 
+def friction_of(text: str) -> Friction:
+    """A coefficient, or stick."""
+    return STICK if text == STICK else float(text)
+
+
 def main() -> None:
     """Press by papilla and by the independent code, and print the largest errors."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--geometry", nargs="*", default=list(GEOMETRIES), choices=list(GEOMETRIES))
     parser.add_argument("--moduli", nargs="*", type=float, default=[0.05, 0.2, 0.72])
+    parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM)
+    parser.add_argument("--forces-gf", nargs="*", type=float, default=FORCES_GF)
+    parser.add_argument("--frictions", nargs="*", type=friction_of, default=FRICTIONS)
     given = parser.parse_args()
     print("geometry, friction: MPa, presses with large strain of all, largest error of S_d, gauge, indentation in %")
     for name in given.geometry:
         geometry = GEOMETRIES[name]
-        reduced = fem.prepare(geometry.finger, size_mm=SIZE_MM)
-        for friction in FRICTIONS:
+        reduced = fem.prepare(geometry.finger, size_mm=given.size_mm)
+        for friction in given.frictions:
             for modulus in given.moduli:
-                off = errors(geometry, reduced, modulus, friction)
+                off = errors(geometry, reduced, modulus, friction, given.forces_gf)
                 worst = " ".join(f"{100 * value:5.2f}" for value in np.abs(off).max(axis=0, initial=0.0))
-                print(f"{name}, {friction}: {modulus:g} MPa, {len(off)} of {len(FORCES_GF)}: {worst}", flush=True)
+                print(f"{name}, {friction}: {modulus:g} MPa, {len(off)} of {len(given.forces_gf)}: {worst}", flush=True)
 
 
 if __name__ == "__main__":

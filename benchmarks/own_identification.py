@@ -7,7 +7,7 @@ moduli and ratios, between which a polynomial goes. Of each finger the inner
 modulus is 0.9 to 1.6 of the design's, the outer 2 to 8 times that, gains 0.02 to 0.2 of either sign, levers -2 to 1 mm
 of the gain, zeros up to 20 microstrain; its presses stick, have a friction of 0.1 or none, in turn. Noise is 5
 microstrain, 1 % of force, 0.02 mm of depth. Each is identified with its friction told and not told. E is told from S_d
-of fresh presses.
+of fresh presses. `--geometry default` is the finger that ships, whose truth is the model itself: what noise alone does.
 """
 
 import argparse
@@ -18,26 +18,27 @@ from functools import lru_cache
 from time import perf_counter
 
 import numpy as np
-from identified_fingers import FORCE_ERROR, NOISE, Drawn, ln_sd
+from identified_fingers import FORCE_ERROR, NOISE, THICKNESS_MM, Drawn, ln_sd
 from own_fingers import GEOMETRIES, SPECIMEN_NU
 from scipy.interpolate import BarycentricInterpolator, CubicSpline
 
 from papilla.core import cache
 from papilla.core.errors import SolverError
 from papilla.core.units import gf_to_newton
+from papilla.fem.pressing.response import response
 from papilla.identification import PARAMETERS, diagnose, identify
 from papilla.identification.parameters import kind
+from papilla.identification.posing import SIZE_MM, family_of
 from papilla.identification.suggest import suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Friction, friction_coefficient
+from papilla.model.specimen import STICK, Block, Friction, friction_coefficient
 from papilla.references.axisymmetric import presses as presses_of
 from papilla.references.axisymmetric.bodies import Bodies, Rubber
 
-SIZE_MM: float | None = None
-"""Elements at the contact of the fit; None is what `identify` takes."""
 FRICTIONS: tuple[Friction, ...] = (STICK, 0.1, 0.0)
 GAINS = (0.02, 0.2)
+DEFAULT = "default"
 ON_MPA = (0.089, 0.51, 0.72)
 """Moduli of the specimens that are pressed."""
 TESTS_MPA, SCENES = (0.05, 0.72), 6
@@ -86,17 +87,18 @@ class Truth:
 
     @classmethod
     @lru_cache
-    def of(cls, name: str, friction: Friction) -> "Truth":
+    def of(cls, name: str, friction: Friction, size_mm: float) -> "Truth":
         """Those of a geometry, made once and kept in the cache."""
         slips = 0 < friction_coefficient(friction) < math.inf
         at = FEW if slips else (slice(None), slice(None))
         rows = [
-            [along(name, one, other, friction) for other in RATIOS[at[1]].tolist()] for one in MODULI[at[0]].tolist()
+            [along(name, one, other, friction, size_mm) for other in RATIOS[at[1]].tolist()]
+            for one in MODULI[at[0]].tolist()
         ]
         values = np.moveaxis(np.array(rows), 2, 0)
         if not slips:
             return cls(values)
-        free = cls.of(name, 0.0).values
+        free = cls.of(name, 0.0, size_mm).values
         changed = values - free[:, at[0]][:, :, at[1]]
         changed = BarycentricInterpolator(SHARES[at[0]], changed, axis=1)(SHARES)
         return cls(free + BarycentricInterpolator(LN_RATIOS[at[1]], changed, axis=2)(LN_RATIOS))
@@ -113,8 +115,14 @@ class Truth:
         return (table[:, 1:] * x[:, None]).reshape(len(x), 2, -1), table[:, 0] * x ** (2 / 3)
 
 
-def along(name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:
+def along(name: str, modulus: float, ratio: float, friction: Friction, size_mm: float) -> np.ndarray:
     """(loads, 1 + q g) of a path, moduli over the inner one; made once and kept in the cache."""
+    if name == DEFAULT:
+        smooth = response(family_of(Finger.default(), size_mm=size_mm), Block(1.0, THICKNESS_MM), friction=friction)
+        felt = smooth.felt(LOADS, np.full(len(LOADS), modulus), ratio, 1.0)
+        return np.column_stack(
+            [felt.indentation / LOADS ** (2 / 3), felt.values.reshape(len(LOADS), -1) / LOADS[:, None]]
+        )
     geometry, coefficient = GEOMETRIES[name], friction_coefficient(friction)
 
     def make() -> dict[str, np.ndarray]:
@@ -157,10 +165,10 @@ class Outcome:
     excess: float
 
 
-def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int) -> Outcome:
+def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int, size_mm: float) -> Outcome:
     """Identify a drawn finger and compare it with what it is."""
     rng, began = np.random.default_rng(seed), perf_counter()
-    found = identify(log, drawn.design, friction=friction, size_mm=SIZE_MM)
+    found = identify(log, drawn.design, friction=friction, size_mm=size_mm)
     told, took = diagnose(found), perf_counter() - began
     force, modulus = (
         one.ravel() for one in np.meshgrid(gf_to_newton(np.geomspace(10.0, 100.0, 5)), np.geomspace(*TESTS_MPA, 5))
@@ -189,12 +197,12 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int) -
     return Outcome(float(np.sqrt(np.mean(off**2))), parameters, pulls, found.asked, took, excess)
 
 
-def presses(count: int, design: Finger) -> tuple[np.ndarray, np.ndarray]:
+def presses(count: int, design: Finger, size_mm: float) -> tuple[np.ndarray, np.ndarray]:
     """Forces (N) and moduli (MPa) of 15 presses on three specimens, or of fewer that `suggest` names for the design."""
     if count == 15:
         force, modulus = np.meshgrid(np.geomspace(0.05, 0.98, 5), ON_MPA)
         return force.ravel(), modulus.ravel()
-    told = suggest_presses(design, count, ON_MPA, size_mm=SIZE_MM)
+    told = suggest_presses(design, count, ON_MPA, size_mm=size_mm)
     return np.array(told.force_N), np.array(told.modulus_MPa)
 
 
@@ -234,14 +242,15 @@ def report(title: str, found: list[Outcome]) -> None:
 def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--geometry", nargs="*", default=["A"], choices=list(GEOMETRIES))
+    parser.add_argument("--geometry", nargs="*", default=["A"], choices=[*GEOMETRIES, DEFAULT])
+    parser.add_argument("--size-mm", type=float, default=SIZE_MM, help="elements at the contact of the fit")
     parser.add_argument("--fingers", type=int, default=12)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--presses", nargs="*", type=int, default=[15, 5])
     parser.add_argument("--friction", nargs="*", default=["told", "open"], choices=["told", "open"])
     given = parser.parse_args()
     for name in given.geometry:
-        design = GEOMETRIES[name].finger
+        design = Finger.default() if name == DEFAULT else GEOMETRIES[name].finger
         for count in given.presses:
             every: dict[str, list[Outcome]] = {}
             for number in range(given.fingers):
@@ -249,10 +258,10 @@ def main() -> None:
                 friction = FRICTIONS[number % len(FRICTIONS)]
                 inner = design.inner.modulus * rng.uniform(0.9, 1.6)
                 outer = inner * math.exp(rng.uniform(math.log(2.0), math.log(8.0)))
-                drawn = Drawn.by(rng, design, Truth.of(name, friction).felt, (outer, inner), GAINS)
-                log = drawn.log(rng, *presses(count, design))
+                drawn = Drawn.by(rng, design, Truth.of(name, friction, given.size_mm).felt, (outer, inner), GAINS)
+                log = drawn.log(rng, *presses(count, design, given.size_mm))
                 for known in given.friction:
-                    one = outcome(drawn, log, friction if known == "told" else None, number)
+                    one = outcome(drawn, log, friction if known == "told" else None, number, given.size_mm)
                     every.setdefault(known, []).append(one)
                     every.setdefault(f"{known}, {friction}", []).append(one)
                     line = {key: f"{value[0] / value[1]:+.2f}" for key, value in one.parameters.items()}

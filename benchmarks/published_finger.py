@@ -29,7 +29,6 @@ from papilla.model.finger import Bench, Finger, Gauge
 from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient
 from papilla_papers.claims.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
 
-SIZE_MM = DEFAULT_SIZE_MM
 FORCE_GF, HEAVY = np.arange(10.0, 101.0, 10.0), 2
 """Forces at which (9) is compared, and the first of the 30-100 gf."""
 PUBLISHED = published_sd(FORCE_GF[:, None], np.array(SPECIMENS_MPA))
@@ -79,15 +78,15 @@ def carrier() -> Finger:
 
 
 @lru_cache(maxsize=1)
-def relatives() -> FingerFamily:
+def relatives(size_mm: float) -> FingerFamily:
     """The family of the carrier on the mesh of the default finger."""
-    return family(carrier(), mesh=build(Finger.default(), size_mm=SIZE_MM), progress=print)
+    return family(carrier(), mesh=build(Finger.default(), size_mm=size_mm), progress=print)
 
 
-def measure_strain(friction: Friction) -> None:
+def measure_strain(friction: Friction, size_mm: float) -> None:
     """Make what large strain changes for the carrier at a friction, unless it is known."""
     design, stuck = carrier(), friction_coefficient(friction) > 0
-    mesh = build(Finger.default(), size_mm=SIZE_MM)
+    mesh = build(Finger.default(), size_mm=size_mm)
     for ratio in TABLE_RATIOS:
         tables = known(design.strain_sha256)
         if not any((one.friction > 0) == stuck and abs(one.ratio / ratio - 1) < 1e-3 for one in tables):
@@ -103,10 +102,11 @@ class Physics:
 
     friction: Friction = STICK
     large_strain: bool = True
+    size_mm: float = DEFAULT_SIZE_MM
 
     def presses(self, ratio: float, inner: float) -> tuple[np.ndarray, np.ndarray]:
         """(forces, moduli, q, gauges) of the carrier's gauges, and depths (k,) in mm at `PUBLISHED_POINTS`."""
-        reduced = relatives().at(ratio * inner, inner)
+        reduced = relatives(self.size_mm).at(ratio * inner, inner)
 
         def one(specimen: Specimen, force: float) -> fem.Press:
             found = fem.press(reduced, specimen, force=float(force), fidelity="contact", friction=self.friction)
@@ -116,18 +116,15 @@ class Physics:
         return np.array(felt), np.array([one(RIGID, force).indentation for _, force in PUBLISHED_POINTS])
 
 
-SHIPPED = Physics()
-
-
 class Model:
     """S_d and depth of all fingers under some physics, between presses of a grid of moduli."""
 
-    def __init__(self, physics: Physics):
+    def __init__(self, physics: Physics, ratios: np.ndarray = RATIOS, inner_MPa: np.ndarray = INNER_MPA):
         if physics.large_strain:
-            measure_strain(physics.friction)
-        grid = [[physics.presses(ratio, inner) for inner in INNER_MPA] for ratio in RATIOS]
+            measure_strain(physics.friction, physics.size_mm)
+        grid = [[physics.presses(ratio, inner) for inner in inner_MPa] for ratio in ratios]
         felt, depth = (np.array([[one[part] for one in row] for row in grid]) for part in (0, 1))
-        axes = (np.log(RATIOS), np.log(INNER_MPA))
+        axes = (np.log(ratios), np.log(inner_MPa))
         self._felt, self._depth = (
             RegularGridInterpolator(axes, values, method="cubic")
             for values in (felt.reshape(*felt.shape[:-1], len(LENGTHS_MM), -1), depth)
@@ -255,9 +252,14 @@ def published_tables(grid_length: float) -> list[LargeStrain]:
     return [replace(one, linear=between(one.linear), finite=between(one.finite)) for one in tables]
 
 
-def main(write: bool = False) -> None:
-    """Fit, tell, and write the table that ships beside the design if asked to."""
-    model = Model(SHIPPED)
+def main(write: bool = False, quick: bool = False) -> None:
+    """Fit, tell, and write the table that ships beside the design if asked to; --quick: small strain without friction,
+    a coarse mesh and few moduli, which says only that all runs."""
+    if quick:
+        few = (np.geomspace(axis[0], axis[-1], 4) for axis in (RATIOS, INNER_MPA))
+        model = Model(Physics(0.0, False, 2 * DEFAULT_SIZE_MM), *few)
+    else:
+        model = Model(Physics())
     best = fit(model)
     print(f"the fit: {told(best)}; scale {best.scale:.4f}")
     print("left of S_d, in the unit of (9), from 10 to 100 gf, softest to hardest specimen:")
@@ -273,8 +275,8 @@ def main(write: bool = False) -> None:
     for name in PARAMETERS:
         low, high = interval(model, best, name)
         print(f"{name}: {best.values[name]:.4g}, {low:.4g} to {high:.4g} {PARAMETERS[name].unit}", flush=True)
-    if write:
-        measure_strain(0.0)
+    if write and not quick:
+        measure_strain(0.0, DEFAULT_SIZE_MM)
         design = Finger.published()
         tables = published_tables(design.gauges[0].length_mm)
         write_text(ALL_SHIPPED[1], shipped_text(design.strain_sha256, tables))

@@ -9,6 +9,7 @@ elsewhere below it, in three dimensions at twelve places, against the tied secti
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
@@ -22,7 +23,6 @@ from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import Grating, Specimen
 
-SIZE_MM = DEFAULT_SIZE_MM
 FORCES_N = (0.1, 0.3, 0.6)
 GRATINGS = ((4.0, 0.1), (4.0, 0.3), (6.0, 0.1), (6.0, 0.3), (9.0, 0.2), (12.0, 0.3))
 """Period and depth (mm): finer ones the elements of three dimensions do not see."""
@@ -77,9 +77,9 @@ def line_load(reduced: fem.ReducedFinger, found: fem.Press) -> float:
     return float(np.trapezoid(line, along))
 
 
-def tell_ties(finger: Finger, forces: tuple[float, ...]) -> None:
+def tell_ties(finger: Finger, forces: tuple[float, ...], size_mm: float) -> None:
     """Print the tie of a finger at some forces."""
-    body, reduced = fem.prepare_section(finger), fem.prepare(finger, size_mm=SIZE_MM)
+    body, reduced = fem.prepare_section(finger), fem.prepare(finger, size_mm=size_mm)
     print(f"{finger.name}:")
     for force in forces:
         tied = tie(finger, body, force=force, friction=0.0)
@@ -94,18 +94,18 @@ def tell_ties(finger: Finger, forces: tuple[float, ...]) -> None:
         )
 
 
-def tell_swings(forces: tuple[float, ...]) -> None:
+def tell_swings(forces: tuple[float, ...], size_mm: float, gratings: int, count: int) -> None:
     """Print how gauges swing over gratings, in three dimensions and on the section."""
     finger = replace(Finger.default(), ridges=None)
-    body, reduced = fem.prepare_section(finger), fem.prepare(finger, size_mm=SIZE_MM, at=BESIDE)
+    body, reduced = fem.prepare_section(finger), fem.prepare(finger, size_mm=size_mm, at=BESIDE)
     ratios = []
     for force in forces:
         flat = fem.press(reduced, FLAT, force=force, fidelity="contact")
         load = float(landed(body, 0.0, depth=flat.indentation).force[len(body.x) :].sum())
-        for period, depth in GRATINGS:
+        for period, depth in GRATINGS[:gratings]:
             grating = Grating(period / 2, period / 2, depth, form="sine")
             reach = (-2 * body.half_width, 2 * body.half_width)
-            felt, places = FeltProfile.of(grating, body.hats, reach), np.arange(PLACES) / PLACES * period
+            felt, places = FeltProfile.of(grating, body.hats, reach), np.arange(count) / count * period
             solid = [
                 fem.press(reduced, Wavy(FLAT.modulus, grating, place), force=force, fidelity="contact").reading
                 for place in places
@@ -131,11 +131,16 @@ def main() -> None:
     """Tell all."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--forces", type=float, nargs="+", default=FORCES_N, help="N")
-    forces = tuple(parser.parse_args().forces)
-    for finger in fingers():
-        tell_ties(finger, forces)
+    parser.add_argument("--size-mm", type=float, default=DEFAULT_SIZE_MM)
+    parser.add_argument("--fingers", type=int, help="the first so many fingers alone")
+    parser.add_argument("--gratings", type=int, default=len(GRATINGS), help="the first so many gratings alone")
+    parser.add_argument("--places", type=int, default=PLACES, help="places of a grating")
+    given = parser.parse_args()
+    forces = tuple(given.forces)
+    for finger in islice(fingers(), given.fingers):
+        tell_ties(finger, forces, given.size_mm)
     print("default finger, smooth, linear, without friction:")
-    tell_swings(forces)
+    tell_swings(forces, given.size_mm, given.gratings, given.places)
 
 
 if __name__ == "__main__":

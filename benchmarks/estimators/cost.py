@@ -1,7 +1,7 @@
 """Cost of a sample in the pipeline, output by output: a row of a block, and an update in a loop."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -41,10 +41,12 @@ class Cost:
     loop_p999_us: float
 
 
-def costs(calibration: Calibration | None, seconds: float) -> tuple[Cost, ...]:
+def costs(
+    calibration: Calibration | None, seconds: float, outputs: Mapping[str, tuple[str, ...]] = OUTPUTS
+) -> tuple[Cost, ...]:
     """Every output on `seconds` of a log; the modulus only with a calibration of five gauges."""
     columns = _log(seconds, calibration)
-    cases: dict[str, tuple] = {name: (None, own) for name, own in OUTPUTS.items()}
+    cases: dict[str, tuple] = {name: (None, own) for name, own in outputs.items()}
     if calibration is not None:
         cases[EVERYTHING] = (calibration, OUTPUTS["wavelength, friction"])
     found = []

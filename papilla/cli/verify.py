@@ -28,6 +28,11 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
         )
     for sentence in skipped:
         say(sentence)
+    return answer_of(cases, skipped)
+
+
+def answer_of(cases: "list[Case]", skipped: list[str]) -> Answer:
+    """The JSON, the table and the exit code of cases and of the families that were skipped."""
     passed = all(case.passed for case in cases)
     facts = {"passed": passed, "cases": [case_keys(case) for case in cases], "skipped": skipped}
     return Answer(facts, partial(_print, cases), 0 if passed else CHECK_FAILED)

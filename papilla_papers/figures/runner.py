@@ -3,7 +3,7 @@ one page of all."""
 
 import difflib
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -78,36 +78,40 @@ class Made:
         return f"{self.paper}_{self.figure.stem}"
 
 
-def chosen(paper: str) -> list[str]:
+def chosen(paper: str, papers: Mapping[str, Paper] = PAPERS) -> list[str]:
     """The names of a paper, or of all papers for an empty text; raises `InputError` for a name that no paper has."""
     if not paper:
-        return list(PAPERS)
-    if paper in PAPERS:
+        return list(papers)
+    if paper in papers:
         return [paper]
-    near = difflib.get_close_matches(paper.lower(), PAPERS, n=1, cutoff=0.4)
+    near = difflib.get_close_matches(paper.lower(), papers, n=1, cutoff=0.4)
     hint = f"; did you mean {near[0]}?" if near else ""
-    raise InputError(f"no paper is called {paper!r}: give one of {', '.join(PAPERS)}{hint}")
+    raise InputError(f"no paper is called {paper!r}: give one of {', '.join(papers)}{hint}")
 
 
-def figures(paper: str = "", *, processes: int = 1, progress: Progress = no_progress) -> list[Made]:
-    """Compute the figures of a paper (see `PAPERS`), or of all.
+def figures(
+    paper: str = "", *, processes: int = 1, progress: Progress = no_progress, papers: Mapping[str, Paper] = PAPERS
+) -> list[Made]:
+    """Compute the figures of one of the papers, or of all.
 
     `processes` groups of figures are computed at once; `progress` is called with what is done now, how many groups are
     done, and how many there are. Raises `InputError` for a name that no paper has.
     """
     jobs: dict[str, tuple] = {}
-    for name in chosen(paper):
-        for one in PAPERS[name].figures:
+    for name in chosen(paper, papers):
+        for one in papers[name].figures:
             job = f"{name}, {one.group or one.name}"
-            jobs[job] = (name, (*jobs.get(job, ((), ()))[1], one.name))
+            jobs[job] = (name, (*jobs.get(job, ((), ()))[1], one))
     made = {
         one.stem: one for _, group in run_jobs(_make, jobs, processes=processes, progress=progress) for one in group
     }
-    order = [f"{name}_{one.stem}" for name in PAPERS for one in PAPERS[name].figures]
+    order = [f"{name}_{one.stem}" for name in papers for one in papers[name].figures]
     return [made[stem] for stem in order if stem in made]
 
 
-def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Path]:
+def write(
+    folder: Path, made: list[Made], seconds: float = 0.0, papers: Mapping[str, Paper] = PAPERS
+) -> dict[str, Path]:
     """Write an SVG and a CSV file a figure, and the page of all; returns their paths by name ("page" is the page's).
 
     Raises `FileAccessError`.
@@ -119,22 +123,22 @@ def write(folder: Path, made: list[Made], seconds: float = 0.0) -> dict[str, Pat
         for one, picture, data in zip(made, temporary[:-1:2], temporary[1:-1:2], strict=True):
             picture.write_bytes(one.svg)
             write_text(data, as_csv(one.picture))
-        write_text(temporary[-1], _page(made, seconds))
+        write_text(temporary[-1], _page(made, seconds, papers))
     return paths
 
 
-def _page(made: Sequence[Made], seconds: float) -> str:
+def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> str:
     """The page of figures, one below the other, with differences from print and the claims about them."""
     from papilla import __version__
     from papilla.view.page import either, environment
     from papilla_papers.claims.runner import CLAIMS
 
-    by_paper = {name: [one for one in made if one.paper == name] for name in PAPERS}
+    by_paper = {name: [one for one in made if one.paper == name] for name in papers}
     return (
         environment("papilla_papers.figures")
         .get_template("figures.html")
         .render(
-            papers=[(PAPERS[name], own) for name, own in by_paper.items() if own],
+            papers=[(papers[name], own) for name, own in by_paper.items() if own],
             claims={claim.key: claim for claim in CLAIMS},
             pictures={one.stem: either((one.svg, one.narrow_svg), one.figure.title, "svg+xml") for one in made},
             seconds=seconds,
@@ -143,10 +147,10 @@ def _page(made: Sequence[Made], seconds: float) -> str:
     )
 
 
-def _make(paper: str, names: tuple[str, ...], say: Callable[[str], None]) -> list[Made]:
+def _make(paper: str, group: tuple[Figure, ...], say: Callable[[str], None]) -> list[Made]:
     """The figures of one group."""
     made = []
-    for figure in (one for one in PAPERS[paper].figures if one.name in names):
+    for figure in group:
         say(f"{paper}, {figure.name}")
         with warnings.catch_warnings():
             # Two groups may need one section of the finger at once; the progress already says so

@@ -1,85 +1,58 @@
 """Every script of benchmarks/ runs, in a short form: a coarse mesh, or fewer scenes."""
 
 import importlib.util
-import inspect
+import json
+import os
+import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
-import typer
-
-from benchmarks.estimators.comparison import Plan
-from papilla.fem.pressing.response import response
-from papilla.identification.posing import family_of
-from papilla.mesh import build
-from papilla.model.finger import Finger
-from papilla.model.specimen import Block, Friction
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
-
-def along(_name: str, modulus: float, ratio: float, friction: Friction) -> np.ndarray:
-    """What the model itself says, in place of the rings."""
-    loads = np.geomspace(0.5, 34.0, 28)
-    pressed = response(family_of(Finger.default(), size_mm=2.8), Block(1.0, 10.0), friction=friction)
-    felt = pressed.felt(loads, np.full(len(loads), modulus), ratio, 1.0)
-    return np.column_stack([felt.indentation / loads ** (2 / 3), felt.values.reshape(len(loads), -1) / loads[:, None]])
-
-
-START = Plan(scenes=("start",), methods=("pipeline", "STFT over"), seeds=(3,), longest_s=0.4)
-
 SHORT = {
-    "amplitude_curve": ([], {"WAVELENGTHS_MM": (1.8,)}, "1.8 mm: 1.0000, shipped"),
-    "identified_fingers": (
-        ["presses", "--fingers", "2", "--family"],
-        {"SIZE_MM": 2.8, "FIT_SIZE_MM": 2.8, "VARIANT": 0, "COUNTS": (5,)},
-        "9 of 10: ",
-    ),
-    "design_studies": (["--designs", "120"], {}, "efficiency of two workers"),
-    "friction_honesty": (["--runs", "3"], {}, "every drawn log"),
-    "log_throughput": (["--rows", "1500"], {"NOISE": {"a line": 1.0}}, "a line: "),
-    "mesh_convergence": ([], {"DEFAULT_SIZE_MM": 2.8, "FORCES_GF": (60,), "VARIANTS": 2}, "sd, hertz, worst"),
-    "moved_meshes": (["--shapes", "narrow"], {"SIZE_MM": 2.8, "drawn": build, "FORCES_GF": (30.0,)}, "narrow "),
+    "amplitude_curve": ("--wavelengths 1.8", "1.8 mm: 1.0000, shipped"),
+    "budget": ("--jobs update", "one update of the pipeline"),
+    "design_studies": ("--designs 120", "efficiency of two workers"),
+    "estimator_comparison": ("--short --scene start --method pipeline --json", '"scene": "start"'),
+    "files_read": ("press", "press: "),
+    "friction_honesty": ("--runs 3", "every drawn log"),
+    "identified_fingers": ("presses --fingers 2 --family --size-mm 2.8 --variant 0 --counts 5", "9 of 10: "),
+    "log_throughput": ("--rows 1500 --logs strong@line", "strong line: "),
+    "mesh_convergence": ("--size-mm 2.8 --forces-gf 60 --meshes 2", "sd, hertz, worst"),
+    "moved_meshes": ("--shapes narrow --drawn 1 --variants 1 --size-mm 2.8 --forces-gf 30", "narrow "),
+    "mutants": ("calibration --list --count 3", "calibration: papilla/calibration/"),
     "own_fingers": (
-        ["--geometry", "A", "--moduli", "0.2"],
-        {"SIZE_MM": 2.8, "FORCES_GF": (20.0,), "FRICTIONS": (0.0,)},
-        "A, 0.0: 0.2 MPa, 1 of 1: ",
+        "--geometry A --moduli 0.2 --size-mm 2.8 --forces-gf 20 --frictions 0", "A, 0.0: 0.2 MPa, 1 of 1: "
     ),
     "own_identification": (
-        ["--fingers", "1", "--presses", "15", "--friction", "told"],
-        {"SIZE_MM": 2.8, "GEOMETRIES": {"A": SimpleNamespace(finger=Finger.default())}, "along": along},
-        "A, 15 presses, friction told, stick: 1 fingers",
+        "--geometry default --fingers 1 --presses 15 --friction told --size-mm 2.8",
+        "default, 15 presses, friction told, stick: 1 fingers",
     ),
-    "pipeline": (["--seconds", "2"], {}, "wavelength, friction"),
-    "published_finger": (
-        [],
-        {"SIZE_MM": 2.8, "INNER_MPA": np.geomspace(0.0265, 0.054, 4), "RATIOS": np.geomspace(2, 8, 4)},
-        "grid_length: ",
-    ),
-    "recorded_outputs": (["record", "answers.json", "--only", "new"], {}, "1 commands recorded"),
-    "recovered_modulus": (
-        ["--moduli", "3", "--forces", "2", "--draws", "2"],
-        {"MESHES": (4,), "FRICTIONS": (0.0, "stick")},
-        "dominant: friction",
-    ),
+    "peers": ("--help", "one press by each installed library"),
+    "pipeline": ("--seconds 2", "wavelength, friction"),
+    "published_finger": ("--quick", "grid_length: "),
+    "recorded_outputs": ("record answers.json --only new", "1 commands recorded"),
+    "recovered_modulus": ("--moduli 3 --forces 2 --draws 2 --meshes 4 --frictions 0", "dominant: friction"),
     "section_against_presses": (
-        ["--forces", "0.3"],
-        {"SIZE_MM": 2.8, "GRATINGS": ((9.0, 0.2),), "PLACES": 4, "fingers": lambda: (Finger.default(),)},
+        "--forces 0.3 --size-mm 2.8 --places 4 --gratings 1 --fingers 1",
         "swing of the section over that in three dimensions",
     ),
-    "suggested_presses": (["--fingers", "2", "--size", "2.8"], {}, "suggested presses are better by"),
-    "estimator_comparison": (["--short"], {"PROCESSES": 1, "SHORT": START}, "one run per scene is not enough"),
-    "peers": ([], {"DEFAULT_SIZE_MM": 2.8}, ""),
-    "mutants": (["calibration", "--list", "--count", "3"], {}, "calibration: papilla/calibration/"),
-    "size": ([], {}, "in all"),
-    "budget": (["--jobs", "update"], {}, "one update of the pipeline"),
-    "files_read": (["press"], {}, "press: "),
-    "wavelength_estimators": (["--scenes", "start", "--seeds", "1", "--workers", "1"], {}, "in 2 sigma"),
-}
-"""Script -> arguments, constants to replace, and what it must print. `papilla bench --short` itself is run, with its
-numbers looked at, in tests/cli."""
+    "size": ("", "in all"),
+    "suggested_presses": ("--fingers 2 --size 2.8", "suggested presses are better by"),
+    "wavelength_estimators": ("--scenes start --seeds 1 --workers 1", "in 2 sigma"),
+}  # fmt: skip
+"""Script -> arguments (@ is a space in one), and what it must print. What peers.py runs is tested in test_peers.py;
+`papilla bench --short` itself is run, with its numbers looked at, in tests/cli."""
+QUICK, QUICK_ROOMS = ("mutants",), ("scenes", "verify", "view")
+
+
+def run(name: str, *arguments: str, folder: Path) -> subprocess.CompletedProcess:
+    """The script in a process of its own, on this checkout."""
+    environment = os.environ | {"PYTHONPATH": str(FOLDER.parent), "COLUMNS": "200"}
+    command = [sys.executable, str(FOLDER / f"{name}.py"), *arguments]
+    return subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
 
 
 def loaded(name: str, monkeypatch):
@@ -91,40 +64,58 @@ def loaded(name: str, monkeypatch):
     return module
 
 
+def test_every_benchmark_has_a_short_form():
+    assert set(SHORT) == {path.stem for path in FOLDER.glob("[!_]*.py")}
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SHORT]
+)
+def test_short_form(name, tmp_path):
+    arguments, expected = SHORT[name]
+    done = run(name, *(one.replace("@", " ") for one in arguments.split()), folder=tmp_path)
+    assert done.returncode == 0, done.stderr[-2000:]
+    assert expected in done.stdout
+    if name == "estimator_comparison":
+        assert json.loads(done.stdout)["short"] is True
+
+
+ROOMS = sorted(path.parent.name for path in (FOLDER.parent / "papilla").glob("*/__init__.py"))
+
+
+def test_size_has_a_row_for_every_room_and_its_sums(tmp_path):
+    """A tree of one module a room: its lines are counted, and not comments, blanks and docstrings."""
+    for number, room in enumerate([f"papilla/{room}" for room in ROOMS] + ["papilla_papers", "benchmarks"]):
+        (tmp_path / room).mkdir(parents=True)
+        (tmp_path / room / "m.py").write_text('"""Doc\n\nstring."""\n\n# why\n' + "a = 3.5  # b\n" * (number + 1))
+    rows = [line.split() for line in run("size", "--root", str(tmp_path), folder=tmp_path).stdout.splitlines()[1:]]
+    counted = {row[0]: [int(cell) for cell in row[1:]] for row in rows[:-1]}
+    assert set(counted) == {*ROOMS, "papilla_papers", "benchmarks"}
+    assert all(files == 1 and lines == numbers + apart for files, lines, numbers, apart in counted.values())
+    assert counted["references"][3] > 0 == counted["references"][2], "its numbers are constants, counted apart"
+    assert [int(cell) for cell in rows[-1][2:]] == [sum(column) for column in zip(*counted.values(), strict=True)]
+
+
+@pytest.mark.parametrize(
+    "room",
+    [pytest.param(room, marks=() if room in QUICK_ROOMS else pytest.mark.slow) for room in [*ROOMS, "papilla_papers"]],
+)
+def test_mutants_are_drawn_in_every_room_the_same_for_the_same_seed(room, monkeypatch):
+    mutants = loaded("mutants", monkeypatch)
+    plan = mutants.drawn(room, 5, seed=3)
+    assert len(plan) == 5 and plan == mutants.drawn(room, 5, seed=3) != mutants.drawn(room, 5, seed=4)
+    for one in plan:
+        source = (FOLDER.parent / one.file).read_text(encoding="utf-8")
+        assert one.file.startswith(room if room == "papilla_papers" else f"papilla/{room}/")
+        assert one.applied(source) != source
+        compile(one.applied(source), one.file, "exec")
+    places = mutants.TESTS.get(room, (f"tests/{room}",))
+    assert any((FOLDER.parent / place).exists() for place in places), "tests of the room are where they are looked for"
+
+
 def test_what_costs_a_third_more_than_in_the_last_release_is_printed_first(monkeypatch):
     budget = loaded("budget", monkeypatch)
     was = {"version": "0.1", "jobs": {"press": {"seconds": 1.0, "units": 10.0, "peak_MiB": 100.0}}, "code_lines": 9}
     rows = list(budget.report({"press": budget.Figure(3.0, 14.0, 120.0), "new": budget.Figure(1, 1, 1)}, was, 7))
     assert rows[0] == "WORSE than in 0.1: press, time 1.40 times"
     assert sum(row.startswith("WORSE") for row in rows) == 1 and rows[-1] == "7 lines of code, 9 in the last release"
-
-
-def test_lines_of_code_are_neither_blank_nor_comments_nor_docstrings(monkeypatch):
-    size = loaded("size", monkeypatch)
-    source = '"""Doc\n\nstring."""\n\n# why\na = 3.5  # not counted apart\n"""Of a."""\nb = (\n    -1,\n    7,\n)\n'
-    assert (size.code_lines(source), size.literals(source)) == (5, 2)
-
-
-def test_every_benchmark_has_a_short_form():
-    assert set(SHORT) == {path.stem for path in FOLDER.glob("*.py")} - {"__init__"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SHORT)
-def test_short_form(name, monkeypatch, capsys, tmp_path):
-    arguments, constants, expected = SHORT[name]
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [f"{name}.py", *arguments])
-    module = loaded(name, monkeypatch)
-    for constant, value in constants.items():
-        assert hasattr(module, constant)
-        monkeypatch.setattr(module, constant, value)
-    if name == "published_finger":
-        module.SHIPPED = module.Physics(0.0, False)
-    if inspect.signature(module.main).parameters:
-        with pytest.raises(SystemExit) as end:
-            typer.run(module.main)
-        assert end.value.code == 0
-    else:
-        module.main()
-    assert expected in capsys.readouterr().out

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from benchmarks import estimator_comparison as command
-from benchmarks.estimators import comparison, cost, methods
+from benchmarks.estimators import comparison, cost, methods, touches
 from benchmarks.estimators.honesty_figure import honesty_figure
 from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.cli.output import json_text
@@ -264,9 +265,8 @@ def test_claims_take_any_wavelength_and_tuning_one_of_five():
 
 
 @pytest.mark.slow
-def test_costs_of_an_output(monkeypatch):
-    monkeypatch.setattr(cost, "OUTPUTS", {"wavelength": cost.OUTPUTS["wavelength"]})
-    found = cost.costs(None, 0.6)
+def test_costs_of_an_output():
+    found = cost.costs(None, 0.6, {"wavelength": cost.OUTPUTS["wavelength"]})
     assert [one.output for one in found] == ["wavelength"]
     assert all(one.block_us > 0 and one.update_p999_us >= one.update_us > 0 for one in found)
 
@@ -279,20 +279,68 @@ def test_the_picture_and_the_tables(small, capsys):
         assert part in shown
 
 
-def test_the_command_in_short(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(command, "SHORT", SMALL)
-    monkeypatch.setattr(command, "PROCESSES", 1)
-    monkeypatch.setattr(command, "costs", lambda *_: (cost.Cost("wavelength", 1.0, 2.0, 2.5, 3.0, 4.0),))
-    answer = command.estimators(True, tmp_path)
+@pytest.mark.slow
+def test_the_command_in_short(tmp_path, capsys):
+    answer = command.estimators(True, tmp_path, ["start"], ["pipeline", "STFT over"])
     printed = json.loads(json_text(answer.facts))
     assert printed["short"] is True and printed["softness"] == []
-    assert (
-        printed["plots"] == [str(tmp_path / command.HONESTY_PLOT)]
-        and (tmp_path / command.HONESTY_PLOT).stat().st_size > 1000
-    )
+    assert printed["plots"] == [str(tmp_path / command.HONESTY_PLOT)]
+    assert (tmp_path / command.HONESTY_PLOT).stat().st_size > 1000
     answer.show()
     assert "; one run per scene is not enough for a verdict" in capsys.readouterr().out
-    assert {row["scene"] for row in printed["scenes"]} == set(SMALL.scenes) and printed["costs"][0]["update_us"] == 2
+    assert {row["scene"] for row in printed["scenes"]} == {"start"}
+    assert [row["output"] for row in printed["costs"]] == list(cost.OUTPUTS)
+
+
+def words(text: str) -> str:
+    """The words of a table, without its lines."""
+    return " ".join("".join(" " if sign in "│┃━─┏┓┗┛┡┩└┘┬┴┼╇┳┻╋" else sign for sign in text).split())
+
+
+def test_tables_show_shares_in_per_cent_and_what_was_missed(capsys):
+    numbers = dict(zip(
+        ("answered", "asked", "claimed", "false", "false_steady", "false_settled", "median", "over_5", "rms",
+         "covered", "over_sigma", "over_bound", "first_right_s", "us"),
+        (0.5, 0.25, 1.0, 0.125, 0.01, 0.02, 0.03, 0.04, 0.05, 0.95, 1.25, 1.5, 0.3, math.nan), strict=True,
+    ))  # fmt: skip
+    ours = comparison.Row("grating", "the product", PRODUCT, **numbers, runs=1, faults=("too late", "too wide"))
+    other = dataclasses.replace(ours, method="a paper's", kind=PUBLISHED, median=math.nan, answered=1.0, faults=())
+    touch = touches.TouchRow("creep", "gauges", 0.5, 0.1, 0.2, 0.9, 0.05, 1.5, 2.5, 8)
+    price = cost.Cost("modulus", 1.0, 2.0, 2.5, 3.0, 4.0)
+    for short in (False, True):
+        answer = command.answer_of([ours, other], () if short else (touch,), [price], None, short, 61.0)
+        answer.show()
+        said = words(capsys.readouterr().out)
+        assert "grating 25 50 12.5 1 2 95 1.25 3 4 5 1.5 0.3 missed" in said, "the nan of the last column is empty"
+        assert "missed, the product, grating: too late; too wide Median error" in said, "of the product alone"
+        assert "Median error of the wavelength, % scene the product a paper's grating 3 Answered" in said
+        assert "Answered, and false among these, % scene the product a paper's grating 50 12.5 100 12.5" in said
+        assert ("creep gauges 50 5 90 1.5 10 20 2.5" in said) != short and "modulus 1 2 2.5 3 4" in said
+        assert said.endswith("61 s" + command.SHORT_REMARK * short) and answer.facts["plots"] == []
+        assert json.loads(json_text(answer.facts))["scenes"][0]["us"] is None
+
+
+def test_the_figure_shows_shares_and_errors():
+    def row(scene, method, answered, false, median, kind="own", faults=()):
+        return dict(locals())
+
+    late = row("fast", "pipeline", 0.5, math.nan, 9.0, faults=("late",))
+    rows = [
+        row("slow", "pipeline", 0.8, 0.25, 0.002), late, row("slow", "STFT over the path", 1.0, 0.0, 1e-9),
+        row("fast", "STFT over the path", 0.0, 0.0, math.nan), row("slow", "old", 0.9, 0.1, 0.3, kind="published"),
+    ]  # fmt: skip
+    figure = honesty_figure(rows)
+    pipeline, stft, errors = figure.axes
+    # In per cent: right answers first, false ones behind them; the first scene is at the top
+    bars = [(bar.get_x(), bar.get_width(), bar.get_y() + bar.get_height() / 2) for bar in pipeline.patches]
+    assert np.array(bars) == pytest.approx(np.array([(0, 60, 1), (0, 50, 0), (60, 20, 1), (50, 0, 0)]))
+    assert [bar.get_width() for bar in stft.patches] == [100, 0, 0, 0]
+    assert [label.get_text() for label in pipeline.get_yticklabels()] == ["slow", "fast"]
+    dots = {line.get_label(): line for line in errors.lines}
+    assert dots["pipeline"].get_xdata() == pytest.approx([0.2, 300.0]) and list(dots["pipeline"].get_ydata()) == [1, 0]
+    assert {"published", "pipeline"} <= {text.get_text() for text in errors.get_legend().get_texts()}
+    said = [text.get_text() for text in figure.findobj(Text)]
+    assert "The pipeline holds its targets in 1 of 2 scenes" in said
 
 
 def test_short_leaves_no_scene_out():

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from benchmarks.presses.peers import PeerPress, missing_peers, run_peers
-from benchmarks.presses.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene, PeerSolution
+from benchmarks.presses.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene
 from benchmarks.presses.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
 from papilla.core.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
@@ -20,10 +20,6 @@ from papilla.model.specimen import HalfSpace
 from papilla.verify.structured import shell
 
 NAMES = [peer.name for peer in PEERS]
-PRESSED_N = {"FElupe + PyPardiso": 0.5565061425620326, "NGSolve + PyPardiso": 0.5564527462832497}
-"""Force of a press on the coarse quarter at a penalty of 100."""
-SCENE_COUNTS, SCENE_SIZES = [1506, 44, 109, 4], [96.21961071733924, -607.2, 93664.6825981222]
-"""Displacements that are held, triangles and nodes that may touch, cells; sums of gaps and guess, S_d of a field."""
 
 
 @pytest.fixture(scope="module")
@@ -77,16 +73,14 @@ def installed(name: str) -> Peer:
     return peer
 
 
-def test_the_scene_that_libraries_get_is_pinned(quarter):
-    """What is held, what may touch, and the first guess: pinned when libraries agreed with papilla."""
+def test_the_scene_that_libraries_get(quarter):
+    """A quarter: clamped or held across its mirror planes; what may touch lies around the apex, with no gap there."""
     held, nodes = quarter.held, quarter.nodes
     planes = np.column_stack([nodes[:, 0] == 0, nodes[:, 1] == 0, np.zeros(len(nodes), bool)])
     assert (held == (planes | held.all(axis=1)[:, None])).all(), "clamped, or held across a mirror plane"
-    told = [int(held.sum()), len(quarter.contact_triangles), len(quarter.contact_nodes), quarter.multiplicity]
-    sizes = [quarter.contact_gaps.sum(), quarter.first_guess.sum(), quarter.sd(0.01 * nodes**2)]
-    assert told == SCENE_COUNTS
-    assert sizes == pytest.approx(SCENE_SIZES, rel=1e-8)
-    assert quarter.first_guess[held].tolist() == [0.0] * int(held.sum())
+    assert quarter.multiplicity == 4 and len(quarter.contact_triangles) > 20
+    assert quarter.contact_gaps.min() == pytest.approx(0, abs=1e-9) and quarter.contact_gaps.max() > INDENTATION_MM
+    assert (quarter.first_guess[held] == 0).all() and quarter.first_guess.sum() < 0, "it begins pressed down"
 
 
 @pytest.mark.slow
@@ -122,8 +116,6 @@ def test_a_peer_feels_the_stiffness_of_the_finger(name, finger, mesh, quarter):
     scenes = [quarter, replace(quarter, model=FingerModel(stiff, mesh))]
     soft, hard = (peer.prepare(scene, 1).press(100.0).force for scene in scenes)
     assert hard > 1.5 * soft
-    # Pinned: what the two gave when they agreed with papilla's press, which a slow test compares
-    assert soft == pytest.approx(PRESSED_N[name], rel=1e-6)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -176,25 +168,32 @@ def test_a_missing_package_is_named_with_the_extra(finger, mesh, quarter):
     assert run_peers(finger, mesh, peers=[absent]) == ()
 
 
-def test_a_package_that_does_not_load_is_named_with_the_extra(quarter, monkeypatch):
-    def broken(scene, threads):
-        raise ImportError("mkl_rt not found")
+LIBRARIES = """
+from benchmarks.presses.peers.library import PeerSolution
 
-    monkeypatch.setattr("benchmarks.presses.peers.broken", broken, raising=False)
+def broken(scene, threads):
+    raise ImportError("mkl_rt not found")
+
+class Soft:
+    unknowns = 1
+
+    def __init__(self, scene, threads):
+        self.scene = scene
+
+    def press(self, penalty):
+        return PeerSolution(penalty, 0 * self.scene.nodes, 1, 1.0, 0.5)
+"""
+
+
+def test_a_package_that_does_not_load_and_a_penalty_that_does_not_converge(
+    finger, mesh, quarter, tmp_path, monkeypatch
+):
+    (tmp_path / "made_up_libraries.py").write_text(LIBRARIES)
+    monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(MissingExtraError, match=r"Broken does not load \(mkl_rt not found\); pip install"):
-        Peer("Broken", (), ("benchmarks.presses.peers", "broken")).prepare(quarter, 1)
-
-
-def test_a_penalty_that_does_not_converge_is_refused(finger, mesh, monkeypatch):
-    class Soft:
-        unknowns = 1
-
-        def press(self, penalty):
-            return PeerSolution(penalty, np.zeros((1, 3)), 1, 1.0, 0.5)
-
-    monkeypatch.setattr("benchmarks.presses.peers.soft", lambda scene, threads: Soft(), raising=False)
+        Peer("Broken", (), ("made_up_libraries", "broken")).prepare(quarter, 1)
     with pytest.raises(SolverError, match="Soft, quarter by symmetry: the force still changes by more than 0.001"):
-        run_peers(finger, mesh, peers=[Peer("Soft", (), ("benchmarks.presses.peers", "soft"))])
+        run_peers(finger, mesh, peers=[Peer("Soft", (), ("made_up_libraries", "Soft"))])
 
 
 def test_contact_that_does_not_settle_is_refused():

@@ -92,27 +92,18 @@ def test_disturbances_have_their_size(disturb, size, gauges, force):
     assert np.sqrt(np.mean(np.square(changes), axis=0)) == pytest.approx([gauges, force], rel=0.15)
 
 
-def test_presses_are_made_where_and_on_what_the_touch_says(monkeypatch):
-    """Readings that tell the scene: modulus, force, thickness, y and mesh, and what a press is made without."""
-
-    class Found:
-        def __init__(self, reduced, moduli, forces, specimen, friction=None, large_strain=True):
-            (variant, (_, y)), plain = reduced, 0.0 if large_strain else 100.0
-            rows = [(m, f, specimen.thickness, y + plain, variant) for m in moduli for f in forces]
-            self.reading = np.array(rows)
-
-    monkeypatch.setattr(touches, "prepare", lambda finger, variant, at: (variant, at))
-    monkeypatch.setattr(touches, "sweep", Found)
-    force = np.array([0.2, 0.3, 0.2])
-    for name, expected in {"block of 3 mm": (3, 0, 0), "unseen mesh": (10, 0, 5)}.items():
-        found = touches.pressed(Finger.default(), touches.TOUCHES[name], [0.1, 0.7], force)
-        assert found.shape == (2, 3, 5) and (found[1, :, 0] == 0.7).all() and (found[:, :, 1] == force).all()
-        assert found[0, 0, 2:] == pytest.approx(expected)
-    beside = touches.pressed(Finger.default(), touches.TOUCHES["1 mm beside the apex in y"], [0.1], force)
-    assert (beside[0, :, 3] == 1).all(), "large strain of the apex, and what the place changes without it"
-    block = touches._block(touches.TOUCHES["nothing but the press"], np.full((touches.TOUCHED, 5), 1000.0), 100)
-    assert np.abs(block[: touches.AIR, :5].mean(axis=0)).max() < 10 and block[-1, :5] == pytest.approx(1000, abs=80)
-    assert block[touches.AIR :, 5] == pytest.approx(touches.forces()[touches.AIR :], abs=0.01)
+@pytest.mark.slow
+def test_presses_are_made_where_and_on_what_the_touch_says():
+    """Readings against those of the plain touch: a thin block is harder, another mesh differs by its scatter alone."""
+    force = np.array([0.3, 0.6, 0.3])
+    names = "nothing but the press", "block of 3 mm", "unseen mesh", "1 mm beside the apex in y"
+    plain, thin, unseen, beside = (
+        touches.pressed(Finger.default(), touches.TOUCHES[name], [0.1, 0.7], force) for name in names
+    )
+    assert plain.shape == (2, 3, 5) and (plain[:, 0] == plain[:, 2]).all()
+    assert (np.abs(thin - plain).max(axis=2) > np.abs(unseen - plain).max(axis=2))[0].all()
+    for other in (unseen, beside):
+        assert 1e-4 < np.abs(other / plain - 1).max() < 0.1
 
 
 def test_one_trial_is_refused(calibration):

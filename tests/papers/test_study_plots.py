@@ -1,12 +1,11 @@
 """The figure of sliding shows the rows that it is given."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from matplotlib.text import Text
 
 from papilla_papers import study_plots
+from papilla_papers.grating_signals import GratingSignal
 
 
 def texts(figure) -> list[str]:
@@ -16,7 +15,7 @@ def texts(figure) -> list[str]:
 
 def test_signals_over_gratings():
     signals = [
-        SimpleNamespace(wavelength_mm=w, pitch_mm=p, rms=np.array([w, 10 * w + p]))
+        GratingSignal(w, p, 10.0, 1.0, np.ones(2), np.array([w, 10 * w + p]), "quasi-static", "")
         for w, p in ((2.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 0.5))
     ]
     figure = study_plots.signals_figure(signals, ["g1", "a_$b$"])
@@ -29,8 +28,8 @@ def test_signals_over_gratings():
     marks = [line for line in ridged.lines if line.get_linestyle() == ":"]
     assert [mark.get_xdata()[0] for mark in marks] == [0.5]
     assert not [line for line in smooth.lines if line.get_linestyle() == ":"]
-    said = texts(figure)
-    assert r"2 mm gives the largest signal: 20.5 µε at a_$b$, with ridges of 0.5 mm" in said
+    said = [" ".join(text.split()) for text in texts(figure)]
+    assert "2 mm gives the largest signal: 20.5 µε at a_$b$, with ridges of 0.5 mm" in said
     assert {"smooth skin", "ridges of 0.5 mm pitch", "Grey: noise of 1 to 5 µε. Dotted: the ridges' pitch."} <= set(
         said
     )

@@ -1,15 +1,16 @@
-"""One press of the default finger with its field, for all tests of pictures."""
+"""One press of the default finger with its field, on a coarse mesh, for all tests of pictures."""
 
 from dataclasses import dataclass
 
-import made_up_press
 import pytest
 
 from papilla import fem
 from papilla.mesh import build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
-from papilla.view import strain_field, turning
+from papilla.view import render
+
+SIZE_MM = 2.0
 
 
 @dataclass(frozen=True)
@@ -28,27 +29,20 @@ class Scene:
 def scene() -> Scene:
     """0.588 N on a 10 mm block of 0.51 MPa."""
     finger, specimen = Finger.default(), Block(0.51, 10)
-    model = fem.FingerModel(finger, build(finger))
-    reduced = fem.prepare(finger)
+    model = fem.FingerModel(finger, build(finger, size_mm=SIZE_MM))
+    reduced = fem.prepare(finger, size_mm=SIZE_MM)
     press = fem.press(reduced, specimen, force=0.588, fidelity="contact")
     return Scene(finger, model, reduced, specimen, press, fem.recover(model, reduced, press))
 
 
-@pytest.fixture
-def cube():
-    """A field on a cube of side 2."""
-    return made_up_press.cube()
-
-
-@pytest.fixture
-def bump():
-    """Fields of five gauges on a dome of points."""
-    return made_up_press.bump()
-
-
-@pytest.fixture
-def made_up_parts(monkeypatch):
-    """Made-up geometry of every scene, for `strain_figure` and `strain_html`, which then draw without VTK."""
-    monkeypatch.setattr(strain_field, "drawn", made_up_press.drawn)
-    monkeypatch.setattr(turning, "drawn", made_up_press.drawn)
-    monkeypatch.setattr(strain_field, "use_offscreen_window", lambda: False)
+@pytest.fixture(params=["vtk", "matplotlib"])
+def renderer(request, monkeypatch) -> str:
+    """VTK where it can render, and matplotlib alone as where VTK has no window."""
+    render.use_offscreen_window.cache_clear()
+    if request.param == "matplotlib":
+        monkeypatch.setenv(render.ENVIRONMENT, "no such window")
+    elif not render.use_offscreen_window():
+        pytest.skip("VTK cannot render on this machine")
+    assert render.use_offscreen_window() == (request.param == "vtk")
+    yield request.param
+    render.use_offscreen_window.cache_clear()

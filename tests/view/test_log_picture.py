@@ -1,13 +1,12 @@
 """The picture of a log: which panels it has, what its strips and bands show, and the line in the spectrum."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from matplotlib.colors import to_rgba
+from shown_figures import flaws
 
 from papilla.estimators import Pipeline, find_lines
-from papilla.view.log_picture import OK, LogPicture, _draw_spectrum
+from papilla.view.log_picture import OK, LogPicture
 from papilla.view.style import png
 
 
@@ -46,9 +45,9 @@ def test_what_was_measured_stands_above_what_was_estimated():
     told = {text.get_text() for text in strips.get_legend().get_texts()}
     assert told == {*answer.wavelength_status} | {*answer.friction_status}
     # The last rows are ok: the last span of the strip is blue and ends with the log
-    assert strips.collections[0].get_facecolor()[-1] == pytest.approx(_rgba(OK))
+    assert strips.collections[0].get_facecolor()[-1] == pytest.approx(to_rgba(OK))
     assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm"
-    assert len(png(figure, dpi=50)) > 10_000
+    assert len(png(figure, dpi=50)) > 10_000 and flaws(figure) == []
 
 
 def test_a_quantity_that_is_held_constant_does_not_show_its_rounding():
@@ -66,21 +65,23 @@ def test_a_quantity_that_is_held_constant_does_not_show_its_rounding():
 
 def test_names_of_lines_in_the_spectrum_stay_apart():
     """Lines at 2 mm, at 2.05 mm and at 0.5 mm: the first and the third have room for their names."""
-    wavenumber = np.linspace(0, 5, 4000)
-    lines = [SimpleNamespace(wavelength_mm=one, harmonic=1) for one in (2.0, 2.05, 0.5)]
-    spectrum = SimpleNamespace(wavenumber_per_mm=wavenumber, power=np.ones(4000), lines=lines)
-    axes = Figure().add_subplot()
-    _draw_spectrum(axes, spectrum)
-    assert [text.get_text() for text in axes.texts] == ["2 mm", "0.5 mm"]
+    place, rng = np.arange(0, 400, 0.05), np.random.default_rng(5)
+    readings = sum(np.sin(2 * np.pi * place / one) for one in (2.0, 2.05, 0.5)) + 0.1 * rng.normal(size=place.size)
+    spectrum = find_lines(place, readings[:, None])
+    found = sorted(line.wavelength_mm for line in spectrum.lines)
+    assert len(found) >= 3 and np.abs(np.array(found)[:, None] / [2.0, 2.05, 0.5] - 1).min(axis=0).max() < 1e-3
+    pipeline = Pipeline(gauges=1, columns=())
+    block = np.column_stack([np.arange(100) / 1000, readings[:100]])
+    picture = LogPicture(["g1"], (), pipeline.off)
+    picture.add(block, pipeline.process(block))
+    axes = picture.figure("log", "", spectrum).axes[-1]
+    shown = [float(text.get_text().split()[0]) for text in axes.texts]
+    assert len(shown) == 2 and np.sort(shown)[0] == pytest.approx(0.5, rel=1e-3)
+    for text in axes.texts:
+        assert np.asarray(text.xy)[0] == pytest.approx(float(text.get_text().split()[0]), rel=1e-3), "over its line"
 
 
 def test_a_log_without_a_velocity_shows_its_frequency():
     figure, _ = drawn((), gauges=1, rows=600)
     assert [axes.get_ylabel().replace("\n", " ") for axes in figure.axes] == ["readings (µε)", "frequency (Hz)"]
     assert figure.axes[-1].get_xlabel() == "time (s)"
-
-
-def _rgba(color):
-    from matplotlib.colors import to_rgba
-
-    return to_rgba(color)

@@ -4,7 +4,6 @@ import json
 import random
 from dataclasses import replace
 from html import escape
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from odd_names import odd_names
 
 from papilla.view import plots, strain_field, style, turning
 from papilla_papers import study_plots
+from papilla_papers.grating_signals import GratingSignal
 
 FORCE = np.linspace(0.05, 1, 20)
 
@@ -29,7 +29,7 @@ def shown(name: str) -> str:
 def of_signals(names):
     rms = np.arange(1.0, 1 + 2 * len(names)).reshape(2, -1)
     signals = [
-        SimpleNamespace(wavelength_mm=wavelength, pitch_mm=0.5, rms=row)
+        GratingSignal(wavelength, 0.5, 10.0, 1.0, row, row, "quasi-static", "")
         for wavelength, row in zip((1.0, 2.0), rms, strict=True)
     ]
     return study_plots.signals_figure(signals, names)

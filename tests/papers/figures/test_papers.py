@@ -34,8 +34,9 @@ def test_passive_touch_follows_the_step_and_its_phases():
 
 
 def test_an_active_rub_is_felt_by_one_row_before_the_other():
-    fourth, first, second = (np.abs(one) > 0.5 for one in paper_oddo._active())
-    begins = [np.flatnonzero(one)[0] / paper_oddo.RATE_Hz for one in (first, second, fourth)]
+    felt = paper_oddo.active_record().panels[0].curves
+    fourth, first, second = (float(one.x[np.flatnonzero(np.abs(one.y) > 0.5)[0]]) for one in felt)
+    begins = first, second, fourth
     assert begins[0] == pytest.approx(begins[1], abs=0.01) and begins[2] - begins[0] == pytest.approx(0.035, abs=0.015)
     panels = paper_oddo.active_maps().panels
     assert all(one.curves[0].label == "t_MP" for one in panels[3:]) and len(panels) == 5

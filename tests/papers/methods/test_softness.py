@@ -141,12 +141,3 @@ def test_the_pipeline_says_that_a_published_form_was_chosen(calibration):
     ways = "gauges, surface, sd, compact, exact, printed, quadratic"
     with pytest.raises(InputError, match=f"softness must be one of {ways}"):
         Pipeline(calibration, columns=("force_N",), softness="best")
-
-
-def test_two_gauges_are_enough_and_one_has_no_spread():
-    """As the population standard deviation has it: half of what they differ by."""
-    two = PrintedSoftness(form="exact", scale=1.0, gauges=2)
-    found = two.update([-published_sd(50.0, 0.51), published_sd(50.0, 0.51), gf_to_newton(50.0)])
-    assert found.modulus_MPa == pytest.approx(0.51, abs=1e-9)
-    with pytest.raises(InputError, match="gauges must be at least 2"):
-        PrintedSoftness(form="exact", scale=1.0, gauges=1)

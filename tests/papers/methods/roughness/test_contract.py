@@ -252,17 +252,6 @@ def test_specific_parameters_are_refused():
         ZeroCrossing(high_pass_Hz=500.0)
 
 
-def test_a_finger_that_just_became_too_fast_is_aliased_in_blocks_as_in_samples():
-    """The newest speed counts, not only the window's."""
-    rng = np.random.default_rng(0)
-    rows = np.column_stack([np.sin(0.3 * np.arange(900)) + 0.1 * rng.normal(size=900), np.full(900, 80.0)])
-    rows[640:660, 1] = 5000.0
-    block = ShortTimeSpectrum(variant="corrected").process(rows)
-    single = ShortTimeSpectrum(variant="corrected")
-    assert [single.update(row).status for row in rows] == block.status.tolist()
-    assert RoughnessStatus.ALIASED in block.status[640:660] and RoughnessStatus.ALIASED not in block.status[:640]
-
-
 @pytest.mark.parametrize("at", range(640, 650))
 def test_the_very_last_speed_of_a_window_is_looked_at(at):
     """Whichever of the ten samples of a hop it is: blocks and samples say so with the same spectrum."""
