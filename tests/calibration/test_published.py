@@ -31,12 +31,6 @@ def test_the_exact_inverse_returns_the_modulus_and_the_printed_one_nearly(modulu
     assert printed == pytest.approx(np.full(2, modulus), abs=0.1)
 
 
-def test_rounding_the_coefficients_costs_what_their_digits_are_worth():
-    sd = published_sd(FORCE_GF, 0.51)
-    errors = [np.abs(exact_inverse(digits)(sd, FORCE_GF) - 0.51).max() for digits in (2, 4, 8)]
-    assert errors[0] > errors[1] > 1e-6 > errors[2] and errors[0] > 0.05
-
-
 def test_the_scale_is_that_of_least_squares():
     ours, theirs, scale = compare_with_published(calibration().predict, FORCE_GF)
     assert ours.shape == theirs.shape == (4, 3)

@@ -7,13 +7,10 @@ from papilla.calibration.fitting.surface_fit import (
     Fitted,
     Resolution,
     SurfaceFit,
-    _slope_bounds,
-    _value_bounds,
     table_resolution,
     uncertainty,
     usable_part,
 )
-from papilla.calibration.surface import Surface
 from papilla.core.errors import InputError
 
 
@@ -61,20 +58,6 @@ def rising_then_falling(turn, cells=(4, 40)):
     force, modulus = (part.ravel() for part in np.meshgrid(np.geomspace(0.1, 1, 30), np.geomspace(0.05, 3, 80)))
     solver = SurfaceFit(force, modulus, (Resolution(cells[0], 1), Resolution(cells[1], 2)))
     return solver.surface(-((np.log(modulus) - turn) ** 2)).surface
-
-
-def test_bounds_of_a_cell_hold_its_values_and_slopes_and_are_exact_at_its_corners():
-    rng = np.random.default_rng(8)
-    surface = Surface((0.1, 1.0), (0.05, 3.0), rng.normal(size=(5, 7)))
-    share = np.linspace(0.0, 1.0, 21)
-    values, slopes = _value_bounds(surface), _slope_bounds(surface)
-    for i, j in np.ndindex(surface.cells):
-        polynomial = surface.polynomials[i, j]
-        found = np.polynomial.polynomial.polygrid2d(share, share, polynomial)
-        steep = np.polynomial.polynomial.polygrid2d(share, share, np.polynomial.polynomial.polyder(polynomial, axis=1))
-        for bounds, true in ((values[i, j], found), (slopes[i, j], steep)):
-            np.testing.assert_allclose(bounds[::3, [0, -1]], true[::20, ::20], atol=1e-12)
-            assert bounds.min() - 1e-12 <= true.min() and true.max() <= bounds.max() + 1e-12
 
 
 def test_only_the_rising_part_is_usable_and_its_double_values_are_marked():

@@ -2,24 +2,17 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.design import geometry, running, sampling
-from papilla.design.batch import Batch, Done, Record, check_done, evaluate, version
-from papilla.design.geometry import GeometryMap, gains_of, with_sites
+from papilla.design import running, sampling
+from papilla.design.batch import Batch, Done, check_done, evaluate, version
 from papilla.design.parameters import made, parameters_of, refuse_unknown
 from papilla.design.places import Places, angle_of, foil_of, half_length, moved
-from papilla.design.results import Results, first_words, write_tables
-from papilla.design.scene import Scene, Unknowns
-from papilla.design.store import Store
-from papilla.design.study import Free, Limit, Study, probes, read_study
-from papilla.fem.finite.strain_tables import SPANNING
-from papilla.fem.reduction.family import RATIOS
-from papilla.mesh.body import narrowest_mm
+from papilla.design.scene import Scene
+from papilla.design.study import Free, probes, read_study
 from papilla.model.finger import Finger, Gauge, Ridges, Slab
 
 FINGER = Finger.default()
@@ -147,21 +140,6 @@ def test_a_study_needs_the_places_that_it_varies(study_file):
     assert [one.name for one in coupled.outer] == ["outer.modulus_MPa", "shape.skin_mm"]
 
 
-def test_limits_of_a_study():
-    study = SimpleNamespace(limits={"a": Limit(least=1.0), "b": Limit(most=2.0)})
-    feasible = Study.feasible
-    assert feasible(study, {"a": 1.0, "b": 2.0}) and not feasible(study, {"a": 0.9, "b": 2.0})
-    assert not feasible(study, {"a": 1.0, "b": 2.1})
-    with pytest.raises(InputError, match='friction must be "unknown", "stick" or 0, got 0.5'):
-        Unknowns(0.5)
-    for parts in ({"forces": 1}, {"moduli": 41}):
-        with pytest.raises(InputError, match="must be from 2 to 40"):
-            Scene(**parts)
-    small, large = Scene((0.05, 0.1)), Scene((0.2, 50.0))
-    assert small.swept_N[-1] == pytest.approx(1.05 * 0.1) and large.swept_N[-1] > small.swept_N[-1]
-    assert np.diff(np.log(small.swept_N)) == pytest.approx(np.diff(np.log(large.swept_N)))
-
-
 # ---- Samples
 
 
@@ -198,21 +176,6 @@ def test_an_optimiser_asks_for_whole_generations_within_the_ranges(study_file):
     assert asked[0] == 5 and len(asked) == 2
 
 
-def test_scores_prefer_designs_that_break_no_limit(study_file):
-    limit = "[sampler]", "[constraints]\nsignal_over_noise = { least = 10 }\n[sampler]"
-    study = read_study(study_file(("designs = 12", 'kind = "optimise"'), limit))
-    runner = object.__new__(running._Runner)
-    runner.study, runner.number = study, 7
-    records = [Record({"sigma_sd": 0.3, "signal_over_noise": s}, "ok") for s in (12.0, 9.0, 5.0)] + [
-        Record({}, "broken")
-    ]
-    runner.run = lambda groups: setattr(runner, "records", dict(enumerate(records, start=7)))
-    good, near, far, failed = runner.scores([{}] * 4)
-    assert good == 0.3 and near == pytest.approx(2e6) and far == pytest.approx(6e6) and failed == sampling.FAILED
-    runner.study = replace(study, objectives=(replace(study.objectives[0], sign=-1.0),))
-    assert runner.scores([{}] * 4)[0] == -0.3
-
-
 # ---- Places and geometries
 
 
@@ -235,60 +198,6 @@ def test_places_of_a_dome_and_a_slab():
         whole.weights([Gauge("g", angle_deg=0.0, y_mm=0.61 * b)], shape)
     with pytest.raises(InputError, match="must not be moved"):
         foil_of([replace(FINGER.gauges[0], moved_mm=(0.1, 0.0))])
-
-
-def test_a_geometry_knows_its_ratios_and_sums_its_sites(made_up_geometry):
-    places = Places.row(foil_of(FINGER.gauges))
-    site = with_sites(FINGER, places)
-    assert (site.outer.modulus, site.inner.modulus, site.outer.nu) == (1.0, 1.0, FINGER.outer.nu)
-    assert site.bench.friction is None and site.name == "geometry" and len(site.gauges) == 17
-    found = made_up_geometry(site, places)
-    low, high = RATIOS
-    for ratio in (low, high):
-        layers = {"outer": replace(FINGER.outer, modulus=ratio * 0.1), "inner": replace(FINGER.inner, modulus=0.1)}
-        free, stuck = found.of(replace(FINGER, **layers))
-        assert (free.gauge_count, free.friction, stuck.friction) == (5, 0.0, math.inf)
-    for ratio in (0.99 * low, 1.01 * high):
-        layers["outer"] = replace(FINGER.outer, modulus=ratio * 0.1)
-        with pytest.raises(InputError, match=f"is {ratio:.3g}: a study covers {low:g} to {high:g}"):
-            found.of(replace(FINGER, **layers))
-    # A gauge at a site has the coefficients of the site, and its error
-    response = replace(found.ends[0], error=np.arange(35.0))
-    summed = geometry._summed(response, places.weights([Gauge("g", angle_deg=8.0)], FINGER.shape))
-    assert summed.coefficients == pytest.approx(response.coefficients[:, [0, 3, 20]])
-    assert summed.error == pytest.approx([0.0, 3.0, 20.0])
-    two = geometry._summed(response, np.eye(17)[:, [2, 5]] @ np.diag([2.0, 1.0]))
-    assert two.coefficients[:, 1:] == pytest.approx(response.coefficients[:, [3, 6, 20, 23]] * [2, 1, 2, 1])
-    assert two.error[1:] == pytest.approx([6.0, 6.0, 40.0, 23.0])
-    assert gains_of(FINGER).shape == (2, 5) and gains_of(FINGER)[1, 2] == FINGER.gauges[2].lever_mm
-
-
-def test_large_strain_is_measured_once_on_a_finger_of_standard_size(monkeypatch):
-    begun, kept, known = [], [], {}
-    places = Places.of(FINGER)
-    small = with_sites(made(FINGER, {"shape.scale": 0.5}), places)
-    monkeypatch.setattr(geometry, "known", lambda sha: known.get(sha, []))
-    monkeypatch.setattr(geometry, "at_ratio", lambda tables, ratio, stuck: tables)
-    monkeypatch.setattr(geometry, "keep", lambda sha, tables: kept.append((sha, tables)))
-    monkeypatch.setattr(geometry, "_resized", lambda table, size: (table, size))
-
-    def begin(finger, ends, start, ratios, progress):
-        begun.append((finger, ends, ratios))
-        known[finger.strain_sha256] = ["table"]
-        return lambda: "a note"
-
-    monkeypatch.setattr(geometry, "begin_large_strain", begin)
-    assert geometry.measure_base(small, 1, lambda line: None) == "a note"
-    ((like, ends, ratios),) = begun
-    assert narrowest_mm(like) == pytest.approx(20.0) and ends == (False, True) and ratios == SPANNING
-    assert like.gauges[0].length_mm == pytest.approx(2 * small.gauges[0].length_mm)
-    assert kept == [(small.strain_sha256, [("table", pytest.approx(0.5))])]
-    known[small.strain_sha256] = ["mine"]
-    assert geometry.measure_base(small, 1, pytest.fail) == "" and len(begun) == len(kept) == 1
-    geometry.borrow(small, like)
-    assert len(kept) == 1
-    measured = GeometryMap(small, places, (SimpleNamespace(large_strain=False),) * 2)
-    assert measured.strain_error(FINGER, True) == geometry.NOT_INCLUDED
 
 
 # ---- Batches and results
@@ -349,43 +258,6 @@ def test_what_a_worker_sends_is_checked(made_up, forge):
     with pytest.raises(InputError) as refused:
         check_done(forge(done), batch)
     assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
-
-
-def test_a_table_has_failed_designs_and_the_front(study_file, tmp_path):
-    study = read_study(study_file(("[sampler]", "[constraints]\nsigma_sd = { most = 0.25 }\n[sampler]")))
-    store = Store(tmp_path / "store.sqlite")
-    names = [one.name for one in study.free]
-    given = [(0.3, 5.0), (0.2, 4.0), None, (0.1, 3.0), (0.1, 2.0)]
-    rows = [
-        (k, dict(zip(names, (0.1 * (k + 1), 20.0 + k), strict=True)), f"k{k}",
-         Record({}, "broken") if one is None else Record(dict(zip(study.asked, one, strict=True)), "ok", f"{k:064x}"))
-        for k, one in enumerate(given)
-    ]  # fmt: skip
-    store.add(study.sha256, rows)
-    results = Results.of(study, store)
-    assert results.numbers.tolist() == [0, 1, 3, 4] and results.failures == {2: "broken"}
-    assert results.feasible.tolist() == [False, True, True, True]
-    # Less sigma and more signal: 1 and 3 beat each other in one, 4 is beaten by 3
-    assert results.front.tolist() == [False, True, True, False]
-    assert results.costs[0].tolist() == [0.3, -5.0] and results.chosen == [2, 3, 1]
-    assert results.effects == []
-    assert results.finger(1).outer.modulus == pytest.approx(0.2)
-    written = write_tables(tmp_path / "designs.csv", study, store, [1, 3])
-    lines = written[0].read_text().splitlines()
-    assert lines[0].split(",") == ["design", *names, *study.asked, "feasible", "front", "finger_sha256", "status"]
-    assert [line.split(",")[-4:] for line in lines[1:]] == [
-        ["0", "0", f"{0:064x}", "ok"], ["1", "1", f"{1:064x}", "ok"], ["0", "0", "", "broken"],
-        ["1", "1", f"{3:064x}", "ok"], ["1", "0", f"{4:064x}", "ok"],
-    ]  # fmt: skip
-    outcome = SimpleNamespace(
-        study=study, results=results, failed_share=0.2, base={"sigma_sd": 0.5, "signal_over_noise": 1}
-    )
-    said = first_words(outcome)
-    assert said[0] == "1 of 5 designs failed (20 %), most often: broken"
-    assert said[1].endswith(f"over the scene: best 0.1, {study.finger.name} 0.5")
-    outcome.failed_share = 0.05
-    assert len(first_words(outcome)) == 2
-    store.close()
 
 
 # ---- What a study costs

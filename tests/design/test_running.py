@@ -8,7 +8,6 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.core.tables import TableReader
-from papilla.design import batch, running
 from papilla.design.job import run_study
 from papilla.design.results import Results, first_words, summary
 from papilla.design.study import read_study
@@ -57,24 +56,6 @@ def test_the_front_holds_what_nothing_beats(study_file, tmp_path):
     for row, cost in enumerate(found.costs):
         beaten = any((other <= cost).all() and (other < cost).any() for other in found.costs)
         assert found.front[row] == (not beaten)
-
-
-def test_a_resume_computes_nothing_again_and_a_second_study_shares(study_file, tmp_path, monkeypatch):
-    path, calls = study_file(("[sampler]", 'store = "shared.sqlite"\n[sampler]')), []
-    path = study_file(
-        text=path.read_text()
-        .replace('store = "shared.sqlite"\n', "")
-        .replace("objectives", 'store = "shared.sqlite"\nobjectives', 1)
-    )
-    true = batch.evaluate
-    monkeypatch.setattr(running, "evaluate", lambda one: calls.append(len(one.fingers)) or true(one))
-    first = run_study(read_study(path), tmp_path / "a", workers=0)
-    assert sum(calls) == 12 and first.tally.reused == 0
-    assert first.tally.spent["gauges"] > 0 and first.tally.spent["scenes"] > 0
-    path.write_text(path.read_text().replace("made up", "another name"))
-    again = run_study(read_study(path), tmp_path / "b", workers=0)
-    assert sum(calls) == 12 and again.tally.reused == 12
-    assert np.array_equal(first.results.found, again.results.found)
 
 
 def test_a_folder_with_results_is_not_overwritten_by_chance(study_file, tmp_path):

@@ -1,19 +1,15 @@
 """Weights, priors and errors of a problem of presses, on a response by power laws, against formulas written out."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from power_law_presses import FINGER, GAUGES, Powers, problem, with_sd
 
 from papilla.core.errors import InputError
-from papilla.identification import fit, posing
-from papilla.identification.identified_finger import Change, Comparison, _against, _may_move, unmoved
-from papilla.identification.noise import _groups
-from papilla.identification.posing import THICKER, free_parameters, moved_by, specimens_of
+from papilla.identification.identified_finger import Change, Comparison, unmoved
+from papilla.identification.posing import free_parameters, moved_by, specimens_of
 from papilla.logs import PressLog
-from papilla.model.specimen import Block
 
 
 def test_readings_are_gain_times_strain_plus_lever_times_curvature():
@@ -113,49 +109,6 @@ def test_a_residual_of_four_standard_deviations_counts_half():
     assert jacobian[:16] == pytest.approx(made.jacobian(made.start)[:16] * found.ravel()[:, None])
 
 
-@pytest.mark.parametrize("ratio, beyond", [(4.0, 0.0), (16.0, 0.0), (17.0, np.log(17 / 16)), (0.9, np.log(0.9))])
-def test_priors_are_pulls_over_their_sigmas_and_the_ratio_of_moduli_stays_in_the_family(ratio, beyond):
-    made = problem().weighted()
-    vector, at = made.start.copy(), {name: k for k, name in enumerate(made.free)}
-    vector[at["inner_modulus_MPa"]] += 0.2
-    vector[at["outer_modulus_MPa"]] = vector[at["inner_modulus_MPa"]] + np.log(ratio)
-    (pulls, slopes), values = made._prior(vector), made.values(vector)
-    assert pulls[at["inner_modulus_MPa"]] == pytest.approx(0.2 / 0.7)
-    assert pulls[at["zero_microstrain.g2"]] == pytest.approx(7.0 / 1000)
-    assert pulls[at["touch_down_mm"]] == pytest.approx(0.15 / 0.5) and pulls[at["gain.g1"]] == pytest.approx(0.3 / 2)
-    for name, size in zip(GAUGES, made.gains, strict=True):
-        lever = values[f"lever_mm.{name}"] + 0.5 * values[f"gain.{name}"]
-        assert pulls[at[f"lever_mm.{name}"]] == pytest.approx(lever / (0.87 * max(size, 1e-4)))
-    assert pulls[-1] == pytest.approx(beyond / 0.01) and made.beyond(vector) == pytest.approx(beyond)
-    for k in range(len(vector)):
-        step = 1e-6 * (np.arange(len(vector)) == k)
-        numeric = (made._prior(vector + step)[0] - made._prior(vector - step)[0]) / 2e-6
-        if ratio != 16.0:
-            assert slopes[:, k] == pytest.approx(numeric, rel=1e-5, abs=1e-5)
-    held = replace(made, free=("lever_mm.g1",))
-    assert held._prior(np.array([-0.1]))[0][0] == pytest.approx((-0.1 + 0.5 * 0.3) / (0.87 * made.gains[0]))
-
-
-def test_the_largest_gain_is_that_of_the_least_response_over_the_levers_of_the_prior():
-    made = problem()
-    felt = made.felt(made.held)
-    found = made._most_gain(felt.values)
-    moved = made.log.readings - made.log.readings.mean(axis=0)
-    for k in range(3):
-        rms = [
-            np.sqrt(((1e6 * (felt.values[:, 0, k] + lever * felt.values[:, 1, k])).std()) ** 2)
-            for lever in np.arange(-2.0, 1.01, 0.25)
-        ]
-        least = max(min(rms), 0.2 * max(rms))
-        assert found[k] == pytest.approx(min(2.0, np.sqrt((moved[:, k] ** 2).mean()) / least))
-    loud = replace(made, log=replace(made.log, readings=1e3 * made.log.readings))
-    assert loud._most_gain(felt.values) == pytest.approx([2.0, 2.0, 2.0])
-    silent = replace(made, log=replace(made.log, readings=0 * made.log.readings))
-    assert silent._most_gain(felt.values) == pytest.approx([0.0, 0.0, 0.0])
-    assert (with_sd(made)._most_gain(felt.values) == 1.0).all()
-    assert made.weighted(made.start).gains == pytest.approx(np.maximum(found, [0.3, 0.5, 0.2]))
-
-
 def test_linear_parameters_are_solved_and_others_start_at_the_design():
     made = problem().weighted()
     assert made.residuals(made.start)[:16] == pytest.approx(0, abs=1e-9)
@@ -170,16 +123,6 @@ def test_linear_parameters_are_solved_and_others_start_at_the_design():
     assert (high - made.start)[:2] == pytest.approx([1.6, 1.6]) and (low - made.start)[:2] == pytest.approx(
         [-1.6, -1.6]
     )
-
-
-def test_presses_within_two_per_cent_of_force_on_one_specimen_are_repeats():
-    force = np.array([0.1, 0.1019, 0.1021, 0.5, 0.5, 0.505, 0.5, 0.9])
-    log = PressLog(force, np.array([0.3] * 6 + [0.4, 0.3]), np.zeros((8, 3)), GAUGES)
-    assert [rows.tolist() for rows in _groups(SimpleNamespace(log=log))] == [[0, 1], [3, 4, 5]]
-    placed = replace(log, x_mm=np.array([0.0, 1.0, 0, 0, 0, 2.0, 0, 0]), on=np.array([0, 0, 0, 0, 0, 0, 0, 0]))
-    assert [rows.tolist() for rows in _groups(SimpleNamespace(log=placed))] == [[3, 4]]
-    other = replace(log, on=np.array([0, 0, 0, 0, 1, 1, 0, 0]))
-    assert [rows.tolist() for rows in _groups(SimpleNamespace(log=other))] == [[0, 1], [4, 5]]
 
 
 def test_specimens_of_doubtful_modulus_are_parameters_with_a_name_each():
@@ -203,22 +146,6 @@ def test_displacements_of_gauges_count_from_the_design():
     assert unmoved(moved, values) == FINGER
 
 
-@pytest.mark.parametrize("size, variant", [(None, 0), (2.0, 3)])
-def test_a_family_is_of_a_plain_finger_on_elements_of_a_millimetre(monkeypatch, size, variant):
-    asked = []
-    monkeypatch.setattr(posing, "family", lambda *arguments, **options: asked.append((arguments, options)))
-    bench = replace(FINGER.bench, touch_down=0.3)
-    for name, moduli in (("one", (0.1, 0.02)), ("two", (0.2, 0.05))):
-        outer, inner = replace(FINGER.outer, modulus=moduli[0]), replace(FINGER.inner, modulus=moduli[1])
-        posing.family_of(
-            replace(FINGER, name=name, outer=outer, inner=inner, bench=bench), size_mm=size, variant=variant
-        )
-    assert asked[0] == asked[1], "name, bench and moduli do not count"
-    ((plain,), options) = asked[0]
-    assert (options["size_mm"], options["variant"]) == (size or 1.0, variant)
-    assert {(gauge.membrane_gain, gauge.lever_mm) for gauge in plain.gauges} == {(1.0, 0.0)}
-
-
 def test_the_free_parameters_follow_from_what_a_log_has():
     made = problem()
     every = [f"{key}.{name}" for key in ("gain", "lever_mm", "zero_microstrain") for name in GAUGES]
@@ -239,38 +166,6 @@ def test_the_free_parameters_follow_from_what_a_log_has():
         free_parameters(flat, FINGER, ("touch_down_mm",), {})
 
 
-def test_a_changed_finger_is_compared_by_the_noise_and_by_what_the_record_leaves_open():
-    """A reading of g2 that is 20 % less, and a record that leaves the moduli open to 5 and 8 %."""
-    made = problem(free=("outer_modulus_MPa", "inner_modulus_MPa"), force=np.geomspace(0.1, 0.9, 6))
-    readings = made.log.readings.copy()
-    readings[:, 1] = 7.0 + 0.8 * (readings[:, 1] - 7.0)
-    made = replace(made, log=replace(made.log, readings=readings))
-    covariance = np.diag([0.05, 0.08]) ** 2
-    found = _against(made, made.start, covariance)
-    modelled, total = made.modelled(made.start), 0.0
-    whole = np.zeros((24, 24))
-    for press in range(6):
-        rows = slice(4 * press, 4 * press + 4)
-        own = np.diag(np.array([5.0, 5.0, 5.0, 0.02]) ** 2 + modelled.unsure[press] ** 2)
-        whole[rows, rows] = own + 0.01**2 * np.outer(modelled.by_ln_force[press], modelled.by_ln_force[press])
-    slopes = modelled.by_free.reshape(24, 2)
-    whole += slopes @ covariance @ slopes.T
-    off = (made.measured - modelled.values).ravel()
-    total = off @ np.linalg.solve(whole, off)
-    assert found.chi_square == pytest.approx(total, rel=1e-6) and (found.presses, found.freedom) == (6, 24)
-    first = found.changes[0]
-    # The change of one reading explains the presses whole, and is relative to the earlier reading
-    assert first.name == "reading of g2" and first.change == pytest.approx(-0.2, rel=1e-6)
-    assert first.chi_square == pytest.approx(total, rel=1e-6)
-    assert (first.change / first.sigma) ** 2 == pytest.approx(first.chi_square)
-    assert first.words.startswith("reading of g2 -20 +- ") and first.words.endswith(" %")
-    assert not found.same and found.verdict.startswith("recalibrate: chi-square ")
-    assert [one.chi_square for one in found.changes] == sorted((one.chi_square for one in found.changes), reverse=True)
-    names = {name.split(".")[0] for name in _may_move(made)}
-    assert names == {"outer_modulus_MPa", "inner_modulus_MPa", "gain", "lever_mm", "zero_microstrain", "touch_down_mm"}
-    assert "touch_down_mm" not in _may_move(problem(deep=False))
-
-
 @pytest.mark.parametrize("probability, rise, same, named", [(0.01, 9.0, True, False), (0.0099, 6.7, False, True),
                                                            (0.0099, 6.5, False, False)])  # fmt: skip
 def test_a_finger_is_another_below_one_per_cent_and_a_change_counts_above_6_6(probability, rise, same, named):
@@ -279,40 +174,3 @@ def test_a_finger_is_another_below_one_per_cent_and_a_change_counts_above_6_6(pr
     assert told.verdict.endswith("the single change that explains it best: touch_down_mm -0.12 +- 0.02 mm") == named
     words = [Change(name, -0.22, 0.03, 9.0).words for name in ("inner_modulus_MPa", "zero_microstrain.g1")]
     assert words == ["inner_modulus_MPa -22 +- 3 %", "zero_microstrain.g1 -0.22 +- 0.03 µε"]
-
-
-@pytest.mark.parametrize("free, factors", [((), (1.0,)), (("thickness_mm",), (1 / THICKER, 1.0, THICKER))])
-@pytest.mark.parametrize("friction, known, several", [(0.0, True, 1), (None, True, 2), (None, False, 1)])
-def test_a_block_has_a_response_for_each_thickness_that_may_be_and_for_friction_if_it_is_open(
-    monkeypatch, free, factors, friction, known, several
-):
-    """A thickness that is sought lies between those of three blocks; a known one needs only its own."""
-    monkeypatch.setattr(posing, "family_of", lambda *_, **__: None)
-    monkeypatch.setattr(posing, "ensure_physics", lambda *_, **__: None)
-    monkeypatch.setattr(
-        posing, "response", lambda _, one, *, friction, **__: SimpleNamespace(block=one, friction=known, mu=friction)
-    )
-    log = problem(force=np.geomspace(0.1, 0.9, 6)).log
-    (shape,) = posing.shapes_of(log, Block(1.0, 12.0), FINGER, free, {}, friction, None, None)
-    thicknesses = [one.block.thickness for one in shape.responses]
-    assert thicknesses == pytest.approx([12.0 * factor for factor in factors] * several)
-    assert [one.mu for one in shape.responses] == [friction] * len(factors) + [0.0] * len(factors) * (several - 1)
-    assert shape.thicknesses == pytest.approx([12.0 * factor for factor in factors] if free else [])
-
-
-def test_weights_are_renewed_until_the_fit_no_longer_moves(monkeypatch):
-    """Fits that go three quarters of the way to the end at each round, in units of a standard deviation of 1."""
-    calls = []
-    still = SimpleNamespace(linear=np.array([False]), jacobian=lambda vector: np.array([[1.0], [0.0]]))
-    still.weighted = lambda vector: still
-    still.downweighted = lambda vector: still
-
-    def descend(problem, start):
-        calls.append(start)
-        return 0.0, 100.0 + 0.25 * (start - 100.0)
-
-    monkeypatch.setattr(fit, "descend", descend)
-    _, _, found = fit._followed(still, np.array([101.0]))
-    moved = 0.75 * 0.25 ** np.arange(fit.ROUNDS)
-    assert len(calls) == 1 + np.flatnonzero(moved < fit.SETTLED)[0] < fit.ROUNDS
-    assert found == pytest.approx(100 + 0.25 ** len(calls))
