@@ -46,14 +46,14 @@ def run_study(
     scheduler: Scheduler | None = None,
     say: Callable[[str], None] = lambda line: None,
     stage: Stage = lambda line, done, total: None,
-    fields: bool = True,
+    with_page: bool = True,
 ) -> Outcome:
     """Run a study and write designs.csv (and .parquet), study.html and finger_1.toml, ... into a folder.
 
     The chosen designs are judged again before a file is written, and each file of a finger is the one that was judged.
 
-    resume : continue with the designs of this study in the folder's store; without it, such a store is refused. fields :
-    whether the page shows the strain of the best finger and of the study's own, which takes half a minute. Raises
+    resume : continue with the designs of this study in the folder's store; without it, such a store is refused.
+    with_page : whether to write the page, whose pictures take half a minute. Raises
     `InputError` if no design has an answer, `FileFormatError` for a row of the store that papilla did not write, and
     what `papilla.design.running.run` raises.
     """
@@ -87,9 +87,14 @@ def run_study(
         except InputError:
             base[one.name] = float("nan")
     page = out / "study.html"
-    written = {"tables": [*map(str, tables)], "fingers": [str(out / name) for name in names], "page": [str(page)]}
+    written = {
+        "tables": [*map(str, tables)],
+        "fingers": [str(out / name) for name in names],
+        "page": [str(page)] * with_page,
+    }
     outcome = Outcome(study, results, tally, base, confirmed, written)
-    write_page(page, outcome, say, fields=fields)
+    if with_page:
+        write_page(page, outcome, say)
     return outcome
 
 

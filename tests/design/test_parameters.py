@@ -1,4 +1,4 @@
-"""Parameters, ranges, places, samples and geometries of studies, each against values found by hand."""
+"""Parameters, ranges, samples and places of studies, each against values found by hand."""
 
 import math
 from dataclasses import replace
@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.design import running, sampling
-from papilla.design.batch import Batch, Done, check_done, evaluate, version
+from papilla.design import sampling
 from papilla.design.parameters import made, parameters_of, refuse_unknown
 from papilla.design.places import Places, angle_of, foil_of, half_length, moved
-from papilla.design.scene import Scene
 from papilla.design.study import Free, probes, read_study
 from papilla.model.finger import Finger, Gauge, Ridges, Slab
 
@@ -198,72 +196,3 @@ def test_places_of_a_dome_and_a_slab():
         whole.weights([Gauge("g", angle_deg=0.0, y_mm=0.61 * b)], shape)
     with pytest.raises(InputError, match="must not be moved"):
         foil_of([replace(FINGER.gauges[0], moved_mm=(0.1, 0.0))])
-
-
-# ---- Batches and results
-
-
-def test_a_batch_of_another_version_is_left_to_others(made_up):
-    batch = Batch((FINGER,), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), "0.0 (old)")
-    assert evaluate(batch) == Done((), version(), {}, 0.0)
-    stiff = replace(FINGER, outer=replace(FINGER.outer, modulus=90.0))
-    done = evaluate(replace(batch, fingers=(FINGER, stiff), version=version()))
-    good, bad = done.records
-    assert good.status == "ok" and set(good.found) == {"sigma_sd"} and "a study covers" in bad.status
-    assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
-
-
-ANSWERS = {
-    "nothing": lambda done: None,
-    "a dict": lambda done: vars(done),
-    "a list of records": lambda done: replace(done, records=list(done.records)),
-    "a record too few": lambda done: replace(done, records=done.records[1:]),
-    "no record": lambda done: replace(done, records=(done.records[0], {"sigma_sd": 0.1})),
-    "an old version": lambda done: replace(done, version="0.0.9 (abc)"),
-    "no version": lambda done: replace(done, version=None),
-    "another finger": lambda done: replace(done, records=done.records[::-1]),
-    "no number of seconds": lambda done: replace(done, spent={"scenes": math.nan}),
-    "no memory": lambda done: replace(done, memory_MB="much"),
-}
-RECORDS = {
-    "no number": {"found": {"sigma_sd": math.nan}},
-    "infinite": {"found": {"sigma_sd": math.inf}},
-    "a text": {"found": {"sigma_sd": "0.1"}},
-    "another objective": {"found": {"sigma_gauges": 0.1}},
-    "no objective": {"found": {}},
-    "no table": {"found": [0.1]},
-    "a failure with values": {"status": "no mesh"},
-    "two lines": {"found": {}, "status": "no\nmesh"},
-    "no end": {"found": {}, "status": "x" * 10_000},
-    "no reason": {"found": {}, "status": ""},
-    "no status": {"found": {}, "status": None},
-    "no hash": {"finger_sha256": "f"},
-}
-
-
-@pytest.mark.parametrize(
-    "forge",
-    [
-        *ANSWERS.values(),
-        *(lambda done, of=of: replace(done, records=(replace(done.records[0], **of), done.records[1]))
-          for of in RECORDS.values()),
-    ],
-    ids=[*ANSWERS, *RECORDS],
-)  # fmt: skip
-def test_what_a_worker_sends_is_checked(made_up, forge):
-    other = made(FINGER, {"outer.modulus_MPa": 0.3})
-    batch = Batch((FINGER, other), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version())
-    done = evaluate(batch)
-    check_done(done, batch)
-    with pytest.raises(InputError) as refused:
-        check_done(forge(done), batch)
-    assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
-
-
-# ---- What a study costs
-
-
-@pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
-def test_the_geometry_that_was_measured_costs_nothing_more(geometries, workers, seconds):
-    price = running.Price(100, geometries, sites=5, per_design=0.2, per_geometry=8.0, cached=False)
-    assert price.seconds(workers) == pytest.approx(seconds)
