@@ -8,26 +8,9 @@ import pytest
 from papilla import fem
 from papilla.calibration import fit
 from papilla.calibration.fitting.checking import PUBLISHED_POINTS, published_depths
-from papilla.calibration.published import (
-    PUBLISHED_INVERSE,
-    SPECIMENS_MPA,
-    compare,
-    exact_inverse,
-    published_sd,
-    rounding_error,
-)
-from papilla.core.errors import InputError
+from papilla.calibration.published import PUBLISHED_INVERSE, SPECIMENS_MPA, compare, published_sd, rounding_error
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import HalfSpace
-
-
-def test_the_exact_inverse_has_the_known_coefficients():
-    """E = sqrt(0.359037 + (S_d + 0.0314 f^2 - 14.5 f + 81.9) / 87.2) - 0.599197."""
-    inverse = exact_inverse()
-    assert inverse.branch == 1 and inverse.shift == pytest.approx(0.599197, abs=5e-7)
-    expected = [1 / 87.2, 0.0314 / 87.2, -14.5 / 87.2, 0.359037 + 81.9 / 87.2]
-    assert inverse.coefficients == pytest.approx(expected, rel=1e-6)
-    assert abs(rounding_error(inverse).largest_MPa) < 1e-13
 
 
 def test_two_printed_digits_cost_up_to_0046_MPa():
@@ -63,21 +46,6 @@ def test_comparison_finds_the_scale(truth):
     assert 1 / found.scale == pytest.approx(25, rel=1e-3)
     assert found.relative_rms < 1e-3
     assert found.scaled.shape == found.published.shape == (10, 3)
-
-
-def test_comparison_needs_the_published_domain(truth):
-    narrow = fit(truth.sweep(np.geomspace(0.1, 0.7, 12), np.geomspace(0.1, 0.5, 20)))
-    with pytest.raises(InputError, match="does not cover the published forces"):
-        compare(narrow.predict)
-
-
-def test_comparison_of_another_finger_states_the_difference(calibration):
-    found = compare(calibration.predict)
-    assert 0.01 < found.relative_rms < 0.5
-    each = (found.scaled / found.published - 1) ** 2
-    assert found.press_rms == pytest.approx(np.sqrt(each.mean()))
-    heavy = each[found.force_gf >= 30]
-    assert found.heavy_press_rms == pytest.approx(np.sqrt(heavy.mean())) and heavy.size < each.size
 
 
 def test_published_depths_have_the_printed_numbers():

@@ -79,19 +79,6 @@ def test_a_term_below_two_standard_errors_is_named():
         assert ("E2" in note) is named and "f2" not in note
 
 
-def test_terms_correlated_above_095_are_named_with_their_correlation():
-    """f against f^2 over 5 to 100 gf: 0.97; E against E^2 over 0.089 to 0.72 MPa: 0.98; f against E: none."""
-    found = fit_quadratic(*table(PUBLISHED_FORWARD))
-    size = np.sqrt(np.diag(found.covariance))
-    correlation = found.covariance / np.outer(size, size)
-    said = [note for note in found.notes if "are correlated" in note]
-    over = [(i, j) for i in range(5) for j in range(i + 1, 5) if abs(correlation[i, j]) > 0.95]
-    assert over and len(said) == len(over)
-    for (i, j), note in zip(over, said, strict=True):
-        first, second = (("f2", "f", "E2", "E", "1")[k] for k in (i, j))
-        assert note == f"the coefficients of {first} and {second} are correlated ({correlation[i, j]:+.3f})"
-
-
 def test_misfit_is_residuals_alike_between_neighbouring_forces():
     """Residuals of a period of 8 forces are misfit (squared steps 0.6 of theirs), of 5 or 2 not; any order."""
     force, modulus, sd = table(PUBLISHED_FORWARD)

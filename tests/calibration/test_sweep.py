@@ -105,12 +105,6 @@ def test_the_default_table_is_wide_and_holds_the_published_specimens():
     assert {0.089, 0.51, 0.72} <= set(DEFAULT_MODULI)
 
 
-def test_arrays_there_and_back(made_up):
-    back = Sweep.from_arrays(made_up.to_arrays())
-    np.testing.assert_array_equal(back.reading, made_up.reading)
-    assert (back.status, back.specimen, back.mesh_size_mm) == (made_up.status, made_up.specimen, made_up.mesh_size_mm)
-
-
 @pytest.mark.parametrize("name", ["others", "force_N", "reading", "resolved"])
 def test_arrays_that_do_not_fit_together_are_refused(made_up, name):
     arrays = made_up.to_arrays()

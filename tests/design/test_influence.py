@@ -81,20 +81,3 @@ def test_placed_gauges_are_numbered_along_x_and_then_y():
         "the same 3 gauges with friction unknown: 0.12",
         "the same 3 gauges with neither: 0.1",
     ]
-
-
-def test_the_figures_of_a_placement():
-    one = placed()
-    (axes,) = placement.sigma_figure(one).axes
-    lines = {(line.get_label(), line.get_linestyle()): line for line in axes.lines if len(line.get_xdata())}
-    first = lines["friction and place unknown", "-"]
-    assert list(first.get_xdata()) == [1, 2, 3] and first.get_ydata() == pytest.approx([0.6, 0.3, 0.2])
-    dashed = [line for line in axes.lines if line.get_linestyle() == "--" and len(line.get_xdata())]
-    assert [line.get_color() for line in dashed] == [lines[name, "-"].get_color() for name in UNKNOWN]
-    assert list(dashed[0].get_ydata()) == pytest.approx([0.9, 0.45]) and list(axes.get_xticks()) == [1, 2, 3]
-    (axes,) = placement.places_figure(one).axes
-    dots, *marks = axes.lines
-    assert dots.get_xydata().tolist() == [[3, 0], [-3, 2], [3, -3]]
-    half = FINGER.gauges[0].length_mm / 2
-    ends = [mark.get_xydata().tolist() for mark in marks[1::2]]
-    assert ends == [[[3 - half, 0], [3 + half, 0]], [[-3 - half, 2], [-3 + half, 2]], [[3, -3 - half], [3, -3 + half]]]

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from papilla.design.confirming import Confirmed
-from papilla.design.results import Effect, Outcome, Results, first_words, summary
+from papilla.design.results import Outcome, Results, first_words, summary
 from papilla.design.running import Tally
 from papilla.design.scene import Scene
 from papilla.design.study import read_study
@@ -94,17 +94,6 @@ def test_effects_need_three_degrees_of_freedom(results_of, count, effects):
     assert {one.parameter for one in held} == {"gauges.spread_deg"} and len(held) == 2
     free[:, 1] = 30.0
     assert results_of(rng.random((count, 2)), free).effects == []
-
-
-def test_effects_are_sure_where_their_interval_leaves_out_none():
-    one = Effect("a", "b", 0.0, 1.0, 1.0, (1.0, 1.2), True)
-    assert [replace(one, interval=ends).sure for ends in ((1.0, 1.2), (1.01, 1.2), (0.8, 1.0), (0.8, 0.99))] == [
-        False, True, False, True,
-    ]  # fmt: skip
-    other = replace(one, factor=False)
-    assert [replace(other, interval=ends).sure for ends in ((0.0, 1.2), (0.01, 1.2), (-0.8, 0.0), (-0.8, -0.1))] == [
-        False, True, False, True,
-    ]  # fmt: skip
 
 
 def test_a_study_as_plain_values(results_of):
