@@ -11,7 +11,7 @@ from time import process_time
 from papilla import __version__
 from papilla.core import cache, checks
 from papilla.core.errors import InputError, PapillaError
-from papilla.design.geometry import SCENES, SPENT, geometry_map, with_sites
+from papilla.design.geometry import SCENES, SPENT, MakesMap, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES
 from papilla.design.places import Places
@@ -62,7 +62,8 @@ class Record:
 
 @dataclass(frozen=True)
 class Batch:
-    """Fingers of one geometry, in a scene. base : the finger whose large strain all geometries use."""
+    """Fingers of one geometry, in a scene. base : the finger whose large strain all geometries use; geometry : makes
+    its map."""
 
     fingers: tuple[Finger, ...]
     base: Finger
@@ -70,6 +71,7 @@ class Batch:
     scene: Scene
     asked: tuple[str, ...]
     version: str
+    geometry: MakesMap = geometry_map
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ def evaluate(batch: Batch) -> Done:
     SPENT.clear()
     try:
         first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
-        known = geometry_map(first, batch.places, base)
+        known = batch.geometry(first, batch.places, base)
     except PapillaError as error:
         records = [Record.failed(error, finger.sha256) for finger in batch.fingers]
         return Done(tuple(records), version(), dict(SPENT), _memory_MB())

@@ -127,6 +127,10 @@ def with_sites(finger: Finger, places: Places) -> Finger:
     )
 
 
+MakesMap = Callable[[Finger, Places, Finger | None], GeometryMap]
+"""From a geometry, its places and the finger whose large strain is known to its map."""
+
+
 @lru_cache(maxsize=KEPT)
 def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> GeometryMap:
     """The map of a design's geometry; from the cache the second time.

@@ -46,12 +46,14 @@ def run_study(
     scheduler: Scheduler | None = None,
     say: Callable[[str], None] = lambda line: None,
     stage: Stage = lambda line, done, total: None,
+    with_page: bool = True,
 ) -> Outcome:
     """Run a study and write designs.csv (and .parquet), study.html and finger_1.toml, ... into a folder.
 
     The chosen designs are judged again before a file is written, and each file of a finger is the one that was judged.
 
-    resume : continue with the designs of this study in the folder's store; without it, such a store is refused. Raises
+    resume : continue with the designs of this study in the folder's store; without it, such a store is refused.
+    with_page : whether to write the page, whose pictures take half a minute. Raises
     `InputError` if no design has an answer, `FileFormatError` for a row of the store that papilla did not write, and
     what `papilla.design.running.run` raises.
     """
@@ -85,14 +87,21 @@ def run_study(
         except InputError:
             base[one.name] = float("nan")
     page = out / "study.html"
-    written = {"tables": [*map(str, tables)], "fingers": [str(out / name) for name in names], "page": [str(page)]}
+    written = {
+        "tables": [*map(str, tables)],
+        "fingers": [str(out / name) for name in names],
+        "page": [str(page)] * with_page,
+    }
     outcome = Outcome(study, results, tally, base, confirmed, written)
-    write_page(page, outcome, say)
+    if with_page:
+        write_page(page, outcome, say)
     return outcome
 
 
-def write_page(path: Path, outcome: Outcome, say: Callable[[str], None] = lambda line: None) -> None:
-    """Write the page of a study; raises `FileAccessError`."""
+def write_page(
+    path: Path, outcome: Outcome, say: Callable[[str], None] = lambda line: None, *, fields: bool = True
+) -> None:
+    """Write the page of a study, with or without strain fields; raises `FileAccessError`."""
     study, results = outcome.study, outcome.results
     say("pictures of the page")
     best = [("finger_1.toml", results.finger(row)) for row in results.chosen[:1]]
@@ -120,7 +129,7 @@ def write_page(path: Path, outcome: Outcome, say: Callable[[str], None] = lambda
         effects=[in_words(one) for one in results.effects if one.sure],
         figures=figures,
         own=short(study.finger.name),
-        strains=[(name, picture) for name, finger in shown if (picture := _strain(finger, outcome, say))],
+        strains=[(name, picture) for name, finger in shown if fields and (picture := _strain(finger, outcome, say))],
     )  # fmt: skip
     write_text(path, text)
 

@@ -23,7 +23,7 @@ from papilla.core.workers import TRIES, Processes, one_thread_each
 from papilla.design import sampling
 from papilla.design.batch import OK, Batch, Done, Record, check_done, evaluate, judged, version
 from papilla.design.cluster import Scheduler, cluster
-from papilla.design.geometry import geometry_map, measure_base, with_sites
+from papilla.design.geometry import measure_base, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.sampling import Values
 from papilla.design.store import Store
@@ -213,7 +213,8 @@ class _Runner:
         self._store(reused + failed)
         if left := [(row, finger) for row, finger in tried if row[2] not in known]:
             rows, fingers = zip(*left, strict=True)
-            yield list(rows), Batch(fingers, study.finger, self.place, study.scene, study.asked, version())
+            batch = Batch(fingers, study.finger, self.place, study.scene, study.asked, version(), study.geometry)
+            yield list(rows), batch
 
     def _take(self, flight: dict[Future, tuple[list[Row], Batch]]) -> None:
         """Store the finished batches."""
@@ -276,7 +277,7 @@ def price(study: Study, say: Callable[[str], None]) -> Price:
     began = perf_counter()
     tried = [study.finger_of(free) for free in islice(probes(study), TRIED)]
     first = with_sites(tried[0], places)
-    known = geometry_map(first, places, base)
+    known = study.geometry(first, places, base)
     took = perf_counter() - began
     cached = took < 1.0
     began = perf_counter()

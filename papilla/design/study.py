@@ -15,7 +15,7 @@ from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
 from papilla.design.formulas import coupled, names_of
-from papilla.design.geometry import geometry_map, with_sites
+from papilla.design.geometry import MakesMap, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.objectives import OBJECTIVES, Objective
 from papilla.design.parameters import made, of_geometry, parameters_of, refuse_unknown
@@ -96,7 +96,8 @@ class Sampler:
 
 @dataclass(frozen=True)
 class Study:
-    """A study as its file states it. values : of the finger, by parameter; free parameters have a range instead."""
+    """A study as its file states it. values : of the finger, by parameter; free parameters have a range instead.
+    geometry : makes the map of a geometry, as `geometry_map` does; workers must be able to import it."""
 
     name: str
     finger: Finger
@@ -110,6 +111,7 @@ class Study:
     confirm: int
     store: Path | None
     sha256: str
+    geometry: MakesMap = geometry_map
 
     @property
     def outer(self) -> list[Free]:
@@ -163,7 +165,7 @@ class Study:
         """A finger in the scene of the study, with the study's places."""
         places = self.places
         base, own = with_sites(self.finger, places), with_sites(finger, places)
-        return DesignInScene(finger, geometry_map(own, places, base), self.scene)
+        return DesignInScene(finger, self.geometry(own, places, base), self.scene)
 
     def feasible(self, found: Mapping[str, float]) -> bool:
         """Whether values of objectives meet all limits."""

@@ -7,13 +7,10 @@ from papilla.calibration.fitting.surface_fit import (
     Fitted,
     Resolution,
     SurfaceFit,
-    _slope_bounds,
-    _value_bounds,
     table_resolution,
     uncertainty,
     usable_part,
 )
-from papilla.calibration.surface import Surface
 from papilla.core.errors import InputError
 
 
@@ -63,20 +60,6 @@ def rising_then_falling(turn, cells=(4, 40)):
     return solver.surface(-((np.log(modulus) - turn) ** 2)).surface
 
 
-def test_bounds_of_a_cell_hold_its_values_and_slopes_and_are_exact_at_its_corners():
-    rng = np.random.default_rng(8)
-    surface = Surface((0.1, 1.0), (0.05, 3.0), rng.normal(size=(5, 7)))
-    share = np.linspace(0.0, 1.0, 21)
-    values, slopes = _value_bounds(surface), _slope_bounds(surface)
-    for i, j in np.ndindex(surface.cells):
-        polynomial = surface.polynomials[i, j]
-        found = np.polynomial.polynomial.polygrid2d(share, share, polynomial)
-        steep = np.polynomial.polynomial.polygrid2d(share, share, np.polynomial.polynomial.polyder(polynomial, axis=1))
-        for bounds, true in ((values[i, j], found), (slopes[i, j], steep)):
-            np.testing.assert_allclose(bounds[::3, [0, -1]], true[::20, ::20], atol=1e-12)
-            assert bounds.min() - 1e-12 <= true.min() and true.max() <= bounds.max() + 1e-12
-
-
 def test_only_the_rising_part_is_usable_and_its_double_values_are_marked():
     surface = rising_then_falling(turn=0.0)
     usable, twofold = usable_part(surface)
@@ -102,15 +85,6 @@ def test_what_is_missing_is_not_usable():
     assert np.isnan(twofold).all()
 
 
-def test_what_is_missing_beyond_the_domain_takes_nothing_of_it():
-    """Presses on moduli that no row of the table could read do not reach the cells of the others."""
-    surface = rising_then_falling(turn=np.log(4.0), cells=(9, 9))
-    forces, moduli = surface.force_axis.nodes, surface.modulus_axis.nodes
-    wider = np.concatenate([[0.01, 0.012, 0.015], moduli])
-    usable, _ = usable_part(surface, forces[[3, 4]], wider[[0, 1]], forces, wider)
-    assert usable.tolist() == [[0, 9]] * 9
-
-
 def test_scatter_is_what_other_meshes_differ_by():
     surface = rising_then_falling(turn=np.log(4.0))
     rng = np.random.default_rng(1)
@@ -128,14 +102,3 @@ def test_scatter_is_what_other_meshes_differ_by():
     assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
     with pytest.raises(InputError, match="share no force and modulus"):
         uncertainty(Fitted(surface, 0.0, 2.0, np.zeros(3)), [(force + 5, modulus, modulus)])
-
-
-def test_values_that_occur_twice_are_those_between_the_ends_of_the_falling_cells():
-    surface = rising_then_falling(turn=0.0)
-    _, twofold = usable_part(surface)
-    nodes = surface.modulus_axis.nodes
-    # The first cell that falls holds the top; a value of it bounds the top from above, by a cell's height at most
-    top = np.searchsorted(nodes, 1.0) - 1
-    height = np.log(nodes[top + 1] / nodes[top]) ** 2
-    assert twofold[:, 0] == pytest.approx(-(np.log(3.0) ** 2)) and (twofold[:, 1] >= -1e-9).all()
-    assert (twofold[:, 1] <= height).all()

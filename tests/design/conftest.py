@@ -1,15 +1,11 @@
-"""A made-up geometry: smooth functions in the place of meshes, so that a design costs milliseconds."""
+"""Studies, and runs of them on a made-up geometry."""
 
-import math
-from itertools import product
+from dataclasses import replace
 
-import numpy as np
 import pytest
+from made_up_geometry import made_up_map
 
-from papilla.design import batch, job, objectives, running, study
-from papilla.design.geometry import GeometryMap
-from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL, Response
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.design import read_study, run_study
 
 STUDY = """
 name = "made up"
@@ -25,6 +21,9 @@ objectives = ["sigma_sd", "signal_over_noise"]
 [sampler]
 designs = 12
 """
+
+OWN = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
+"""Keeps the gauges in their places, for which the change by large strain is known."""
 
 
 @pytest.fixture
@@ -42,28 +41,6 @@ def study_file(tmp_path):
     return write
 
 
-def made_up_map(design, places, base=None) -> GeometryMap:
-    """Strains that fall with the angle and grow less and less with the modulus; stick lowers them by 3 %."""
-    ratios = np.geomspace(1, 16, 7)
-    x, e, r = np.array(list(product(FORCES, MODULI, ratios))).T
-    sites = places.gauges(design.shape)
-    terms = POLYNOMIAL.terms((x, e, r))[0]
-    hardness = 1.5 - 1 / (1 + e**0.6)
-    bump = np.array([math.cos(math.radians(3 * site.angle_deg)) for site in sites])
-    about = np.outer(hardness * x**-0.1 * r**-0.2, bump) + 0.1 * np.outer(x**-0.2, 1 - bump)
-    values = np.concatenate([about, 0.1 * about], axis=1) * 0.01
-    depth = (0.05 * (1 + 2 / (1 + e)) * np.ones_like(r))[:, None]
-
-    def response(scale: float, friction: float) -> Response:
-        table = np.linalg.lstsq(terms, np.hstack([depth, scale * values]))[0]
-        deepest = np.array([(one, ratio, 200.0) for one in MODULI for ratio in ratios]).T
-        error = np.zeros(table.shape[1])
-        return Response(table, deepest, math.inf, friction, False, error, len(sites), "made up")
-
-    assert len(QUANTITIES) * len(sites) == values.shape[1]
-    return GeometryMap(design, places, (response(1.03, 0.0), response(1.0, math.inf)))
-
-
 @pytest.fixture
 def made_up_geometry():
     """`made_up_map`, which makes the geometry of a design at some places."""
@@ -71,9 +48,21 @@ def made_up_geometry():
 
 
 @pytest.fixture
-def made_up(monkeypatch):
-    """Studies in this process on the made-up geometry, without large strain and pictures of strain."""
-    for module in (batch, study, running, objectives):
-        monkeypatch.setattr(module, "geometry_map", made_up_map)
-    monkeypatch.setattr(running, "measure_base", lambda *_: "")
-    monkeypatch.setattr(job, "_strain", lambda *_: None)
+def made_up(study_file):
+    """Reads a study of the finger's own gauges, with parts of its text replaced, on the made-up geometry."""
+
+    def study(*changes: tuple[str, str]):
+        return replace(read_study(study_file(OWN, *changes)), geometry=made_up_map)
+
+    return study
+
+
+@pytest.fixture
+def ran(made_up, tmp_path):
+    """Runs such a study in this process, without a page."""
+
+    def run(*changes: tuple[str, str], out="out", **how):
+        study = how.pop("study", None) or made_up(*changes)
+        return run_study(study, tmp_path / out, workers=0, with_page=False, **how)
+
+    return run

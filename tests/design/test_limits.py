@@ -1,22 +1,19 @@
 """Where ranges, files and doubts of a study end, from both sides of each limit."""
 
-import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.core.errors import InputError
-from papilla.design import confirming, influence, sampling, scene
+from papilla.design import sampling
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.places import Places, foil_of, half_length
-from papilla.design.scene import PRIOR, Scene
+from papilla.design.scene import Scene
 from papilla.design.study import read_study
-from papilla.model.finger import Finger, Gauge, Slab
+from papilla.model.finger import Finger, Gauge
 
 FINGER = Finger.default()
 SPREAD = "{ low = 20.0, high = 50.0 }"
@@ -128,19 +125,6 @@ def test_a_prediction_is_confirmed_within_a_tenth(share, verdict):
     assert one.sentence == f"f: S_d: predicted {0.2 * share:.3g}, calibrated 0.2 ({verdict})"
 
 
-@pytest.mark.parametrize("doubt", ["", "large strain is not known"])
-def test_a_large_finger_is_confirmed_on_the_default_mesh(monkeypatch, doubt):
-    asked, said = [], []
-    monkeypatch.setattr(confirming, "begin_large_strain", lambda *given, **how: lambda: doubt)
-    monkeypatch.setattr(confirming.fem, "prepare", lambda finger, **how: asked.append(how["size_mm"]) or "reduced")
-    monkeypatch.setattr(confirming, "cached_sweep", lambda *given: "sweep")
-    monkeypatch.setattr(confirming, "large_strain_error", lambda *given: 0.5)
-    monkeypatch.setattr(confirming, "fit", lambda *given, strain, **how: strain)
-    found = confirming.calibrated_finger(FINGER, Scene(), 1, said.append)
-    assert asked == [0.7] * 4 and found == (NOT_INCLUDED if doubt else 0.5)
-    assert said == ["sweeping over force and modulus", *(f"mesh scatter, {k} of 3 meshes" for k in (1, 2, 3))]
-
-
 def test_the_grid_of_a_scene_extends_beyond_it():
     force, modulus = Scene((0.2, 0.8), (0.1, 0.4)).grid
     assert np.unique(force) == pytest.approx(np.geomspace(0.2 / 1.25, 0.8 * 1.25, 10))
@@ -151,39 +135,6 @@ def test_the_grid_of_a_scene_extends_beyond_it():
     for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
         with pytest.raises(InputError, match=name):
             Scene(**{name: 0})
-
-
-def test_sigma_is_the_prior_where_nothing_is_known(monkeypatch):
-    one = Scene(forces=2, moduli=3)
-
-    def refuse(calibration):
-        raise InputError("S_d nowhere rises")
-
-    monkeypatch.setattr(scene, "SdSurface", refuse)
-    found = scene.sigma_from_sd(SimpleNamespace(gauges=[1, 2]), one)
-    assert found.shape == (2, 3) and (found == PRIOR).all() and PRIOR == 1.0
-    nodes = np.log([0.1, 0.2, 0.4])
-    fitter = SimpleNamespace(surfaces=SimpleNamespace(ln_nodes=nodes, usable=lambda force: (nodes[1], nodes[2] + 1)))
-    for modulus in (0.09, 0.15, 0.41):
-        assert scene._at(fitter, 0.0, math.log(modulus), 10) == PRIOR
-
-
-def test_noise_of_s_d_shrinks_with_the_number_of_gauges(monkeypatch):
-    asked = []
-    monkeypatch.setattr(scene, "SdSurface", lambda calibration: "surface")
-    monkeypatch.setattr(scene, "GaugeSurfaces", lambda calibration, flag: (calibration, flag))
-    monkeypatch.setattr(scene, "_over", lambda *given: asked.append(given))
-    one, made = Scene(), SimpleNamespace(gauges=[1, 2, 3, 4])
-    doubts = one.unknown.doubts
-    scene.sigma_from_sd(made, one), scene.sigma_from_gauges(made, one), scene.sigma_from_depth(made, one)
-    by_sd, by_gauges, by_depth = asked
-    assert by_sd[:3] == (one, "surface", 2.5) and by_sd[3] == replace(
-        doubts, zero_microstrain=doubts.zero_microstrain / 2
-    )
-    assert by_gauges == (one, (made, False), 5.0, doubts)
-    assert by_depth[:3] == (one, (made, False), 5.0)
-    zero = 1000 * 0.02 / scene.RULES.air_share
-    assert by_depth[3] == replace(doubts, gauge_gain=0.0, zero_microstrain=zero, beside_mm=0.0)
 
 
 def test_a_design_needs_two_gauges_that_differ_and_a_press_inside_the_model(made_up_geometry):
@@ -217,26 +168,3 @@ def test_gauges_at_the_outermost_sites_are_inside():
     for far in (Gauge("g", angle_deg=64.01), Gauge("g", angle_deg=0.0, y_mm=0.6001 * b)):
         with pytest.raises(InputError, match="outside the places that a study covers"):
             whole.weights([far], FINGER.shape)
-
-
-def test_places_on_a_slab_are_as_wide_everywhere():
-    slab = replace(FINGER, shape=Slab(outer=(24.0, 20.0), interface=(21.0, 17.0), bone=(10.0, 6.0), depth=40.0))
-    x, y, z = influence._sites([Gauge("g", angle_deg=30.0, y_mm=15.0), Gauge("h", angle_deg=0.0)], slab).T
-    assert (x[0], y[0], z[0]) == pytest.approx((10.5, 15.0, 17 * math.sqrt(0.75))) and (x[1], z[1]) == (0.0, 17.0)
-
-
-def test_slopes_by_the_place_are_differences_over_a_millimetre():
-    """Of a cubic law x^3 the slope at x is 3 x^2 + h^2 with the step h of 0.5 mm."""
-    scene = Scene((0.2, 0.8), (0.1, 0.4), forces=2, moduli=2, place_mm=1.5)
-    force, _ = scene.grid
-
-    def read(x, y):
-        stuck = np.full((len(force), 1), 10.0 + x**3 + 2 * y**3)
-        return np.array([stuck, stuck])
-
-    found = influence._everywhere([Gauge("a", angle_deg=0.0)], FINGER, scene, read, lambda line: None)
-    f = found.force_N[:, None]
-    at = np.repeat([0.0, 1.5], 4)[:, None]
-    assert found.slopes[3] / f == pytest.approx(3 * at**2 + 0.25) and found.slopes[4] / f == pytest.approx(
-        6 * at**2 + 0.5
-    )

@@ -1,223 +1,175 @@
-"""Objectives, confirmations and figures of studies against values found by hand."""
+"""Objectives of a design: limits, scaling, symmetry and order, on a made-up geometry of real responses."""
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from made_up_geometry import made_up_map
 
-from papilla.calibration.fitting.sweep import DEFAULT_MODULI
-from papilla.core.errors import InputError, SolverError
-from papilla.design import confirming, job, objectives
-from papilla.design.confirming import Confirmed
+from papilla.core.errors import InputError
+from papilla.design import OBJECTIVES, Scene
+from papilla.design.geometry import gains_of, with_sites
 from papilla.design.in_scene import DesignInScene
-from papilla.design.objectives import OBJECTIVES
 from papilla.design.parameters import made
 from papilla.design.places import Places, foil_of
-from papilla.design.results import Effect
-from papilla.design.scene import Scene, Tolerances, Unknowns
+from papilla.design.scene import Tolerances, Unknowns
+from papilla.fem.reduction.family import RATIOS
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()
+SCENE = Scene(forces=2, moduli=3, samples=20)
+SIGMAS = ("sigma_sd", "sigma_gauges", "sigma_force_depth")
 
 
-def stub(**parts):
-    """A design in a scene of 2 forces and 3 moduli, with stated parts."""
-    return SimpleNamespace(
-        finger=FINGER, scene=Scene((0.2, 0.8), (0.1, 0.4), forces=2, moduli=3, depth_mm=0.5), **parts
-    )
+@pytest.fixture(scope="module")
+def design():
+    """design(finger, scene, places) : a finger on the made-up geometry."""
+
+    def make(finger=FINGER, scene=SCENE, places=None):
+        places = places or Places.of(FINGER)
+        return DesignInScene(finger, made_up_map(with_sites(finger, places), places), scene)
+
+    return make
 
 
-def test_the_force_at_a_depth_is_read_off_a_power_law():
-    design = stub()
-    force, modulus = design.scene.grid
-    # Free presses are deeper, and softer specimens too: only stuck ones on the hardest specimen count
-    depth = 0.9 * force**0.7 * np.where(modulus == modulus.max(), 1.0, 3.0)
-    design.depths = np.array([2 * depth, depth])
-    assert OBJECTIVES["force_at_depth"].of(design) == pytest.approx((0.5 / 0.9) ** (1 / 0.7), rel=1e-3)
-    for deep in (0.01, 5.0):
-        design.scene = replace(design.scene, depth_mm=deep)
-        reached = f"{0.9 * force.min() ** 0.7:.3g} to {0.9 * force.max() ** 0.7:.3g} mm"
-        with pytest.raises(InputError, match=f"depth_mm {deep:g} is outside what the forces reach, {reached}"):
-            OBJECTIVES["force_at_depth"].of(design)
+def of(name, one):
+    return OBJECTIVES[name].of(one)
 
 
-def test_objectives_of_sigma():
-    sigma = np.array([[0.1, 0.2, 0.6], [0.1, 0.2, 0.4]])
-    design = stub(sigma_sd=sigma, sigma_gauges=sigma / 2, sigma_depth=sigma / 4)
-    assert OBJECTIVES["sigma_sd"].of(design) == 0.6
-    assert OBJECTIVES["sigma_gauges"].of(design) == 0.3 and OBJECTIVES["sigma_force_depth"].of(design) == 0.15
-    design.scene = replace(design.scene, over="rms")
-    assert OBJECTIVES["sigma_sd"].of(design) == pytest.approx(math.sqrt((0.01 + 0.04 + 0.36 + 0.01 + 0.04 + 0.16) / 6))
-    assert OBJECTIVES["identifiable_share"].of(design) == pytest.approx(5 / 6)
-    design.sigma_gauges = np.full((2, 3), 0.05)
-    assert OBJECTIVES["specimens_told_apart"].of(design) == pytest.approx(1 + math.log(4) / (2 * 1.96 * 0.05), rel=1e-3)
-    assert [one.sign for one in OBJECTIVES.values()] == [1, -1, 1, 1, 1, 1, -1, -1, 1]
+def gained(factors):
+    """The finger with other gains of its gauges."""
+    gauges = [
+        replace(one, membrane_gain=factor * one.membrane_gain, lever_mm=factor * one.lever_mm)
+        for one, factor in zip(FINGER.gauges, factors, strict=True)
+    ]
+    return replace(FINGER, gauges=tuple(gauges))
+
+
+def test_each_objective_has_a_name_a_sign_a_unit_and_words():
     assert [one.name for one in OBJECTIVES.values()] == [*OBJECTIVES] == sorted(OBJECTIVES)
-    assert {name for name, one in OBJECTIVES.items() if one.gauges == 1} == {
-        "force_at_depth", "largest_strain", "sigma_force_depth"
-    }  # fmt: skip
+    for one in OBJECTIVES.values():
+        assert abs(one.sign) == 1 and one.unit and one.words and one.gauges in (1, 2)
 
 
-def test_the_signal_is_the_least_and_noise_shrinks_with_gauges():
-    design = stub(sd=np.array([[30.0, 10.0], [20.0, 40.0]]))
-    assert OBJECTIVES["signal_over_noise"].of(design) == pytest.approx(10 / (5 / math.sqrt(5)))
+@pytest.mark.parametrize("factor", [0.1, 3.0])
+def test_a_gain_is_a_gain_of_the_signal_alone(design, factor):
+    plain, loud = design(), design(gained([factor] * 5))
+    assert of("signal_over_noise", loud) == pytest.approx(factor * of("signal_over_noise", plain))
+    for name in ("largest_strain", "sigma_force_depth"):
+        assert of(name, loud) == pytest.approx(of(name, plain))
+    assert (of("sigma_sd", loud) < of("sigma_sd", plain)) == (factor > 1)
+    halved = design(scene=replace(SCENE, gauge_noise_microstrain=SCENE.gauge_noise_microstrain / 2))
+    assert of("signal_over_noise", halved) == pytest.approx(2 * of("signal_over_noise", plain))
 
 
-def test_the_largest_strain_is_that_of_any_place_under_the_largest_force():
-    asked = []
-
-    def end(strain):
-        def felt(force, modulus, outer, inner):
-            asked.append((*force, *modulus, outer, inner))
-            return SimpleNamespace(values=np.array([[[0.01, strain], [9.0, 9.0]]]))
-
-        return SimpleNamespace(felt=felt)
-
-    moduli = FINGER.outer.modulus, FINGER.inner.modulus
-    design = stub(geometry=SimpleNamespace(ends=(end(-0.07), end(0.03))), moduli=moduli)
-    assert OBJECTIVES["largest_strain"].of(design) == pytest.approx(0.07)
-    assert asked == [(0.8, 0.4, *moduli)] * 2
+@pytest.mark.parametrize("seed", range(5))
+def test_a_mirrored_finger_is_as_good(design, seed):
+    """The dome has a mirror plane: gains in the other order are another wiring."""
+    factors = np.random.default_rng(seed).uniform(0.3, 2, 5)
+    one, other = design(gained(factors)), design(gained(factors[::-1]))
+    for name in ("signal_over_noise", "specimens_told_apart", "identifiable_share", *SIGMAS):
+        assert of(name, other) == pytest.approx(of(name, one), rel=1e-6), name
 
 
-def test_tolerances_give_neighbours_with_one_change_each(monkeypatch, made_up_geometry):
-    monkeypatch.setattr(objectives, "geometry_map", made_up_geometry)
+@pytest.mark.parametrize("factor", [0.5, 1.7])
+def test_moduli_and_forces_scale_together(design, factor):
+    """All moduli and all forces times a factor: the same strains."""
+    finger = made(
+        FINGER, {f"{name}.modulus_MPa": factor * getattr(FINGER, name).modulus for name in ("outer", "inner")}
+    )
+    scene = replace(SCENE, force_N=tuple(factor * f for f in SCENE.force_N),
+                    modulus_MPa=tuple(factor * e for e in SCENE.modulus_MPa))  # fmt: skip
+    one, other = design(), design(finger, scene)
+    assert of("largest_strain", other) == pytest.approx(of("largest_strain", one))
+    assert of("signal_over_noise", other) == pytest.approx(of("signal_over_noise", one))
+    np.testing.assert_allclose(other.readings, one.readings, rtol=1e-9)
+    np.testing.assert_allclose(other.depths, one.depths, rtol=1e-9)
+
+
+def test_readings_are_gain_times_strain_plus_lever_times_curvature(design):
+    one = design(gained([1.0, -0.5, 0.3, 2.0, 1.0]))
+    force, modulus = SCENE.grid
+    gains = gains_of(one.finger)
+    assert gains.shape == (2, 5) and gains[1, 2] == one.finger.gauges[2].lever_mm
+    for end, readings in zip(one.ends, one.readings, strict=True):
+        strain, curvature = np.moveaxis(end.felt(force, modulus, *one.moduli).values, 1, 0)
+        np.testing.assert_allclose(readings, 1e6 * (gains[0] * strain + gains[1] * curvature), rtol=1e-9)
+
+
+def test_more_doubt_never_tells_more(design):
+    """Noise, unknown friction and the worst case against the mean square."""
+    plain = {name: of(name, design()) for name in SIGMAS}
+    for changes in ({"gauge_noise_microstrain": 500.0}, {"force_noise_N": 0.1}, {"depth_noise_mm": 0.1}):
+        for name in SIGMAS:
+            assert of(name, design(scene=replace(SCENE, **changes))) >= plain[name] * (1 - 1e-9)
+    known = replace(SCENE, unknown=replace(SCENE.unknown, friction="stick"))
+    rms = replace(SCENE, over="rms")
+    for name in SIGMAS:
+        assert of(name, design(scene=known)) <= plain[name] * (1 + 0.02)
+        assert of(name, design(scene=rms)) <= plain[name]
+    assert of("sigma_gauges", design(scene=replace(SCENE, force_noise_N=0.1))) > plain["sigma_gauges"]
+
+
+def test_what_follows_from_sigma(design):
+    one = design()
+    assert of("identifiable_share", one) == np.mean(one.sigma_sd < 0.5)
+    assert of("sigma_sd", one) == one.sigma_sd.max() and of("sigma_gauges", one) == one.sigma_gauges.max()
+    mean = np.sqrt((one.sigma_gauges**2).mean(axis=0))
+    apart = 1 + np.trapezoid(1 / (2 * 1.96 * mean), np.log(SCENE.points[1]))
+    assert of("specimens_told_apart", one) == pytest.approx(apart, rel=1e-4)
+    assert of("signal_over_noise", one) == pytest.approx(one.sd.min() / (SCENE.gauge_noise_microstrain / math.sqrt(5)))
+
+
+def test_the_force_at_a_depth_makes_that_depth(design):
+    force, modulus = SCENE.grid
+    hardest = modulus == modulus.max()
+    depth = design().depths[1][hardest]
+    for share in (0.1, 0.5, 0.9):
+        scene = replace(SCENE, depth_mm=depth[0] * (depth[-1] / depth[0]) ** share)
+        found = of("force_at_depth", design(scene=scene))
+        assert np.exp(np.interp(np.log(found), np.log(force[hardest]), np.log(depth))) == pytest.approx(scene.depth_mm)
+    for deep in (0.9 * depth[0], 1.1 * depth[-1]):
+        with pytest.raises(InputError, match=f"depth_mm {deep:g} is outside what the forces reach"):
+            of("force_at_depth", design(scene=replace(SCENE, depth_mm=deep)))
+
+
+def test_the_worst_over_tolerances_grows_with_each_of_them(design):
+    row, none = Places.row(foil_of(FINGER.gauges)), Tolerances(0.0, 0.0, 0.0, 0.0)
+    own = of("worst_over_tolerances", design(scene=replace(SCENE, tolerances=none), places=row))
+    assert own == of("sigma_gauges", design(places=row))
+    for changes in ({"gauge_mm": 1.0}, {"moduli": 0.5}):
+        few, many = (
+            design(scene=replace(SCENE, tolerances=replace(none, **{k: size * v for k, v in changes.items()})),
+                   places=row)
+            for size in (0.5, 1.0)
+        )  # fmt: skip
+        assert own <= of("worst_over_tolerances", few) <= of("worst_over_tolerances", many)
+    assert own < of("worst_over_tolerances", many), "harder or softer layers tell less"
+
+
+def test_a_geometry_covers_a_range_of_ratios_and_its_gauges_are_sums_of_sites(design):
     places = Places.row(foil_of(FINGER.gauges))
-    geometry = made_up_geometry(FINGER, places)
-    limits = Tolerances(gauge_mm=0.3, gauge_deg=3.0, thickness_mm=0.5, moduli=0.25)
-    design = DesignInScene(FINGER, geometry, Scene(tolerances=limits))
-    found = list(objectives._neighbours(design))
-    # In a row gauges cannot turn: twice shifted gauges and two layers, then two skins
-    assert len(found) == 8
-    moved, outer, inner = (one.finger for one in found[:3])
-    steps = [b.angle_deg - a.angle_deg for a, b in zip(FINGER.gauges, moved.gauges, strict=True)]
-    assert [np.sign(step) for step in steps] == [1, -1, 1, -1, 1]
-    assert steps[2] == pytest.approx(math.degrees(0.3 / FINGER.shape.interface[0]))
-    assert outer.outer.modulus == pytest.approx(1.25 * FINGER.outer.modulus) and outer.inner == FINGER.inner
-    assert inner.inner.modulus == pytest.approx(1.25 * FINGER.inner.modulus) and inner.outer == FINGER.outer
-    back = found[3].finger
-    assert [a.angle_deg + b.angle_deg for a, b in zip(moved.gauges, back.gauges, strict=True)] == pytest.approx(
-        [2 * gauge.angle_deg for gauge in FINGER.gauges]
-    )
-    assert found[4].finger.outer.modulus == pytest.approx(FINGER.outer.modulus / 1.25)
-    skin = FINGER.shape.outer[-1] - FINGER.shape.interface[-1]
-    for one, change in zip(found[6:], (0.5, -0.5), strict=True):
-        shape = one.finger.shape
-        assert shape.outer[-1] - shape.interface[-1] == pytest.approx(skin + change)
-        assert one.geometry.finger.shape == shape
-    none = replace(design, scene=Scene(tolerances=Tolerances(0.0, 0.0, 0.0, 0.0)))
-    assert list(objectives._neighbours(none)) == []
-    turning = replace(design, geometry=replace(geometry, places=Places.whole(foil_of(FINGER.gauges))))
-    turned = list(objectives._neighbours(turning))[1].finger
-    assert [gauge.direction_deg for gauge in turned.gauges] == [3.0, -3.0, 3.0, -3.0, 3.0]
-    worst = OBJECTIVES["worst_over_tolerances"].of(design)
-    own = OBJECTIVES["sigma_gauges"].of(design)
-    assert worst == max(own, *(OBJECTIVES["sigma_gauges"].of(one) for one in found)) > own
+    geometry = design(places=places).geometry
+    low, high = RATIOS
+    for ratio in (low, high):
+        free, stuck = geometry.of(made(FINGER, {"outer.modulus_MPa": ratio * 0.1, "inner.modulus_MPa": 0.1}))
+        assert (free.gauge_count, free.friction, stuck.friction) == (5, 0.0, math.inf)
+    for ratio in (0.99 * low, 1.01 * high):
+        with pytest.raises(InputError, match=f"is {ratio:.3g}: a study covers {low:g} to {high:g}"):
+            geometry.of(made(FINGER, {"outer.modulus_MPa": ratio * 0.1, "inner.modulus_MPa": 0.1}))
+    # Gauges between sites feel what their neighbours feel, smoothly
+    felt = [
+        geometry.of(made(FINGER, {"gauges.spread_deg": spread}))[1].felt(
+            np.array([0.5]), np.array([0.3]), FINGER.outer.modulus, FINGER.inner.modulus).values[0, 0, -1]
+        for spread in (32.0, 34.0, 36.0, 38.0, 40.0)
+    ]  # fmt: skip
+    assert np.abs(np.diff(felt, 2)).max() < 0.3 * np.abs(np.diff(felt)).max()
 
 
-# ---- Confirmations
-
-
-def test_a_confirmation_says_how_far_off_a_prediction_is():
-    ones = np.ones((2, 3))
-    one = Confirmed(
-        "finger_1.toml", {"S_d": 0.105 * ones, "all gauges": 0.12 * ones},
-        {"S_d": 0.1 * ones, "all gauges": 0.1 * ones}, Scene(),
-    )  # fmt: skip
-    assert one.both("S_d") == (0.105, 0.1)
-    assert one.sentence == (
-        "finger_1.toml: S_d: predicted 0.105, calibrated 0.1 (within 10 %); "
-        "all gauges: predicted 0.12, calibrated 0.1 (off by +20 %)"
-    )
-    assert replace(one, failed="no mesh").sentence == "finger_1.toml: no calibration: no mesh"
-
-
-@pytest.mark.parametrize("friction, free", [("unknown", True), ("stick", False), (0, False)])
-def test_a_calibration_for_a_confirmation_is_the_usual_one(monkeypatch, friction, free):
-    calls, fits, begun = [], [], []
-    monkeypatch.setattr(confirming, "begin_large_strain", lambda *given, **how: begun.append(given[1]) or (lambda: ""))
-    monkeypatch.setattr(
-        confirming.fem, "prepare", lambda finger, **how: (how["size_mm"], how.get("variant", 0), finger.bench.friction)
-    )
-    monkeypatch.setattr(confirming, "cached_sweep", lambda *given: calls.append(given) or f"sweep {len(calls)}")
-    monkeypatch.setattr(confirming, "large_strain_error", lambda reduced, mu: ("error", reduced, mu))
-    monkeypatch.setattr(confirming, "fit", lambda *given, **how: fits.append((given, how)) or "calibration")
-    finger = made(FINGER, {"shape.scale": 0.5})
-    scene = Scene(unknown=replace(Unknowns(), friction=friction))
-    assert confirming.calibrated_finger(finger, scene, 1, lambda line: None) == "calibration"
-    # A finger of 10 mm instead of 13 gets a finer mesh
-    size = 0.7 * 10 / 13
-    whole, *others = calls
-    assert whole[0] == (pytest.approx(size), 0, None) and whole[1:3] == (DEFAULT_MODULI, scene.swept_N)
-    mu = {"unknown": math.inf, "stick": math.inf, 0: 0.0}[friction]
-    assert confirming.friction_coefficient(whole[4]) == mu
-    assert (others[0][4] == 0.0 and others[0][0] == whole[0]) == free
-    scatter = others[free:]
-    assert [one[0][1] for one in scatter] == list(confirming.SCATTER_VARIANTS)
-    step = confirming.SCATTER_STEP
-    assert all(one[1] == DEFAULT_MODULI[::step] and one[2] == scene.swept_N[::step] for one in scatter)
-    ((given, how),) = fits
-    assert given[0] == "sweep 1" and len(given[1]) == 3 and how["frictionless"] == ("sweep 2" if free else None)
-    assert how["friction_known"] == (not free) and how["strain"] == ("error", whole[0], mu)
-    assert set(begun[0]) == ({False, True} if free else {mu > 0})
-
-
-def test_a_failed_calibration_is_a_sentence(monkeypatch):
-    def fails(*given):
-        raise SolverError("no mesh")
-
-    monkeypatch.setattr(confirming, "calibrated_finger", fails)
-    design = SimpleNamespace(sigma_sd=np.ones(1), sigma_gauges=np.ones(1), finger=FINGER, scene=Scene())
-    assert confirming.confirm("a", design, 1, lambda line: None).sentence == "a: no calibration: no mesh"
-    monkeypatch.setattr(confirming, "calibrated_finger", lambda *given: "calibration")
-    monkeypatch.setattr(confirming, "sigma_from_sd", lambda calibration, scene: np.full(1, 2.0))
-    monkeypatch.setattr(confirming, "sigma_from_gauges", lambda calibration, scene: np.full(1, 0.95))
-    found = confirming.confirm("a", design, 1, lambda line: None)
-    assert "S_d: predicted 1, calibrated 2 (off by -50 %)" in found.sentence
-    assert "all gauges: predicted 1, calibrated 0.95 (within 10 %)" in found.sentence
-
-
-# ---- Words and figures of the page
-
-
-def test_an_effect_in_words():
-    one = Effect("outer.modulus_MPa", "sigma_sd", 0.1, 0.6, 0.5, (0.4, 0.7), True)
-    assert job.in_words(one) == "outer.modulus_MPa from 0.100 to 0.600 multiplies sigma_sd by 0.500 (0.400 to 0.700)"
-    assert "changes sigma_sd by" in job.in_words(replace(one, factor=False)) and one.sure
-    assert not replace(one, interval=(0.9, 1.1)).sure and replace(one, factor=False, interval=(0.9, 1.1)).sure
-    assert not replace(one, factor=False, interval=(-0.1, 0.1)).sure
-
-
-def test_the_front_is_marked_in_the_figure():
-    found = {"a": np.array([1.0, 2.0, 3.0, 40.0]), "b": np.array([4.0, 3.0, 2.0, 1.0])}
-    goals = [SimpleNamespace(name="a", unit="N"), SimpleNamespace(name="b", unit="1")]
-    study = SimpleNamespace(objectives=goals, free=[SimpleNamespace(name="x")], finger=SimpleNamespace(name="own"))
-    results = SimpleNamespace(
-        study=study, values=found.get, free=np.array([[5.0], [6.0], [7.0], [8.0]]), chosen=[0],
-        feasible=np.array([True, True, False, True]), front=np.array([True, False, False, True]),
-    )  # fmt: skip
-    (axes,) = job.front_figure(results, {"a": 9.0, "b": 8.0}).axes
-    drawn = {line.get_label(): np.array(line.get_xydata()).tolist() for line in axes.lines}
-    assert drawn == {
-        "breaks a constraint": [[2.0, 3.0]], "designs": [[4.0, 1.0], [3.0, 2.0], [1.0, 40.0]], "own": [[8.0, 9.0]],
-        "Pareto front": [[4.0, 1.0], [1.0, 40.0]], "chosen": [[4.0, 1.0]],
-    }  # fmt: skip
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("b", "a (N)")
-    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
-    study.objectives = goals[:1]
-    (axes,) = job.front_figure(results, {"a": 9.0}).axes
-    assert axes.get_xlabel() == "x" and list(axes.lines[1].get_xdata()) == [5.0, 6.0, 8.0]
-    assert any(list(line.get_ydata()) == [9.0, 9.0] for line in axes.lines)
-
-
-def test_a_panel_a_design_has_its_sigma_in_per_cent():
-    forces, moduli = np.geomspace(0.2, 0.8, 4), np.geomspace(0.1, 0.4, 3)
-    sigma = 0.01 * np.outer(np.ones(4), [1.0, 3.0, 30.0])
-    left, right, bar = job.sigma_figure(forces, moduli, [("one", sigma), ("two", 1e-9 + 0 * sigma)]).axes
-    assert (left.get_title(loc="left"), right.get_title(loc="left")) == ("one", "two")
-    assert left.get_xscale() == left.get_yscale() == "log" and left.get_xlim() == pytest.approx((0.2, 0.8))
-    assert [text.get_text() for text in left.get_xticklabels()] == ["0.2", "0.4", "0.8"]
-    assert [text.get_text() for text in bar.get_yticklabels()] == [f"{one} %" for one in job.LEVELS]
-    levels = left.collections[0].levels if hasattr(left.collections[0], "levels") else None
-    assert levels is None or 10**levels == pytest.approx(job.LEVELS)
+def test_friction_is_unknown_stick_or_none():
+    with pytest.raises(InputError, match='friction must be "unknown", "stick" or 0, got 0.5'):
+        Unknowns(0.5)
+    for parts in ({"forces": 1}, {"moduli": 41}):
+        with pytest.raises(InputError, match="must be from 2 to 40"):
+            Scene(**parts)

@@ -3,18 +3,13 @@
 import math
 from collections import defaultdict
 from dataclasses import replace
-from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from papilla.design import batch, geometry, running
-from papilla.design.batch import Batch, evaluate, version
 from papilla.design.confirming import Confirmed
-from papilla.design.places import Places
-from papilla.design.results import Effect, Outcome, Results, first_words, summary
+from papilla.design.results import Outcome, Results, first_words, summary
 from papilla.design.running import Tally
 from papilla.design.scene import Scene
 from papilla.design.study import read_study
@@ -101,17 +96,6 @@ def test_effects_need_three_degrees_of_freedom(results_of, count, effects):
     assert results_of(rng.random((count, 2)), free).effects == []
 
 
-def test_effects_are_sure_where_their_interval_leaves_out_none():
-    one = Effect("a", "b", 0.0, 1.0, 1.0, (1.0, 1.2), True)
-    assert [replace(one, interval=ends).sure for ends in ((1.0, 1.2), (1.01, 1.2), (0.8, 1.0), (0.8, 0.99))] == [
-        False, True, False, True,
-    ]  # fmt: skip
-    other = replace(one, factor=False)
-    assert [replace(other, interval=ends).sure for ends in ((0.0, 1.2), (0.01, 1.2), (-0.8, 0.0), (-0.8, -0.1))] == [
-        False, True, False, True,
-    ]  # fmt: skip
-
-
 def test_a_study_as_plain_values(results_of):
     results = results_of([(0.3, 4.0), (0.2, 5.0)], numbers=[3, 7], failures={4: "broken", 5: "torn", 6: "broken"})
     spent = defaultdict(float, geometry=1.0, ratio=2.0, gauges=4.0, scenes=8.0)
@@ -171,51 +155,3 @@ def test_failures_are_said_first_above_a_tenth(results_of, failed, said):
 
 
 # ---- Costs
-
-
-def test_seconds_of_a_batch_are_those_of_its_stages_and_the_rest(made_up, monkeypatch):
-    """Each stage takes a second of a clock that ticks when it is read, the whole batch 7 s."""
-    ticks, ends = iter(range(100)), iter([10.0, 17.0])
-    monkeypatch.setattr(geometry, "process_time", lambda: float(next(ticks)))
-    monkeypatch.setattr(batch, "process_time", lambda: next(ends))
-    usage = SimpleNamespace(ru_maxrss=300 * 1024)
-    monkeypatch.setattr(batch.resource, "getrusage", lambda who: usage)
-    geometry.SPENT["gauges"] = 50.0
-    done = evaluate(Batch((FINGER, FINGER), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version()))
-    assert done.spent == {"gauges": 2.0, "scenes": 5.0} and done.memory_MB == 300.0
-
-
-@pytest.mark.parametrize("seconds, cached", [(0.9, True), (1.1, False)])
-def test_a_price_is_measured_on_five_designs(study_file, made_up, monkeypatch, seconds, cached):
-    tried, based, said = [], [], []
-    ends = iter([5.0, 5.0 + seconds, 20.0, 22.0])
-    monkeypatch.setattr(running, "perf_counter", lambda: next(ends))
-    monkeypatch.setattr(running, "judged", lambda design, asked: tried.append((design.finger, asked)))
-    monkeypatch.setattr(running, "measure_base", lambda *given: based.append(given))
-    study = read_study(study_file(('"signal_over_noise"]', '"signal_over_noise", "sigma_gauges"]')))
-    price = running.price(study, said.append)
-    assert (price.designs, price.geometries, price.sites) == (12, 1, 17) and price.cached == cached
-    assert price.per_geometry == pytest.approx(seconds) and price.per_design == pytest.approx(0.4)
-    assert [finger.outer.modulus for finger, _ in tried] == pytest.approx(
-        [math.sqrt(0.06), 0.1, 0.6, *[math.sqrt(0.06)] * 2]
-    )
-    assert {asked for _, asked in tried} == {("sigma_gauges", "sigma_sd", "signal_over_noise")}
-    assert said == ["reducing one geometry"] and based[0][1] == 1 and len(based[0][0].gauges) == 17
-
-
-def test_the_time_that_is_left_is_that_of_the_designs_that_were_not_known(study_file, monkeypatch):
-    clock, stages = [100.0], []
-    monkeypatch.setattr(running, "perf_counter", lambda: clock[0])
-    study = read_study(study_file(("designs = 12", "designs = 120")))
-    store = SimpleNamespace(add=lambda sha, rows: None)
-    runner = running._Runner(study, store, Tally(reused=20), lambda *given: stages.append(given), None)
-    rows = [(k, {}, f"k{k}", batch.Record({}, "ok" if k % 10 else "broken")) for k in range(120)]
-    for first, last, now in ((0, 20, 101.0), (20, 60, 108.0), (60, 120, 120.0)):
-        clock[0] = now
-        runner._store(rows[first:last])
-    runner._store([])
-    assert [line for line, *_ in stages] == [
-        "designs, 20 of 120", "designs, 60 of 120, about 12 s left", "designs, 120 of 120",
-    ]  # fmt: skip
-    assert [(done, total) for _, done, total in stages] == [(20, 120), (60, 120), (120, 120)]
-    assert runner.tally.failed == 12 and all(a < b for a, b in pairwise([0, *(one[1] for one in stages)]))

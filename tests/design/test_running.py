@@ -1,46 +1,55 @@
-"""Studies from file to page, in this process, on a made-up geometry."""
+"""Studies from file to page, on a made-up geometry in this process, and on the real one."""
 
 import csv
 import json
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
 from papilla.core.tables import TableReader
-from papilla.design import batch, running
-from papilla.design.job import run_study
+from papilla.design import Scene, read_study, run_study
+from papilla.design.batch import Batch, Done, check_done, evaluate, version
+from papilla.design.job import write_page
+from papilla.design.parameters import made
+from papilla.design.places import Places
 from papilla.design.results import Results, first_words, summary
-from papilla.design.study import read_study
+from papilla.design.running import Price, price
 from papilla.model.finger import Finger
 
-pytestmark = pytest.mark.usefixtures("made_up")
+FINGER = Finger.default()
 
 
-def test_a_study_becomes_tables_a_page_and_fingers(study_file, tmp_path):
-    study = read_study(study_file())
-    found = run_study(study, tmp_path / "out", workers=0)
+def table_of(path):
+    """Its numbers by column."""
+    with TableReader(path, lambda name: name not in ("finger_sha256", "status")) as reader:
+        return reader.whole().columns
+
+
+def test_a_study_becomes_tables_a_page_and_fingers(ran, tmp_path):
+    stages = []
+    found = ran(('"made up"', "'$\\bad{$ <b>'"), stage=lambda line, done, total: stages.append((done, total)))
     told = summary(found)
     json.dumps(told)
-    assert told["designs"] == 12 and told["failed"] == 0
-    with TableReader(tmp_path / "out" / "designs.csv", lambda name: name not in ("finger_sha256", "status")) as reader:
-        table = reader.whole()
-    assert len(table) == 12 and table.columns["front"].sum() == told["front"]
+    assert (told["designs"], told["failed"], told["reused"]) == (12, 0, 0) and stages[-1] == (12, 12)
+    assert stages == sorted(stages) and found.tally.spent["scenes"] > 0
+    columns = table_of(tmp_path / "out" / "designs.csv")
+    assert len(columns["design"]) == 12 and columns["front"].sum() == told["front"]
     best = told["best"][0]["objectives"]["sigma_sd"]
-    assert best == table.columns["sigma_sd"].min() and best < told["base"]["sigma_sd"]
-    page = (tmp_path / "out" / "study.html").read_text()
-    assert "multiplies sigma_sd by" in page and "finger_1.toml" in page
-    assert Finger.load(tmp_path / "out" / "finger_1.toml").outer.modulus == pytest.approx(
-        told["best"][0]["free"]["outer.modulus_MPa"]
-    )
+    assert best == columns["sigma_sd"].min() and best < told["base"]["sigma_sd"]
+    write_page(tmp_path / "study.html", found, fields=False)
+    page = (tmp_path / "study.html").read_text()
+    assert "multiplies sigma_sd by" in page and "finger_1.toml" in page and "data:image" in page
+    assert r"<h1>$\bad{$ &lt;b&gt;</h1>" in page
 
 
-def test_the_written_fingers_are_those_that_were_judged(study_file, tmp_path):
+def test_the_written_fingers_are_those_that_were_judged(ran, made_up, tmp_path):
     """Bit for bit: the hash of a design is that of its row, of its file and in JSON."""
-    formula = "sqrt(outer.modulus_MPa * 0.1) / 3 + min(gauges.spread_deg / 1e4, 0.003)"
-    named = '"made up"', "'$\\bad{$ <b>'"
-    study = read_study(study_file(("outer.modulus_MPa / 4", formula), named))
-    best = summary(run_study(study, tmp_path / "out", workers=0))["best"]
+    formula = "sqrt(outer.modulus_MPa * 0.1) / 3 + min(gauges.lever_mm / 1e4, 0.003)"
+    study = made_up(("outer.modulus_MPa / 4", formula))
+    best = summary(ran(study=study))["best"]
     with open(tmp_path / "out" / "designs.csv", newline="") as file:
         rows = {int(row["design"]): row for row in csv.DictReader(file)}
     assert best and len({row["finger_sha256"] for row in rows.values()}) == len(rows) == 12
@@ -48,67 +57,68 @@ def test_the_written_fingers_are_those_that_were_judged(study_file, tmp_path):
         finger = Finger.load(one["finger"])
         assert finger.sha256 == one["finger_sha256"] == rows[one["design"]]["finger_sha256"]
         assert finger.sha256 == study.finger_of(one["free"]).sha256
-    assert r"<h1>$\bad{$ &lt;b&gt;</h1>" in (tmp_path / "out" / "study.html").read_text()
+    assert not (tmp_path / "out" / "study.html").exists()
 
 
-def test_the_front_holds_what_nothing_beats(study_file, tmp_path):
-    study = read_study(study_file())
-    found = run_study(study, tmp_path / "out", workers=0).results
-    for row, cost in enumerate(found.costs):
-        beaten = any((other <= cost).all() and (other < cost).any() for other in found.costs)
-        assert found.front[row] == (not beaten)
+def test_a_run_that_stopped_goes_on_and_other_names_share_what_is_known(ran, made_up, tmp_path):
+    shared = 'name = "made up"', f'name = "made up"\nstore = "{tmp_path / "shared.sqlite"}"'
 
+    class StoppedError(Exception): ...
 
-def test_a_resume_computes_nothing_again_and_a_second_study_shares(study_file, tmp_path, monkeypatch):
-    path, calls = study_file(("[sampler]", 'store = "shared.sqlite"\n[sampler]')), []
-    path = study_file(
-        text=path.read_text()
-        .replace('store = "shared.sqlite"\n', "")
-        .replace("objectives", 'store = "shared.sqlite"\nobjectives', 1)
-    )
-    true = batch.evaluate
-    monkeypatch.setattr(running, "evaluate", lambda one: calls.append(len(one.fingers)) or true(one))
-    first = run_study(read_study(path), tmp_path / "a", workers=0)
-    assert sum(calls) == 12 and first.tally.reused == 0
-    assert first.tally.spent["gauges"] > 0 and first.tally.spent["scenes"] > 0
-    path.write_text(path.read_text().replace("made up", "another name"))
-    again = run_study(read_study(path), tmp_path / "b", workers=0)
-    assert sum(calls) == 12 and again.tally.reused == 12
-    assert np.array_equal(first.results.found, again.results.found)
+    def stop(line, done, total):
+        raise StoppedError
 
-
-def test_a_folder_with_results_is_not_overwritten_by_chance(study_file, tmp_path):
-    study = read_study(study_file())
-    run_study(study, tmp_path / "out", workers=0)
+    with pytest.raises(StoppedError):
+        ran(shared, stage=stop)
+    first, again = ran(shared, out="a"), ran(shared, ("made up", "another name"), out="b")
+    assert first.tally.reused == again.tally.reused == 12, "what was stored before the stop is not run again"
+    np.testing.assert_array_equal(first.results.found, again.results.found)
+    other = ran(shared, ("[sampler]", "[scene]\nsamples = 50\n[sampler]"), out="c")
+    assert other.tally.reused == 0 and not np.array_equal(other.results.found, first.results.found)
     with pytest.raises(InputError, match="--resume"):
-        run_study(study, tmp_path / "out", workers=0)
-    assert run_study(study, tmp_path / "out", workers=0, resume=True).tally.reused == 12
+        ran(out="d"), ran(out="d")
+    assert ran(out="d", resume=True).tally.reused == 12
 
 
-def test_failed_designs_are_rows_and_many_are_said_first(study_file, tmp_path):
-    study = read_study(study_file(("[0.1, 0.6]", "[0.1, 6.0]")))
-    found = run_study(study, tmp_path / "out", workers=0)
+def test_failed_designs_are_rows_and_many_are_said_first(ran, tmp_path):
+    found = ran(("[0.1, 0.6]", "[0.1, 6.0]"))
     assert found.failed_share > 0.1 and "designs failed" in first_words(found)[0]
     text = (tmp_path / "out" / "designs.csv").read_text()
     assert "leaves what the model covers" in text and text.count("\n") == 13
-
-
-def test_no_answer_at_all_is_refused(study_file, tmp_path):
-    study = read_study(study_file(('"outer.modulus_MPa / 4"', '"outer.modulus_MPa / 40"')))
     with pytest.raises(InputError, match="none of the 12 designs.*outer over inner modulus is 40"):
-        run_study(study, tmp_path / "out", workers=0)
+        ran(('"outer.modulus_MPa / 4"', '"outer.modulus_MPa / 40"'), out="none")
 
 
-def test_an_optimiser_does_better_than_its_start_and_keeps_a_limit(study_file, tmp_path):
-    changes = (
+def test_an_optimiser_does_better_than_its_start_and_keeps_a_limit(ran):
+    found = ran(
         ("designs = 12", 'kind = "optimise"\ndesigns = 48'),
-        ("[sampler]", "[constraints]\nsignal_over_noise = { least = 100 }\n[sampler]"),
-    )
-    study = read_study(study_file(*changes))
-    found = run_study(study, tmp_path / "out", workers=0).results
-    best = found.chosen[0]
-    assert found.values("sigma_sd")[best] <= found.values("sigma_sd")[found.feasible][:6].min()
-    assert found.values("signal_over_noise")[best] >= 100
+        ("[sampler]", "[constraints]\nsignal_over_noise = { least = 8000 }\n[sampler]"),
+    ).results
+    sd, signal, best = found.values("sigma_sd"), found.values("signal_over_noise"), found.chosen[0]
+    assert (found.feasible == (signal >= 8000)).all() and signal[best] >= 8000
+    assert not found.feasible.all() and found.feasible[-12:].mean() > found.feasible[:12].mean()
+    assert sd[best] == sd[found.feasible].min() <= sd[found.feasible][:6].min()
+
+
+def test_a_price_is_of_the_designs_and_geometries_of_the_study(made_up):
+    said = []
+    found = price(made_up(), said.append)
+    assert (found.designs, found.geometries, found.sites) == (12, 1, 5) and found.per_design > 0
+    assert found.cached and said == ["reducing one geometry"]
+
+
+@pytest.mark.slow
+def test_a_real_study_finds_what_physics_says(study_file, tmp_path):
+    """A harder finger strains less, and tells hard specimens better; processes give what this process gives."""
+    own = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
+    study = read_study(study_file(own))
+    here, there = (run_study(study, tmp_path / str(k), workers=k, with_page=False) for k in (0, 2))
+    np.testing.assert_allclose(here.results.found, there.results.found, rtol=1e-9)
+    effects = {(one.parameter, one.objective): one for one in here.results.effects}
+    signal, sigma = (effects["outer.modulus_MPa", goal] for goal in ("signal_over_noise", "sigma_sd"))
+    assert signal.sure and signal.change == pytest.approx(1 / 6, rel=0.5), "strain falls nearly as stiffness rises"
+    assert sigma.sure and sigma.change < 1
+    assert all("specimen of 0.05 MPa is too soft" in why for why in here.results.failures.values())
 
 
 def test_effects_find_what_was_put_in(study_file):
@@ -125,3 +135,72 @@ def test_effects_find_what_was_put_in(study_file):
         and effect.change == pytest.approx(6**-0.5, rel=0.05)
     )
     assert not results.effects[1].sure
+
+
+# ---- Batches and results
+
+
+def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
+    batch = Batch((FINGER,), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), "0.0 (old)", made_up_geometry)
+    assert evaluate(batch) == Done((), version(), {}, 0.0)
+    stiff = replace(FINGER, outer=replace(FINGER.outer, modulus=90.0))
+    done = evaluate(replace(batch, fingers=(FINGER, stiff), version=version()))
+    good, bad = done.records
+    assert good.status == "ok" and set(good.found) == {"sigma_sd"} and "a study covers" in bad.status
+    assert set(done.spent) == {"gauges", "scenes"} and 10 < done.memory_MB < 1e5
+
+
+ANSWERS = {
+    "nothing": lambda done: None,
+    "a dict": lambda done: vars(done),
+    "a list of records": lambda done: replace(done, records=list(done.records)),
+    "a record too few": lambda done: replace(done, records=done.records[1:]),
+    "no record": lambda done: replace(done, records=(done.records[0], {"sigma_sd": 0.1})),
+    "an old version": lambda done: replace(done, version="0.0.9 (abc)"),
+    "no version": lambda done: replace(done, version=None),
+    "another finger": lambda done: replace(done, records=done.records[::-1]),
+    "no number of seconds": lambda done: replace(done, spent={"scenes": math.nan}),
+    "no memory": lambda done: replace(done, memory_MB="much"),
+}
+RECORDS = {
+    "no number": {"found": {"sigma_sd": math.nan}},
+    "infinite": {"found": {"sigma_sd": math.inf}},
+    "a text": {"found": {"sigma_sd": "0.1"}},
+    "another objective": {"found": {"sigma_gauges": 0.1}},
+    "no objective": {"found": {}},
+    "no table": {"found": [0.1]},
+    "a failure with values": {"status": "no mesh"},
+    "two lines": {"found": {}, "status": "no\nmesh"},
+    "no end": {"found": {}, "status": "x" * 10_000},
+    "no reason": {"found": {}, "status": ""},
+    "no status": {"found": {}, "status": None},
+    "no hash": {"finger_sha256": "f"},
+}
+
+
+@pytest.mark.parametrize(
+    "forge",
+    [
+        *ANSWERS.values(),
+        *(lambda done, of=of: replace(done, records=(replace(done.records[0], **of), done.records[1]))
+          for of in RECORDS.values()),
+    ],
+    ids=[*ANSWERS, *RECORDS],
+)  # fmt: skip
+def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
+    other = made(FINGER, {"outer.modulus_MPa": 0.3})
+    batch = Batch((FINGER, other), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version(), made_up_geometry)
+    done = evaluate(batch)
+    check_done(done, batch)
+    with pytest.raises(InputError) as refused:
+        check_done(forge(done), batch)
+    assert "\n" not in str(refused.value) and len(str(refused.value)) < 1000
+
+
+# ---- What a study costs
+
+
+@pytest.mark.parametrize("geometries, workers, seconds", [(1, 1, 20.0), (3, 1, 36.0), (3, 2, 18.0)])
+def test_the_geometry_that_was_measured_costs_nothing_more(geometries, workers, seconds):
+    one = Price(100, geometries, sites=5, per_design=0.2, per_geometry=8.0, cached=False)
+    assert one.seconds(workers) == pytest.approx(seconds)

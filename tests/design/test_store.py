@@ -11,7 +11,6 @@ import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, NotOwnError, PapillaError
 from papilla.design.batch import Record
-from papilla.design.job import run_study
 from papilla.design.results import Results
 from papilla.design.store import Store
 from papilla.design.study import read_study
@@ -139,27 +138,26 @@ def test_any_changed_cell_is_read_as_it_was_or_refused(stored, seed):
             assert str(path) in str(refused) and "\n" not in str(refused)
 
 
-def test_a_forged_best_design_is_noticed_before_anything_is_written(made_up, study_file, tmp_path):
-    study, out = read_study(study_file()), tmp_path / "out"
-    run_study(study, out, workers=0)
-    for path in out.glob("*.toml"):
+FORGED = json.dumps({"sigma_sd": 1e-9, "signal_over_noise": 1e9})
+BEST = "UPDATE records SET found = ? WHERE key = (SELECT key FROM designs WHERE number = 5)"
+
+
+@pytest.mark.parametrize(
+    "command, said",
+    [
+        ((BEST, (FORGED,)), "design 5: sigma_sd is 1e-09 there, and 0.* when it is judged again"),
+        (("UPDATE records SET finger_sha256 = ?", ("0" * 64,)), "its record is of another finger"),
+    ],
+)
+def test_a_forged_record_is_noticed_before_anything_is_written(ran, tmp_path, command, said):
+    ran()
+    for path in (tmp_path / "out").glob("*.toml"):
         path.unlink()
-    forged = json.dumps({"sigma_sd": 1e-9, "signal_over_noise": 1e9})
-    best = "UPDATE records SET found = ? WHERE key = (SELECT key FROM designs WHERE number = 5)"
-    changed(out / "store.sqlite", (best, (forged,)))
-    with pytest.raises(
-        FileFormatError, match="design 5: sigma_sd is 1e-09 there, and 0.* when it is judged again"
-    ) as refused:
-        run_study(study, out, workers=0, resume=True)
-    assert str(out / "store.sqlite") in str(refused.value) and not list(out.glob("*.toml"))
-
-
-def test_a_record_of_another_finger_is_noticed(made_up, study_file, tmp_path):
-    study, out = read_study(study_file()), tmp_path / "out"
-    run_study(study, out, workers=0)
-    changed(out / "store.sqlite", ("UPDATE records SET finger_sha256 = ?", ("0" * 64,)))
-    with pytest.raises(FileFormatError, match="its record is of another finger"):
-        run_study(study, out, workers=0, resume=True)
+    store = tmp_path / "out" / "store.sqlite"
+    changed(store, command)
+    with pytest.raises(FileFormatError, match=said) as refused:
+        ran(resume=True)
+    assert str(store) in str(refused.value) and not list((tmp_path / "out").glob("*.toml"))
 
 
 @pytest.mark.parametrize("ending", ["", "-wal"])

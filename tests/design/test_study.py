@@ -4,7 +4,6 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.design import sampling
-from papilla.design.formulas import coupled
 from papilla.design.parameters import made, parameters_of
 from papilla.design.study import read_study
 from papilla.model.finger import Finger
@@ -63,15 +62,6 @@ def test_layers_may_move_together_but_not_cross():
         made(finger, {"shape.skin_mm": 14.0})
     with pytest.raises(InputError, match="surface files"):
         parameters_of(Finger.load("papilla/data/surfaces_finger.toml"))
-
-
-def test_couplings_follow_each_other():
-    found = coupled(
-        {"outer.modulus_MPa": 8.0}, {"inner.modulus_MPa": "outer.modulus_MPa / 4", "x": "sqrt(inner.modulus_MPa * 2)"}
-    )
-    assert found["x"] == 2.0
-    with pytest.raises(InputError, match="division by zero"):
-        coupled({"a": 0.0}, {"b": "1 / a"})
 
 
 def test_shapes_are_the_outer_sample(study_file):

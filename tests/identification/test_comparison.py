@@ -4,25 +4,20 @@ import csv
 import json
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.calibration import fit
 from papilla.core.errors import InputError
-from papilla.identification import comparison
 from papilla.identification.comparison import (
     NOISE_MICROSTRAIN,
     Candidate,
-    Reach,
-    _verdicts,
     candidate,
     compare,
     write_comparison,
     write_comparison_table,
 )
-from papilla.model.finger import Finger
 
 
 @pytest.fixture(scope="module")
@@ -82,12 +77,6 @@ def test_fewer_than_two_and_the_same_twice_are_refused(both):
         compare([both[0], both[0]])
 
 
-def test_a_missing_value_is_told(found):
-    blind = replace(found.rows[1], sigma=np.inf, reach=(Reach("g1", 1.0, 0.0, 0.0, 12.0),))
-    said = _verdicts([replace(found.rows[0], reach=blind.reach), blind])
-    assert "weak none)" in said[0] and said[-1].endswith("strong 12 mm², weak 12 mm²; a smaller one is finer.")
-
-
 def test_page_and_table_hold_the_rows(found, both, tmp_path):
     write_comparison(tmp_path / "c.html", found, both)
     page = (tmp_path / "c.html").read_text(encoding="utf-8")
@@ -105,20 +94,3 @@ def test_a_file_of_a_calibration_is_loaded(both, tmp_path):
     loaded = candidate(tmp_path / "strong.json")
     assert loaded.finger is None and loaded.name.endswith("strong.json")
     assert loaded.calibration.predict(0.5, 0.5) == both[0].calibration.predict(0.5, 0.5)
-
-
-def test_a_gauge_reaches_the_triangles_that_respond_at_least_half_as_much(monkeypatch):
-    """A skin of four triangles of 1, 2, 2 and 4 mm2; the mean of the corners counts."""
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0], [5, 0, 0.0]])
-    triangles = np.array([[0, 1, 2], [2, 3, 0], [3, 4, 0], [5, 4, 1]])
-    mesh = SimpleNamespace(points=points, boundaries={"skin": triangles})
-    strains = 1e-3 * np.array([[1.0, 0.6, -6.0, 2.0, 1.0], [-8.0, -8.0, 0.0, 0.0, 0.0]])
-    asked = []
-    fields = SimpleNamespace(mesh=mesh, vertices=np.array([0, 1, 2, 3, 4]), strain_per_newton=strains)
-    monkeypatch.setattr(comparison, "receptive_of", lambda finger, **options: asked.append(options) or fields)
-    finger = replace(Finger.default(), gauges=Finger.default().gauges[:2])
-    first, second = comparison._reach(finger, print)
-    assert asked == [{"size_mm": comparison.DEFAULT_SIZE_MM, "progress": print}]
-    # Means of |strain|: 7.6 / 3, 3, 4 / 3 and 1.6 / 3 of at least 3 (of 6); then 16 / 3, 8 / 3, 8 / 3 and 8 / 3 of 4
-    assert first == Reach("g1", pytest.approx(-6.0), 0.0, 2.0, pytest.approx(2.0))
-    assert second == Reach("g2", pytest.approx(-8.0), 0.0, 0.0, pytest.approx(1.0))

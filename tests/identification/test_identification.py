@@ -167,6 +167,7 @@ def test_a_finger_that_was_not_identified_is_not_compared(smooth):
         compare(Finger.default(), made(smooth, 11)[0], size_mm=SIZE_MM)
 
 
+@pytest.mark.slow
 def test_swapped_gauges_are_doubted(smooth):
     log, _ = made(smooth, 27, forces=np.geomspace(0.05, 0.98, 10), moduli=(0.089, 0.3, 0.72))
     crossed = replace(log, readings=log.readings[:, [0, 2, 1, 3, 4]])
@@ -200,6 +201,7 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
             assert cost - least == pytest.approx(3.84, abs=0.1), (name, end)
 
 
+@pytest.mark.slow
 def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     """Four presses on one modulus; and a finger whose outer layer is nearly 16 times as stiff as its inner one."""
     log, _ = made(smooth, 3, moduli=(0.51,), depth=False)

@@ -72,3 +72,38 @@ def test_residuals_are_of_the_force_also_where_the_model_ends():
     whole, cut = (fit_indentation(force, DEPTH + off, model) for model in (on_half_space(5.0), ending))
     assert cut.rms_N == pytest.approx(whole.rms_N, rel=1e-3)
     assert cut.modulus_MPa == pytest.approx(whole.modulus_MPa, rel=1e-6)
+
+
+def test_residuals_of_an_indentation_are_of_the_force():
+    """Noise of 2 mN that alternates: its root mean square for 38 degrees of freedom, and the sigmas."""
+    force = np.linspace(0.05, 0.6, 40)
+    depth = on_half_space(5.0)(0.3, force) + 0.1
+    # d = (0.75 (1 - 0.25) F / (E sqrt(R)))^(2/3), written out
+    assert depth - 0.1 == pytest.approx((0.5625 * force / (0.3 * np.sqrt(5.0))) ** (2 / 3))
+    noise = 2e-3 * (-1.0) ** np.arange(40)
+    found = fit_indentation(force + noise, depth, on_half_space(5.0))
+    assert found.rms_N == pytest.approx(2e-3 * np.sqrt(40 / 38), rel=0.02) and found.freedom == 38
+    ln_modulus, offset = np.ones(40) * force, force / (2 / 3 * (depth - 0.1))
+    spread = found.rms_N * np.sqrt(
+        np.diag(
+            np.linalg.inv(
+                np.array([[ln_modulus @ ln_modulus, ln_modulus @ offset], [ln_modulus @ offset, offset @ offset]])
+            )
+        )
+    )
+    assert found.sigma_MPa == pytest.approx(0.3 * spread[0], rel=0.02)
+    assert found.offset_sigma_mm == pytest.approx(spread[1], rel=0.02)
+    # Student's t of 38 degrees of freedom at 97.5 % is 2.0244
+    assert np.log(found.interval) == pytest.approx(
+        np.log(found.modulus_MPa) + np.array([-1, 1]) * 2.0244 * found.sigma_MPa / found.modulus_MPa, rel=1e-4
+    )
+
+
+def test_a_table_of_indentations_reaches_its_first_and_last_force_and_modulus(made_up):
+    model = on_finger(made_up)
+    ends = np.array([made_up.force_N.min(), made_up.force_N.max()])
+    for modulus in (made_up.modulus_MPa.min(), made_up.modulus_MPa.max()):
+        assert model(modulus, ends) == pytest.approx(ends**0.7, rel=1e-3)
+    assert np.isnan(model(1.001 * made_up.modulus_MPa.max(), ends)).all()
+    assert np.isnan(model(0.999 * made_up.modulus_MPa.min(), ends)).all()
+    assert np.isnan(model(0.3, ends * np.array([0.999, 1.001]))).all()

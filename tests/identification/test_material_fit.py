@@ -2,13 +2,12 @@
 
 import os
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.identification.material_fit import MaterialTests, _with_doubts, fit_material, model_stress
+from papilla.identification.material_fit import MaterialTests, fit_material, model_stress
 from papilla.model.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3)]
@@ -73,17 +72,6 @@ def test_a_parameter_at_its_bound_is_with_doubtsed():
     stretch = np.linspace(1.01, 1.3, 12)
     steep = MaterialTests(stretch, 1e-3 * np.expm1(60 * (stretch - 1)), "uniaxial")
     assert "alpha stopped at its bound" in fit_material("ogden", steep).notes
-
-
-@pytest.mark.parametrize("condition, told", [(0.95e6, False), (1.05e6, True)])
-def test_a_condition_above_a_million_is_told(condition, told):
-    """Two unit columns at an angle t have the condition number cot(t / 2)."""
-    angle = 2 / condition
-    jac = np.vstack([[[1, np.cos(angle)], [0, np.sin(angle)]], np.zeros((34, 2))])
-    found = SimpleNamespace(jac=jac, cost=1e-6, x=np.array([0.9, 2.5]), active_mask=np.zeros(2))
-    fit = _with_doubts(Ogden, ("mu", "alpha"), sampled(Ogden(0.11, 3.3)), found, np.array([1.0, 2.0]), np.ones(2), 1.0)
-    assert fit.condition == pytest.approx(condition, rel=1e-3)
-    assert any("ill-conditioned" in note for note in fit.notes) is told
 
 
 def test_a_parameter_that_the_data_do_not_see_is_with_doubtsed():

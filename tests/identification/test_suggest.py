@@ -1,7 +1,5 @@
 """What to press next: against every other choice, and against what a fit then knows."""
 
-from itertools import combinations_with_replacement
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,6 @@ from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.identification import identify
-from papilla.identification import suggest as module
 from papilla.identification.suggest import suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
@@ -34,59 +31,6 @@ def identified(told):
     noise = np.random.default_rng(3).normal(0, 5, reading.shape)
     log = PressLog(force, modulus, reading + noise, ("g1", "g2", "g3", "g4", "g5"))
     return identify(log, Finger.default(), size_mm=SIZE_MM)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("criterion", ["I", "D"])
-def test_no_other_pair_of_presses_tells_more(identified, criterion):
-    found = suggest_presses(identified, 2, MODULI, forces=FORCES, criterion=criterion)
-    force, modulus = (axis.ravel() for axis in np.meshgrid(FORCES, MODULI, indexing="ij"))
-    made = identified.problem.jacobian(identified.vector)
-    candidates = (force, modulus, np.zeros((len(force), 2)))
-    finger = module._finger(identified.problem, identified.vector, candidates, made.T @ made)
-
-    def score(rows):
-        information = finger.known + finger.each[list(rows)].sum(axis=0)
-        return -np.linalg.slogdet(information)[1] if criterion == "D" else finger.log_variance(information)
-
-    pairs = list(combinations_with_replacement(range(len(force)), 2))
-    best = min(pairs, key=score)
-    rows = [
-        int(np.flatnonzero((force == f) & (modulus == e))[0])
-        for f, e in zip(found.force_N, found.modulus_MPa, strict=True)
-    ]
-    assert score(rows) == pytest.approx(score(best), abs=1e-6)
-    assert found.criterion == criterion and found.sigma_after < found.sigma_before
-
-
-@pytest.mark.slow
-def test_what_is_known_before_is_what_the_fit_knows(identified):
-    """The information of an identification is the inverse of its covariance, where its sigmas were not widened."""
-    one, more = (suggest_presses(identified, count, MODULI, forces=FORCES) for count in (1, 4))
-    assert one.sigma_before == more.sigma_before
-    assert more.sigma_after < one.sigma_after < one.sigma_before
-    made = identified.problem.jacobian(identified.vector)
-    one_press = (np.array([0.3]), np.array([0.3]), np.zeros((1, 2)))
-    finger = module._finger(identified.problem, identified.vector, one_press, made.T @ made)
-    inverse = np.linalg.inv(finger.known)
-    if identified.chi_square < 1.5 * identified.freedom:
-        assert np.diag(inverse) == pytest.approx(np.diag(identified.covariance), rel=1e-6)
-    variance = np.einsum("mf,fg,mg->m", finger.slope, inverse, finger.slope).mean()
-    assert one.sigma_before == pytest.approx(np.sqrt(variance))
-
-
-@pytest.mark.slow
-def test_a_protocol_from_nothing_beats_evenly_spaced_presses_of_the_same_fingers(told):
-    design = Finger.default()
-    found = suggest_presses(design, 5, (0.089, 0.51, 0.72), size_mm=SIZE_MM)
-    assert len(found.force_N) == 5 and set(found.modulus_MPa) > {0.72}
-    force, modulus = np.linspace(0.05, 0.98, 5), np.resize([0.089, 0.51, 0.72], 5)
-    spaced = (force, modulus, np.zeros((5, 2)))
-    problem, vectors = module._from_nothing(design, spaced, None, module.Noise(), 0, SIZE_MM)
-    fingers = [module._finger(problem, vector, spaced, None) for vector in vectors]
-    even = np.mean([one.log_variance(one.known + one.each.sum(axis=0)) for one in fingers])
-    assert found.sigma_after < 0.95 * np.exp(even / 2)
-    assert found == suggest_presses(design, 5, (0.72, 0.51, 0.089, 0.089), size_mm=SIZE_MM)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,228 @@
+"""What a fit of real presses on a coarse family knows: weights, influence, records, suggestions, creep, noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from drawn_finger import BLOCK, SIZE_MM, made
+from spring_calibration import calibration
+
+from papilla.calibration import Calibration
+from papilla.core.errors import InputError
+from papilla.fem.pressing.response import response
+from papilla.identification import Noise, compare, diagnose, fit_relaxation, identify, record, suggest_presses
+from papilla.identification.diagnosis import influence_by_parameter
+from papilla.identification.fit import solve
+from papilla.identification.identified_finger import Change, Comparison, with_identification
+from papilla.identification.noise import estimated_noise
+from papilla.identification.one_touch import crept, fit_touch
+from papilla.identification.page import weighted_residuals, write_identification
+from papilla.identification.posing import family_of, free_parameters, problem_of, specimens_of
+from papilla.logs import PressLog
+from papilla.model.finger import Finger
+from papilla.references import Prony
+
+FINGER, STUCK = Finger.default(), {"size_mm": SIZE_MM, "friction": "stick"}
+MODULI = ("outer_modulus_MPa", "inner_modulus_MPa")
+
+
+@pytest.fixture(scope="module")
+def smooth():
+    return response(family_of(FINGER, size_mm=SIZE_MM), BLOCK)
+
+
+@pytest.fixture(scope="module")
+def pressed(smooth):
+    """Presses of a drawn finger, and its parameters."""
+    return made(smooth, 21, forces=np.geomspace(0.1, 0.9, 6))
+
+
+@pytest.fixture(scope="module")
+def found(pressed):
+    return identify(pressed[0], FINGER, **STUCK)
+
+
+@pytest.fixture(scope="module")
+def stored(found):
+    """The identified finger with its record."""
+    return found.with_record(record(found, diagnose(found), "block"))
+
+
+def test_the_model_is_linear_in_gains_levers_and_zeros(found):
+    made_up, vector = found.problem, found.vector
+    one = made_up.modelled(vector).values
+    zeros = np.array([found.values[f"zero_microstrain.{name}"] for name in made_up.log.gauge_names])
+    twice = {f"{key}.{name}": 2 * found.values[f"{key}.{name}"] for key in ("gain", "lever_mm")
+             for name in made_up.log.gauge_names}  # fmt: skip
+    louder = vector + np.array([twice.get(name, value) - value if name in twice else 0.0
+                                for name, value in zip(found.names, vector, strict=True)])  # fmt: skip
+    other = made_up.modelled(louder).values
+    np.testing.assert_allclose(other[:, :5] - zeros, 2 * (one[:, :5] - zeros), rtol=1e-9)
+    np.testing.assert_allclose(other[:, 5], one[:, 5])
+    np.testing.assert_allclose(found.residuals, made_up.measured - one)
+
+
+def test_residuals_over_their_noise_are_about_one_and_large_ones_count_less(found):
+    assert 0.3 < np.sqrt((weighted_residuals(found) ** 2).mean()) < 1.5
+    assert found.freedom < found.problem.measured.size
+    readings = found.problem.log.readings.copy()
+    readings[2, 1] += 5000.0
+    off = replace(found.problem, log=replace(found.problem.log, readings=readings))
+    whitened = (off.weights @ (off.measured - off.modelled(found.vector).values)[:, :, None])[:, :, 0]
+    counted = off.downweighted(found.vector).robust
+    assert counted**2 == pytest.approx(1 / (1 + (whitened / 4) ** 2)) and counted[2].min() < 0.3
+
+
+def test_influence_is_that_of_a_fit_without_the_press(found):
+    residuals, jacobian = found.problem.linearised(found.vector)
+    count, width = found.problem.measured.shape
+    spread = np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    influence = influence_by_parameter(found)
+    for press in range(count):
+        kept = np.delete(np.arange(len(jacobian)), width * press + np.arange(width))
+        step, *_ = np.linalg.lstsq(jacobian[kept], residuals[kept], rcond=None)
+        for name in MODULI:
+            place = found.names.index(name)
+            assert influence[name][press] == pytest.approx(abs(step[place]) / spread[place], rel=0.1, abs=0.05)
+
+
+def test_a_covariance_is_the_inverse_of_the_information(found):
+    jacobian = found.problem.jacobian(found.vector)
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    widened = max(1.0, found.chi_square / found.freedom) if found.chi_square > 1.5 * found.freedom else 1.0
+    np.testing.assert_allclose(np.diag(found.covariance), widened * np.diag(inverse), rtol=1e-3)
+    fewer = identify(replace_rows(found.problem.log, slice(None, None, 2)), FINGER, **STUCK)
+    assert (fewer.sigma[:2] > found.sigma[:2]).all()
+
+
+def replace_rows(log, rows):
+    names = ("force_N", "modulus_MPa", "readings", "indentation_mm")
+    return replace(log, **{name: getattr(log, name)[rows] for name in names})
+
+
+def test_names_of_gauges_and_order_of_presses_do_not_matter(pressed, found):
+    log = replace_rows(pressed[0], np.random.default_rng(0).permutation(len(pressed[0])))
+    other = identify(log, FINGER, **STUCK)
+    for name in (*MODULI, "touch_down_mm"):
+        assert other[name] == pytest.approx(found[name], rel=0.02)
+    names = {old: new for old, new in zip(log.gauge_names, "abcde", strict=True)}
+    renamed = replace(FINGER, gauges=tuple(replace(one, name=names[one.name]) for one in FINGER.gauges))
+    again = identify(replace(pressed[0], gauge_names=tuple("abcde")), renamed, **STUCK)
+    assert again.values["gain.b"] == pytest.approx(found.values["gain.g2"], rel=1e-6)
+    with pytest.raises(InputError, match="the log has the gauges g2, g1"):
+        identify(replace(pressed[0], gauge_names=("g2", "g1", "g3", "g4", "g5")), FINGER, **STUCK)
+
+
+def test_what_a_log_has_says_what_is_free():
+    log = PressLog(np.ones(6), np.array([0.2, 0.5, 0.2, 0.2, 0.9, 0.9]), np.zeros((6, 5)),
+                   tuple(f"g{k}" for k in range(1, 6)))  # fmt: skip
+    each = {f"{key}.g{k}" for key in ("gain", "lever_mm", "zero_microstrain") for k in range(1, 6)}
+    assert set(free_parameters(log, FINGER, (), {})) == {*MODULI, *each}
+    deep = replace(log, indentation_mm=np.ones(6))
+    assert set(free_parameters(deep, FINGER, (), {"gain.g1": 1.0})) == {*MODULI, *each, "touch_down_mm"} - {"gain.g1"}
+    alone = replace(log, stated_sd=np.ones(6), readings=np.zeros((6, 0)), gauge_names=())
+    assert {*free_parameters(alone, FINGER, (), {})} == {*MODULI, "common_gain", "common_lever_mm"}
+    assert specimens_of(log) == {}
+    doubtful = replace(log, modulus_sigma_MPa=np.array([0.02, 0.0, 0.02, 0.06, 0.27, 0.27]), on=np.arange(6) == 3)
+    assert {name: one.rows.tolist() for name, one in specimens_of(doubtful).items()} == {
+        "specimen_modulus.0.2": [0, 2], "specimen_modulus.0.2#2": [3], "specimen_modulus.0.9": [4, 5],
+    }  # fmt: skip
+
+
+# ---- The identified finger
+
+
+def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_path):
+    plain = calibration()
+    wider = with_identification(plain, stored, size_mm=SIZE_MM)
+    force, modulus = np.array([0.3, 0.6]), np.array([0.1, 0.3])
+    sd = plain.predict(force, modulus)
+    np.testing.assert_array_equal(wider.predict(force, modulus), sd)
+    (low, high), (lower, higher) = plain.invert(sd, force).interval, wider.invert(sd, force).interval
+    assert (lower < low).all() and (high < higher).all() and 0 < wider.sigmas["identification"] < 0.5
+    assert wider.finger["zeros_microstrain"] == pytest.approx(stored.identified.zeros_microstrain)
+    wider.save(tmp_path / "c.json")
+    np.testing.assert_array_equal(Calibration.load(tmp_path / "c.json").invert(sd, force).interval, [lower, higher])
+    assert with_identification(plain, FINGER) is plain
+    sharp = replace(stored.identified, covariance=tuple(tuple(0.01 * x for x in row)
+                                                        for row in stored.identified.covariance))  # fmt: skip
+    sharper = with_identification(plain, replace(stored, identified=sharp), size_mm=SIZE_MM)
+    assert sharper.sigmas["identification"] == pytest.approx(0.1 * wider.sigmas["identification"], rel=1e-6)
+
+
+def test_a_design_that_was_changed_since_is_refused(stored):
+    changed = replace(stored, outer=replace(stored.outer, modulus=2 * stored.outer.modulus))
+    with pytest.raises(InputError, match="outer_modulus_MPa is .* the design was changed since"):
+        with_identification(calibration(), changed, size_mm=SIZE_MM)
+
+
+def test_a_finger_is_another_below_one_per_cent(pressed, stored):
+    same = compare(stored, pressed[0], size_mm=SIZE_MM)
+    assert same.same and same.presses == len(pressed[0]) and same.verdict.startswith("fine: chi-square")
+    readings = pressed[0].readings.copy()
+    readings[:, 1] *= 0.5
+    other = compare(stored, replace(pressed[0], readings=readings), size_mm=SIZE_MM)
+    assert not other.same and other.chi_square > same.chi_square
+    assert other.changes[0].name == "reading of g2" and other.changes[0].change == pytest.approx(-0.5, abs=0.1)
+    explained = [one.chi_square for one in other.changes]
+    assert explained == sorted(explained, reverse=True) and explained[0] <= other.chi_square
+    for probability, rise, is_same, named in ((0.01, 9.0, True, False), (0.0099, 6.7, False, True),
+                                              (0.0099, 6.5, False, False)):  # fmt: skip
+        told = Comparison(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
+        assert told.same == is_same and ("touch_down_mm -0.12 +- 0.02 mm" in told.verdict) == named
+
+
+@pytest.mark.slow
+def test_the_page_has_the_numbers(found, tmp_path):
+    write_identification(tmp_path / "i.html", found, diagnose(found))
+    page = (tmp_path / "i.html").read_text()
+    assert f"{found['outer_modulus_MPa'][0]:.3g}" in page and "lever_mm.g5" in page and "<script" not in page
+
+
+# ---- What to press next
+
+
+def test_the_press_that_is_suggested_beats_every_other_one(found):
+    forces, moduli = (0.1, 0.4, 0.9), (0.089, 0.72)
+    best = suggest_presses(found, 1, moduli, forces=forces, size_mm=SIZE_MM)
+    each = {(force, modulus): suggest_presses(found, 1, (modulus,), forces=(force,), size_mm=SIZE_MM).sigma_after
+            for force in forces for modulus in moduli}  # fmt: skip
+    assert best.sigma_after == pytest.approx(min(each.values()))
+    assert each[float(best.force_N[0]), float(best.modulus_MPa[0])] == pytest.approx(best.sigma_after)
+    more = suggest_presses(found, 4, moduli[::-1], forces=forces[::-1], size_mm=SIZE_MM)
+    assert more.sigma_before == best.sigma_before > best.sigma_after > more.sigma_after
+    determinant = suggest_presses(found, 4, moduli, forces=forces, criterion="D", size_mm=SIZE_MM)
+    assert determinant.criterion == "D" and more.sigma_after <= determinant.sigma_after * (1 + 1e-9)
+
+
+# ---- Noise of repeats, and creep
+
+
+def test_repeats_tell_the_noise_that_was_put_in(smooth):
+    log, _ = made(smooth, 31, noise=20.0, force_error=0.03, forces=np.repeat([0.2, 0.5, 0.9], 12), moduli=(0.3,))
+    posed = problem_of(log, FINGER, size_mm=SIZE_MM, friction="stick")
+    fitted = solve(posed)
+    told = estimated_noise(replace(posed, noise=Noise()), fitted.vector)
+    assert told.repeats == 33 and told.readings_microstrain == pytest.approx(20.0, rel=0.4)
+    assert told.force == pytest.approx(0.03, rel=0.5) and "estimated from 33 repeats" in told.words
+    for change in ({"modulus_MPa": 0.1 + 0.01 * np.arange(36)}, {"x_mm": 0.05 * np.arange(36)}, {"on": np.arange(36)},
+                   {"t_s": np.arange(36.0)}):  # fmt: skip
+        other = replace(posed, noise=Noise(), log=replace(log, **change))
+        assert estimated_noise(other, fitted.vector) == Noise(), change
+
+
+@pytest.mark.parametrize("deep", [True, False])
+def test_the_longest_touch_of_a_log_is_fitted_by_the_finger_that_was_identified(smooth, found, deep):
+    """By depth or, without it, by S_d; the loading rows say by how much the equivalent force exceeds the force."""
+    prony, time = Prony((0.3,), (2.0,)), np.concatenate([np.linspace(0.05, 1, 20), np.linspace(1.2, 25, 60)])
+    force = 0.5 * np.minimum(time, 1.0)
+    at = found.at(prony.strained(time, force), np.full(80, 0.51))
+    log = PressLog(force, np.full(80, 0.51), at[:, :5], found.problem.log.gauge_names, at[:, 5] if deep else None,
+                   t_s=time)  # fmt: skip
+    touch = fit_touch(found, log, 1)
+    assert touch.by == ("indentation" if deep else "S_d") and touch.modulus_MPa == 0.51
+    assert touch.fitted.prony.shares == pytest.approx((0.3,), rel=0.1)
+    assert touch.fitted.prony.times_s == pytest.approx((2.0,), rel=0.2)
+    assert touch.crept == crept(touch.fitted.prony, log) and 1.0 <= touch.crept[0] < touch.crept[1] < 1 / 0.65
+    assert touch.to_json()["by"] == touch.by and touch.recorded["relaxation_shares"] == touch.fitted.prony.shares
+    assert fit_relaxation(time, force, at[:, 5]).rms >= 0
