@@ -167,13 +167,6 @@ def test_unusable_values(options, message):
         ChirpTracker(**options)
 
 
-def test_samples_and_blocks_of_another_shape():
-    with pytest.raises(InputError, match="a block must be n x 1 or 2"):
-        ChirpTracker().process(np.zeros((3, 3)))
-    with pytest.raises(InputError, match="a sample must be"):
-        ChirpTracker().update((1.0, 2.0, 3.0))
-
-
 def strokes(seed, seconds=2.5):
     """(velocity, readings) of a hand on a grating of 1.2 mm: minimum-jerk strokes out and back, with rests between."""
     rng, velocity, at, sign = np.random.default_rng(seed), np.zeros(round(seconds * 1000)), 0, 1.0
@@ -220,24 +213,28 @@ def test_disturbed_readings(case):
     assert np.median(np.abs(found.frequency_Hz[600:][ok] / made.frequency_Hz[0] - 1)) < 0.02
 
 
+def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):
+    """A fit with these parameters, the others 0."""
+    sizes = KNOTS, TREND, SHAPE
+    jumps, trend, shape = (np.zeros(n) if x is None else x for x, n in zip((jumps, trend, shape), sizes, strict=True))
+    return MotionFit(motion, jumps, 0.02, spacing, trend, shape, np.zeros((1, 1)), 1.0, np.zeros(300), 0.0)
+
+
 def test_the_derivatives_of_a_stroke_are_its_differences():
     """Gauss and Newton's step from a stroke to one beside it, of exact readings, is the difference of the two."""
     rng, time = np.random.default_rng(0), np.arange(-299, 1) / 1000
-    nothing = np.zeros((1, 1)), 1.0, np.zeros(300), 0.0
-    start = MotionFit(
-        np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, KNOTS), 0.02, 0.0375, rng.normal(0, 1, TREND),
-        rng.normal(0, 1, SHAPE), *nothing,
-    )  # fmt: skip
+    start = stroke_of(
+        np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, KNOTS), rng.normal(0, 1, TREND), rng.normal(0, 1, SHAPE)
+    )
     small = np.concatenate([[1e-6, 1e-5, 1e-4, 1e-4], rng.normal(0, 1e-4, KNOTS), rng.normal(0, 1e-5, TREND + SHAPE)])
-    parts = np.split(start.values + small, [MOTION, MOTION + KNOTS, MOTION + KNOTS + TREND])
-    other = start._replace(motion=parts[0], jumps=parts[1], trend=parts[2], shape=parts[3])
+    other = stroke_of(*np.split(start.values + small, [MOTION, MOTION + KNOTS, MOTION + KNOTS + TREND]))
     columns, _ = profile(*phase_at(other, time), 1000.0)
     readings = columns @ other.shape + trend_of(time, np.minimum(time[:, None] - other.knots, 0.0)) @ other.trend
-    size = MOTION + KNOTS + TREND + SHAPE
-    found = solved(designed(start, readings, time, 1000.0), 1e-12 * np.eye(size), start.values)
+    prior = 1e-12 * np.eye(MOTION + KNOTS + TREND + SHAPE)
+    found = solved(designed(start, readings, time, 1000.0), prior, start.values)
     assert np.abs(found.residual).max() < 1e-6
-    turned, speed = phase_at(found, time), phase_at(other, time)
-    assert np.abs(turned[0] - speed[0]).max() < 1e-6 and np.abs(turned[1] - speed[1]).max() < 1e-4
+    (turned, speed), (phase, rate) = phase_at(found, time), phase_at(other, time)
+    assert np.abs(turned - phase).max() < 1e-6 and np.abs(speed - rate).max() < 1e-4
 
 
 @pytest.mark.parametrize("stiffness", [-200.0, -1e-4, 0.0, 1e-7, 1e-4, 300.0])
@@ -258,10 +255,7 @@ def test_a_swing_is_the_oscillator_s_and_its_slopes_are_differences(stiffness):
 @pytest.mark.parametrize("stiffness", [0.0, 40.0, -25.0])
 def test_a_motion_told_of_later_is_the_same_motion(stiffness):
     motion = np.array([0.3, 60.0, -200.0, stiffness])
-    stroke = MotionFit(
-        motion, np.zeros(KNOTS), 0.02, 0.04, np.zeros(TREND), np.zeros(SHAPE), np.zeros((1, 1)), 1.0, None, 0
-    )
-    later = stroke._replace(motion=moved(motion, 0.05))
+    stroke, later = stroke_of(motion, spacing=0.04), stroke_of(moved(motion, 0.05), spacing=0.04)
     time = np.array([-0.2, -0.1, 0.0])
     for one, two in zip(phase_at(stroke, time), phase_at(later, time - 0.05), strict=True):
         assert two == pytest.approx(one, abs=1e-9)
@@ -269,5 +263,5 @@ def test_a_motion_told_of_later_is_the_same_motion(stiffness):
     assert abs(rate) == pytest.approx(phase_at(stroke, time)[1][1])
     for place in range(1, MOTION):
         step = 1e-5 * np.eye(MOTION)[place]
-        beside = rates_at(stroke._replace(motion=motion + step), time[1:2])[0][0]
+        beside = rates_at(stroke_of(motion + step, spacing=0.04), time[1:2])[0][0]
         assert (beside - rate) / 1e-5 == pytest.approx(slopes[place], rel=1e-3, abs=1e-4)

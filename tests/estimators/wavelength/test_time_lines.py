@@ -121,13 +121,16 @@ def test_what_is_slower_than_a_period_is_taken_out_and_its_harmonics_stay():
     place = np.cumsum(np.random.default_rng(0).uniform(0.1, 0.3, 300))
     line = np.cos(2 * np.pi * place / 3.0 + 1) + 0.5 * np.cos(4 * np.pi * place / 3.0)
     ripple = 6 * np.sin(2 * np.pi * place / 20.0)
-    one = Strokes(
-        place, (line + ripple)[:, None], np.ones((300, 1)), np.ones(300), np.array([0, 300]), float(np.ptp(place))
-    )
+
+    def of(readings, place=place):
+        ones = np.ones((300, 1))
+        return Strokes(place, readings[:, None], ones, ones[:, 0], np.array([0, 300]), float(np.ptp(place)))
+
+    one = of(line + ripple)
     left = completed(levelled(one, 1 / 3.0)).readings[:, 0]
     inner = (place > place[0] + 3) & (place < place[-1] - 3)
     assert np.abs(left - line)[inner].max() < 0.35 and np.abs(left - line).max() < 1.5
-    quiet = one._replace(readings=(line + 0.1 * ripple)[:, None])
+    quiet = of(line + 0.1 * ripple)
     assert np.array_equal(completed(levelled(quiet, 1 / 3.0)).readings, quiet.readings)
-    short = one._replace(place=place / 20)
+    short = of(line + ripple, place / 20)
     assert completed(levelled(short, 1 / 3.0)) is short
