@@ -10,8 +10,6 @@ from papilla.calibration import SoftnessStatus, Surface
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
-from papilla.estimators.softness.channels import distance_curve
-from papilla.estimators.stream import completed
 from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
@@ -73,42 +71,6 @@ def test_without_noise_it_is_the_inverse(exact):
         np.testing.assert_allclose(answer.modulus_MPa[10:], modulus, rtol=1e-4)
         np.testing.assert_allclose(answer.force_N, PRESS, rtol=1e-4)
         assert (answer.status == OK).all() and answer.sentence[0] == "ok"
-
-
-def hard_scene(exact):
-    """Another specimen, lost contact, a stuck gauge, spikes and missing values."""
-    samples = np.concatenate([
-        touched(exact, 0.1, PRESS),
-        np.column_stack([np.random.default_rng(1).normal(size=(20, 5)), np.zeros(20)]),
-        touched(exact, 0.6, PRESS[::-1], seed=2),
-    ])  # fmt: skip
-    samples[30, 2], samples[40, 5], samples[50, 0], samples[60, 4] = np.nan, np.nan, np.inf, 2e4
-    samples[150:, 1] = samples[150, 1]
-    return samples
-
-
-def test_blocks_and_samples_agree_bit_for_bit(exact):
-    samples, rng = hard_scene(exact), np.random.default_rng(0)
-    single = estimator(exact, stuck_samples=20)
-    expected = np.array([single.update(row) for row in samples])
-    for _ in range(3):
-        chunked, cuts = estimator(exact, stuck_samples=20), np.sort(rng.integers(0, len(samples), 9))
-        parts = [chunked.process(block) for block in np.split(samples, cuts)]
-        for column in range(5):
-            np.testing.assert_array_equal(np.concatenate([part[column] for part in parts]), expected[:, column])
-        assert repr(chunked.state) == repr(single.state)
-    assert len(set(expected[:, 3])) >= 3
-
-
-def test_a_saved_state_continues_bit_for_bit(exact):
-    samples = hard_scene(exact)
-    whole, first, second = (estimator(exact) for _ in range(3))
-    expected = whole.process(samples)
-    first.process(samples[:77])
-    second.state = first.state
-    np.testing.assert_array_equal(second.process(samples[77:]).modulus_MPa, expected.modulus_MPa[77:])
-    with pytest.raises(InputError, match="the state is of 2 gauges, the calibration has 5"):
-        second.state = replace(first.state, zeros=(1.0, 2.0, 0.0))
 
 
 def swapped(samples, one, other):
@@ -213,14 +175,6 @@ def test_another_specimen_without_lifting_starts_anew(exact):
     assert (answer.left_out == 0).all()
 
 
-def test_lost_contact_ends_what_was_learnt(exact):
-    own = estimator(exact)
-    own.process(touched(exact, 0.05, PRESS))
-    assert own.update([1, 2, 3, 4, 5, 0.001]).status == SoftnessStatus.NO_CONTACT
-    assert own.state.filter is None
-    assert own.update([1, 2, 3, 4, 5, math.nan]).status == SoftnessStatus.NO_CONTACT
-
-
 def test_forces_outside_the_domain_have_no_answer(exact):
     own, rows = estimator(exact), touched(exact, 0.2, np.array([0.5, 0.052, 0.98]), 0.0, 0.0)
     own.update(rows[0])
@@ -274,23 +228,6 @@ def test_unusable_calibrations_and_samples_are_refused(exact, calibration):
     assert own.process(np.zeros((0, 6))).modulus_MPa.shape == (0,)
 
 
-def test_a_finger_at_rest_is_not_stuck(exact):
-    """Without noise all gauges repeat together: that is a steady press, not a fault."""
-    samples = np.repeat(touched(exact, 0.2, np.array([0.4]), 0.0, 0.0), 60, axis=0)
-    assert (estimator(exact, stuck_samples=10).process(samples).status == OK).all()
-
-
-def test_the_distance_curve_rises_through_its_nodes():
-    curve = distance_curve(np.array([4.0, 3.0, 1.0, 0.01]), -2.0, 2.0)
-    assert [curve.solve(value, 0, 3)[0] for value in curve.values] == pytest.approx([-2.0, -1.5, -1.0, -0.5])
-    values = np.linspace(curve.values[0], curve.values[-1], 61).tolist()
-    places, slopes = zip(*(curve.solve(value, 0, 3) for value in values), strict=True)
-    assert (np.diff(places) > 0).all()
-    step = 1e-6
-    rise = curve.solve(values[25] + step, 0, 3)[0] - curve.solve(values[25] - step, 0, 3)[0]
-    assert slopes[25] == pytest.approx(2 * step / rise)
-
-
 @pytest.mark.parametrize("pair", [(0, 4), (1, 3)])
 @pytest.mark.parametrize("gain", [0.9, 1.1, 1.2])
 def test_mirrored_gauges_with_the_same_error_do_not_blame_another(exact, pair, gain):
@@ -306,29 +243,6 @@ def test_mirrored_gauges_with_the_same_error_do_not_blame_another(exact, pair, g
     assert not wrong[firm].any()
     assert (answer.status[~told] == SoftnessStatus.MISFIT).all()
     assert set(faults_of(answer)) >= (set(pair) if told[-1] else set())
-
-
-@pytest.mark.parametrize("by_itself, blamed", [(15.0, (0,)), (19.9, (0,)), (25.0, (0, 4))])
-def test_a_pair_is_no_rival_of_a_channel_that_explains_as_much_by_itself(exact, by_itself, blamed):
-    """Mirrored gauges 0 and 4 leave a squared misfit of 10.5; 0 by itself leaves so much, all others 100."""
-    left = {(0,): by_itself, (0, 4): 10.5}
-
-    def misfits(some):
-        yield
-        return [left.get(channels, 100.0) for channels in some]
-
-    assert completed(estimator(exact)._to_blame(np.arange(6), misfits)) == blamed
-
-
-def test_what_cannot_be_explained_is_not_searched_again_at_once(exact):
-    samples = touched(exact, 0.2, PRESS[40:80])
-    samples[:, :5] *= [0.8, 0.85, 1.0, 1.15, 1.2]
-    own, searched = estimator(exact), []
-    plain = own._to_blame
-    own._to_blame = lambda *args, **options: searched.append(1) or plain(*args, **options)
-    for sample in np.tile(samples, (5, 1)):
-        assert own.update(sample).status == SoftnessStatus.MISFIT
-    assert len(searched) == 1
 
 
 def test_friction_that_is_not_known_is_a_doubt_of_its_own(exact):
