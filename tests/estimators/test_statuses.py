@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.estimators import FrictionEstimate, FusedEstimate, Pipeline, SoftnessEstimate, WavelengthEstimate
+from papilla.estimators import FrictionEstimate, FusedEstimate, SoftnessEstimate, WavelengthEstimate
 from papilla.estimators.friction import FrictionStatus
-from papilla.estimators.health import BASE, Fault, pack, unpack, words
-from papilla.estimators.pipeline.clock import Clock, ClockStatus
+from papilla.estimators.health import BASE, Fault, pack, unpack
+from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpEstimate, ChirpStatus
 from papilla_papers.methods.roughness import RoughnessEstimate, RoughnessStatus
@@ -58,22 +58,10 @@ def test_faults_of_all_channels_are_digits_of_one_number():
 def test_an_estimate_says_its_status_in_words(estimate, statuses):
     """Of one sample, and of a block."""
     numbers = list(range(len(statuses)))
-    empty = dict.fromkeys(estimate._fields, 0.0)
+    empty = dict.fromkeys(estimate.__annotations__, 0.0)
     assert [estimate(**(empty | {"status": number})).sentence for number in numbers] == [
         statuses(number).sentence for number in numbers
     ]
     block = estimate(**(empty | {"status": np.array(numbers)}))
     assert list(block.sentence) == [statuses(number).sentence for number in numbers]
     assert statuses(0).sentence == "ok" and not any(own.sentence == "ok" for own in list(statuses)[1:])
-
-
-def test_a_clock_and_the_gauges_faults_are_said_in_words():
-    clock = Clock(100.0)
-    found = [clock.tick(time, 1.0, float("nan")).status for time in (0.0, 0.01, 0.05, 0.05, 9.0)]
-    assert found == [ClockStatus[name] for name in ("OK", "OK", "GAP", "REPEATED", "BEGUN_ANEW")] == [0, 0, 1, 2, 3]
-    assert words(tuple(map(int, Fault)), [f"g{n}" for n in range(7)]) == [
-        f"g{int(fault)} {fault.sentence}" for fault in Fault if fault
-    ]
-    assert (
-        Pipeline(None, gauges=1, columns=("velocity_mm_s",)).update((0.0, 1.0, 1.0)).status.startswith("wavelength: ")
-    )
