@@ -173,15 +173,6 @@ def test_a_breakaway_of_15_ms_is_seen_where_the_rate_allows_it_and_else_not_told
         assert np.isnan(found.mu_static).all() and found.status[-1] == FrictionStatus.OK
 
 
-def test_a_breakaway_below_the_kinetic_friction_is_not_told():
-    time = np.arange(8000) / 1000
-    velocity = np.where((time % 4.0) > 0.3, 30.0, 0.0)
-    tangential = np.where((time % 4.0) > 0.5, 0.3, 0.2) * (velocity > 0)
-    answer = Friction(offset_sigma_N=1e-3).process(np.column_stack([tangential, np.full(8000, 0.5), velocity]))
-    assert answer.status[-1] == FrictionStatus.STATIC_NOT_SEEN and answer.sentence[-1].startswith("ok, ")
-    assert np.isnan(answer.mu_static[-1]) and answer.mu_kinetic[-1] == pytest.approx(0.6, abs=0.01)
-
-
 def test_a_rest_that_the_velocity_does_not_tell_is_no_friction():
     """Strokes of 2 s with rests of 1 s, the velocity its sign alone."""
     time = np.arange(24000) / 1000
@@ -215,18 +206,6 @@ def test_single_wrong_samples_leave_no_trace(column, value, samples):
     rows[5500 : 5500 + samples, column] = value
     found = Friction().process(rows)
     np.testing.assert_allclose(found.mu_kinetic[5600:], clean.mu_kinetic[5600:], atol=0.01)
-
-
-def test_a_longer_burst_is_left_out_or_called_a_change_and_recovered_from():
-    rows = slide(seconds=12.0, forward=0.45, backward=0.45)
-    rows[5500:5540, 1] = 50.0
-    found = Friction().process(rows)
-    wrong = np.abs(found.mu_kinetic - 0.45) > 0.05
-    sliding = (rows[:, 2] != 0) & (np.roll(rows[:, 2], 5) == rows[:, 2]) & (np.arange(len(rows)) > 4000)
-    assert not (wrong & sliding & (found.status == FrictionStatus.OK) & (found.mu_kinetic_sigma < 0.02)).any()
-    remarks = {FrictionStatus.OUTLIER, FrictionStatus.CHANGED, FrictionStatus.NO_PULL}
-    assert remarks & set(found.status[5500:6000].tolist())
-    assert found.mu_kinetic[-1] == pytest.approx(0.45, abs=0.01)
 
 
 def test_unusable_parameters_and_rows_are_refused():

@@ -148,18 +148,6 @@ def test_bad_gauges_are_named_and_the_others_answer():
     settled(answer, 1.2, 1e-2)
 
 
-def test_standstill_holds_the_wavelength_with_a_growing_sigma():
-    time, position, velocity, readings = slid()
-    rows = np.column_stack([time, readings, velocity])
-    rows[1500:, 1:] = np.r_[rows[1500, 1:4], 0.0]
-    rows[1500:, 1:4] += np.random.default_rng(3).normal(0, 1, (500, 3))
-    answer = tracked(rows, "velocity_mm_s")
-    assert "no movement" in answer.status[-1]
-    assert answer.wavelength_mm[-1] == pytest.approx(1.2, rel=5e-3)
-    assert answer.wavelength_sigma_mm[-1] >= answer.wavelength_sigma_mm[1510]
-    assert answer.frequency_Hz[-1] == 0.0
-
-
 @pytest.mark.parametrize("rate, speed, wavelengths", [(35.6, 20.0, (1.5, 8.0)), (100.0, 30.0, (1.0, 6.0))])
 def test_slow_sampling_is_answered_by_spectra_over_the_path(rate, speed, wavelengths):
     time, _, velocity, readings = slid(3.99, 200 / speed, rate, speed)
@@ -169,13 +157,6 @@ def test_slow_sampling_is_answered_by_spectra_over_the_path(rate, speed, wavelen
     settled(answer, 3.99, 5e-3, last=20)
     pipeline = Pipeline(gauges=3, columns=("velocity_mm_s",), sample_rate_Hz=rate)
     assert any("may look longer" in line for line in pipeline.messages)
-
-
-@pytest.mark.parametrize("rate", [2500.0, 10_000.0])
-def test_fast_sampling(rate):
-    time, _, velocity, readings = slid(seconds=1.0, rate=rate)
-    answer = tracked(np.column_stack([time, readings, velocity]), "velocity_mm_s", rate=rate)
-    settled(answer, 1.2, 2e-3)
 
 
 def test_without_a_velocity_there_is_a_frequency():
@@ -245,20 +226,6 @@ def test_unusable_arguments_are_refused(calibration):
     with pytest.raises(InputError, match="the state is of a pipeline for wavelength, this one is for frequency"):
         Pipeline(columns=()).state = Pipeline(columns=("velocity_mm_s",)).state
     assert Pipeline(gauges=np.int64(2)).columns[:3] == ("t_s", "g1", "g2")
-
-
-def test_a_gauge_named_like_a_column_does_not_stand_for_it():
-    """The velocity is the column behind the gauges, whatever these are called."""
-    time = np.arange(2000) / 1000
-    velocity = np.full(len(time), 40.0)
-    texture = 20 * np.sin(2 * np.pi * 40.0 * time / 1.6)
-    block = np.column_stack([time, texture, velocity])
-    odd, usual = (
-        Pipeline(None, gauges=(name,), columns=("velocity_mm_s",), sample_rate_Hz=1000.0).process(block)
-        for name in ("velocity_mm_s", "g1")
-    )
-    assert np.array_equal(odd.wavelength_mm, usual.wavelength_mm, equal_nan=True)
-    assert odd.wavelength_mm[-1] == pytest.approx(1.6, rel=1e-2)
 
 
 def test_without_a_velocity_the_gauge_that_changes_most_is_followed():

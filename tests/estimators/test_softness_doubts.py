@@ -127,19 +127,6 @@ def test_what_dominates_is_said(five_gauges):
         assert own.dominant == word
 
 
-def test_zeros_are_learnt_in_the_air(five_gauges):
-    """An offset far beyond its doubt is gone once the finger was seen in the air with it."""
-    offset = np.array([900.0, -800, 700, 900, -600])
-    rng = np.random.default_rng(3)
-    air = np.column_stack([offset + 20 * rng.normal(size=(200, 5)), 0.002 * rng.normal(size=200)])
-    rows = samples(five_gauges, 0.1, PRESS, lambda readings, force, rng: (readings + offset, force), 4)
-    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=Doubts(thickness_mm=10.0))
-    assert (own.process(air).status == SoftnessStatus.NO_CONTACT).all()
-    np.testing.assert_allclose(own.state.zeros[:5], offset, atol=10)
-    answer = own.process(rows)
-    assert abs(math.log(answer.modulus_MPa[-1] / 0.1)) < 0.03
-
-
 @pytest.mark.parametrize("name", ["gauge_gain", "creep", "zero_microstrain", "force_gain", "beside_mm"])
 def test_unusable_doubts_are_refused(name):
     for value in (-0.1, math.nan, math.inf):
@@ -175,17 +162,6 @@ def test_the_zero_of_the_force_is_taken_from_the_air(calibration, five_gauges, t
         assert (found.status[:200] == SoftnessStatus.NO_CONTACT).all()
         answers.append(found.modulus_MPa[-1])
     assert answers[1] == pytest.approx(answers[0], rel=0.02)
-
-
-@pytest.mark.parametrize("rate_N_s", [0.02, 0.1])
-def test_a_slow_press_is_not_taken_for_the_air(five_gauges, rate_N_s):
-    """The zeros stay those of the air however slowly the force rises."""
-    rng, rise = np.random.default_rng(6), np.arange(1e-4, 0.06, rate_N_s / 1000)
-    air = np.column_stack([20 * rng.normal(size=(200, 5)), 0.002 * rng.normal(size=200)])
-    rows = samples(five_gauges, 0.1, rise, lambda readings, force, rng: (readings, force), 4)
-    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002)
-    own.process(np.concatenate([air, rows]))
-    assert abs(own.state.zeros[-1]) < 0.001 and np.abs(own.state.zeros[:5]).max() < 20
 
 
 def test_a_touch_that_goes_to_and_fro_teaches_no_more_than_its_forces(five_gauges):

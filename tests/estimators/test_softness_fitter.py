@@ -178,23 +178,6 @@ def test_what_contradicts_by_more_than_a_limit_is_not_learnt(own):
     assert own.residuals(y, rows, own_place).misfit == pytest.approx(residuals.misfit, rel=0.02) != spoilt.misfit
 
 
-def test_a_tangent_takes_samples_for_what_they_are(own):
-    """Steps are those of a sample's own force, and the rest is what no force explains."""
-    linear, rows = near(own), np.arange(6)
-    tangent = own.tangent(linear, rows)
-    for step in (-0.02, 0.0, 0.03):
-        y = (linear.expected + step * linear.B[0]) * NOISE
-        steps = tangent.steps(y, ((-1, 1), (-1, 1)), 1.0)
-        assert steps == pytest.approx((SPREAD_FORCE * step, 0.0), rel=1e-3, abs=1e-9)
-        assert own.moved(linear, (step, 0.0)) == pytest.approx((math.log(FORCE) + SPREAD_FORCE * step, 0.0))
-    # Beyond its reach, or with a rest above the usual, it does not hold.
-    assert tangent.steps(y, ((-1, SPREAD_FORCE * 0.029), (-1, 1)), 1.0) is None
-    assert tangent.steps(y, ((SPREAD_FORCE * 0.031, 1), (-1, 1)), 1.0) is None
-    odd = y + NOISE * np.array([3.0, 0, 0, 0, -3.0, 0])
-    assert tangent.steps(odd, ((-1, 1), (-1, 1)), 1.0) is None
-    assert tangent.steps(odd, ((-1, 1), (-1, 1)), 20.0) is not None
-
-
 def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     """Then h is its best, score over information from the anchor; else the filter's. Sigma is the filter's."""
     h = 0.5 * own.top
@@ -217,19 +200,6 @@ def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     assert not own.noise_explains(changed(state, information=0.0))
     assert own.h_of_noise(changed(state, information=0.0)) == pytest.approx(h - 0.2)
     assert own.h_of_noise(changed(state, score=1e9)) == own.top and own.h_of_noise(changed(state, score=-1e9)) == 0.0
-
-
-def test_a_belief_before_the_first_sample_knows_the_doubts_only(own):
-    for share in (1.0, 0.5):
-        state = own.prior(share)
-        spread = np.sqrt(np.diag(state.covariance))
-        zero = own.columns["the zero of the gauges"]
-        assert spread[zero] == pytest.approx(share) and spread[0] == pytest.approx(own.top / 4)
-        offset, shaped = own.columns["the offset of the force"], shaped_of(own)
-        assert spread[offset] == pytest.approx(share) and spread[shaped] == pytest.approx(math.sqrt(1 - SHAPE**2))
-        rest = np.delete(spread, [0, *np.r_[zero, offset, shaped]])
-        assert rest == pytest.approx(1.0) and not state.mean.any()
-        assert np.count_nonzero(state.covariance) == own.size
 
 
 def test_samples_learnt_together_are_an_eighth_of_those_before_up_to_64(own):

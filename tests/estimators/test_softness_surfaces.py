@@ -87,18 +87,6 @@ def test_gauges_whose_surfaces_are_alike_are_one_group(five):
         assert GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], other)), False).groups == groups
 
 
-def test_gauges_must_be_cut_alike(five):
-    found = five()
-    last = found.gauges[4]
-    for surface in (
-        Surface((0.05, 1.1), (0.02, 5.0), last.surface.coefficients),
-        Surface((0.05, 1.0), (0.02, 4.0), last.surface.coefficients),
-        Surface((0.05, 1.0), (0.02, 5.0), np.array(last.surface.coefficients)[:, :-1]),
-    ):
-        with pytest.raises(InputError, match="the surface of g5 has another domain or other cells than the first"):
-            GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], replace(last, surface=surface))), False)
-
-
 def test_s_d_is_of_use_where_it_rises_with_the_modulus(make):
     everywhere = SdSurface(make())
     assert np.exp(everywhere.usable(-1.0)) == pytest.approx((0.02, 5.0))

@@ -48,13 +48,6 @@ def test_background_alone_gives_no_lines(correlation, channels):
     assert sum(found) <= 4
 
 
-def test_however_many_channels_noise_alone_gives_no_lines():
-    """Sixteen channels of noise of their own: 1 % of the logs may show a line, and of 40 hardly more than 3."""
-    position = np.arange(300) * 0.2
-    found = [len(find_lines(position, red(300, 16, 0.0, seed)).lines) > 0 for seed in range(40)]
-    assert sum(found) <= 3
-
-
 @pytest.mark.parametrize("step_mm", [0.05, 0.1, 0.137])
 def test_even_steps_make_no_images_of_a_line(step_mm):
     """Even steps repeat a line at every multiple of their wavenumber, and a grid folds these images back."""
@@ -74,30 +67,6 @@ def test_sigma_is_true():
         line = find_lines(position, readings, wavelength_range_mm=(2, 8)).lines[0]
         ratios.append((line.wavelength_mm - 4.0) / line.sigma_mm)
     assert 0.75 < np.sqrt(np.mean(np.square(ratios))) < 1.3
-
-
-def test_the_wavelength_does_not_depend_on_how_the_finger_moved():
-    time = np.arange(4000) / 500
-    for velocity in (
-        10 + 6 * np.sin(2 * np.pi * 0.7 * time),
-        20 * np.sin(2 * np.pi * 0.11 * time),
-        np.full(4000, -9.0),
-    ):
-        position = travelled(time, velocity)
-        readings = np.sin(2 * np.pi * position / 1.7) + np.random.default_rng(1).normal(0, 0.3, 4000)
-        found = find_lines(position, readings)
-        assert found.lines[0].wavelength_mm == pytest.approx(1.7, rel=2e-3)
-
-
-def test_faulty_rows_and_channels_are_counted_not_hidden():
-    position = np.arange(900) * 0.1
-    readings = np.column_stack([np.cos(2 * np.pi * position / 3 + k) for k in range(3)])
-    readings = readings + np.random.default_rng(0).normal(0, 0.2, readings.shape)
-    readings[100:120, 1] = np.nan
-    dead, lost = np.full(900, 7.0), np.full(900, np.nan)
-    found = find_lines(position, np.column_stack([readings, dead, lost]))
-    assert (found.unused_samples, found.unused_channels) == (20, 2)
-    assert found.lines[0].wavelength_mm == pytest.approx(3, rel=2e-3)
 
 
 def test_what_can_be_searched_is_stated_and_the_rest_refused():
@@ -124,24 +93,6 @@ def test_what_can_be_searched_is_stated_and_the_rest_refused():
         travelled([0, 1], [1, 2, 3])
 
 
-def test_the_background_is_found_beside_lines():
-    generator = np.random.default_rng(4)
-    k = np.arange(400.0)
-    truth = 3 * np.maximum(k / 150, 0.002) ** -2.0 + 0.5
-    power = truth * generator.chisquare(2, k.size) / 2
-    lines = np.array([37, 60, 200])
-    power[lines] *= 80
-    level = background(power, np.arange(20, 380), 1.0)
-    # A median of 40 scatters by 23 %.
-    assert np.std(np.log(level.power / truth[20:380])) < 0.3 and abs(np.mean(np.log(level.power / truth[20:380]))) < 0.1
-    assert (level.chance(power[20:380])[lines - 20] < 1e-4).all()
-    unknown = background(power, [2], 1.0)
-    assert np.isinf(unknown.power).all() and unknown.chance(power[[2]]) == 1
-    for true in (2, 8, 60):
-        found = background(generator.chisquare(true, 2000), np.arange(50, 1950), 1.0).freedom
-        assert np.median(found) == pytest.approx(true, rel=0.25)
-
-
 @pytest.mark.parametrize("skin_mm", [0.1, 0.2, 0.3])
 def test_a_rough_surface_through_the_skin_has_no_lines(skin_mm):
     """White roughness through a Gaussian skin falls off by orders of magnitude; 1 % of logs may show a line."""
@@ -165,14 +116,6 @@ def test_the_spectrum_is_that_of_what_was_searched():
     assert found.searched_mm == (1, 6) and (np.diff(k) > 0).all() and k[0] >= 1 / 6 and k[-1] <= 1
     assert k[power.argmax()] == pytest.approx(0.5, abs=0.005)
     assert 0.3 < np.median(power / found.background) < 1.5 and power.max() > 100 * np.median(found.background)
-
-
-def test_short_and_reciprocating_logs_are_answered():
-    assert find_lines(np.arange(20) * 0.08, np.random.default_rng(163).normal(size=20)).lines == ()
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        position = np.abs((0.08 * np.arange(16 + seed)) % 3 - 1.5)
-        find_lines(position, rng.normal(size=16 + seed).round(1))
 
 
 def test_the_channels_of_a_line_are_those_that_show_it():
@@ -231,19 +174,6 @@ def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size
     position = np.arange(count) * step
     wave = size * np.cos(2 * np.pi * position / wavelength + 0.5)[:, None] * np.ones(channels)
     return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
-
-
-@pytest.mark.parametrize("count", [300, 1200])
-def test_the_sigma_of_a_line_is_that_of_a_tapered_periodogram(count):
-    """Var k = W0^2 int w^2 x^2 / (2 r int w^2 (int w x^2)^2) / (2 pi)^2, w the Hann taper, r power over background."""
-    position, readings = log(count)
-    found = find_lines(position, readings).lines[0]
-    x = np.linspace(-0.5, 0.5, 20001) * (position[-1] - position[0])
-    w = np.cos(np.pi * x / (position[-1] - position[0])) ** 2
-    variance = w.sum() ** 2 * (w**2 @ x**2) / (2 * (w**2).sum() * (w @ x**2) ** 2)
-    sigma = math.sqrt(variance / found.ratio) / (2 * math.pi)
-    assert found.sigma_mm == pytest.approx(sigma * found.wavelength_mm**2, rel=0.02)
-    assert found.fundamental_mm == found.wavelength_mm and found.channels == (0,)
 
 
 def test_channels_with_noise_of_their_own_know_a_line_better_by_the_root_of_their_number():
