@@ -223,21 +223,6 @@ def test_states_copies_and_a_reset_go_on_bit_for_bit_and_apart(case):
     assert same(used.process(rows[:300]), make().process(rows[:300]))
 
 
-@pytest.mark.parametrize("copied", COPIES[1:2])
-@pytest.mark.parametrize("name", ["Pipeline", "Pipeline-positions", "Pipeline-blind"])
-def test_a_pipeline_that_is_copied_often_says_counts_and_answers_the_same(case, copied):
-    """Also in the middle of a search, which is spread over many samples."""
-    make, rows = case
-    whole, pipeline, parts = make(), make(), []
-    expected = whole.process(rows())
-    for part in np.split(rows(), [1, 150, 301, 302, 303, 510, 720, 811]):
-        parts.append(pipeline.process(part))
-        pipeline = copied(pipeline)
-    assert same(joined(parts), expected)
-    for name in ("legend", "faults", "messages", "sentences", "lines", "friction", "off", "columns"):
-        assert repr(getattr(pipeline, name)) == repr(getattr(whole, name)), name
-
-
 def size_after(estimator, rows: np.ndarray) -> int:
     """Bytes of the state after some rows."""
     estimator.process(rows)

@@ -143,17 +143,6 @@ def test_a_step_of_friction_is_followed_within_three_tenths_of_a_second_and_said
     assert 1080 < changed[0] < 1200 and changed[-1] < 1350 and (np.diff(changed) == 1).all(), "and not for ever"
 
 
-def test_a_slow_drift_is_followed_one_memory_behind():
-    rows = swipe(0.5, 0.5, seconds=8.0)
-    rows[:, 0] += np.linspace(0, 0.8, len(rows))
-    found = Friction(offset_sigma_N=1e-3).process(rows)
-    assert found.mu_kinetic[-1] == pytest.approx(1.3 - 0.1 * 0.1, abs=0.004)
-    assert abs(found.mu_kinetic[-1] - 1.3) < found.mu_kinetic_sigma[-1]
-    for memory in (10.0, 20.0, 40.0):
-        found = Friction(offset_sigma_N=1e-3, memory_mm=memory).process(rows)
-        assert found.mu_kinetic[-1] == pytest.approx(1.3 - 0.8 * memory / 400, abs=0.01)
-
-
 def broken_away(rate, peak=0.42, kinetic=0.32, seconds=3.0, noise=0.002):
     """(n, 3): at rest the pull grows, gives way in a triangle of 15 ms, and slides."""
     time = np.arange(round(seconds * rate)) / rate
@@ -171,19 +160,6 @@ def test_a_breakaway_of_15_ms_is_seen_where_the_rate_allows_it_and_else_not_told
     for rate in (10.0, 100.0):
         found = Friction(sample_rate_Hz=rate, offset_sigma_N=1e-3).process(broken_away(rate))
         assert np.isnan(found.mu_static).all() and found.status[-1] == FrictionStatus.OK
-
-
-def test_a_rest_that_the_velocity_does_not_tell_is_no_friction():
-    """Strokes of 2 s with rests of 1 s, the velocity its sign alone."""
-    time = np.arange(24000) / 1000
-    way = np.where(time % 6 < 3, 1.0, -1.0)
-    pull = 0.5 * way * (time % 3 < 2)
-    answer = Friction().process(np.column_stack([0.1 + pull, np.ones(len(time)), way]))
-    rests = (time > 12.5) & (time % 3 > 2.3) & (time % 3 < 2.9)
-    slides = (time > 12.5) & (time % 3 > 0.5) & (time % 3 < 1.9)
-    np.testing.assert_allclose(answer.mu_kinetic[slides], 0.5, atol=0.04)
-    assert not np.isin(answer.status[rests], [FrictionStatus.OK, FrictionStatus.STATIC_NOT_SEEN]).any()
-    assert (answer.status[rests] == FrictionStatus.NO_PULL).mean() > 0.9
 
 
 def test_no_movement_no_contact_and_faults_are_statuses():

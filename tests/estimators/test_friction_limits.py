@@ -3,11 +3,10 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.friction.estimator import SCATTER, Direction, Peak
+from papilla.estimators.friction.estimator import Direction, Peak
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY,
@@ -76,15 +75,11 @@ def test_turns_tell_the_offset_with_mu_the_same_both_ways(forces):
 @pytest.mark.parametrize(
     "moved, rest, told",
     [
-        ((0.5, 1.0), [0.1] * 5, True),
-        ((0.5, 1.0), [0.3] * 5, False),
-        ((0.5, 1.0), [0.1] * 4, False),
-        ((0.5, 1.0), [0.1, 0.1, 0.1, 0.1, 0.13], False),
-        ((0.5, 1.3), [0.1] * 5, False),
-        ((0.12, 1.0), [0.1] * 5, False),
-        (None, [0.1] * 5, True),
+        ((0.5, 1.0), [0.1] * 5, True), ((0.5, 1.0), [0.3] * 5, False), ((0.5, 1.0), [0.1] * 4, False),
+        ((0.5, 1.0), [0.1, 0.1, 0.1, 0.1, 0.13], False), ((0.5, 1.3), [0.1] * 5, False),
+        ((0.12, 1.0), [0.1] * 5, False), (None, [0.1] * 5, True),
     ],
-)
+)  # fmt: skip
 def test_a_rest_counts_where_the_pull_fell_by_more_than_half_and_nothing_better_is_known(moved, rest, told):
     offset, sliding = unknown(), Block(0.5, 1.0, 30.0, 0.0)
     offset.moving = moved
@@ -107,17 +102,6 @@ def test_a_direction_is_the_ratio_of_means_and_follows_the_offset_at_once():
     assert way.log_variance == pytest.approx((0.5 * math.log(2)) ** 2, rel=0.3)
 
 
-def test_the_first_look_has_the_scatter_that_is_taken_for_granted_and_more_looks_their_own():
-    way = Direction(1)
-    way.take(Block(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
-    assert math.sqrt(way.variance) == pytest.approx(SCATTER * 0.4 * math.sqrt(0.8))
-    rng = np.random.default_rng(0)
-    for _ in range(400):
-        way.take(Block(0.4 + 0.02 * rng.standard_normal(), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
-    assert math.sqrt(way.variance) == pytest.approx(0.02, rel=0.35)
-    assert way.blocks == 25
-
-
 def test_a_look_five_scatters_off_is_left_out_and_the_third_in_a_row_is_a_change():
     for sigmas, learnt in ((4.9, True), (5.1, None)):
         way = Direction(1)
@@ -132,18 +116,6 @@ def test_a_look_five_scatters_off_is_left_out_and_the_third_in_a_row_is_a_change
     way.take(Block(2.0, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
     way.take(Block(way.mu(0.0), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
     assert way.outliers == (), "not in a row"
-
-
-def test_the_peak_of_a_start_is_the_greatest_median_of_five():
-    samples = np.column_stack([np.full(44, 0.4), np.ones(44), np.zeros(44)])
-    samples[20:25, 0] = 0.7
-    samples[30:32, 0] = 5.0
-    for s in (1, -1):
-        way = Direction(s)
-        way.start(samples * (s, 1, 1), 0.0, s * 0.1, 0.02)
-        assert way.peak == Peak(pytest.approx(0.6), 0.7, 1.0, 0.0)
-        way.start(np.array([(s * 0.5, 1.0, 0.0)] * 44), 0.0, s * 0.1, 0.02)
-        assert way.peak.pull == 0.7
 
 
 def statuses(rows, **options):
@@ -230,24 +202,12 @@ def test_sigma_holds_scatter_offset_force_and_age():
 @pytest.mark.parametrize(
     "known, status",
     [
-        ({}, FrictionStatus.OK),
-        ({"variance": 0.0315**2}, FrictionStatus.OK),
-        ({"variance": 0.0325**2}, FrictionStatus.UNSURE),
-        ({"breakaway": Peak(0.3, 0.77, 2.0, 0.02)}, FrictionStatus.STATIC_NOT_SEEN),
-        ({"breakaway": Peak(0.3, 0.83, 2.0, 0.02)}, FrictionStatus.OK),
-        ({"breakaway": Peak()}, FrictionStatus.OK),
-        ({"pull": 0.04}, FrictionStatus.NEGATIVE),
-        ({"blocks": 0.0}, FrictionStatus.NOT_SLIDING),
-        ({"remark": FrictionStatus.CHANGED}, FrictionStatus.CHANGED),
-        ({"remark": FrictionStatus.CHANGED, "pull": 0.04}, FrictionStatus.NEGATIVE),
+        ({}, "OK"), ({"variance": 0.0315**2}, "OK"), ({"variance": 0.0325**2}, "UNSURE"),
+        ({"breakaway": Peak(0.3, 0.77, 2.0, 0.02)}, "STATIC_NOT_SEEN"), ({"breakaway": Peak()}, "OK"),
+        ({"breakaway": Peak(0.3, 0.83, 2.0, 0.02)}, "OK"), ({"pull": 0.04}, "NEGATIVE"),
+        ({"blocks": 0.0}, "NOT_SLIDING"),
+        ({"remark": FrictionStatus.CHANGED}, "CHANGED"), ({"remark": FrictionStatus.CHANGED, "pull": 0.04}, "NEGATIVE"),
     ],
-)
+)  # fmt: skip
 def test_the_status_says_what_is_missing(known, status):
-    assert known_by(**known).status == status
-
-
-@pytest.mark.parametrize("sigma, status", [(0.0079, FrictionStatus.OK), (0.0081, FrictionStatus.ONE_WAY)])
-def test_an_offset_that_its_prior_knows_to_two_per_cent_of_the_friction_is_told(sigma, status):
-    own = Friction(offset_sigma_N=sigma)
-    own.process([STEADY] * 1000)
-    assert own.coefficients[0].status == status
+    assert known_by(**known).status == FrictionStatus[status]

@@ -1,12 +1,10 @@
 """The pipeline: right answers from whatever columns there are, and words for what is wrong or missing."""
 
-import inspect
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from papilla import estimators
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
 from papilla.scenes.scenes import scene
@@ -80,17 +78,6 @@ def test_repeated_and_late_rows_are_left_out_and_said_so():
     assert set(answer.status[1::2]) == {"left out: the sample is not later than the one before"}
 
 
-def test_after_a_long_gap_everything_begins_anew():
-    time, _, velocity, readings = slid()
-    rows = np.column_stack([time, readings, velocity])
-    rows[1000:, 0] += 5.0
-    answer = tracked(rows, "velocity_mm_s")
-    assert answer.status[1000].startswith("time: begun anew")
-    alone = tracked(rows[1000:], "velocity_mm_s")
-    for a, b in zip(answer[:-4], alone[:-4], strict=True):
-        np.testing.assert_array_equal(a[1000:], b)
-
-
 def stroked(column, jump_s=0.0, late_ms=0):
     """A pipeline's answers to strokes over 1.4 mm, the clock set by `jump_s` at row 1200; the rows that are ok."""
     made = scene("act1", 1.4, seed=4, seconds=2.4)
@@ -146,17 +133,6 @@ def test_bad_gauges_are_named_and_the_others_answer():
     assert answer.status[950].startswith("g2 missing; g1 stuck")
     assert answer.status[1600].startswith("g3 saturated; g1 stuck")
     settled(answer, 1.2, 1e-2)
-
-
-@pytest.mark.parametrize("rate, speed, wavelengths", [(35.6, 20.0, (1.5, 8.0)), (100.0, 30.0, (1.0, 6.0))])
-def test_slow_sampling_is_answered_by_spectra_over_the_path(rate, speed, wavelengths):
-    time, _, velocity, readings = slid(3.99, 200 / speed, rate, speed)
-    readings += 200 * np.sin(2 * np.pi * (time - 100) / 9)[:, None]
-    rows = np.column_stack([time, readings, velocity])
-    answer = tracked(rows, "velocity_mm_s", rate=rate, wavelength_range_mm=wavelengths)
-    settled(answer, 3.99, 5e-3, last=20)
-    pipeline = Pipeline(gauges=3, columns=("velocity_mm_s",), sample_rate_Hz=rate)
-    assert any("may look longer" in line for line in pipeline.messages)
 
 
 def test_without_a_velocity_there_is_a_frequency():
@@ -274,12 +250,3 @@ def test_a_saturated_reading_is_none():
     answer = pipeline.process(rows)
     assert all("b saturated" in text for text in answer.status[800:]) and pipeline.faults == {"b saturated": 400}
     assert answer.wavelength_mm[800:] == pytest.approx(1.3, rel=1e-3) and pipeline.friction is None
-
-
-@pytest.mark.parametrize("name", ["FusedTracker", "GaugeSoftness", "LineTracker", "Softness", "SpaceTracker"])
-def test_an_option_has_the_default_of_the_pipeline_s_option_of_its_name(name):
-    common, own = (inspect.signature(getattr(estimators, of)).parameters for of in ("Pipeline", name))
-    for option in {*own} & {*common} - {"saturation"}:
-        default = own[option].default
-        different = {("LineTracker", "sample_rate_Hz"), ("GaugeSoftness", "position_sigma_mm")}
-        assert (name, option) in different or default in (common[option].default, inspect.Parameter.empty), option

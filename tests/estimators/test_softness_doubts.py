@@ -112,21 +112,6 @@ def test_doubts_cost_clean_readings_nothing(five_gauges):
     assert doubted <= 1.2 * trusted and trusted < 0.01
 
 
-def test_what_dominates_is_said(five_gauges):
-    rows = samples(five_gauges, 0.3, HOLD, lambda readings, force, rng: (readings, force), 0)
-    for doubts, word in (
-        (Doubts(), "the thickness of the specimen"),
-        (Doubts(thickness_mm=10.0, thickness_error=0.0, creep=0.0, beside_mm=0.0), "the gain of the gauges"),
-        (Doubts(0.0, 0.0, 2000.0, 0.0, 0.0, 0.0, 10.0, 0.0), "the zero of the gauges"),
-        (Doubts.NONE, "noise"),
-    ):
-        own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
-        own.process(rows)
-        assert own.dominant == word
-        own.process(np.zeros((1, 6)))
-        assert own.dominant == word
-
-
 @pytest.mark.parametrize("name", ["gauge_gain", "creep", "zero_microstrain", "force_gain", "beside_mm"])
 def test_unusable_doubts_are_refused(name):
     for value in (-0.1, math.nan, math.inf):

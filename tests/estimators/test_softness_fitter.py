@@ -164,20 +164,6 @@ def test_learning_is_kalmans_correction(own, keep):
     assert (learnt.anchor, learnt.ln_force, learnt.place_mm) == (state.anchor, fit.ln_force, fit.place_mm)
 
 
-def test_what_contradicts_by_more_than_a_limit_is_not_learnt(own):
-    linear, rows = near(own), np.arange(6)
-    state, y = belief_of(own, linear), sample_of(linear) * 1.5
-    fit = own.noise_fit(y, rows, state)
-    residuals = own.residuals(y, rows, state, fit)
-    first, learnt = own.learn(y, rows, state, fit)
-    assert residuals.misfit == first.misfit > 10 and learnt.samples == state.samples + 1
-    assert own.learn(y, rows, state, fit, limit=0.9 * first.misfit)[1] is state
-    assert own.learn(y, rows, state, fit, limit=1.1 * first.misfit)[1].samples == learnt.samples
-    spoilt = own.residuals(y, rows, state)
-    own_place = changed(state, ln_force=fit.ln_force, place_mm=fit.place_mm)
-    assert own.residuals(y, rows, own_place).misfit == pytest.approx(residuals.misfit, rel=0.02) != spoilt.misfit
-
-
 def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     """Then h is its best, score over information from the anchor; else the filter's. Sigma is the filter's."""
     h = 0.5 * own.top

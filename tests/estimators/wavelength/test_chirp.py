@@ -15,10 +15,8 @@ from papilla.estimators.wavelength.motion_fit import (
     TREND,
     MotionFit,
     designed,
-    moved,
     phase_at,
     profile,
-    rates_at,
     solved,
     swung,
     trend_of,
@@ -224,18 +222,3 @@ def test_a_swing_is_the_oscillator_s_and_its_slopes_are_differences(stiffness):
     np.testing.assert_allclose((more[0] - less[0]) / (2 * dk), by_S, rtol=2e-2, atol=1e-7)
     np.testing.assert_allclose((more[1] - less[1]) / (2 * dk), by_C, rtol=2e-2, atol=1e-7)
     assert swung(stiffness, 0.0)[:2] == (0.0, 0.0) and C.min() >= 0
-
-
-@pytest.mark.parametrize("stiffness", [0.0, 40.0, -25.0])
-def test_a_motion_told_of_later_is_the_same_motion(stiffness):
-    motion = np.array([0.3, 60.0, -200.0, stiffness])
-    stroke, later = stroke_of(motion, spacing=0.04), stroke_of(moved(motion, 0.05), spacing=0.04)
-    time = np.array([-0.2, -0.1, 0.0])
-    for one, two in zip(phase_at(stroke, time), phase_at(later, time - 0.05), strict=True):
-        assert two == pytest.approx(one, abs=1e-9)
-    (rate,), (slopes,) = rates_at(stroke, time[1:2])
-    assert abs(rate) == pytest.approx(phase_at(stroke, time)[1][1])
-    for place in range(1, MOTION):
-        step = 1e-5 * np.eye(MOTION)[place]
-        beside = rates_at(stroke_of(motion + step, spacing=0.04), time[1:2])[0][0]
-        assert (beside - rate) / 1e-5 == pytest.approx(slopes[place], rel=1e-3, abs=1e-4)

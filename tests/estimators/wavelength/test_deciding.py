@@ -18,32 +18,28 @@ def line(wavenumber, amplitude=1.0, ratio=1000.0):
     return Line(wavenumber, ratio, amplitude, 1e-9)
 
 
+HALF, FAINT = line(0.5, 0.5), line(0.5, 0.2)
+
+
 @pytest.mark.parametrize(
     "others, reach, told",
     [
         # One loud line at half fits by chance in 2 reaches of the half: less than 2 % is believed.
-        ([line(0.5, 0.31)], 0.0049, (0.5, True)),
-        ([line(0.5, 0.31)], 0.0051, (1.0, False)),
+        ([line(0.5, 0.31)], 0.0049, (0.5, True)), ([line(0.5, 0.31)], 0.0051, (1.0, False)),
         # A faint one does not prove, and is a doubt while it would be rare by chance.
-        ([line(0.5, 0.29)], 0.0049, (1.0, False)),
-        ([line(0.5, 0.29)], 0.0051, (1.0, True)),
+        ([line(0.5, 0.29)], 0.0049, (1.0, False)), ([line(0.5, 0.29)], 0.0051, (1.0, True)),
         # Two faint ones that both fit do, where chance is below a thousandth.
-        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0039, (0.5, True)),
-        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0040, (1.0, False)),
+        ([FAINT, line(1.5, 0.2)], 0.0039, (0.5, True)), ([FAINT, line(1.5, 0.2)], 0.0040, (1.0, False)),
         # Among more lines each fits more easily.
-        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0026, (1.0, False)),
-        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0024, (0.5, True)),
+        ([HALF, line(0.71, 0.1)], 0.0026, (1.0, False)), ([HALF, line(0.71, 0.1)], 0.0024, (0.5, True)),
         # How far off it may lie is at most a tenth of the fundamental.
-        ([line(0.5024, 0.5)], 0.0025, (0.5, True)),
-        ([line(0.5026, 0.5)], 0.0025, (1.0, True)),
+        ([line(0.5024, 0.5)], 0.0025, (0.5, True)), ([line(0.5026, 0.5)], 0.0025, (1.0, True)),
         ([line(1 / 6 + 0.016, 0.5)], 0.9, (1.0, False)),
-        # Up to the sixth harmonic.
-        ([line(1 / 6, 0.5)], 0.0016, (1 / 6, True)),
-        ([line(1 / 7, 0.5)], 0.0013, (1.0, True)),
-        # A lower fundamental must be ten times plainer: the quarter that two lines show, not the half of one.
-        ([line(0.5, 0.5), line(0.75, 0.5), line(1.25, 0.4)], 1e-3, (0.25, True)),
+        # Up to the sixth harmonic. A lower fundamental must be ten times plainer.
+        ([line(1 / 6, 0.5)], 0.0016, (1 / 6, True)), ([line(1 / 7, 0.5)], 0.0013, (1.0, True)),
+        ([HALF, line(0.75, 0.5), line(1.25, 0.4)], 1e-3, (0.25, True)),
     ],
-)
+)  # fmt: skip
 def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, told):
     found = fundamental_of(line(1.0), others, reach, set(others), False)
     assert (found.wavenumber, not found.other) == (pytest.approx(told[0]), told[1])
@@ -165,25 +161,6 @@ def test_a_stroke_ends_where_the_path_turned_by_more_than_play():
     assert own.breaks == [] and own.extreme == 2.25, "a little way back is none, whatever follows"
 
 
-def test_where_the_path_was_not_known_a_stroke_ends():
-    own = filled(cells(), steps(0, 1))
-    own.broken = True
-    filled(own, steps(7, 8))
-    assert own.breaks == [7] and not own.broken and own.direction == 1.0, "with the cell that was open"
-    filled(own, steps(7.75, 7))
-    assert own.breaks == [7, 16]
-
-
-def test_the_newest_half_of_the_rows_is_kept_with_its_breaks():
-    places = [*steps(0, 1), *steps(0.75, 0), *steps(0, 2)]
-    own = filled(cells(rows=20, turn=0.05), places)
-    assert own.end == 29 and own.first == 10 and own.count == 19 and own.breaks == [15]
-    np.testing.assert_array_equal(own.between(10, 29)[:, 1], places[10:29])
-    filled(own, steps(2, 3))
-    assert own.first == 20 and own.breaks == [] and own.end == 37
-    np.testing.assert_array_equal(own.between(20, 29)[:, 1], places[20:29])
-
-
 def sure(own, status=TrackingStatus.OK, wavelength=1.7, sigma=1e-4, finding=None, **known):
     """A tracker in a state in which five searches have found this."""
     state = own.state
@@ -209,30 +186,23 @@ def test_a_path_is_the_trapezoids_of_the_velocity_and_has_gaps_where_it_has():
 K = 1 / 1.7
 
 
+S = TrackingStatus
+
+
 @pytest.mark.parametrize(
     "known, status",
     [
-        ({}, TrackingStatus.OK),
-        ({"status": TrackingStatus.CONSTANT_SPEED}, TrackingStatus.CONSTANT_SPEED),
-        ({"agreed": 1}, TrackingStatus.SEARCHING),
-        ({"agreed": 2, "hums_Hz": (50.0,)}, TrackingStatus.SEARCHING),
-        ({"agreed": 3, "hums_Hz": (50.0,)}, TrackingStatus.OK),
-        ({"status": TrackingStatus.SEARCHING}, TrackingStatus.SEARCHING),
-        ({"status": TrackingStatus.AMBIGUOUS}, TrackingStatus.AMBIGUOUS),
-        ({"status": TrackingStatus.INCOHERENT}, TrackingStatus.INCOHERENT),
-        ({"status": TrackingStatus.TIME_LOCKED, "changed": True}, TrackingStatus.TIME_LOCKED),
-        ({"status": TrackingStatus.OUT_OF_RANGE, "changed": True}, TrackingStatus.OUT_OF_RANGE),
-        ({"changed": True}, TrackingStatus.NO_TEXTURE),
-        ({"doubted": True, "status": TrackingStatus.TIME_LOCKED}, TrackingStatus.SEARCHING),
-        ({"known": (0.0, 0.0)}, TrackingStatus.SEARCHING),
-        ({"sigma": 0.024 * K}, TrackingStatus.OK),
-        ({"sigma": 0.026 * K}, TrackingStatus.VAGUE),
-        ({"wavelength": 0.985 * 0.5}, TrackingStatus.OK),
-        ({"wavelength": 0.97 * 0.5}, TrackingStatus.OUT_OF_RANGE),
-        ({"wavelength": 1.015 * 4.0}, TrackingStatus.OK),
-        ({"wavelength": 1.03 * 4.0}, TrackingStatus.OUT_OF_RANGE),
+        ({}, S.OK), ({"status": S.CONSTANT_SPEED}, S.CONSTANT_SPEED), ({"agreed": 1}, S.SEARCHING),
+        ({"agreed": 2, "hums_Hz": (50.0,)}, S.SEARCHING), ({"agreed": 3, "hums_Hz": (50.0,)}, S.OK),
+        ({"status": S.SEARCHING}, S.SEARCHING), ({"status": S.AMBIGUOUS}, S.AMBIGUOUS),
+        ({"status": S.INCOHERENT}, S.INCOHERENT), ({"status": S.TIME_LOCKED, "changed": True}, S.TIME_LOCKED),
+        ({"status": S.OUT_OF_RANGE, "changed": True}, S.OUT_OF_RANGE), ({"changed": True}, S.NO_TEXTURE),
+        ({"doubted": True, "status": S.TIME_LOCKED}, S.SEARCHING), ({"known": (0.0, 0.0)}, S.SEARCHING),
+        ({"sigma": 0.024 * K}, S.OK), ({"sigma": 0.026 * K}, S.VAGUE), ({"wavelength": 0.985 * 0.5}, S.OK),
+        ({"wavelength": 0.97 * 0.5}, S.OUT_OF_RANGE), ({"wavelength": 1.015 * 4.0}, S.OK),
+        ({"wavelength": 1.03 * 4.0}, S.OUT_OF_RANGE),
     ],
-)
+)  # fmt: skip
 def test_the_status_says_what_is_known(known, status):
     """A sigma of 2.5 % is vague; a wavelength within 2 % of the ends of the range is inside."""
     own = sure(SpaceTracker(scale_sigma=0.0, wavelength_range_mm=(0.5, 4.0)), **known)

@@ -92,17 +92,6 @@ def test_a_lone_line_that_only_noise_places_beside_a_motor_s_frequencies_is_refu
     assert good(found)[-1] == ok
 
 
-def test_a_surface_that_may_be_the_mains_after_a_step_is_called_so():
-    time = np.arange(2500) / RATE
-    phase = np.where(time < 1.2, 40 * time, 48 + 120 * (time - 1.2))
-    readings = (
-        np.sin(2 * np.pi * phase) + 0.3 * np.sin(4 * np.pi * phase) + np.random.default_rng(0).normal(0, 0.1, 2500)
-    )
-    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 108.0)]))
-    assert (found.status[800:1200] == TrackingStatus.CONSTANT_SPEED).all()
-    assert (found.status[1800:] == TrackingStatus.TIME_LOCKED).all()
-
-
 def test_the_position_of_the_gauges_tells_the_wavelength_whatever_the_velocity_says():
     places = (0.0, 2.3, 5.9, 7.1)
     made = scene("const", 1.3, seed=2, seconds=1.5, gauge_positions_mm=places)
@@ -149,18 +138,6 @@ def test_the_fundamental_is_that_of_all_lines_not_of_two(wavelength, amplitudes)
     assert usable[800:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.01
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("wavelength", [0.6, 1.0, 1.2])
-def test_a_lone_line_in_step_with_the_ridges_may_be_a_harmonic(wavelength):
-    """Until the background is so low that the fundamental would be seen."""
-    # At 126 mm/s the line lies above 90 Hz: below it would be taken for a motor's
-    faint, clear = (felt([1.0], wavelength, noise, 126.0) for noise in (1.2, 0.1))
-    told = SpaceTracker(ridge_pitch_mm=1.2).process(faint)
-    assert good(SpaceTracker().process(faint))[800:].mean() > 0.8
-    assert not good(told).any() and TrackingStatus.AMBIGUOUS in told.status
-    assert good(SpaceTracker(ridge_pitch_mm=1.2).process(clear))[800:].mean() > 0.8
-
-
 def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
     """Too faint for a line of a search, until the path is long."""
     time, wrong, right = np.arange(1200) / RATE, 0, 0
@@ -173,14 +150,6 @@ def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
         wrong += (good(found) & (np.abs(found.wavelength_mm / 0.9 - 1) < 0.05)).sum()
         right += (good(found) & (np.abs(found.wavelength_mm / 1.8 - 1) < 0.05)).sum()
     assert right > 900 and wrong < 0.2 * right
-
-
-def test_the_mains_make_no_fundamental_of_a_texture():
-    """At 100 mm/s 50 Hz, 83 Hz and 150 Hz are the third, fifth and ninth harmonic of 6 mm."""
-    made = scene("const, hum", 1.2, seed=1, seconds=1.5)
-    found = SpaceTracker().process(made.block())
-    usable = good(found)
-    assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.01
 
 
 @pytest.mark.parametrize("speed, wavelength, mains", [(132.0, 2.3, 50.0), (146.0, 1.76, 60.0), (142.0, 2.2, 50.0)])
@@ -221,25 +190,6 @@ def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelengt
     assert usable[1000:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_guess_does_not_replace_what_was_known(seed):
-    made = scene("harsh", 1.2, seed=seed, seconds=3.0)
-    found = SpaceTracker(scale_sigma=0.0).process(made.block())
-    told = np.abs(found.wavelength_mm[made.judged()] / 1.2 - 1)
-    assert np.mean(told > 0.05) < 0.03
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_hum_alone_is_no_texture_on_the_way_back_either(seed):
-    made = scene("strokes, hum only", 1.2, seed=seed, seconds=2.5)
-    assert not good(SpaceTracker().process(made.block())).any()
-    made = scene("strokes, hum", 1.2, seed=seed, seconds=2.5)
-    found = SpaceTracker().process(made.block())
-    usable = good(found)[500:]
-    assert usable.mean() > 0.85
-    assert np.mean(np.abs(found.wavelength_mm[500:][usable] / 1.2 - 1) > 0.05) < 0.01
-
-
 @pytest.mark.parametrize("gain, told", [(1.0, False), (1.08, True)])
 def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
     places = (0.0, 2.3, 5.9, 7.1)
@@ -251,14 +201,6 @@ def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
     assert found.wavelength_status[-1].endswith(", phases differ") == told
     with pytest.raises(InputError, match="gauge_positions_mm must be 4 places"):
         Pipeline(None, gauges=4, gauge_positions_mm=(0.0, 1.0), columns=("velocity_mm_s",))
-
-
-def test_a_gauge_that_is_lost_has_not_lost_the_line():
-    made = scene("const", 1.3, seed=2, seconds=1.6, gauge_positions_mm=(0.0, 2.3))
-    block = made.block()
-    block[1000:, 1] = np.nan
-    found = FusedTracker(2).process(block)
-    assert good(found)[800:].all() and np.abs(found.wavelength_mm[800:] / 1.3 - 1).max() < 1e-3
 
 
 def test_a_hand_with_everything_at_once_is_followed_and_never_wrong():

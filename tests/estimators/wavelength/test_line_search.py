@@ -124,16 +124,6 @@ def test_hum_and_what_is_too_long_are_never_found(motion, options):
         assert "hum" not in options or found.hums_Hz == pytest.approx((50.0,), abs=0.5)
 
 
-def test_a_wave_whose_phase_wanders_is_incoherent():
-    rows, breaks = window("bent", 0, harmonics=())
-    wander = 0.8 * np.cumsum(np.random.default_rng(1).standard_normal(COUNT)) / 10
-    rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
-    assert looked(rows, breaks).status in (TrackingStatus.INCOHERENT, TrackingStatus.SEARCHING)
-    rows[:, 3] -= np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + wander))
-    rows[:, 3] += np.cos(2 * np.pi * (rows[:, 1] / TRUE_MM + 0.02 * wander))
-    assert looked(rows, breaks).status == TrackingStatus.OK
-
-
 def test_the_newest_periods_tell_that_the_line_is_gone():
     rows, breaks = window("bent", 0)
     gone = rows[:, 1] > rows[-1, 1] - 3 * TRUE_MM
@@ -151,18 +141,6 @@ def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
     sharp = {late: completed(task.sharpness(late)) for late in (-0.004, 0.0, 0.008, 0.02)}
     assert max(sharp, key=sharp.get) == 0.008 and sharp[0.008] > 1.3 * sharp[0.0]
     assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
-
-
-def test_what_was_known_is_gone_on_from_and_helps_a_faint_line():
-    seen = {proved: 0 for proved in (0.0, 1 / TRUE_MM)}
-    for seed in range(12):
-        for proved in seen:
-            found = looked(*window("bent", seed, harmonics=(0.08,)), proved=proved)
-            seen[proved] += found.status == TrackingStatus.OK and abs(found.wavenumber * TRUE_MM - 1) < 0.02
-    assert seen[1 / TRUE_MM] >= seen[0.0] > 3
-    rows, breaks = window("bent", 0)
-    plain, known = (looked(rows, breaks, before=before) for before in (0.0, 1 / TRUE_MM + 1e-4))
-    assert known.wavenumber == pytest.approx(plain.wavenumber, abs=0.3 * plain.sigma)
 
 
 @pytest.mark.parametrize("step", [0.05, 0.2, 0.5])
@@ -211,17 +189,6 @@ def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
     assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
     assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
     assert found.noise[0] < 3 * NOISE**2 and not found.mixed
-
-
-def test_a_finding_names_eight_lines_at_most():
-    rows, breaks = window("bent", 0, harmonics=())
-    wavenumbers = 0.31 + 0.173 * np.arange(11)
-    for number, wavenumber in enumerate(wavenumbers):
-        rows[:, 3] += (1 - 0.05 * number) * np.cos(2 * np.pi * rows[:, 1] * wavenumber + number)
-    lines = looked(rows, breaks).lines
-    assert 4 < len(lines) <= 8
-    for wavelength, *_ in lines:
-        assert np.abs(wavenumbers - 1 / wavelength).min() < 0.01
 
 
 def test_a_window_has_the_strokes_that_are_long_enough():

@@ -1,7 +1,5 @@
 """Spectral lines of a log in the position domain, their background, their sigma, and lags between channels."""
 
-import math
-
 import numpy as np
 import pytest
 
@@ -93,42 +91,6 @@ def test_what_can_be_searched_is_stated_and_the_rest_refused():
         travelled([0, 1], [1, 2, 3])
 
 
-@pytest.mark.parametrize("skin_mm", [0.1, 0.2, 0.3])
-def test_a_rough_surface_through_the_skin_has_no_lines(skin_mm):
-    """White roughness through a Gaussian skin falls off by orders of magnitude; 1 % of logs may show a line."""
-    from scipy.ndimage import gaussian_filter1d
-
-    position, found = np.arange(2000) * 0.06, 0
-    for seed in range(40):
-        rough = gaussian_filter1d(np.random.default_rng(seed).normal(size=2000), skin_mm / 0.06)
-        readings = rough / rough.std() + np.random.default_rng(seed + 1000).normal(0, 0.1, 2000)
-        found += bool(find_lines(position, readings, wavelength_range_mm=(0.4, 6)).lines)
-    assert found <= 2
-
-
-def test_the_spectrum_is_that_of_what_was_searched():
-    position = np.arange(1500) * 0.05
-    reading = np.cos(2 * np.pi * position / 2) + np.random.default_rng(1).normal(0, 0.3, 1500)
-    found = find_lines(position, reading, wavelength_range_mm=(1, 6))
-    k, power = found.wavenumber_per_mm, found.power
-    assert len(k) == len(power) == len(found.background) > 50
-    assert k[0] == pytest.approx(1 / 6, abs=0.01) and k[-1] == pytest.approx(1, abs=0.01)
-    assert found.searched_mm == (1, 6) and (np.diff(k) > 0).all() and k[0] >= 1 / 6 and k[-1] <= 1
-    assert k[power.argmax()] == pytest.approx(0.5, abs=0.005)
-    assert 0.3 < np.median(power / found.background) < 1.5 and power.max() > 100 * np.median(found.background)
-
-
-def test_the_channels_of_a_line_are_those_that_show_it():
-    position = np.linspace(0, 120, 3000)
-    readings = np.random.default_rng(7).normal(0, 1, (3000, 4))
-    readings[:, [0, 3]] += np.sin(2 * np.pi * position / 4)[:, None]
-    readings[:, 1] = np.nan
-    found = find_lines(position, readings)
-    assert found.lines[0].wavelength_mm == pytest.approx(4, rel=2e-3)
-    assert found.lines[0].channels == (0, 3)
-    assert found.unused_channels == 1
-
-
 @pytest.mark.parametrize("size", [1e-160, 1e-60, 1e300])
 def test_numbers_that_no_sensor_gives_are_left_out_or_refused(size):
     position, rng = np.arange(800) * 0.1, np.random.default_rng(0)
@@ -174,17 +136,6 @@ def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size
     position = np.arange(count) * step
     wave = size * np.cos(2 * np.pi * position / wavelength + 0.5)[:, None] * np.ones(channels)
     return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
-
-
-def test_channels_with_noise_of_their_own_know_a_line_better_by_the_root_of_their_number():
-    def sigma(channels, seed):
-        return find_lines(*log(1000, channels=channels, seed=seed)).lines[0].sigma_mm
-
-    ratios = [sigma(8, seed) / sigma(1, seed) for seed in range(8)]
-    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(1 / math.sqrt(8), rel=0.4)
-    position, readings = log(1000)
-    alike = find_lines(position, np.repeat(readings, 8, axis=1)).lines[0]
-    assert alike.sigma_mm == pytest.approx(sigma(1, 0), rel=0.05) and alike.channels == tuple(range(8))
 
 
 def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
@@ -274,30 +225,6 @@ def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
     power[[50, 120, 200]] = 9.0, 7.0, 8.0
     found = [line.wavenumber for line in completed(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5]
     assert found == pytest.approx([0.5, 2.0], abs=0.01)
-
-
-def test_the_chance_at_a_wavenumber_is_that_of_the_greatest_power_within_half_a_resolution():
-    power = np.random.default_rng(4).exponential(size=600)
-    own = spectrum(power, resolution=6.0)
-    for wavenumber in (1.0, 2.37):
-        middle = round(100 * wavenumber)
-        around = np.arange(middle - 3, middle + 4)
-        top = around[power[around].argmax()]
-        level = background(power, [top], 6.0, pooled=False)
-        assert own.chance(wavenumber) == pytest.approx(float(level.chance(power[[top]])[0]))
-    assert own.chance(99.0) == 1.0
-
-
-def test_a_harmonic_is_named_by_its_own_fundamental_not_by_a_louder_line():
-    position = np.arange(2400) * 0.05
-    waves = (
-        2 * np.cos(2 * np.pi * position / 7.3)
-        + np.cos(2 * np.pi * position / 4)
-        + 0.4 * np.cos(6 * np.pi * position / 4)
-    )
-    lines = find_lines(position, waves + np.random.default_rng(0).normal(0, 0.2, 2400)).lines
-    told = [(round(line.wavelength_mm, 2), line.harmonic, round(line.fundamental_mm, 2)) for line in lines[:3]]
-    assert told == [(7.3, 1, 7.3), (4.0, 1, 4.0), (1.33, 3, 4.0)]
 
 
 def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_harmonics():

@@ -70,13 +70,6 @@ def test_what_is_no_whole_period_at_the_end_of_a_stroke_does_not_count():
     assert (found.information > 0).sum() == 20, "24 at most, each of three periods then"
 
 
-def test_phases_that_disagree_are_not_coherent():
-    place, readings = waves([[1.0]])
-    turned = np.cos(2 * np.pi * WAVENUMBER * place + 1 + np.repeat([0.0, np.pi * 0.9], 600))[:, None]
-    assert phases(place, turned, np.array([[NOISE**2]])).coherence < 0.6
-    assert phases(place, readings, np.array([[NOISE**2]])).coherence > 0.99
-
-
 def blocks(cycles, sigma=0.01, strokes=1, seen=1.0):
     """Phases of blocks a millimetre apart, each known to sigma."""
     count = len(cycles)
@@ -114,19 +107,6 @@ def test_blocks_that_scatter_by_more_than_noise_are_known_less(times):
     assert np.sqrt(np.mean(np.square(ratios))) == pytest.approx(1.0, abs=0.35)
     assert np.mean(sigmas) == pytest.approx(max(times**2, 1.0), rel=0.3)
     assert np.median(scatters) == pytest.approx(0.01 * np.sqrt(times**2 - 1), abs=0.006 * times)
-
-
-@pytest.mark.parametrize("strokes", [1, 2])
-def test_the_scatter_is_over_the_degrees_of_freedom(strokes):
-    """A pattern without a mean or a slope in either stroke: its square over blocks less strokes and parameters."""
-    pattern = np.tile([1.0, -1.0, 0.0, 0.0, -1.0, 1.0], strokes)
-    own = blocks(0.1 * pattern, strokes=strokes)
-    found = completed(regressed(own, np.array([1e-9]), np.zeros(1)))
-    x = own.regressors[:, 0]
-    centred = x - np.array([x[own.stroke == one].mean() for one in range(strokes)])[own.stroke]
-    ratio = 100 * (pattern @ pattern) / (6 * strokes - strokes - 1)
-    assert found.step[0] == pytest.approx(0.0, abs=1e-9)
-    assert found.covariance[0, 0] == pytest.approx(ratio * 1e-4 / (centred @ centred), rel=1e-6)
 
 
 def test_blocks_far_from_the_others_hardly_count():

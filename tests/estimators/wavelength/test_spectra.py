@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from papilla.estimators.stream import completed
-from papilla.estimators.wavelength.refine import phases_of, regressed, share_kept
 from papilla.estimators.wavelength.spectrum import (
     FEWEST,
     GUARD,
@@ -81,54 +80,3 @@ def test_the_level_beside_a_place_is_that_of_two_medians():
         assert level == pytest.approx(both / (1 - 2 / (9 * 2)) ** 3, rel=1e-9)
         assert cells == pytest.approx(4 * MEDIAN_EFFICIENCY / sum(1 / len(side) for side in sides))
     assert np.isfinite(found.power[2:4]).all() and not np.isfinite(found.power[-1])
-
-
-def wave(wavenumber, noise, seed, turn=None, gauges=1):
-    """place, readings and stroke (n,) of one way, or of a way and back."""
-    place = np.linspace(0, 60, 900)
-    stroke = np.zeros(900, int)
-    if turn:
-        place, stroke = np.where(place < turn, place, 2 * turn - place), (place >= turn).astype(int)
-    rng = np.random.default_rng(seed)
-    sizes = np.array([1.0, 0.5])[:gauges]
-    readings = sizes * np.cos(2 * np.pi * wavenumber * place[:, None] + 0.4 + stroke[:, None])
-    return place, readings + noise * rng.standard_normal(readings.shape), stroke
-
-
-def fitted(place, readings, stroke, wavenumber, noise):
-    spread = np.full((2, readings.shape[1]), noise**2)
-    ones = np.ones(len(place))
-    phases = completed(phases_of(
-        wavenumber * place, place[:, None] - place[-1], np.abs(np.gradient(place)), ones, readings,
-        np.ones_like(readings, bool), stroke, spread,
-    ))  # fmt: skip
-    return phases, completed(regressed(phases, np.array([1e-12]), np.zeros(1)))
-
-
-@pytest.mark.parametrize("turn, gauges", [(None, 1), (None, 2), (30.0, 1)])
-def test_phases_tell_the_wavenumber_at_the_bound(turn, gauges):
-    """Rife & Boorstyn (1974): sd(k) = sqrt(6) s / (pi a L sqrt(N)); each of two strokes has a phase of its own."""
-    true, noise, steps, sigmas = 0.5, 0.3, [], []
-    for seed in range(40):
-        phases, fit = fitted(*wave(true, noise, seed, turn, gauges), true + 1e-3, noise)
-        steps.append(fit.step[0])
-        sigmas.append(fit.covariance[0, 0] ** 0.5)
-    extent, count, strokes = (30.0, 450, 2) if turn else (60.0, 900, 1)
-    power = 1.0 + 0.25 * (gauges - 1)
-    bound = np.sqrt(6 / (strokes * count * power)) * noise / (np.pi * extent)
-    assert np.mean(sigmas) == pytest.approx(bound, rel=0.15)
-    assert np.mean(steps) == pytest.approx(-1e-3, abs=bound)
-    assert np.std(steps) == pytest.approx(bound, rel=0.4)
-    assert np.abs(phases.amplitude[:, 0]) == pytest.approx(1.0, abs=0.1) and phases.coherence > 0.95
-
-
-def test_the_share_that_is_kept_is_by_path_however_unevenly_that_was_read():
-    place = 10 * np.linspace(0, 1, 400) ** 1.7
-    for share in (1.0, 0.4):
-        wave = np.cos(2 * np.pi * place / 1.1)
-        readings = np.where(place > place[-1] - 4 * 1.1, share, 1.0)[:, None] * wave[:, None]
-        seen = np.ones_like(readings, bool)
-        kept, sigma = share_kept(place, readings, seen, 1 / 1.1, [1.0 + 0j], [0.01], 3)
-        assert kept == pytest.approx(share, abs=0.03) and sigma < 0.05
-        both = np.column_stack([readings, np.zeros(400)]), np.column_stack([seen, np.zeros(400, bool)])
-        assert share_kept(place, *both, 1 / 1.1, [1.0, 1.0], [0.01, 0.01], 3) == pytest.approx((kept, sigma))
