@@ -16,7 +16,6 @@ from papilla.estimators.friction.offset import (
     Offset,
     Source,
     Stroke,
-    combined,
 )
 
 STEADY = (0.4, 1.0, 30.0)
@@ -28,12 +27,6 @@ def unknown(sigma=0.2):
 
 def stroke(pull, normal, blocks=10):
     return Stroke(blocks * pull / normal, blocks / normal, blocks * math.log(normal), 0.0, blocks)
-
-
-def test_readings_are_combined_by_their_variances_which_grow_where_they_contradict():
-    assert combined(Source(1.0, 1.0), Source(4.0, 0.5), Source()) == pytest.approx((3.0, 1 / 3 * max(6 / 4, 1)))
-    assert combined(Source(1.0, 1.0), Source(1.5, 0.5)) == pytest.approx((4 / 3, 1 / 3))
-    assert combined(Source(), Source()) == Source()
 
 
 def test_air_tells_the_offset_from_its_second_look_on():

@@ -36,8 +36,7 @@ def settled(answer, wavelength, tolerance, last=300):
     assert (answer.wavelength_sigma_mm[-last:] > 0).all()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("drift, jitter", [(1.0, 0.0), (0.985, 0.0), (1.02, 0.0), (1.0, 0.3)])
+@pytest.mark.parametrize("drift, jitter", [(0.985, 0.0), (1.02, 0.3)])
 def test_neither_drift_nor_jitter_of_the_clock_bends_the_wavelength(drift, jitter):
     time, position, velocity, readings = slid(drift=drift, jitter=jitter)
     by_velocity = tracked(np.column_stack([time, readings, velocity]), "velocity_mm_s")
@@ -64,20 +63,6 @@ def test_gaps_are_named_and_bridged_by_the_path():
     settled(answer, 1.2, 1e-3)
 
 
-def test_repeated_and_late_rows_are_left_out_and_said_so():
-    time, _, velocity, readings = slid(seconds=1.0)
-    rows = np.column_stack([time, readings, velocity])
-    doubled = np.repeat(rows, 2, axis=0)
-    doubled[1::2, 1:4] += 500
-    doubled[501, 0] -= 0.1
-    clean, answer = tracked(rows, "velocity_mm_s"), tracked(doubled, "velocity_mm_s")
-    for a, b in zip(answer[:-4], clean[:-4], strict=True):
-        np.testing.assert_array_equal(a[::2], b)
-        assert np.isnan(a[1::2]).all()
-    assert answer.status[::2] == clean.status
-    assert set(answer.status[1::2]) == {"left out: the sample is not later than the one before"}
-
-
 def stroked(column, jump_s=0.0, late_ms=0):
     """A pipeline's answers to strokes over 1.4 mm, the clock set by `jump_s` at row 1200; the rows that are ok."""
     made = scene("act1", 1.4, seed=4, seconds=2.4)
@@ -92,13 +77,10 @@ def stroked(column, jump_s=0.0, late_ms=0):
 @pytest.mark.parametrize(
     "jump_s, left_out, told",
     [
-        (0.07, 0, "time: samples are missing before this one"),
-        (0.6, 0, "time: samples are missing before this one"),
-        (4.0, 0, "time: begun anew"),
-        (-0.2, 200, "left out: the sample is not later"),
-        (-4.0, 0, "time: begun anew"),
+        (0.07, 0, "time: samples are missing before this one"), (0.6, 0, "time: samples are missing before this one"),
+        (4.0, 0, "time: begun anew"), (-0.2, 200, "left out: the sample is not later"), (-4.0, 0, "time: begun anew"),
     ],
-)
+)  # fmt: skip
 def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, left_out, told):
     pipeline, answer, usable = stroked(column, jump_s)
     assert usable[800:1200].mean() > 0.9 and answer.status[1200].startswith(told)
@@ -112,9 +94,7 @@ def test_a_clock_that_is_set_is_told_and_nothing_wrong_is_ok(column, jump_s, lef
     assert usable[1500:].mean() > 0.4
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("column", ["velocity_mm_s", "position_mm"])
-@pytest.mark.parametrize("late_ms", [4, 10, 20])
+@pytest.mark.parametrize("column, late_ms", [("velocity_mm_s", 10), ("position_mm", 20), ("position_mm", 4)])
 def test_a_late_encoder_is_found_and_told(column, late_ms):
     pipeline, answer, usable = stroked(column, late_ms=late_ms)
     assert usable[800:].mean() > 0.8 and np.abs(answer.wavelength_mm[usable] / 1.4 - 1).max() < 0.02

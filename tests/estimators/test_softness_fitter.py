@@ -188,13 +188,6 @@ def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     assert own.h_of_noise(changed(state, score=1e9)) == own.top and own.h_of_noise(changed(state, score=-1e9)) == 0.0
 
 
-def test_samples_learnt_together_are_an_eighth_of_those_before_up_to_64(own):
-    state = own.prior(1.0)
-    assert [own.slot(changed(state, samples=float(n))) for n in (0, 7, 8, 17, 511, 512, 10**6)] == [
-        0, 0, 1, 2, 63, 64, 64,
-    ]  # fmt: skip
-
-
 def test_h_rises_with_the_modulus_and_ends_where_the_calibration_does(own):
     (low, _), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
     assert (math.exp(low), math.exp(high)) == pytest.approx((0.02, 5.0))
@@ -238,10 +231,3 @@ def test_what_others_expect_of_a_channel_is_the_conditional_mean(own):
         assert rest == pytest.approx(innovation[at] - mean)
         conditional = S[np.ix_(at, at)] - across @ np.linalg.solve(S[others], across.T)
         assert variance == pytest.approx(np.diag(conditional))
-
-
-def test_a_sample_is_odd_from_twenty_times_the_usual_misfit():
-    state = FilterState(np.zeros(1), np.eye(1), np.zeros(1))
-    assert state.usual == 20.0
-    assert changed(state, square=50.0, freedom=100.0).usual == pytest.approx(30.0)
-    assert changed(state, square=0.5, freedom=0.1).usual == pytest.approx(30.0)

@@ -78,13 +78,11 @@ def subharmonic(followed, sizes, noise, turns):
 @pytest.mark.parametrize(
     "followed, sizes, expected",
     [
-        (1, (1.0, 0.5, 0.3), 0.0),
-        (3, (0.0, 0.0, 1.0, 0.0, 0.0, 0.4), 0.0),
-        (3, (0.15, 0.0, 1.0, 0.0, 0.0, 0.4), 1 / 3),
-        (3, (0.0, 0.3, 1.0), 1 / 3),
+        (1, (1.0, 0.5, 0.3), 0.0), (3, (0.0, 0.0, 1.0, 0.0, 0.0, 0.4), 0.0),
+        (3, (0.15, 0.0, 1.0, 0.0, 0.0, 0.4), 1 / 3), (3, (0.0, 0.3, 1.0), 1 / 3),
         (2, (0.0, 1.0, 0.0, 0.7, 0.6), 1 / 2),
     ],
-)
+)  # fmt: skip
 def test_what_may_be_a_harmonic_names_the_other_frequency(followed, sizes, expected):
     """Of a movement one way, and there and back; from 20 readings nothing is known."""
     for turns in (np.linspace(0, 60, 1000), 30 - np.abs(np.linspace(-30, 30, 1000))):

@@ -47,14 +47,12 @@ def looked(rows, breaks, **known):
 @pytest.mark.parametrize(
     "motion, options, status",
     [
-        ("constant", {}, TrackingStatus.CONSTANT_SPEED),
-        ("bent", {}, TrackingStatus.OK),
-        ("bent", {"hum": 3.0}, TrackingStatus.OK),
-        ("strokes", {"hum": 3.0}, TrackingStatus.OK),
+        ("constant", {}, TrackingStatus.CONSTANT_SPEED), ("bent", {}, TrackingStatus.OK),
+        ("bent", {"hum": 3.0}, TrackingStatus.OK), ("strokes", {"hum": 3.0}, TrackingStatus.OK),
         ("strokes", {"late_s": 0.006}, TrackingStatus.OK),
         ("bent", {"late_s": 0.003, "gauges": 2}, TrackingStatus.OK),
     ],
-)
+)  # fmt: skip
 def test_a_finding_is_the_truth_within_its_sigma(motion, options, status):
     late, hum, off, ratios, levels = options.get("late_s", 0.0), options.get("hum", 0.0), [], [], []
     for seed in range(8):

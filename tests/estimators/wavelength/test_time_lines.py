@@ -92,20 +92,6 @@ def test_energy_is_credited_to_the_one_that_explains_it(begin):
     assert path == pytest.approx(best.ratio, rel=0.25) and time < 0.02 * path
     best, (path, time) = credit(hum(2.0, 47.0), [line(47.0), line(300.0)], place, begin)
     assert time > 10 * path
-    # Twice the readings, twice the noise: the same in units of the background.
-    own = strokes(surface(place, (1.0,)), place, begin)
-    spectrum = completed(spectrum_of(own, 0.1, 2048))
-    doubled = strokes(2 * surface(place, (1.0,)), place, begin)
-    twice = completed(spectrum_of(doubled, 0.1, 2048))
-    one, other = (
-        completed(
-            credits_of(
-                max(completed(found.lines(0.3, 4.0, 5)), key=lambda peak: peak.amplitude), found, of, TIME, [line(47.0)]
-            )
-        )
-        for found, of in ((spectrum, own), (twice, doubled))
-    )
-    assert other == pytest.approx(one, rel=1e-6)
 
 
 def test_alone_each_of_two_that_are_alike_is_credited_with_what_the_other_cannot_explain():
