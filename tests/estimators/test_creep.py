@@ -27,14 +27,6 @@ def test_samples_one_by_one_creep_as_the_history_does():
     assert set(said) == {0, 1, 2}
 
 
-def test_a_sample_without_force_or_of_the_same_time_tells_nothing():
-    creep = Creep({**TERMS, "crept": [1.0, 1.0]}, 0.05)
-    assert creep.feel(0.0, 0.5) == 0
-    before = creep.state
-    assert creep.feel(0.1, float("nan")) == 0 and creep.state == before
-    assert creep.feel(0.0, 0.7) == 0 and creep.state == before
-
-
 @pytest.mark.parametrize(
     "broken", [{"shares": ["a"]}, {"crept": [1.0]}, {"crept": None}, {"shares": [0.2]}, {"times_s": [0.0, 1.0]}]
 )

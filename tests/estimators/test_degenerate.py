@@ -66,12 +66,12 @@ def drawn(seed):
     return names, rate, np.column_stack([time, *channels])
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 60))])
+@pytest.mark.parametrize("seed", [*range(2), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 60))])
 def test_broken_channels_never_stop_a_pipeline_and_blocks_answer_as_samples_do(calibration, seed):
     names, rate, rows = drawn(seed)
     single, whole = (Pipeline(calibration, columns=names, sample_rate_Hz=rate) for _ in range(2))
     answers, block = [single.update(row) for row in rows.tolist()], whole.process(rows)
-    for name in block._fields:
+    for name in type(block).__annotations__:
         column = getattr(block, name)
         column = column if isinstance(column, list) else column.tolist()
         assert repr([getattr(answer, name) for answer in answers]) == repr(column), name

@@ -1,247 +1,141 @@
-"""What breaks roughness estimators in the field, on scenes with a known truth, each with the answer that is expected.
-
-Three bounds a case: of those that know the velocity, of the corrected spectra, and of the corrected counters, whose
-window of 80-200 ms holds few periods. As printed, only sound answers are asked for: their errors are in the comparison.
-"""
+"""What breaks estimators of a wavelength in the field, on scenes with a known truth, each with its right answer."""
 
 import math
-from functools import partial
 
 import numpy as np
 import pytest
 
-from papilla.estimators.wavelength import SpaceTracker, TrackingStatus
+from papilla.estimators import ChirpTracker, SpaceTracker
+from papilla.estimators.wavelength import TrackingStatus
 from papilla.scenes.scenes import scene
-from papilla_papers.methods.roughness import (
-    ImpulseDensity,
-    ImpulseInterval,
-    Okamoto,
-    RoughnessStatus,
-    ShortTimeSpectrum,
-    ZeroCrossing,
-)
-
-PUBLISHED = (ImpulseDensity, ImpulseInterval, ShortTimeSpectrum, ZeroCrossing, Okamoto)
-SPECTRA = (ShortTimeSpectrum, Okamoto)
-TRACKERS = {"space tracker": SpaceTracker}
-MAKERS = {f"{kind.__name__} {variant}": partial(kind, variant=variant) for kind in PUBLISHED for variant in
-          ("as_printed", "corrected")} | TRACKERS  # fmt: skip
-EXACT = {
-    name: "tracker" if name in TRACKERS else "spectrum" if make.func in SPECTRA else "counter"
-    for name, make in MAKERS.items()
-    if not name.endswith("as_printed")
-}
-"""Name -> which of the three bounds it must keep."""
-
-every = pytest.mark.parametrize("name", MAKERS)
-accurate = pytest.mark.parametrize("name", EXACT)
 
 
-SNR = 30.0
-
-
-def run(name, block, **options):
-    """The estimator's answers to the block, after a look at whether each is one."""
-    found = MAKERS[name](**options).process(block)
-    sound(name, found, len(block))
-    return found
-
-
-def sound(name, found, rows):
-    """A known status a row, no infinity, no wavelength or sigma that is not positive."""
-    statuses = TrackingStatus if name in TRACKERS else RoughnessStatus
-    assert len(found.status) == len(found.wavelength_mm) == rows
-    assert {statuses(code) for code in found.status.tolist()} <= set(statuses)
-    columns = [found.wavelength_mm] + ([found.wavelength_sigma_mm] if name in TRACKERS else [])
-    assert all(np.all(np.isnan(column) | ((column > 0) & (column < math.inf))) for column in columns)
+def tracked(block, **options):
+    """The tracker's answers to the block, after a look at whether each is one; and the rows that may be used."""
+    found = SpaceTracker(**options).process(block)
+    assert {TrackingStatus(code) for code in found.status.tolist()} <= set(TrackingStatus)
+    for column in (found.wavelength_mm, found.wavelength_sigma_mm):
+        assert len(column) == len(block) and np.all(np.isnan(column) | ((column > 0) & (column < math.inf)))
     assert np.all(np.isnan(found.frequency_Hz) | ((found.frequency_Hz >= 0) & (found.frequency_Hz < math.inf)))
-
-
-def good(found):
-    """(n,) rows that may be used."""
-    return np.array([sentence.startswith("ok") for sentence in found.sentence])
+    return found, np.array([sentence.startswith("ok") for sentence in found.sentence])
 
 
 def grating(wavelength=1.2, **options):
-    return scene("const", wavelength, snr_dB=SNR, seed=11, **{"seconds": 1.8, **options})
+    return scene("const", wavelength, snr_dB=30.0, seed=11, **{"seconds": 1.8, **options})
 
 
-def error_of(found, truth, rows=slice(1000, None)):
-    """Median |relative error|, where there is no answer infinite."""
-    wavelength = found.wavelength_mm[rows]
-    return float(np.median(np.where(np.isfinite(wavelength), np.abs(wavelength / truth - 1), math.inf)))
-
-
-@pytest.mark.parametrize(
-    "name, case", [(name, case) for case in ("hum", "jitter", "two", "counts", "clean", "steps") for name in EXACT]
-)
-def test_disturbed_readings(name, case):
+@pytest.mark.parametrize("case", ["hum", "jitter", "two", "counts", "clean", "steps", "clock", "dropped", "spikes"])
+def test_disturbed_readings(case):
     """The texture's wavelength is found beside what is not texture."""
-    made = grating()
-    block, time = made.block(), made.time_s
-    rng = np.random.default_rng(3)
+    made = grating(sample_rate_Hz=1010.0 if case == "clock" else 1000.0)
+    block, time, rng, truth = made.block(), made.time_s, np.random.default_rng(3), 1.2
     if case == "hum":
         block[:, 0] += 0.3 * np.sin(2 * math.pi * 50 * time)
     elif case == "steps":
         block[:, 0] += 5.0 * (np.floor(time / 0.35) % 2)
     elif case == "jitter":
-        late = rng.uniform(-2e-4, 2e-4, time.size)
-        block[:, 0] = np.interp(time + late, time, made.readings[:, 0])
+        block[:, 0] = np.interp(time + rng.uniform(-2e-4, 2e-4, time.size), time, made.readings[:, 0])
     elif case == "two":
         block[:, 0] += 0.3 * np.sin(2 * math.pi * made.position_mm / 2.9)
     elif case == "counts":
         block[:, 0] = np.round(2048 + 20 * block[:, 0])
-    bounds = {"tracker": 0.005, "spectrum": 0.01, "counter": 0.12}
-    # Rows well after the last step of the baseline: a window that holds one is not asked.
-    assert error_of(run(name, block), 1.2, slice(1650, 1740)) < bounds[EXACT[name]]
+    elif case == "clock":
+        truth = 1.01 * 1.2
+    elif case == "dropped":
+        block[np.arange(len(block)) % 300 < 20, 0] = math.nan
+    elif case == "spikes":
+        block[rng.random(len(block)) < 0.004, 0] += 25.0
+    found, ok = tracked(block)
+    assert found.wavelength_mm[1000:] == pytest.approx(truth, rel=0.01)
+    # A path with gaps shows no harmonic: a lone line at a constant speed is not believed.
+    assert ok[1000:].mean() > 0.9 or case == "dropped"
+    assert (found.status[np.isnan(block[:, 0])] == TrackingStatus.MISSING).all()
 
 
-@accurate
-def test_a_clock_that_is_wrong_shows_in_the_wavelength(name):
-    """1 % more samples a second than is known: each stands for 1 % more distance than it has."""
-    made = grating(sample_rate_Hz=1010.0)
-    ratio = np.median(run(name, made.block()).wavelength_mm[1000:]) / 1.2
-    width = {"tracker": 0.002, "spectrum": 0.005, "counter": 0.12}[EXACT[name]]
-    assert ratio == pytest.approx(1.01, abs=width)
+@pytest.mark.parametrize("rate", [500.0, 2000.0, 10_000.0])
+def test_other_sampling_rates(rate):
+    found, ok = tracked(grating(2.4, sample_rate_Hz=rate).block(), sample_rate_Hz=rate)
+    assert ok[round(rate) :].all() and found.wavelength_mm[round(rate) :] == pytest.approx(2.4, rel=5e-3)
 
 
-@accurate
-@pytest.mark.parametrize("rate", [500.0, 2000.0])
-def test_other_sampling_rates(name, rate):
-    made = grating(2.4, sample_rate_Hz=rate)
-    found = run(name, made.block(), sample_rate_Hz=rate)
-    bounds = {"tracker": 0.005, "spectrum": 0.01, "counter": 0.2}
-    assert error_of(found, 2.4, slice(round(rate), None)) < bounds[EXACT[name]]
-
-
-@every
-def test_float32_and_contiguity_do_not_matter(name):
-    block = grating(seconds=0.6).block().astype(np.float32)
-    whole = run(name, block)
-    same = run(name, np.asfortranarray(block.astype(float)))
-    assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(whole, same, strict=True))
-
-
-@every
-def test_standing_still_for_two_seconds(name):
-    """Nobody says that noise at rest is a texture; where a wavelength is held, it is the right one; then it goes on."""
-    made, rest = grating(), 2000
-    noise = made.noise_sd * np.random.default_rng(5).standard_normal(rest)
-    still = np.column_stack([made.signal[-1, 0] + noise, np.zeros(rest)])
-    found = run(name, np.vstack([made.block(), still, made.block()]))
-    held = found.wavelength_mm[2100:3800]
-    assert np.all(found.status[2100:3800] != 0)
-    if name in EXACT:
-        assert np.all(np.isnan(held) | (np.abs(held / 1.2 - 1) < 0.15))
-        assert error_of(found, 1.2, slice(-600, None)) < 0.12
-    if name in TRACKERS:
-        assert set(found.status[2100:3800]) == {int(TrackingStatus.STANDSTILL)}
-        assert held == pytest.approx(np.full(held.size, 1.2), rel=0.01)
-        assert np.all(found.frequency_Hz[2100:3800] == 0)
-
-
-def test_at_rest_the_sigma_does_not_shrink():
-    made = grating()
-    still = np.column_stack([np.full(1000, made.signal[-1, 0]), np.zeros(1000)])
-    sigma = run("space tracker", np.vstack([made.block(), still])).wavelength_sigma_mm[1810:]
+def test_standing_still_for_two_seconds():
+    """Nobody says that noise at rest is a texture; what is held is right, and no surer than before; then it goes on."""
+    made, rng = grating(), np.random.default_rng(5)
+    still = np.column_stack([made.signal[-1, 0] + made.noise_sd * rng.standard_normal(2000), np.zeros(2000)])
+    found, ok = tracked(np.vstack([made.block(), still, made.block()]))
+    rest = slice(2100, 3800)
+    assert set(found.status[rest]) == {int(TrackingStatus.STANDSTILL)} and (found.frequency_Hz[rest] == 0).all()
+    assert found.wavelength_mm[rest] == pytest.approx(1.2, rel=0.01)
+    sigma = found.wavelength_sigma_mm[1810:3800]
     assert np.all(np.diff(sigma) >= -1e-4 * sigma[0])
+    assert ok[-600:].all() and found.wavelength_mm[-600:] == pytest.approx(1.2, rel=0.01)
 
 
-@pytest.mark.parametrize("name", TRACKERS)
-def test_reversals(name):
-    """Three strokes out and back: no answer that is called ok is off by more than 3 %."""
-    made = scene("act1", 1.8, snr_dB=SNR, seed=11, seconds=2.6)
-    found = run(name, made.block())
-    after = made.time_s > 1
-    answered = found.wavelength_mm[after & good(found)]
-    assert answered.size > 0.9 * after.sum()
-    assert np.abs(answered / 1.8 - 1).max() < 0.03
-
-
-@every
-def test_a_dead_gauge_has_no_wavelength(name):
-    found = run(name, np.column_stack([np.full(900, 3.0), np.full(900, 100.0)]))
-    assert np.isnan(found.wavelength_mm).all()
-    assert np.all(found.status != 0)
-
-
-def test_noise_without_texture_is_never_called_ok():
-    rng = np.random.default_rng(8)
-    for _ in range(3):
-        found = run("space tracker", np.column_stack([rng.standard_normal(2000), np.full(2000, 100.0)]))
+@pytest.mark.parametrize("tracker", [SpaceTracker, ChirpTracker])
+@pytest.mark.parametrize("seed", range(3))
+def test_neither_noise_nor_a_dead_gauge_is_a_texture(tracker, seed):
+    noise = np.random.default_rng(seed).standard_normal(1500)
+    for reading in (noise, np.full(1500, 3.0), np.full(1500, math.nan)):
+        found = tracker().process(np.column_stack([reading, np.full(1500, 100.0)]))
         assert not any(sentence.startswith("ok") for sentence in found.sentence)
+        assert reading is noise or np.isnan(found.wavelength_mm).all()
 
 
-@every
-def test_a_saturated_stretch(name):
+def test_a_saturated_stretch():
     """At the rail for 300 ms: each such sample says so, and half a second later the wavelength is known again."""
-    made = grating(seconds=2.4)
-    block = made.block()
+    block = grating(seconds=2.4).block()
     block[1000:1300, 0] = 4.0
-    found = run(name, block, saturation=3.0)
-    wanted = TrackingStatus.MISSING if name in TRACKERS else RoughnessStatus.SATURATED
-    assert set(found.status[1000:1300]) == {int(wanted)}
-    if name in EXACT:
-        bounds = {"tracker": 0.005, "spectrum": 0.01, "counter": 0.12}
-        assert error_of(found, 1.2, slice(1800, None)) < bounds[EXACT[name]]
+    found, ok = tracked(block, saturation=3.0)
+    assert set(found.status[1000:1300]) == {int(TrackingStatus.MISSING)}
+    assert found.wavelength_mm[1800:] == pytest.approx(1.2, rel=5e-3) and not ok[1000:1300].any()
 
 
-@every
-def test_bursts_of_nan(name):
-    """20 ms of every 300 ms are lost: each lost sample is called missing, the wavelength between them is kept."""
-    block = grating().block()
-    lost = np.arange(len(block)) % 300 < 20
-    block[lost, 0] = math.nan
-    found = run(name, block)
-    missing = int(TrackingStatus.MISSING if name in TRACKERS else RoughnessStatus.MISSING)
-    after = np.arange(len(block)) >= 500
-    assert set(found.status[after & lost]) == {missing}
-    assert missing not in set(found.status[after & ~lost])
-    if name in EXACT:
-        bounds = {"tracker": 0.01, "spectrum": 0.02, "counter": 0.3}
-        assert error_of(found, 1.2, after & ~lost) < bounds[EXACT[name]]
-
-
-@every
-def test_an_unknown_velocity_gives_no_new_wavelength(name):
+def test_an_unknown_velocity_gives_no_new_wavelength():
     block = grating(seconds=0.9).block()
     block[600:, 1] = math.nan
-    found = run(name, block)
-    # What pairs a count with a distance has known speeds in its window for up to 200 ms.
-    assert np.all(found.status[805:] != 0)
-    if name in TRACKERS:
-        assert set(found.status[605:]) == {int(TrackingStatus.NO_VELOCITY)}
-        assert np.isnan(found.frequency_Hz[605:]).all()
-        assert found.wavelength_mm[605:] == pytest.approx(np.full(295, 1.2), rel=0.02)
+    found, _ = tracked(block)
+    assert set(found.status[605:]) == {int(TrackingStatus.NO_VELOCITY)} and np.isnan(found.frequency_Hz[605:]).all()
+    assert found.wavelength_mm[605:] == pytest.approx(1.2, rel=0.02)
 
 
-@every
-def test_aliases_are_refused(name):
-    """2500 mm/s at 1 kHz: not even 5 mm is sampled twice a period, so nothing between 0.4 and 4 mm can be told.
-
-    No paper prints such a limit: what is as printed does not have one.
-    """
-    fast = 2500.0
-    at = fast * np.arange(900) / 1000
-    block = np.column_stack([np.sin(2 * math.pi * at / 1.2), np.full(900, fast)])
-    found = run(name, block, wavelength_range_mm=(0.4, 4.0))
-    if name.endswith("as_printed"):
-        assert int(RoughnessStatus.ALIASED) not in found.status
-        return
-    if name in TRACKERS:
-        assert set(found.status[300:]) == {int(TrackingStatus.ALIASED)}
-    else:
-        # Equal slopes make no impulse: then nothing is told either.
-        assert set(found.status[300:]) <= {int(RoughnessStatus.ALIASED), int(RoughnessStatus.SILENT)}
-    assert np.isnan(found.wavelength_mm[300:]).all()
+def test_aliases_are_refused():
+    """2500 mm/s at 1 kHz: not even 5 mm is sampled twice a period, so nothing between 0.4 and 4 mm can be told."""
+    reading = np.sin(2 * math.pi * 2.5 * np.arange(900) / 1.2)
+    found, _ = tracked(np.column_stack([reading, np.full(900, 2500.0)]), wavelength_range_mm=(0.4, 4.0))
+    assert set(found.status[300:]) == {int(TrackingStatus.ALIASED)} and np.isnan(found.wavelength_mm[300:]).all()
 
 
-@pytest.mark.parametrize("name", TRACKERS)
-def test_two_equal_wavelengths(name):
-    """One of the two, or none: never something between."""
-    made, other = grating(), scene("const", 2.1, snr_dB=SNR, seed=11, seconds=1.8)
-    block = made.block()
-    block[:, 0] += other.readings[:, 0]
-    answer = run(name, block).wavelength_mm[1000:]
+def test_of_two_equal_wavelengths_one_or_none_is_told():
+    block = grating().block()
+    block[:, 0] += scene("const", 2.1, snr_dB=30.0, seed=11, seconds=1.8).readings[:, 0]
+    answer = tracked(block)[0].wavelength_mm[1000:]
     near = [np.abs(answer / truth - 1) < 0.02 for truth in (1.2, 2.1)]
     assert np.mean(near[0] | near[1] | np.isnan(answer)) > 0.95
+
+
+DRAWN = [
+    "const", "act1", "act2", "harsh", "strokes, hum", "const, hum", "strokes, hum only", "const, rough, white",
+    "strokes, 10 ms late", "strokes, encoder counts", "hand, realistic", "const, missing fundamental",
+    "const, two lines",
+]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_what_is_called_ok_is_right_and_its_sigma_covers_it():
+    """Scenes drawn with their parameters: hardly any false among ok in any kind, and errors within stated sigmas."""
+    ratios, false, told = [], {}, {}
+    for name in DRAWN:
+        wrong, usable = 0, 0
+        for seed in range(3):
+            made = scene(name, np.random.default_rng(seed).uniform(0.8, 3.0), seed=seed, seconds=2.5, drawn=True)
+            found, ok = tracked(made.block())
+            truths = np.column_stack([made.wavelength_mm, *(np.full(len(ok), other) for other in made.others_mm)])
+            off = np.abs(found.wavelength_mm[:, None] / np.nan_to_num(truths, nan=1e9) - 1).min(axis=1)
+            wrong, usable = wrong + (ok & ~(off < 0.1)).sum(), usable + ok.sum()
+            if made.others_mm == () and np.isfinite(made.wavelength_mm).all() and ok.any():
+                ratios.append(np.median((off * found.wavelength_mm / found.wavelength_sigma_mm)[ok]))
+        false[name], told[name] = wrong / max(usable, 1), usable
+    assert sum(rate > 0.05 for rate in false.values()) <= 1 and max(false.values()) < 0.3, false
+    assert told["const"] > 1000 and told["act2"] > 5000, told
+    assert told["strokes, hum only"] == told["const, rough, white"] == 0, told
+    assert np.sqrt(np.mean(np.square(ratios))) < 1.5

@@ -6,7 +6,7 @@ Powers of two scale without rounding, so that answers agree to the last bits.
 import numpy as np
 import pytest
 
-from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
+from papilla.estimators import LineTracker
 from papilla.estimators.wavelength.lines import find_lines
 
 RANGE_MM = (0.8, 6.0)
@@ -73,37 +73,6 @@ def test_a_gauge_that_feels_no_texture_however_loud_hides_none(log):
     once, loud = (followed(position, np.column_stack([readings, size * noise])) for size in (1.0, GAIN))
     assert loud.wavelength_mm[-1] == pytest.approx(1.7, rel=5e-3)
     np.testing.assert_allclose(loud.wavelength_mm, once.wavelength_mm, rtol=1e-9)
-
-
-def test_one_gauge_is_one_gauge_whatever_follows_it(log):
-    """The tracker of one gauge is that of many, and goes on from its state."""
-    position, readings = log
-    velocity = 100 * np.gradient(position)
-    block = np.column_stack([readings[:, 0], velocity])[:500]
-    options = {"sample_rate_Hz": 100.0, "wavelength_range_mm": RANGE_MM}
-    one, many = SpaceTracker(**options), FusedTracker(1, **options)
-    one.process(block[:250])
-    many.state = one.state
-    found, other = one.process(block[250:]), many.process(block[250:])
-    np.testing.assert_array_equal(found.wavelength_mm, other.wavelength_mm)
-    np.testing.assert_array_equal(found.status, other.status)
-    assert (np.asarray(other.gauges) == 1).all()
-
-
-def test_a_state_taken_at_any_row_goes_on_bit_for_bit(log):
-    """Also between the parts of a look."""
-    position, readings = log
-    block = np.column_stack([readings[:, 0], 1000 * np.gradient(position)])
-    whole = SpaceTracker(wavelength_range_mm=RANGE_MM).process(block[:480])
-    tracker = SpaceTracker(wavelength_range_mm=RANGE_MM)
-    tracker.process(block[:400])
-    for row in range(400, 440):
-        copy = SpaceTracker(wavelength_range_mm=RANGE_MM)
-        copy.state = tracker.state
-        rest = copy.process(block[row : row + 40])
-        np.testing.assert_array_equal(rest.wavelength_mm, whole.wavelength_mm[row : row + 40])
-        np.testing.assert_array_equal(rest.status, whole.status[row : row + 40])
-        tracker.update(block[row])
 
 
 def lines_of(position, readings, low_high=(1.0, 6.0)):

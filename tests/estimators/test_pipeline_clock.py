@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.pipeline import path
-from papilla.estimators.pipeline.clock import Clock, ClockState, ClockStatus
+from papilla.estimators.pipeline.clock import Clock, ClockStatus
 
 NAN = math.nan
 
@@ -64,65 +64,16 @@ def test_another_rate_than_stated_is_told(true_rate):
     assert {tick.status for tick in near} == {ClockStatus.OK}
 
 
-def test_the_mean_step_is_that_of_all_steps_until_it_fades_and_no_gap():
-    rng, clock = np.random.default_rng(3), Clock(1000.0)
-    steps = rng.uniform(0.4, 1.45, 256)
-    for number, time in enumerate([0.0, *np.cumsum(steps) / 1000.0]):
-        clock.tick(time, NAN, NAN)
-        assert clock.state.steps == number
-        if number:
-            assert clock.state.mean_step == pytest.approx(steps[:number].mean(), rel=1e-9)
-    before = clock.state
-    assert clock.tick(before.time_s + 0.05, NAN, NAN).missing == 49 and clock.state.mean_step == before.mean_step
-    clock.tick(before.time_s + 0.0512, NAN, NAN)
-    assert clock.state.mean_step == pytest.approx(before.mean_step + (1.2 - before.mean_step) / 256)
-
-
 @pytest.mark.parametrize("late_s, status", [(1.0005, ClockStatus.GAP), (1.0015, ClockStatus.BEGUN_ANEW)])
 def test_a_second_without_samples_is_the_longest_gap(late_s, status):
     assert ticks(1000.0, [0.0, late_s], [10.0] * 2)[-1].status == status
     assert ticks(1000.0, [2.0, 2.0 - 0.999, 2.0 - 1.001], [10.0] * 3)[-1].status == ClockStatus.BEGUN_ANEW
 
 
-def test_gaps_are_told_whether_or_not_the_place_is_known():
-    for velocities in ([10.0] * 4, [NAN] * 4):
-        found = ticks(100.0, [0.0, 0.01, 0.05, 0.06], velocities)
-        assert [tick.status for tick in found] == [ClockStatus.OK, ClockStatus.OK, ClockStatus.GAP, ClockStatus.OK]
-        assert [tick.missing for tick in found] == [0, 0, 3, 0]
-
-
-def test_an_unknown_velocity_leaves_no_hole_in_the_path():
-    velocity = [10.0, 10.0, NAN, math.inf, 10.0, 10.0]
-    found = ticks(100.0, [k / 100 for k in range(6)], velocity)
-    places = [tick.place_mm for tick in found]
-    assert math.isnan(places[2]) and math.isnan(places[3])
-    assert places[4:] == pytest.approx([0.4, 0.5])
-    assert math.isnan(found[2].velocity_mm_s)
-
-
 def test_positions_begin_where_the_velocity_has_led_and_fill_in_for_each_other():
     positions = [NAN, NAN, 7.0, 7.1, NAN, 7.3]
     found = ticks(100.0, [k / 100 for k in range(6)], [10.0] * 6, positions)
     assert [tick.place_mm for tick in found] == pytest.approx([0, 0.1, 0.2, 0.3, 0.4, 0.5])
-
-
-def test_the_slope_of_coarse_positions_is_smooth():
-    time = np.arange(1000) / 1000
-    position = np.round(37.0 * time, 2)
-    found = ticks(1000.0, time.tolist(), None, position.tolist())[100:]
-    assert np.abs([tick.slope_mm_s - 37.0 for tick in found]).max() <= 1.01
-    assert np.abs([tick.velocity_mm_s - 37.0 for tick in found]).max() > 5
-
-
-def test_the_state_is_small_and_goes_on():
-    clock, other = Clock(1000.0), Clock(1000.0)
-    time = np.arange(3000) / 1000
-    position = np.cumsum(np.sin(time)).tolist()
-    first = [clock.tick(t, NAN, x) for t, x in zip(time[:2000].tolist(), position[:2000], strict=True)]
-    assert isinstance(clock.state, ClockState) and len(clock.state.trail) <= 64 and first
-    other.state = clock.state
-    for t, x in zip(time[2000:].tolist(), position[2000:], strict=True):
-        assert clock.tick(t, NAN, x) == other.tick(t, NAN, x)
 
 
 @pytest.mark.parametrize("begin", [-1e4, 0.0, 1e4])

@@ -1,34 +1,12 @@
 """The whole pipeline on a log of five gauges as a finger makes it, and with two of them exchanged."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from papilla.calibration import GaugeSurface, Surface, Uncertainty
 from papilla.estimators import Doubts, Pipeline
 
-FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (12, 24)
 PLACES = np.array([-13.5, -7.2, 0.0, 7.2, 13.5])
 WAVELENGTH, STIFFNESS, FRICTION = 1.8, 0.3, 0.6
-
-
-@pytest.fixture(scope="module")
-def five(make):
-    """A calibration whose gauges differ, alike the default finger's: the outer ones feel the force alone."""
-    x, y = (
-        np.log(low) + (np.arange(cells + 3) - 1) * np.log(high / low) / cells
-        for (low, high), cells in zip((FORCE, MODULUS), CELLS, strict=True)
-    )
-    soft = 1 / (1 + np.exp(y[None, :] - np.log(0.1) - 0.2 * x[:, None]))
-    outer, inner = -17500 - 300 * x[:, None] + 0 * soft, (-29000 + 9500 * x[:, None]) * (1 - 0.25 * soft)
-    middle = 54000 * np.exp(-0.47 * x[:, None]) * (1 - 0.35 * soft)
-    gauges = []
-    for number, table in enumerate((outer, inner, middle, inner, outer), start=1):
-        error = 0.01 * float(np.abs(table).mean())
-        known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, error), 2.0, 4)
-        gauges.append(GaugeSurface(f"g{number}", Surface(FORCE, MODULUS, table), known))
-    return replace(make(), gauges=tuple(gauges))
 
 
 def slid(calibration, seconds, texture=60.0, seed=0):
@@ -56,6 +34,7 @@ def right(answer, rows=slice(-200, None)):
 
 def test_two_gauges_exchanged_in_the_log(five):
     """The softness says who they are and does without them; a wavelength does not ask where a gauge is."""
+    five = five(0.01)
     rows = slid(five, 1.6)
     clean, exchanged = make_pipeline(five).process(rows), rows.copy()
     exchanged[:, [2, 3]] = rows[:, [3, 2]]

@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators import Pipeline
-from papilla.estimators.texture import Features, train
 from papilla.estimators.wavelength.lines import find_lines, travelled
-from papilla_papers.methods.texture import log_band_features
 
 DATA = Path(os.environ.get("PAPILLA_DATA") or Path(__file__).parents[3] / "shared" / "data")
 BOARDS = sorted((DATA / "fabricslide_board").glob("*.csv"))
@@ -48,18 +46,6 @@ def test_with_speed_and_range_every_board_is_right(path):
 
 @boards
 @pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
-def test_without_a_range_the_board_is_among_the_lines_strongest_first(path):
-    about, channels, position = recorded(path)
-    ridge = about["ridge"]
-    lines = find_lines(position, channels).lines
-    assert any(abs(line.wavelength_mm / TRUTH_MM[ridge] - 1) < TOLERANCE[ridge] for line in lines)
-    assert any(abs(line.wavelength_mm / 20 - 1) < 0.03 for line in lines), "the 20 mm component is on every board"
-    sizes = [line.amplitude for line in lines]
-    assert sizes == sorted(sizes, reverse=True)
-
-
-@boards
-@pytest.mark.parametrize("path", BOARDS, ids=lambda path: path.stem)
 @pytest.mark.parametrize("wavelengths", [(1.0, 8.0), (0.4, 6.0), (1.0, 40.0)])
 def test_online_a_harmonic_is_hardly_ever_ok(path, wavelengths):
     """Slow, drifting, beside a stronger 20 mm component: little is answered, a harmonic in 5 % of the rows at most."""
@@ -71,43 +57,3 @@ def test_online_a_harmonic_is_hardly_ever_ok(path, wavelengths):
     told = found.wavelength_mm[[sentence.startswith("ok") for sentence in found.wavelength_status]]
     wrong = np.abs(told / TRUTH_MM[about["ridge"]] - 1) > 0.03
     assert wrong.sum() <= 0.05 * len(time)
-
-
-@fabrics
-def test_fabrics_are_told_apart_on_a_repetition_that_was_not_trained_on():
-    model_selection = pytest.importorskip("sklearn.model_selection", reason="scikit-learn is not installed")
-    from sklearn.neighbors import KNeighborsClassifier
-    from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import StandardScaler
-
-    nearest, runs = make_pipeline(StandardScaler(), KNeighborsClassifier(3)), {}
-    for path in FABRICS:
-        about, channels, _ = recorded(path)
-        times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0) / 1e3
-        rate = (len(times) - 1) / (times[-1] - times[0])
-        features = [
-            log_band_features(window, rate, 4) for window in np.split(channels, range(96, len(channels), 96))[:-1]
-        ]
-        runs.setdefault((about["press"], about["speed"]), []).append((about, features))
-    assert len(runs) >= 3
-    for condition in runs.values():
-        features = np.concatenate([own for _, own in condition])
-        labels = np.concatenate([[about["what"]] * len(own) for about, own in condition])
-        repetitions = np.concatenate([[about["repetition"]] * len(own) for about, own in condition])
-        each = model_selection.LeaveOneGroupOut()
-        right = model_selection.cross_val_score(nearest, features, labels, groups=repetitions, cv=each)
-        assert len(set(labels)) == 7
-        assert right.mean() > 0.7 and right.min() > 0.6, "chance is 0.14"
-
-
-@fabrics
-def test_fabrics_are_told_apart_at_a_speed_that_was_not_trained_on():
-    """Over the path; bands in Hz get half of them right."""
-    pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
-    runs = []
-    for path in FABRICS:
-        about, channels, position = recorded(path)
-        if about["press"] == "120":
-            runs.append((about["what"], about["speed"], position, channels))
-    model = train(runs, features=Features(window_mm=100.0, shortest_mm=3.0, longest_mm=50.0, bands=8))
-    assert len(model.labels) == 7 and model.accuracy["linear discriminant"] > 0.9

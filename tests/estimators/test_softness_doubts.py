@@ -9,7 +9,6 @@ from papilla.calibration import SoftnessStatus
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Softness
 from papilla.estimators.health import unpack
-from papilla.estimators.softness import fitter
 
 PRESS = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 80))
 HOLD = np.full(80, 0.5)
@@ -113,44 +112,6 @@ def test_doubts_cost_clean_readings_nothing(five_gauges):
     assert doubted <= 1.2 * trusted and trusted < 0.01
 
 
-def test_what_dominates_is_said(five_gauges):
-    rows = samples(five_gauges, 0.3, HOLD, lambda readings, force, rng: (readings, force), 0)
-    for doubts, word in (
-        (Doubts(), "the thickness of the specimen"),
-        (Doubts(thickness_mm=10.0, thickness_error=0.0, creep=0.0, beside_mm=0.0), "the gain of the gauges"),
-        (Doubts(0.0, 0.0, 2000.0, 0.0, 0.0, 0.0, 10.0, 0.0), "the zero of the gauges"),
-        (Doubts.NONE, "noise"),
-    ):
-        own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
-        own.process(rows)
-        assert own.dominant == word
-        own.process(np.zeros((1, 6)))
-        assert own.dominant == word
-
-
-def test_zeros_are_learnt_in_the_air(five_gauges):
-    """An offset far beyond its doubt is gone once the finger was seen in the air with it."""
-    offset = np.array([900.0, -800, 700, 900, -600])
-    rng = np.random.default_rng(3)
-    air = np.column_stack([offset + 20 * rng.normal(size=(200, 5)), 0.002 * rng.normal(size=200)])
-    rows = samples(five_gauges, 0.1, PRESS, lambda readings, force, rng: (readings + offset, force), 4)
-    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=Doubts(thickness_mm=10.0))
-    assert (own.process(air).status == SoftnessStatus.NO_CONTACT).all()
-    np.testing.assert_allclose(own.state.zeros[:5], offset, atol=10)
-    answer = own.process(rows)
-    assert abs(math.log(answer.modulus_MPa[-1] / 0.1)) < 0.03
-
-
-def test_s_d_takes_its_zeros_in_the_air(calibration, touch):
-    rng = np.random.default_rng(3)
-    offset = np.array([900.0, -800, 700, 900, -600, 0])
-    air = offset + np.column_stack([20 * rng.normal(size=(200, 5)), 0.002 * rng.normal(size=200)])
-    own = Softness(calibration, gauge_sigma=20, force_sigma_N=0.002)
-    assert (own.process(air).status == SoftnessStatus.NO_CONTACT).all()
-    answer = own.process(touch(0.1, PRESS, 20, 0.002) + offset)
-    assert abs(math.log(answer.modulus_MPa[-1] / 0.1)) < 0.03
-
-
 @pytest.mark.parametrize("name", ["gauge_gain", "creep", "zero_microstrain", "force_gain", "beside_mm"])
 def test_unusable_doubts_are_refused(name):
     for value in (-0.1, math.nan, math.inf):
@@ -188,17 +149,6 @@ def test_the_zero_of_the_force_is_taken_from_the_air(calibration, five_gauges, t
     assert answers[1] == pytest.approx(answers[0], rel=0.02)
 
 
-@pytest.mark.parametrize("rate_N_s", [0.02, 0.1])
-def test_a_slow_press_is_not_taken_for_the_air(five_gauges, rate_N_s):
-    """The zeros stay those of the air however slowly the force rises."""
-    rng, rise = np.random.default_rng(6), np.arange(1e-4, 0.06, rate_N_s / 1000)
-    air = np.column_stack([20 * rng.normal(size=(200, 5)), 0.002 * rng.normal(size=200)])
-    rows = samples(five_gauges, 0.1, rise, lambda readings, force, rng: (readings, force), 4)
-    own = GaugeSoftness(five_gauges, gauge_sigma=20, force_sigma_N=0.002)
-    own.process(np.concatenate([air, rows]))
-    assert abs(own.state.zeros[-1]) < 0.001 and np.abs(own.state.zeros[:5]).max() < 20
-
-
 def test_a_touch_that_goes_to_and_fro_teaches_no_more_than_its_forces(five_gauges):
     """Gains are the same whenever a force comes back: sigma stays where the first stroke has brought it."""
     stroke = 0.45 - 0.3 * np.cos(np.linspace(0, 2 * np.pi, 200))
@@ -220,56 +170,3 @@ def test_gauges_that_contradict_each_other_more_than_their_doubts_widen_sigma(fi
         found = own.process(rows)
         sigmas.append(found.modulus_sigma_MPa[-1] / found.modulus_MPa[-1])
     assert sigmas[1] < 1.2 * sigmas[0] and sigmas[2] > 1.6 * sigmas[0]
-
-
-@pytest.mark.parametrize("kind", [GaugeSoftness, Softness])
-@pytest.mark.parametrize("doubts, most", [(None, 0.004), (Doubts.NONE, 0.02)])
-def test_slots_of_samples_tell_what_every_sample_by_itself_does(calibration, five_gauges, touch, kind, doubts, most):
-    """In sigmas; and few of the samples cost a fit."""
-    force = 0.5 + 0.05 * np.sin(np.linspace(0, 3, 200))
-    rows = samples(five_gauges, 0.2, force, lambda readings, force, rng: (readings, force), 3)
-    if kind is Softness:
-        rows = touch(0.2, force, 20, 0.002)
-    answers, fits = [], []
-    for single in (False, True):
-        own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
-        if single:
-            own._fitter.slot = lambda state: 1
-        learn, made = own._fitter.learn, []
-        own._fitter.learn = lambda *of, learn=learn, made=made, **how: made.append(1) or learn(*of, **how)
-        found = []
-        for row in rows:
-            answer, slot = own.update(row), own.state.slot
-            found.append((answer.modulus_MPa, answer.modulus_sigma_MPa, slot is not None and slot.samples == 1))
-        answers.append(np.array(found).T)
-        fits.append(len(made))
-    (found, _, begun), (expected, sigma, _) = answers
-    known, before = found[50:], expected[49:-1]
-    off = np.log(known / before) * before / sigma[49:-1]
-    assert np.abs(off[begun[50:] == 1]).max() < most, "all samples before the first of a slot are learnt"
-    assert np.abs(off).max() < 2, "while it waits it lacks an eighth of what is known at most"
-    assert fits[1] == len(rows) and fits[0] < len(rows) / 3
-
-
-@pytest.mark.parametrize("kind", [GaugeSoftness, Softness])
-@pytest.mark.parametrize("doubts, most", [(None, 1e-4), (Doubts.NONE, 2e-3)])
-def test_a_linearisation_that_serves_several_slots_moves_no_answer(
-    calibration, five_gauges, touch, kind, doubts, most, monkeypatch
-):
-    """In sigmas, against one that is made for every slot; and fewer are made."""
-    force = 0.5 + 0.002 * np.sin(np.linspace(0, 3, 400))
-    rows = samples(five_gauges, 0.2, force, lambda readings, force, rng: (readings, force), 3)
-    if kind is Softness:
-        rows = touch(0.2, force, 20, 0.002)
-    answers, made = [], []
-    for near in (fitter.NEAR, 0.0):
-        monkeypatch.setattr(fitter, "NEAR", near)
-        own = kind(calibration if kind is Softness else five_gauges, gauge_sigma=20, force_sigma_N=0.002, doubts=doubts)
-        linear, count = own._fitter.linear, []
-        own._fitter.linear = lambda *at, linear=linear, count=count: count.append(1) or linear(*at)
-        answers.append(own.process(rows))
-        made.append(len(count))
-    found, expected = answers
-    off = np.abs(found.modulus_MPa - expected.modulus_MPa) / expected.modulus_sigma_MPa
-    assert off[20:].max() < most and made[0] < 0.7 * made[1]
-    np.testing.assert_allclose(found.modulus_sigma_MPa, expected.modulus_sigma_MPa, rtol=2e-3)

@@ -1,13 +1,11 @@
 """What channels read at a contact: splines against scipy's, slopes as differences, and each error where it belongs."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from papilla.calibration import GaugeSurface, Surface
 from papilla.calibration.surface import Spline
 from papilla.core.errors import InputError
 from papilla.estimators.softness.channels import GaugeSurfaces, SdSurface, distance_curve
@@ -74,29 +72,6 @@ def test_errors_are_those_that_the_calibration_states(make, five):
         assert relative == pytest.approx(0.02, rel=1e-6)
     assert not surface.without_friction(-1.0, -1.0).any()
     assert surface.friction_known and each.friction_known and each.reach == surface.reach == 0.0
-
-
-def test_gauges_whose_surfaces_are_alike_are_one_group(five):
-    found = five()
-    assert GaugeSurfaces(found, False).groups == (0, 1, 2, 1, 0)
-    for error, groups in ((5e-7, (0, 1, 2, 1, 0)), (5e-6, (0, 1, 2, 1, 3))):
-        last = found.gauges[4]
-        table = np.array(last.surface.coefficients)
-        table[3, 4] += error * np.abs(table).max()
-        other = GaugeSurface("g5", Surface(last.surface.force_N, last.surface.modulus_MPa, table), last.uncertainty)
-        assert GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], other)), False).groups == groups
-
-
-def test_gauges_must_be_cut_alike(five):
-    found = five()
-    last = found.gauges[4]
-    for surface in (
-        Surface((0.05, 1.1), (0.02, 5.0), last.surface.coefficients),
-        Surface((0.05, 1.0), (0.02, 4.0), last.surface.coefficients),
-        Surface((0.05, 1.0), (0.02, 5.0), np.array(last.surface.coefficients)[:, :-1]),
-    ):
-        with pytest.raises(InputError, match="the surface of g5 has another domain or other cells than the first"):
-            GaugeSurfaces(replace(found, gauges=(*found.gauges[:4], replace(last, surface=surface))), False)
 
 
 def test_s_d_is_of_use_where_it_rises_with_the_modulus(make):

@@ -1,17 +1,15 @@
 """Statuses: numbers that logs and blocks hold, without a hole or a repetition, each with a sentence of its own."""
 
-import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus
-from papilla.estimators import FrictionEstimate, FusedEstimate, Pipeline, SoftnessEstimate, WavelengthEstimate
 from papilla.estimators.friction import FrictionStatus
-from papilla.estimators.health import BASE, Fault, pack, unpack, words
-from papilla.estimators.pipeline.clock import Clock, ClockStatus
+from papilla.estimators.health import BASE, Fault, pack, unpack
+from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
-from papilla.estimators.wavelength.chirp import ChirpEstimate, ChirpStatus
-from papilla_papers.methods.roughness import RoughnessEstimate, RoughnessStatus
-from papilla_papers.methods.wavelet import RidgeEstimate, RidgeStatus
+from papilla.estimators.wavelength.chirp import ChirpStatus
+from papilla_papers.methods.roughness import RoughnessStatus
+from papilla_papers.methods.wavelet import RidgeStatus
 
 IN_LOGS = {
     SoftnessStatus: "OK NOT_IDENTIFIABLE SOFTER HARDER FORCE_BELOW FORCE_ABOVE NO_CONTACT BAD_GAUGE BAD_INPUT LEFT_OUT "
@@ -28,52 +26,16 @@ IN_LOGS = {
 }
 
 
-@pytest.mark.parametrize("statuses", IN_LOGS, ids=lambda own: own.__name__)
-def test_statuses_count_from_zero_and_say_what_is_what(statuses):
+@pytest.mark.parametrize("statuses, names", IN_LOGS.items(), ids=lambda own: getattr(own, "__name__", ""))
+def test_statuses_count_from_zero_mean_what_old_logs_hold_and_say_what_is_what(statuses, names):
     assert sorted(map(int, statuses)) == list(range(len(statuses)))
+    assert [one.name for one in sorted(statuses)] == names.split()
     assert all(one.code.startswith("ok") == one.good and len(one.code) < 24 for one in statuses)
     sentences = [one.sentence for one in statuses]
     assert len(set(sentences)) == len(sentences) and all(sentences)
-
-
-@pytest.mark.parametrize("statuses, names", IN_LOGS.items(), ids=lambda own: getattr(own, "__name__", ""))
-def test_the_numbers_that_old_logs_hold_mean_what_they_did(statuses, names):
-    assert [one.name for one in sorted(statuses)] == names.split()
 
 
 def test_faults_of_all_channels_are_digits_of_one_number():
     faults = [Fault.SWAPPED, Fault.NONE, Fault.STUCK, Fault.MISSING]
     code = pack(list(map(int, faults)))
     assert code == 6 + 0 * 8 + 3 * 64 + 1 * 512 and unpack(code, 4) == faults and max(Fault) < BASE
-
-
-@pytest.mark.parametrize(
-    "estimate, statuses",
-    [
-        (FrictionEstimate, FrictionStatus), (RoughnessEstimate, RoughnessStatus), (WavelengthEstimate, TrackingStatus),
-        (FusedEstimate, TrackingStatus), (ChirpEstimate, ChirpStatus), (RidgeEstimate, RidgeStatus),
-        (SoftnessEstimate, SoftnessStatus),
-    ],
-)  # fmt: skip
-def test_an_estimate_says_its_status_in_words(estimate, statuses):
-    """Of one sample, and of a block."""
-    numbers = list(range(len(statuses)))
-    empty = dict.fromkeys(estimate._fields, 0.0)
-    assert [estimate(**(empty | {"status": number})).sentence for number in numbers] == [
-        statuses(number).sentence for number in numbers
-    ]
-    block = estimate(**(empty | {"status": np.array(numbers)}))
-    assert list(block.sentence) == [statuses(number).sentence for number in numbers]
-    assert statuses(0).sentence == "ok" and not any(own.sentence == "ok" for own in list(statuses)[1:])
-
-
-def test_a_clock_and_the_gauges_faults_are_said_in_words():
-    clock = Clock(100.0)
-    found = [clock.tick(time, 1.0, float("nan")).status for time in (0.0, 0.01, 0.05, 0.05, 9.0)]
-    assert found == [ClockStatus[name] for name in ("OK", "OK", "GAP", "REPEATED", "BEGUN_ANEW")] == [0, 0, 1, 2, 3]
-    assert words(tuple(map(int, Fault)), [f"g{n}" for n in range(7)]) == [
-        f"g{int(fault)} {fault.sentence}" for fault in Fault if fault
-    ]
-    assert (
-        Pipeline(None, gauges=1, columns=("velocity_mm_s",)).update((0.0, 1.0, 1.0)).status.startswith("wavelength: ")
-    )

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from papilla.core.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.fundamental import fundamental_of, lone
-from papilla.estimators.wavelength.memory import Cells, Finding
+from papilla.estimators.wavelength.memory import Cells, Finding, checked
 from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.trackers import wavelength_between
 
@@ -17,32 +18,28 @@ def line(wavenumber, amplitude=1.0, ratio=1000.0):
     return Line(wavenumber, ratio, amplitude, 1e-9)
 
 
+HALF, FAINT = line(0.5, 0.5), line(0.5, 0.2)
+
+
 @pytest.mark.parametrize(
     "others, reach, told",
     [
         # One loud line at half fits by chance in 2 reaches of the half: less than 2 % is believed.
-        ([line(0.5, 0.31)], 0.0049, (0.5, True)),
-        ([line(0.5, 0.31)], 0.0051, (1.0, False)),
+        ([line(0.5, 0.31)], 0.0049, (0.5, True)), ([line(0.5, 0.31)], 0.0051, (1.0, False)),
         # A faint one does not prove, and is a doubt while it would be rare by chance.
-        ([line(0.5, 0.29)], 0.0049, (1.0, False)),
-        ([line(0.5, 0.29)], 0.0051, (1.0, True)),
+        ([line(0.5, 0.29)], 0.0049, (1.0, False)), ([line(0.5, 0.29)], 0.0051, (1.0, True)),
         # Two faint ones that both fit do, where chance is below a thousandth.
-        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0039, (0.5, True)),
-        ([line(0.5, 0.2), line(1.5, 0.2)], 0.0040, (1.0, False)),
+        ([FAINT, line(1.5, 0.2)], 0.0039, (0.5, True)), ([FAINT, line(1.5, 0.2)], 0.0040, (1.0, False)),
         # Among more lines each fits more easily.
-        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0026, (1.0, False)),
-        ([line(0.5, 0.5), line(0.71, 0.1)], 0.0024, (0.5, True)),
+        ([HALF, line(0.71, 0.1)], 0.0026, (1.0, False)), ([HALF, line(0.71, 0.1)], 0.0024, (0.5, True)),
         # How far off it may lie is at most a tenth of the fundamental.
-        ([line(0.5024, 0.5)], 0.0025, (0.5, True)),
-        ([line(0.5026, 0.5)], 0.0025, (1.0, True)),
+        ([line(0.5024, 0.5)], 0.0025, (0.5, True)), ([line(0.5026, 0.5)], 0.0025, (1.0, True)),
         ([line(1 / 6 + 0.016, 0.5)], 0.9, (1.0, False)),
-        # Up to the sixth harmonic.
-        ([line(1 / 6, 0.5)], 0.0016, (1 / 6, True)),
-        ([line(1 / 7, 0.5)], 0.0013, (1.0, True)),
-        # A lower fundamental must be ten times plainer: the quarter that two lines show, not the half of one.
-        ([line(0.5, 0.5), line(0.75, 0.5), line(1.25, 0.4)], 1e-3, (0.25, True)),
+        # Up to the sixth harmonic. A lower fundamental must be ten times plainer.
+        ([line(1 / 6, 0.5)], 0.0016, (1 / 6, True)), ([line(1 / 7, 0.5)], 0.0013, (1.0, True)),
+        ([HALF, line(0.75, 0.5), line(1.25, 0.4)], 1e-3, (0.25, True)),
     ],
-)
+)  # fmt: skip
 def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, told):
     found = fundamental_of(line(1.0), others, reach, set(others), False)
     assert (found.wavenumber, not found.other) == (pytest.approx(told[0]), told[1])
@@ -51,13 +48,11 @@ def test_a_fundamental_is_believed_where_chance_does_not_make_it(others, reach, 
 @pytest.mark.parametrize(
     "others, told",
     [
-        ([line(0.5, 0.5)], (0.5, True)),
-        ([line(0.5, 0.13), line(1.5, 0.1)], (0.5, True)),
-        ([line(0.5, 0.12), line(1.5, 0.1)], (0.5, False)),
-        ([line(0.506, 0.01)], (1.0, False)),
+        ([line(0.5, 0.5)], (0.5, True)), ([line(0.5, 0.13), line(1.5, 0.1)], (0.5, True)),
+        ([line(0.5, 0.12), line(1.5, 0.1)], (0.5, False)), ([line(0.506, 0.01)], (1.0, False)),
         ([line(0.509, 0.01)], (1.0, True)),
     ],
-)
+)  # fmt: skip
 def test_where_ridges_may_feel_a_harmonic_louder_faint_lines_prove_nothing(others, told):
     """And one within three times the reach is a doubt."""
     found = fundamental_of(line(1.0), others, 0.0025, set(others), True)
@@ -120,21 +115,6 @@ def test_phases_worse_than_they_say_do_not_tell_turns(error, told):
     assert math.isfinite(found) == told and (not told or found == pytest.approx(0.9, rel=0.01))
 
 
-@pytest.mark.parametrize("off, told", [(0.0, True), (0.05, True), (-0.05, True), (0.14, False), (-0.14, False)])
-def test_whole_turns_are_told_within_what_a_velocity_may_be_off(off, told):
-    """Three gauges at uneven places: up to a tenth; further off it is another number of turns, or none is told."""
-    found, _ = wavelength_between(PLACES, phases(1.7), SIGMAS, 1.7 * (1 + off))
-    assert (abs(found - 1.7) < 0.01) == told
-
-
-def test_turns_that_fit_nearly_as_well_leave_it_open():
-    """Two gauges 30 mm apart: turns next to the right ones are 5.7 % of the wavelength, 1.9 standard deviations."""
-    for distance, told in ((9.0, True), (11.5, False)):
-        turns = np.angle(np.exp(2j * np.pi * distance / 1.7))
-        found, _ = wavelength_between((0.0, distance), (0.0, turns), (1e-3, 1e-3), 1.7)
-        assert math.isfinite(found) == told
-
-
 def cells(turn=0.25, length=0.1, rows=40, gauges=2):
     return Cells(np.zeros((rows, 3 + gauges)), length, turn)
 
@@ -172,45 +152,121 @@ def test_a_stroke_ends_where_the_path_turned_by_more_than_play():
     assert own.breaks == [] and own.extreme == 2.25, "a little way back is none, whatever follows"
 
 
-def test_where_the_path_was_not_known_a_stroke_ends():
-    own = filled(cells(), steps(0, 1))
-    own.broken = True
-    filled(own, steps(7, 8))
-    assert own.breaks == [7] and not own.broken and own.direction == 1.0, "with the cell that was open"
-    filled(own, steps(7.75, 7))
-    assert own.breaks == [7, 16]
-
-
-def test_the_newest_half_of_the_rows_is_kept_with_its_breaks():
-    places = [*steps(0, 1), *steps(0.75, 0), *steps(0, 2)]
-    own = filled(cells(rows=20, turn=0.05), places)
-    assert own.end == 29 and own.first == 10 and own.count == 19 and own.breaks == [15]
-    np.testing.assert_array_equal(own.between(10, 29)[:, 1], places[10:29])
-    filled(own, steps(2, 3))
-    assert own.first == 20 and own.breaks == [] and own.end == 37
-    np.testing.assert_array_equal(own.between(20, 29)[:, 1], places[20:29])
-
-
-def sure(own, status=TrackingStatus.OK, wavelength=1.7, **some):
-    memory = own._memory.follower
-    memory.finding, memory.known, memory.agreed = (
-        Finding(status, 1 / wavelength, 1e-4, **some),
-        (1 / wavelength, 1e-4),
-        5,
-    )
+def sure(own, status=TrackingStatus.OK, wavelength=1.7, sigma=1e-4, finding=None, **known):
+    """A tracker in a state in which five searches have found this."""
+    state = own.state
+    found = Finding(status, 1 / wavelength, 1e-4, **(finding or {}))
+    known = {"finding": found, "known": (1 / wavelength, sigma), "agreed": 5} | known
+    for name, value in known.items():
+        setattr(state.follower, name, value)
+    own.state = state
     return own
 
 
 def test_a_path_is_the_trapezoids_of_the_velocity_and_has_gaps_where_it_has():
     own = SpaceTracker(sample_rate_Hz=100.0)
     own.process([(1.0, 10.0), (1.0, 20.0), (1.0, -10.0)])
-    assert own._memory.place_mm == pytest.approx(0.15 + 0.05) and own._memory.samples == 3
-    own.update((1.0, math.nan))
-    assert own._memory.place_mm == pytest.approx(0.2) and own._memory.follower.cells.broken
-    own.update((1.0, 30.0))
-    assert own._memory.place_mm == pytest.approx(0.2), "what it did meanwhile is not known"
-    own.update((1.0, 30.0))
-    assert own._memory.place_mm == pytest.approx(0.5)
+    assert own.state.place_mm == pytest.approx(0.15 + 0.05) and own.state.samples == 3
+    # What it did while the velocity was not known is not known.
+    for velocity, place, broken in ((math.nan, 0.2, True), (30.0, 0.2, True), (30.0, 0.5, False)):
+        own.update((1.0, velocity))
+        assert own.state.place_mm == pytest.approx(place)
+        assert own.state.follower.cells.broken >= (broken and velocity != velocity)
+
+
+K = 1 / 1.7
+
+
+S = TrackingStatus
+
+
+@pytest.mark.parametrize(
+    "known, status",
+    [
+        ({}, S.OK), ({"status": S.CONSTANT_SPEED}, S.CONSTANT_SPEED), ({"agreed": 1}, S.SEARCHING),
+        ({"agreed": 2, "hums_Hz": (50.0,)}, S.SEARCHING), ({"agreed": 3, "hums_Hz": (50.0,)}, S.OK),
+        ({"status": S.SEARCHING}, S.SEARCHING), ({"status": S.AMBIGUOUS}, S.AMBIGUOUS),
+        ({"status": S.INCOHERENT}, S.INCOHERENT), ({"status": S.TIME_LOCKED, "changed": True}, S.TIME_LOCKED),
+        ({"status": S.OUT_OF_RANGE, "changed": True}, S.OUT_OF_RANGE), ({"changed": True}, S.NO_TEXTURE),
+        ({"doubted": True, "status": S.TIME_LOCKED}, S.SEARCHING), ({"known": (0.0, 0.0)}, S.SEARCHING),
+        ({"sigma": 0.024 * K}, S.OK), ({"sigma": 0.026 * K}, S.VAGUE), ({"wavelength": 0.985 * 0.5}, S.OK),
+        ({"wavelength": 0.97 * 0.5}, S.OUT_OF_RANGE), ({"wavelength": 1.015 * 4.0}, S.OK),
+        ({"wavelength": 1.03 * 4.0}, S.OUT_OF_RANGE),
+    ],
+)  # fmt: skip
+def test_the_status_says_what_is_known(known, status):
+    """A sigma of 2.5 % is vague; a wavelength within 2 % of the ends of the range is inside."""
+    own = sure(SpaceTracker(scale_sigma=0.0, wavelength_range_mm=(0.5, 4.0)), **known)
+    assert own.update((1.0, 50.0)).status == status
+
+
+def test_the_scale_of_the_path_is_in_the_sigma_and_in_what_is_vague():
+    for relative, status in ((0.019, TrackingStatus.OK), (0.021, TrackingStatus.VAGUE)):
+        found = sure(SpaceTracker(scale_sigma=0.015), sigma=relative * K).update((1.0, 50.0))
+        assert found.wavelength_sigma_mm == pytest.approx(1.7 * math.hypot(0.015, relative)) and found.status == status
+    unknown = sure(SpaceTracker(), known=(0.0, 1.0)).update((1.0, 50.0))
+    assert all(map(math.isnan, unknown[:3]))
+
+
+def test_what_stops_a_path_is_said_at_once():
+    """A fifth of a second without movement; an unknown velocity; a missing reading; steps that alias the range."""
+    own = sure(SpaceTracker(wavelength_range_mm=(0.5, 4.0)))
+    own.process([(1.0, 50.0)] * 40)
+    rest = own.process([(1.0, 0.0)] * 300).status == TrackingStatus.STANDSTILL
+    assert 198 <= rest.argmax() <= 202 and rest[203:].all()
+    assert own.update((1.0, 50.0)).status != TrackingStatus.STANDSTILL
+    assert own.update((1.0, math.nan)).status == TrackingStatus.NO_VELOCITY
+    assert own.update((math.nan, 50.0)).status == TrackingStatus.MISSING
+    for step, aliased in ((4.0 / 2.1, True), (4.0 / 2.3, False)):
+        found = SpaceTracker(wavelength_range_mm=(0.5, 4.0)).process([(1.0, 1000 * step)] * 12)
+        assert (found.status[-1] == TrackingStatus.ALIASED) == aliased
+
+
+@pytest.mark.parametrize("jump, kept", [(15.0, True), (17.0, False)])
+def test_a_jump_over_more_than_sixteen_of_the_longest_wavelengths_begins_anew(jump, kept):
+    own = LineTracker(1, wavelength_range_mm=(0.5, 4.0))
+    own.process([(1.0, 0.02 * number) for number in range(100)])
+    found = sure(own).update((1.0, 2.0 + 4.0 * jump))
+    assert math.isfinite(found.wavelength_mm) == kept
+
+
+def test_a_stated_lateness_is_certain_and_another_is_looked_for():
+    stated, unknown = SpaceTracker(latency_s=0.012), SpaceTracker()
+    assert (stated.latency_s, stated.latency_sigma_s) == (0.012, 0.0)
+    assert (unknown.latency_s, unknown.latency_sigma_s) == (0.0, pytest.approx(0.01))
+    with pytest.raises(InputError, match="the state is not of 2 gauges and this range of wavelengths"):
+        FusedTracker(2).state = stated.state
+    with pytest.raises(InputError, match="the state is not of 1 gauges"):
+        SpaceTracker(wavelength_range_mm=(0.5, 40.0)).state = stated.state
+
+
+def test_hums_are_the_mains_harmonics_that_the_rate_shows_and_the_resonances():
+    for rate, resonances, hums in (
+        (1000.0, (77.5, 50.0), tuple(sorted({*range(50, 501, 50), *range(60, 481, 60), 77.5}))),
+        (99.0, (), ()),
+        (100.0, (), (50.0,)),
+    ):
+        assert checked((0.4, 6.0), rate, 0.0, None, resonances).hums_Hz == hums
+
+
+@pytest.mark.parametrize(
+    "option, usable, refused",
+    [
+        ("wavelength_range_mm", [(1, 1.5), (0.1, 10)], [(1, 1.49), (0.1, 10.1), (6, 1)]),
+        ("latency_s", [-0.1, 0.1, None], [-0.11, 0.11]), ("scale_sigma", [0, 0.2], [-0.01, 0.21]),
+        ("ridge_pitch_mm", [0, 100, None], [-0.1, 101]), ("resonances_Hz", [(1.0,)], [(0.0,), (-5.0,)]),
+        ("saturation", [1e-3], [0.0, -1.0, math.nan]),
+    ],
+)  # fmt: skip
+def test_options_are_taken_up_to_their_limits(option, usable, refused):
+    for value in usable:
+        assert SpaceTracker(**{option: value})
+    for value in refused:
+        with pytest.raises(InputError, match=option):
+            SpaceTracker(**{option: value})
+    for gauges in ((), (1.0, 1.0), 0):
+        with pytest.raises(InputError, match="different places"):
+            FusedTracker(gauges)
 
 
 def test_the_frequency_is_the_speed_over_the_wavelength():
@@ -237,7 +293,7 @@ def test_readings_at_the_limit_are_none():
 )
 def test_phases_between_gauges_tell_where_the_wavelength_is_ok(status, told):
     phase, sigma = (2 * np.pi * PLACES / 1.7) / (2 * np.pi) % 1, (0.004, 0.008, 0.003, 0.01)
-    own = sure(FusedTracker(tuple(PLACES)), status, phase=tuple(phase), phase_sigma=sigma)
+    own = sure(FusedTracker(tuple(PLACES)), status, finding={"phase": tuple(phase), "phase_sigma": sigma})
     found = own.update((1.0, 1.0, 1.0, 1.0, 50.0))
     assert math.isfinite(found.wavelength_by_phase_mm) == told
     if told:
@@ -246,6 +302,8 @@ def test_phases_between_gauges_tell_where_the_wavelength_is_ok(status, told):
         assert found.wavelength_by_phase_mm == pytest.approx(1.7)
     # A phase that is not known to a tenth of a turn is none; one alone tells nothing.
     for sigma, known in (((0.004, 0.11, 0.003, 0.11), told), ((0.004, 0.11, 0.11, 0.11), False)):
-        own = sure(FusedTracker(tuple(PLACES)), status, phase=tuple(phase), phase_sigma=sigma)
+        own = sure(FusedTracker(tuple(PLACES)), status, finding={"phase": tuple(phase), "phase_sigma": sigma})
         assert math.isfinite(own.update((1.0, 1.0, 1.0, 1.0, 50.0)).wavelength_by_phase_mm) == known
-    assert math.isnan(sure(FusedTracker(4), status, phase=tuple(phase), phase_sigma=sigma).update((1.0,) * 5)[4])
+    assert math.isnan(
+        sure(FusedTracker(4), status, finding={"phase": tuple(phase), "phase_sigma": sigma}).update((1.0,) * 5)[4]
+    )

@@ -5,13 +5,7 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, Pipeline, SpaceTracker
-from papilla.estimators.stream import completed
 from papilla.estimators.wavelength import TrackingStatus
-from papilla.estimators.wavelength.follower import Follower
-from papilla.estimators.wavelength.memory import checked
-from papilla.estimators.wavelength.refine import share_kept
-from papilla.estimators.wavelength.spectrum import spectrum_of, strokes_of
-from papilla.estimators.wavelength.time_lines import credits_of
 from papilla.scenes.scenes import scene
 
 RATE = 1000.0
@@ -68,21 +62,6 @@ def test_hum_at_a_constant_speed_is_not_a_texture():
         assert not good(SpaceTracker(resonances_Hz=(float(frequency),)).process(block)).any()
 
 
-def test_a_vibration_that_keeps_its_frequency_is_none_of_the_surface():
-    time = np.arange(4000) / RATE
-    velocity = 60 + 30 * np.sin(2 * np.pi * 1.3 * time)
-    ringing = np.sin(2 * np.pi * 77 * time) + np.random.default_rng(0).normal(0, 0.1, 4000)
-    assert not good(SpaceTracker().process(np.column_stack([ringing, velocity]))).any()
-
-
-def test_one_millimetre_a_second_is_as_good_as_fast():
-    position = np.arange(20_000) / RATE
-    reading = np.sin(2 * np.pi * position / 0.7) + np.random.default_rng(0).normal(0, 0.1, 20_000)
-    found = SpaceTracker().process(np.column_stack([reading, np.ones(20_000)]))
-    assert good(found)[12_000:].all()
-    assert np.abs(found.wavelength_mm[good(found)] / 0.7 - 1).max() < 0.01
-
-
 def test_another_surface_is_noticed():
     made = scene("const", 1.3, seed=1, seconds=2.0, step_to_mm=2.3, step_at_s=1.0)
     found = SpaceTracker().process(made.block())
@@ -113,17 +92,6 @@ def test_a_lone_line_that_only_noise_places_beside_a_motor_s_frequencies_is_refu
     assert good(found)[-1] == ok
 
 
-def test_a_surface_that_may_be_the_mains_after_a_step_is_called_so():
-    time = np.arange(2500) / RATE
-    phase = np.where(time < 1.2, 40 * time, 48 + 120 * (time - 1.2))
-    readings = (
-        np.sin(2 * np.pi * phase) + 0.3 * np.sin(4 * np.pi * phase) + np.random.default_rng(0).normal(0, 0.1, 2500)
-    )
-    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 108.0)]))
-    assert (found.status[800:1200] == TrackingStatus.CONSTANT_SPEED).all()
-    assert (found.status[1800:] == TrackingStatus.TIME_LOCKED).all()
-
-
 def test_the_position_of_the_gauges_tells_the_wavelength_whatever_the_velocity_says():
     places = (0.0, 2.3, 5.9, 7.1)
     made = scene("const", 1.3, seed=2, seconds=1.5, gauge_positions_mm=places)
@@ -140,32 +108,6 @@ def test_a_path_at_any_rate_and_a_dead_gauge():
     readings[:, 1] = 7.0
     found = LineTracker(3, wavelength_range_mm=(1, 8)).process(np.column_stack([readings, position]))
     assert found.wavelength_mm[-1] == pytest.approx(3.99, rel=3e-3) and good(found)[-1]
-
-
-def test_what_the_wavelength_status_says():
-    made = scene("act1", 1.8, seed=3, seconds=1.5)
-    pipeline = Pipeline(None, gauges=1, columns=("velocity_mm_s",))
-    found = pipeline.process(np.column_stack([made.time_s, made.block()]))
-    assert found.wavelength_status[-1] == "ok" and found.wavelength_status[0] == "searching"
-    assert pipeline.legend["wavelength"]["searching"].startswith("no wavelength stands out")
-    assert any("scale of the path" in line for line in pipeline.messages)
-
-
-@pytest.mark.parametrize(
-    "make, told",
-    [
-        (lambda: SpaceTracker(wavelength_range_mm=(6, 1)), "must rise"),
-        (lambda: SpaceTracker(wavelength_range_mm=(1, 1.2)), "factor 1.5 to 100"),
-        (lambda: SpaceTracker(scale_sigma=-1), "scale_sigma"),
-        (lambda: SpaceTracker(latency_s=1.0), "latency_s"),
-        (lambda: FusedTracker(()), "different places"),
-        (lambda: FusedTracker((1.0, 1.0)), "different places"),
-        (lambda: LineTracker(0), "different places"),
-    ],
-)
-def test_unusable_options_are_refused(make, told):
-    with pytest.raises(InputError, match=told):
-        make()
 
 
 @pytest.mark.parametrize("name", ["const, missing fundamental", "strokes, missing fundamental", "const, two lines"])
@@ -196,18 +138,6 @@ def test_the_fundamental_is_that_of_all_lines_not_of_two(wavelength, amplitudes)
     assert usable[800:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.01
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("wavelength", [0.6, 1.0, 1.2])
-def test_a_lone_line_in_step_with_the_ridges_may_be_a_harmonic(wavelength):
-    """Until the background is so low that the fundamental would be seen."""
-    # At 126 mm/s the line lies above 90 Hz: below it would be taken for a motor's
-    faint, clear = (felt([1.0], wavelength, noise, 126.0) for noise in (1.2, 0.1))
-    told = SpaceTracker(ridge_pitch_mm=1.2).process(faint)
-    assert good(SpaceTracker().process(faint))[800:].mean() > 0.8
-    assert not good(told).any() and TrackingStatus.AMBIGUOUS in told.status
-    assert good(SpaceTracker(ridge_pitch_mm=1.2).process(clear))[800:].mean() > 0.8
-
-
 def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
     """Too faint for a line of a search, until the path is long."""
     time, wrong, right = np.arange(1200) / RATE, 0, 0
@@ -220,14 +150,6 @@ def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
         wrong += (good(found) & (np.abs(found.wavelength_mm / 0.9 - 1) < 0.05)).sum()
         right += (good(found) & (np.abs(found.wavelength_mm / 1.8 - 1) < 0.05)).sum()
     assert right > 900 and wrong < 0.2 * right
-
-
-def test_the_mains_make_no_fundamental_of_a_texture():
-    """At 100 mm/s 50 Hz, 83 Hz and 150 Hz are the third, fifth and ninth harmonic of 6 mm."""
-    made = scene("const, hum", 1.2, seed=1, seconds=1.5)
-    found = SpaceTracker().process(made.block())
-    usable = good(found)
-    assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.2 - 1).max() < 0.01
 
 
 @pytest.mark.parametrize("speed, wavelength, mains", [(132.0, 2.3, 50.0), (146.0, 1.76, 60.0), (142.0, 2.2, 50.0)])
@@ -268,37 +190,6 @@ def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelengt
     assert usable[1000:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_guess_does_not_replace_what_was_known(seed):
-    made = scene("harsh", 1.2, seed=seed, seconds=3.0)
-    found = SpaceTracker(scale_sigma=0.0).process(made.block())
-    told = np.abs(found.wavelength_mm[made.judged()] / 1.2 - 1)
-    assert np.mean(told > 0.05) < 0.03
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_hum_alone_is_no_texture_on_the_way_back_either(seed):
-    made = scene("strokes, hum only", 1.2, seed=seed, seconds=2.5)
-    assert not good(SpaceTracker().process(made.block())).any()
-    made = scene("strokes, hum", 1.2, seed=seed, seconds=2.5)
-    found = SpaceTracker().process(made.block())
-    usable = good(found)[500:]
-    assert usable.mean() > 0.85
-    assert np.mean(np.abs(found.wavelength_mm[500:][usable] / 1.2 - 1) > 0.05) < 0.01
-
-
-def test_credits_are_the_same_whichever_way_the_finger_goes():
-    time = np.arange(300) / RATE
-    place = 100 * time + 3 * time**2
-    readings = np.sin(2 * np.pi * 50 * time)[:, None]
-    for way in (1, -1):
-        strokes = completed(strokes_of(way * place, readings, np.array([0, 300])))
-        spectrum = completed(spectrum_of(strokes, 0.1, 1024))
-        line = max(completed(spectrum.lines(0.2, 1.5, 3)), key=lambda found: found.amplitude)
-        path, time_locked = completed(credits_of(line, spectrum, strokes, time, [line._replace(wavenumber=50.0)]))
-        assert time_locked > 10 * path
-
-
 @pytest.mark.parametrize("gain, told", [(1.0, False), (1.08, True)])
 def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
     places = (0.0, 2.3, 5.9, 7.1)
@@ -312,47 +203,8 @@ def test_gauges_at_known_places_contradict_a_wrong_velocity(gain, told):
         Pipeline(None, gauges=4, gauge_positions_mm=(0.0, 1.0), columns=("velocity_mm_s",))
 
 
-def test_a_gauge_that_is_lost_has_not_lost_the_line():
-    made = scene("const", 1.3, seed=2, seconds=1.6, gauge_positions_mm=(0.0, 2.3))
-    block = made.block()
-    block[1000:, 1] = np.nan
-    found = FusedTracker(2).process(block)
-    assert good(found)[800:].all() and np.abs(found.wavelength_mm[800:] / 1.3 - 1).max() < 1e-3
-
-
-def test_every_turn_of_the_path_ends_a_stroke():
-    """At any speed: at 100 mm/s a step is a quarter of the shortest wavelength, at 20 mm/s a cell is many samples."""
-    for peak in (20.0, 100.0, 300.0):
-        follower = Follower(1, checked((0.4, 6.0), RATE, 0.0, 0.0, ()))
-        follower.remember(follower.fresh())
-        for number in range(2600):
-            time = number / RATE
-            follower.advance(time, peak / (2 * np.pi) * (1 - np.cos(2 * np.pi * time)), (float(number % 7),))
-        cells = follower.memory.cells
-        times = cells.rows[np.array(cells.breaks) - cells.first, 0]
-        assert times == pytest.approx(np.arange(1, 6)[-len(times) :] * 0.5, abs=0.08) and len(times) >= 2
-
-
 def test_a_hand_with_everything_at_once_is_followed_and_never_wrong():
     made = scene("hand, realistic", 1.5, seed=7, seconds=3.0)
     found = SpaceTracker().process(made.block())
     usable = good(found)
     assert usable[1000:].mean() > 0.8 and np.abs(found.wavelength_mm[usable] / 1.5 - 1).max() < 0.05
-
-
-def test_lines_that_may_be_harmonics_by_chance_are_not_ok_yet():
-    """Second and third harmonic alone: the path is too short for their ratio to be more than chance."""
-    made = scene("const, missing fundamental", 1.8, seed=5, seconds=1.5)
-    found = SpaceTracker().process(made.block())
-    usable = good(found)
-    assert usable[800:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / 1.8 - 1).max() < 0.01
-
-
-def test_a_line_is_missed_by_its_newest_periods():
-    place, kept = np.linspace(0, 12, 241), {}
-    for name, wavelength in (("same", 1.5), ("other", 0.7)):
-        readings = np.cos(2 * np.pi * place / wavelength)[:, None]
-        kept[name] = share_kept(place, readings, np.ones_like(readings, bool), 1 / 1.5, [1.0 + 0j], [0.01], 2)
-    assert kept["same"][0] == pytest.approx(1, abs=0.05) and kept["same"][1] < 0.05
-    assert kept["other"][0] + kept["other"][1] < 0.5
-    assert share_kept(place[:40], readings[:40], np.ones((40, 1), bool), 1 / 1.5, [1.0 + 0j], [0.01], 2) is None

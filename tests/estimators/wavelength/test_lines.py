@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators.wavelength.lines import find_lines, latest_stretch, travelled, with_harmonics
-from papilla.estimators.wavelength.spectrum import Line, background
+from papilla.estimators.stream import completed
+from papilla.estimators.wavelength.lines import find_lines, latest_stretch, order_of, travelled, with_harmonics
+from papilla.estimators.wavelength.spectrum import Line, Spectrum, background, vertex
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -45,13 +46,6 @@ def test_background_alone_gives_no_lines(correlation, channels):
     assert sum(found) <= 4
 
 
-def test_however_many_channels_noise_alone_gives_no_lines():
-    """Sixteen channels of noise of their own: 1 % of the logs may show a line, and of 40 hardly more than 3."""
-    position = np.arange(300) * 0.2
-    found = [len(find_lines(position, red(300, 16, 0.0, seed)).lines) > 0 for seed in range(40)]
-    assert sum(found) <= 3
-
-
 @pytest.mark.parametrize("step_mm", [0.05, 0.1, 0.137])
 def test_even_steps_make_no_images_of_a_line(step_mm):
     """Even steps repeat a line at every multiple of their wavenumber, and a grid folds these images back."""
@@ -71,48 +65,6 @@ def test_sigma_is_true():
         line = find_lines(position, readings, wavelength_range_mm=(2, 8)).lines[0]
         ratios.append((line.wavelength_mm - 4.0) / line.sigma_mm)
     assert 0.75 < np.sqrt(np.mean(np.square(ratios))) < 1.3
-
-
-def test_the_wavelength_does_not_depend_on_how_the_finger_moved():
-    time = np.arange(4000) / 500
-    for velocity in (
-        10 + 6 * np.sin(2 * np.pi * 0.7 * time),
-        20 * np.sin(2 * np.pi * 0.11 * time),
-        np.full(4000, -9.0),
-    ):
-        position = travelled(time, velocity)
-        readings = np.sin(2 * np.pi * position / 1.7) + np.random.default_rng(1).normal(0, 0.3, 4000)
-        found = find_lines(position, readings)
-        assert found.lines[0].wavelength_mm == pytest.approx(1.7, rel=2e-3)
-
-
-def test_scale_and_offset_change_nothing_but_the_amplitude():
-    position = np.arange(900) * 0.1
-    readings = red(900, 2, 0.5, 1) + 2 * np.cos(2 * np.pi * position / 3)[:, None]
-    one, other = find_lines(position, readings), find_lines(position, 1e-6 * readings - 5e-4)
-    assert len(one.lines) == len(other.lines) > 0
-    for a, b in zip(one.lines, other.lines, strict=True):
-        assert b.wavelength_mm == pytest.approx(a.wavelength_mm, rel=1e-5)
-        assert b.amplitude == pytest.approx(1e-6 * a.amplitude, rel=1e-4)
-
-
-def test_harmonics_are_named():
-    position = np.arange(2000) * 0.1
-    wave = np.cos(2 * np.pi * position / 12) + 0.4 * np.cos(6 * np.pi * position / 12 + 1)
-    lines = find_lines(position, wave + np.random.default_rng(0).normal(0, 0.3, 2000)).lines
-    assert [(round(line.wavelength_mm, 1), line.harmonic) for line in lines[:2]] == [(12.0, 1), (4.0, 3)]
-    assert lines[1].fundamental_mm == lines[0].wavelength_mm
-
-
-def test_faulty_rows_and_channels_are_counted_not_hidden():
-    position = np.arange(900) * 0.1
-    readings = np.column_stack([np.cos(2 * np.pi * position / 3 + k) for k in range(3)])
-    readings = readings + np.random.default_rng(0).normal(0, 0.2, readings.shape)
-    readings[100:120, 1] = np.nan
-    dead, lost = np.full(900, 7.0), np.full(900, np.nan)
-    found = find_lines(position, np.column_stack([readings, dead, lost]))
-    assert (found.unused_samples, found.unused_channels) == (20, 2)
-    assert found.lines[0].wavelength_mm == pytest.approx(3, rel=2e-3)
 
 
 def test_what_can_be_searched_is_stated_and_the_rest_refused():
@@ -139,111 +91,6 @@ def test_what_can_be_searched_is_stated_and_the_rest_refused():
         travelled([0, 1], [1, 2, 3])
 
 
-def test_the_background_is_found_beside_lines():
-    generator = np.random.default_rng(4)
-    k = np.arange(400.0)
-    truth = 3 * np.maximum(k / 150, 0.002) ** -2.0 + 0.5
-    power = truth * generator.chisquare(2, k.size) / 2
-    lines = np.array([37, 60, 200])
-    power[lines] *= 80
-    level = background(power, np.arange(20, 380), 1.0)
-    # A median of 40 scatters by 23 %.
-    assert np.std(np.log(level.power / truth[20:380])) < 0.3 and abs(np.mean(np.log(level.power / truth[20:380]))) < 0.1
-    assert (level.chance(power[20:380])[lines - 20] < 1e-4).all()
-    unknown = background(power, [2], 1.0)
-    assert np.isinf(unknown.power).all() and unknown.chance(power[[2]]) == 1
-    for true in (2, 8, 60):
-        found = background(generator.chisquare(true, 2000), np.arange(50, 1950), 1.0).freedom
-        assert np.median(found) == pytest.approx(true, rel=0.25)
-
-
-def test_noise_passes_as_seldom_as_it_is_said():
-    """Local medians of 10^5 places of red noise, 1 in 100 and 1 in 1000 stated."""
-    generator = np.random.default_rng(5)
-    slope = np.exp(-np.arange(400) / 40)
-    passed = []
-    for _ in range(300):
-        power = slope * generator.exponential(size=400)
-        at = np.arange(30, 360)
-        passed.append(background(power, at, 1.0).chance(power[at]))
-    for stated in (1e-2, 1e-3):
-        assert np.mean(np.array(passed) < stated) == pytest.approx(stated, rel=0.5)
-
-
-@pytest.mark.parametrize("skin_mm", [0.1, 0.2, 0.3])
-def test_a_rough_surface_through_the_skin_has_no_lines(skin_mm):
-    """White roughness through a Gaussian skin falls off by orders of magnitude; 1 % of logs may show a line."""
-    from scipy.ndimage import gaussian_filter1d
-
-    position, found = np.arange(2000) * 0.06, 0
-    for seed in range(40):
-        rough = gaussian_filter1d(np.random.default_rng(seed).normal(size=2000), skin_mm / 0.06)
-        readings = rough / rough.std() + np.random.default_rng(seed + 1000).normal(0, 0.1, 2000)
-        found += bool(find_lines(position, readings, wavelength_range_mm=(0.4, 6)).lines)
-    assert found <= 2
-
-
-def test_a_path_is_the_trapezoids_of_its_velocity():
-    np.testing.assert_allclose(travelled([0.0, 1.0, 3.0, 3.5], [0.0, 2.0, 4.0, -4.0]), [0.0, 1.0, 7.0, 7.0])
-
-
-def test_the_spectrum_is_that_of_what_was_searched():
-    position = np.arange(1500) * 0.05
-    reading = np.cos(2 * np.pi * position / 2) + np.random.default_rng(1).normal(0, 0.3, 1500)
-    found = find_lines(position, reading, wavelength_range_mm=(1, 6))
-    k, power = found.wavenumber_per_mm, found.power
-    assert len(k) == len(power) == len(found.background) > 50
-    assert k[0] == pytest.approx(1 / 6, abs=0.01) and k[-1] == pytest.approx(1, abs=0.01)
-    assert found.searched_mm == (1, 6) and (np.diff(k) > 0).all() and k[0] >= 1 / 6 and k[-1] <= 1
-    assert k[power.argmax()] == pytest.approx(0.5, abs=0.005)
-    assert 0.3 < np.median(power / found.background) < 1.5 and power.max() > 100 * np.median(found.background)
-
-
-def test_short_and_reciprocating_logs_are_answered():
-    assert find_lines(np.arange(20) * 0.08, np.random.default_rng(163).normal(size=20)).lines == ()
-    for seed in range(200):
-        rng = np.random.default_rng(seed)
-        position = np.abs((0.08 * np.arange(16 + seed)) % 3 - 1.5)
-        find_lines(position, rng.normal(size=16 + seed).round(1))
-
-
-def test_the_channels_of_a_line_are_those_that_show_it():
-    position = np.linspace(0, 120, 3000)
-    readings = np.random.default_rng(7).normal(0, 1, (3000, 4))
-    readings[:, [0, 3]] += np.sin(2 * np.pi * position / 4)[:, None]
-    readings[:, 1] = np.nan
-    found = find_lines(position, readings)
-    assert found.lines[0].wavelength_mm == pytest.approx(4, rel=2e-3)
-    assert found.lines[0].channels == (0, 3)
-    assert found.unused_channels == 1
-
-
-def test_the_latest_stretch_of_a_long_path_is_searched(monkeypatch):
-    position = np.linspace(0, 100, 5001)
-    assert latest_stretch(position) == 0
-    monkeypatch.setattr("papilla.estimators.wavelength.lines.LONGEST_GRID", 2000)
-    first = latest_stretch(position, (1.0, 10.0))
-    assert 100 - position[first] == pytest.approx(2000 / 8 / 4, rel=0.01), "a grid of 8 points in a quarter of 1 mm"
-    assert latest_stretch(np.tile(position[:501], 10), (1.0, 10.0)) == 0, "to and fro is no long path"
-    with pytest.raises(InputError, match="rows with a position"):
-        latest_stretch([1.0, np.nan])
-
-
-def test_harmonics_sharpen_the_fundamental_by_their_order():
-    """Inverse variances: the n-th harmonic knows the wavenumber n times better; louder lines are no harmonics."""
-    base = Line(0.25, 50.0, 1.0, 1e-9, 1e-3)
-    third = Line(0.7506, 20.0, 0.4, 1e-6, 1.2e-3)
-    found = with_harmonics(base, [third, base], 0.01)
-    weights = np.array([1e-3, 0.4e-3]) ** -2.0
-    assert found.wavenumber == pytest.approx(weights @ [0.25, 0.2502] / weights.sum(), rel=1e-12)
-    assert found.sigma == pytest.approx(weights.sum() ** -0.5, rel=1e-9) and found[1:4] == base[1:4]
-    assert with_harmonics(base, [third._replace(amplitude=1.5)], 0.01) == base
-    assert with_harmonics(base, [third._replace(wavenumber=0.77)], 0.01) == base
-    apart = with_harmonics(base, [third._replace(wavenumber=0.759)], 0.01)
-    spread = weights @ (np.array([0.25, 0.253]) - apart.wavenumber) ** 2
-    assert spread > 1 and apart.sigma == pytest.approx((spread / weights.sum()) ** 0.5), "Birge's ratio"
-
-
 @pytest.mark.parametrize("size", [1e-160, 1e-60, 1e300])
 def test_numbers_that_no_sensor_gives_are_left_out_or_refused(size):
     position, rng = np.arange(800) * 0.1, np.random.default_rng(0)
@@ -256,3 +103,158 @@ def test_numbers_that_no_sensor_gives_are_left_out_or_refused(size):
     readings[50:60, 0], position[70] = 1e300, 1e300
     assert find_lines(position, readings).unused_samples == 11
     assert latest_stretch(position) == 0
+
+
+def test_harmonics_sharpen_the_fundamental_by_their_order():
+    """Inverse variances: the n-th harmonic knows the wavenumber n times better; louder lines are no harmonics."""
+    base = Line(0.25, 50.0, 1.0, 1e-9, 1e-3)
+
+    def third(wavenumber, amplitude=0.4):
+        return Line(wavenumber, 20.0, amplitude, 1e-6, 1.2e-3)
+
+    found = with_harmonics(base, [third(0.7506), base], 0.01)
+    weights = np.array([1e-3, 0.4e-3]) ** -2.0
+    assert found.wavenumber == pytest.approx(weights @ [0.25, 0.2502] / weights.sum(), rel=1e-12)
+    assert found.sigma == pytest.approx(weights.sum() ** -0.5, rel=1e-9) and found[1:4] == base[1:4]
+    assert with_harmonics(base, [third(0.7506, 1.5)], 0.01) == with_harmonics(base, [third(0.77)], 0.01) == base
+    apart = with_harmonics(base, [third(0.759)], 0.01)
+    spread = weights @ (np.array([0.25, 0.253]) - apart.wavenumber) ** 2
+    assert spread > 1 and apart.sigma == pytest.approx((spread / weights.sum()) ** 0.5), "Birge's ratio"
+
+
+def test_of_a_path_too_long_for_a_spectrum_the_latest_stretch_is_searched():
+    """Half a million points of a grid of 8 in a quarter of the shortest wavelength; to and fro is no long path."""
+    position = np.linspace(0, 20_000, 200_001)
+    first = latest_stretch(position, (1.0, 10.0))
+    assert 20_000 - position[first] == pytest.approx(500_000 / 8 / 4, rel=0.01)
+    assert latest_stretch(position[:1000]) == latest_stretch(np.tile(position[:5001], 10), (1.0, 10.0)) == 0
+    with pytest.raises(InputError, match="rows with a position"):
+        latest_stretch([1.0, np.nan])
+
+
+def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size=1.0):
+    position = np.arange(count) * step
+    wave = size * np.cos(2 * np.pi * position / wavelength + 0.5)[:, None] * np.ones(channels)
+    return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
+
+
+def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
+    position, readings = log(800, size=0.0)
+    few, many = (find_lines(position, readings, false_alarm=chance).lines for chance in (0.01, 0.5))
+    assert len(few) <= len(many)
+    for rare, lines in ((0.01, few), (0.5, many)):
+        assert all(0 < line.chance < rare for line in lines)
+    weak, strong = (find_lines(*log(800, size=size)).lines[0] for size in (0.25, 0.35))
+    assert 0 < strong.chance < weak.chance < 0.01 and strong.ratio > weak.ratio > 10
+    for chance in (0.51, 0.0):
+        with pytest.raises(InputError, match="false_alarm must lie between"):
+            find_lines(position, readings, false_alarm=chance)
+
+
+def test_what_uneven_steps_show_is_by_the_path():
+    """2.2 of the mean step, each weighed by its length; up to a third of the path, and inside what is asked for."""
+    steps = np.where(np.arange(600) % 3, 0.1, 0.4)
+    position = np.cumsum(steps)
+    readings = np.random.default_rng(0).standard_normal(600)
+    shortest, longest = 2.2 * (2 * 0.01 + 0.16) / 0.6, np.ptp(position) / 3
+    assert find_lines(position, readings).searched_mm == pytest.approx((shortest, longest), rel=0.01)
+    for asked in ((0.5, 9.0), (1.0, 999.0), (2.0, 9.0)):
+        limits = max(asked[0], shortest), min(asked[1], longest)
+        assert find_lines(position, readings, wavelength_range_mm=asked).searched_mm == pytest.approx(limits, rel=0.01)
+    with pytest.raises(
+        InputError, match=r"of the 0.2 to 0.3 mm asked for can be searched: 119.6 mm of path in steps of 0.3 mm show"
+    ):
+        find_lines(position, readings, wavelength_range_mm=(0.2, 0.3))
+
+
+def test_channels_and_rows_that_hold_numbers_are_used():
+    """A channel with a number in more than half of the rows; 16 rows."""
+    position, readings = log(400, channels=2)
+    readings[:200, 1] = np.nan
+    assert find_lines(position, readings).unused_channels == 1 and find_lines(position, readings).unused_samples == 0
+    readings[199, 1] = 0.0
+    found = find_lines(position, readings)
+    assert (found.unused_channels, found.unused_samples) == (0, 199)
+    assert find_lines(position, readings[:, 0]).unused_channels == 0
+    assert find_lines(position[:16], readings[:16, 0]).unused_samples == 0
+    with pytest.raises(InputError, match="got 15"):
+        find_lines(position[:15], readings[:15, 0])
+    with pytest.raises(InputError, match="got 0"):
+        find_lines([], np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize("channels", [2, 5, 20])
+def test_a_mean_of_channels_has_as_many_degrees_of_freedom_and_its_mean_for_a_level(channels):
+    power = np.random.default_rng(1).chisquare(2 * channels, 6000) / (2 * channels)
+    at = np.arange(200, 5800, 7)
+    found = background(power, at, 1.0)
+    assert np.median(found.freedom) == pytest.approx(2 * channels, rel=0.2)
+    assert np.mean(found.power) == pytest.approx(1.0, abs=0.03)
+    assert (background(power, at, 1.0, pooled=False).freedom == 2.0).all()
+    few = background(power[:39], [19], 1.0)
+    assert few.freedom == [2.0], "too few to tell"
+
+
+def spectrum(power, resolution=4.0, step=0.01):
+    power = np.asarray(power, float)
+    return Spectrum(power, power[None], np.ones(1), step, resolution)
+
+
+def test_the_top_of_a_line_is_that_of_the_parabola_through_its_logarithms():
+    n = np.arange(400.0)
+    for at in (120.0, 120.3, 119.6):
+        own = spectrum(0.5 + 0.4 * np.cos(n * 7) + 500 * np.exp(-(((n - at) / 3) ** 2)))
+        gaussian = spectrum(500 * np.exp(-(((n - at) / 3) ** 2)) + 1e-290)
+        assert gaussian.vertices(np.array([round(at)])) == pytest.approx([0.01 * at])
+        (found,) = [line for line in completed(own.lines(0.5, 3.0, 5)) if line.ratio > 100]
+        assert found.wavenumber == pytest.approx(0.01 * at, abs=2e-4)
+        assert found.amplitude == pytest.approx(own.power[round(at)] ** 0.5)
+        level = background(own.power, np.array([round(at)]), own.resolution, pooled=False).power[0]
+        assert found.ratio == pytest.approx(own.power[round(at)] / level)
+    assert not any(line.ratio > 100 for line in completed(own.lines(1.2, 3.0, 5)))
+    assert not any(line.ratio > 100 for line in completed(own.lines(0.3, 1.19, 5)))
+
+
+def test_a_peak_within_twice_the_resolution_of_a_greater_one_is_its_shoulder():
+    for apart, tops in ((8, [100]), (9, [100, 109])):
+        power = np.ones(300)
+        power[100], power[100 + apart] = 50.0, 20.0
+        found = spectrum(power).tops(1, 299)
+        assert [top for top in found.tolist() if power[top] > 2] == tops
+    power = np.ones(300)
+    power[[50, 120, 200]] = 9.0, 7.0, 8.0
+    found = [line.wavenumber for line in completed(spectrum(power).lines(0.3, 2.5, 2)) if line.amplitude > 1.5]
+    assert found == pytest.approx([0.5, 2.0], abs=0.01)
+
+
+def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_harmonics():
+    """2.355 and 1.570 mm: 4.71 mm, where that is in the range; with 1.62 mm beside it a line is its own."""
+    position = np.arange(0, 60, 0.05)
+    noise = 0.1 * np.random.default_rng(3).normal(size=position.size)
+    for second, high, told in ((1.570, 6.0, [(2, 4.71), (3, 4.71)]), (1.570, 4.0, None), (1.62, 6.0, None)):
+        readings = sum(np.cos(2 * np.pi * position / own) / own for own in (2.355, second)) + noise
+        lines = find_lines(position, readings, wavelength_range_mm=(0.4, high)).lines
+        found = sorted((own.harmonic, own.fundamental_mm) for own in lines)
+        own = sorted((1, own) for own in (2.355, second))
+        assert found == [(order, pytest.approx(mm, rel=2e-3)) for order, mm in told or own]
+
+
+@pytest.mark.parametrize("at", [-0.45, 0.0, 0.3])
+def test_the_top_of_a_gaussian_is_found_exactly(at):
+    powers = 7.0 * np.exp(-((np.array([-1, 0, 1]) - at) ** 2) / 1.3)
+    assert vertex(powers) == pytest.approx(at, abs=1e-12)
+    assert vertex(1e-3 * powers) == pytest.approx(at, abs=1e-12)
+
+
+def test_a_harmonic_is_a_multiple_within_the_slack():
+    """Three sigmas of the difference and a quarter of the resolution, but never a quarter of the fundamental."""
+    fundamental = Line(1.0, 50.0, 1.0, 1e-9, 0.001)
+
+    def order(wavenumber, sigma=0.001, resolution=0.04):
+        return order_of(Line(wavenumber, 20.0, 0.5, 1e-6, sigma), fundamental, resolution)
+
+    slack = 3 * np.hypot(0.001, 3 * 0.001) + 0.25 * 0.04
+    assert order(3 + 0.99 * slack) == order(3 - 0.99 * slack) == 3
+    assert order(3 + 1.01 * slack) == order(3 - 1.01 * slack) == 1
+    assert order(1.0) == 1 and order(2.0) == 2 and order(12.0) == 12 and order(13.0) == 1
+    assert order(2.24, sigma=1.0) == 2 and order(2.26, sigma=1.0) == 1

@@ -45,13 +45,7 @@ def test_a_lost_gauge_keeps_nobody_from_noticing_another_surface():
     assert late.sum() < 80, "the old wavelength is told for 8 mm at most"
 
 
-def test_a_spike_is_left_out_and_a_step_is_not():
-    tracker = SpaceTracker()
-    readings = 0.1 * np.random.default_rng(4).standard_normal(400)
-    readings[200], readings[300:] = 30.0, readings[300:] + 30.0
-    taken = [tracker._plain((value,))[0] for value in readings.tolist()]
-    out = np.flatnonzero(np.isnan(taken))
-    assert out.tolist() == [200, 300], "the first of a step is left out, as it may be a spike"
+def test_spikes_are_left_out():
     position = np.arange(3000) * 0.1
     clean = texture(position, 1.3)[:, 0]
     spiky = clean + 25 * (np.random.default_rng(5).random(3000) < 0.004)
@@ -59,3 +53,12 @@ def test_a_spike_is_left_out_and_a_step_is_not():
     found = SpaceTracker().process(block)
     ok = np.array([sentence.startswith("ok") for sentence in found.sentence])
     assert ok[600:].mean() > 0.95 and found.wavelength_mm[ok][-1] == pytest.approx(1.3, rel=2e-3)
+
+
+@pytest.mark.parametrize("height, lost", [(30.0, True), (0.3, False)])
+def test_a_spike_is_no_reading_and_what_follows_a_step_is_one(height, lost):
+    """The first sample of a step is left out, as it may be a spike; a change of usual size is none."""
+    readings = 0.1 * np.random.default_rng(4).standard_normal(400)
+    readings[200], readings[300:] = readings[200] + height, readings[300:] + height
+    seen = FusedTracker(1).process(np.column_stack([readings, np.full(400, 100.0)])).gauges
+    assert np.flatnonzero(seen == 0).tolist() == ([200, 300] if lost else [])

@@ -1,0 +1,120 @@
+"""How a touch begins, ends and teaches zeros: each rule on both sides of its limit, on drawn samples."""
+
+import math
+
+import numpy as np
+import pytest
+
+from papilla.calibration import SoftnessStatus
+from papilla.core.errors import InputError
+from papilla.estimators import Doubts, GaugeSoftness, Softness, TouchState
+from papilla.estimators.health import Fault, unpack
+
+OK, AWAY = int(SoftnessStatus.OK), int(SoftnessStatus.NO_CONTACT)
+REST = (5.0,) * 5 + (0.02,)
+
+
+@pytest.fixture(scope="module")
+def made(five):
+    """made(**options) -> an estimator of five gauges."""
+    found = five(0.01)
+    return lambda **options: GaugeSoftness(found, **({"gauge_sigma": 50.0, "force_sigma_N": 0.005} | options))
+
+
+@pytest.mark.parametrize("force", [0.06, 0.3, 0.95])
+@pytest.mark.parametrize("modulus", [0.03, 0.2, 3.0])
+@pytest.mark.parametrize("force_known", [True, False])
+def test_a_touch_begins_at_the_contact_that_explains_its_first_samples(five_gauges, force, modulus, force_known):
+    """Wherever in the domain it is, with a sensor of the force or by the gauges alone."""
+    own = GaugeSoftness(five_gauges, gauge_sigma=5.0, force_sigma_N=5e-4, doubts=Doubts.NONE)
+    row = [*five_gauges.predict_readings(force, modulus), force if force_known else math.nan]
+    found = own.process([row] * 3)
+    assert set(found.status.tolist()) <= {OK, int(SoftnessStatus.NOT_IDENTIFIABLE), int(SoftnessStatus.LEFT_OUT)}
+    assert found.force_N[-1] == pytest.approx(force, rel=2e-3)
+    assert abs(found.modulus_MPa[-1] - modulus) < found.modulus_sigma_MPa[-1]
+
+
+@pytest.mark.parametrize("channel", range(5))
+@pytest.mark.parametrize("modulus", [0.05, 0.5])
+def test_of_a_first_sample_that_fits_badly_the_wrong_gauge_is_found(five_gauges, channel, modulus):
+    """A gauge whose sign is flipped from the begin; what is told is right whether or not that one is named."""
+    force = 0.2 + 0.6 * np.sin(np.linspace(0.1, 1.6, 60))
+    rows = np.column_stack([five_gauges.predict_readings(force, modulus), force])
+    rows += np.random.default_rng(channel).normal(size=rows.shape) * ([20.0] * 5 + [0.002])
+    rows[:, channel] *= -1
+    found = GaugeSoftness(five_gauges, gauge_sigma=20.0, force_sigma_N=0.002, doubts=Doubts.NONE).process(rows)
+    assert unpack(int(found.left_out[-1]), 6)[channel] == Fault.SIGN_FLIPPED
+    assert abs(found.modulus_MPa[-1] - modulus) < 4 * found.modulus_sigma_MPa[-1]
+
+
+def test_s_d_is_refused_outside_the_forces_by_more_than_their_noise(calibration):
+    own = Softness(calibration, gauge_sigma=50.0, force_sigma_N=0.005)
+    loud = np.array([-9e3, 0.0, 9e3, 0.0, 0.0])
+    below, above = SoftnessStatus.FORCE_BELOW, SoftnessStatus.FORCE_ABOVE
+    for force, refused in ((0.031, None), (0.029, below), (1.019, None), (1.021, above)):
+        own.reset()
+        assert (own.update((*loud, force)).status == refused) == (refused is not None)
+    assert own.update((*loud, math.nan)).status == SoftnessStatus.BAD_INPUT
+    assert own.update((math.nan, *loud[1:], 0.3)).status == SoftnessStatus.BAD_GAUGE
+    assert own.update((math.nan, *loud[1:], 0.01)).status == SoftnessStatus.NO_CONTACT
+
+
+@pytest.mark.parametrize(
+    "reading, force, away", [(3199.0, 0.01, True), (3201.0, 0.01, False), (3199.0, math.nan, False)]
+)
+def test_a_light_force_ends_a_touch_once_it_has_lasted(made, reading, force, away):
+    """50 samples of what zeros may have moved to, 8 standard deviations of 400 microstrain."""
+    own = made(doubts=Doubts(zero_microstrain=400.0), stuck_samples=10_000)
+    status = own.process([(*[reading] * 5, force)] * 52).status == AWAY
+    assert not status[:50].any() and (status[50:] == away).all()
+
+
+def test_zeros_are_learnt_from_rests_that_agree(made):
+    """Of twenty samples each, the one before last; not while a channel is missing."""
+    own = made()
+    own.process([(math.nan, *REST[1:])] * 60)
+    assert own.state.airborne == 0 and not any(own.state.zeros)
+    for count in range(1, 161):
+        own.update(REST)
+        assert own.state.airborne == min(max(count // 20 - 1, 0) * 20, 100)
+    assert own.state.zeros == pytest.approx(REST, rel=0.01)
+
+
+@pytest.mark.parametrize("step, learnt", [(3.0, True), (60.0, False)])
+def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
+    """Twenty samples of noise 20 each, so 3 microstrain are noise and 60 the begin of a press."""
+    own = made()
+    own.process([(5.0,) * 5 + (0.0,)] * 20 + [(step,) * 5 + (0.0,)] * 20)
+    assert (own.state.airborne == 20) == learnt
+
+
+def test_zeros_known_from_the_air_are_doubted_by_half(five_gauges):
+    """After fifty samples in the air; sigma of a touch under a doubt of zeros alone falls by as much."""
+    doubts = Doubts(0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 10.0, 0.0)
+    force = np.full(60, 0.4)
+    rows = np.column_stack([five_gauges.predict_readings(force, 0.2), force])
+    sigmas = []
+    for airborne in (0, 40, 80):
+        own = GaugeSoftness(five_gauges, gauge_sigma=1.0, force_sigma_N=1e-4, doubts=doubts)
+        if airborne:
+            own.process(np.zeros((airborne, 6)))
+        sigmas.append(own.process(rows).modulus_sigma_MPa[-1])
+    assert sigmas[1] == pytest.approx(sigmas[0], rel=1e-3) and sigmas[2] == pytest.approx(0.5 * sigmas[0], rel=0.1)
+
+
+def test_a_channel_that_fits_again_is_used_again_and_distrusted_for_longer_each_time(five_gauges):
+    """It must fit for a while; and after it was wrong again it must fit for longer."""
+    force = np.full(4000, 0.4) + 0.05 * np.sin(np.arange(4000) / 9)
+    rows = np.column_stack([five_gauges.predict_readings(force, 0.2), force])
+    rows += np.random.default_rng(1).normal(size=rows.shape) * ([20.0] * 5 + [0.002])
+    rows[200:260, 1] += 3000
+    found = GaugeSoftness(five_gauges, gauge_sigma=20.0, force_sigma_N=0.002, doubts=Doubts.NONE).process(rows)
+    out = np.array([bool(unpack(int(left), 6)[1]) for left in found.left_out])
+    assert not out[:200].any() and out[205:260].mean() > 0.8 and not out[300:].any()
+    answered = np.isfinite(found.modulus_MPa)
+    assert (np.abs(found.modulus_MPa - 0.2) < 5 * found.modulus_sigma_MPa)[answered].all() and answered[300:].all()
+
+
+def test_a_state_is_of_this_many_gauges(made):
+    with pytest.raises(InputError, match="the state is of 3 gauges, the calibration has 5"):
+        made().state = TouchState(None, (0.0,) * 4)
