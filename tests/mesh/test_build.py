@@ -5,8 +5,6 @@ import pytest
 
 from papilla.core.errors import InputError, MeshError
 from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
-from papilla.mesh import builder as builder_module
-from papilla.mesh.builder import VARIANTS
 from papilla.mesh.cells import components, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import pack
@@ -197,23 +195,6 @@ def test_half_the_size_is_finer_everywhere():
             nearest = np.argsort(np.linalg.norm(corners.mean(axis=1) - centre, axis=1))[:30]
             sizes.append(np.cbrt(volumes(mesh.points, mesh.tets[nearest]).mean()))
         assert sizes[1] < 0.8 * sizes[0], place
-
-
-def test_build_meshes_once_and_again_for_what_changes_the_mesh(dome, dome_shape, finger_of, monkeypatch):
-    asked = []
-
-    def mesher(finger, size_mm, *, variant, progress):
-        asked.append((finger.shape, size_mm, variant))
-        return dome
-
-    monkeypatch.setattr(builder_module, "drawn", mesher)
-    finger = finger_of(dome_shape)
-    first = VARIANTS  # No mesh of this number ships
-    assert build(finger, 2.5, variant=first).sha256 == build(finger, 2.5, variant=first).sha256 == dome.sha256
-    assert len(asked) == 1
-    build(finger, 2.4, variant=first)
-    build(finger, 2.5, variant=first + 1)
-    assert len(asked) == 3
 
 
 def test_packed_mesh_is_a_quarter(dome):

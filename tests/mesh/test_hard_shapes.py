@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError, MeshError
-from papilla.mesh import build, drawing
+from papilla.mesh import build
 from papilla.mesh.builder import WORST, relative_sizes
 from papilla.mesh.cells import mean_ratio, volumes
 from papilla.mesh.layered import INNER, OUTER
@@ -31,12 +31,7 @@ DRAWN = {
 }
 
 
-@pytest.fixture(autouse=True)
-def no_mesher(monkeypatch):
-    def refuse(*args, **kwargs):
-        raise MeshError("the mesher was called")
-
-    monkeypatch.setattr(drawing, "tetrahedralise", refuse)
+pytestmark = pytest.mark.usefixtures("no_mesher")
 
 
 def shaped(shape, **changes) -> Finger:

@@ -6,7 +6,7 @@ import pytest
 
 from papilla.core import memory
 from papilla.core.errors import MemoryEstimateError
-from papilla.mesh import build, drawing
+from papilla.mesh import build
 from papilla.mesh.sizing import asked
 from papilla.model.finger import Finger, Layer
 
@@ -18,12 +18,6 @@ MADE = {2.0: 2618, 1.4: 4329, 1.0: 5290, 0.7: 8679, 0.5: 18877, 0.35: 52958, 0.2
 
 def refuse(size_mm, finger=None):
     asked(finger or Finger.default(), size_mm)
-
-
-@pytest.fixture
-def free(monkeypatch):
-    """Set the free memory in bytes."""
-    return lambda number: monkeypatch.setattr(memory, "available_bytes", lambda: number)
 
 
 @pytest.mark.slow
@@ -51,8 +45,7 @@ def test_the_size_that_is_named_would_fit_and_a_finer_one_would_not(left, free):
         refuse(0.93 * size)
 
 
-def test_the_mesher_is_not_even_started(free, monkeypatch):
-    monkeypatch.setattr(drawing, "tetrahedralise", lambda *_: pytest.fail("the mesher was called"))
+def test_the_mesher_is_not_even_started(free, no_mesher):
     free(16 * GB)
     message = r"^factorising a mesh of about \d,\d{3},\d{3} tetrahedra \(size_mm 0.1\) needs about \d+ GiB of memory, "
     with pytest.raises(MemoryEstimateError, match=message + r"15 GiB are free: mesh with size_mm >= 0.\d+ \("):

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileAccessError, FileFormatError, InputError, MeshError, PapillaError
-from papilla.mesh import INNER, OUTER, build, surface_files
+from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
+from papilla.mesh import INNER, OUTER, build
 from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.mesh.drawing import drawn
@@ -145,17 +145,14 @@ def test_a_hostile_file_is_one_line(tmp_path, vertices, faces, corner):
     refused(str(path), r"holds no triangles|not a readable \.ply file|not finite|is flat|is open")
 
 
-def test_a_reader_that_crashes_is_a_file_that_cannot_be_read(files, monkeypatch):
-    def crash(*_):
-        raise MeshError("the reader of surfaces failed (signal 11): it left no message")
-
-    monkeypatch.setattr(surface_files, "run", crash)
+def test_a_reader_that_crashes_is_a_file_that_cannot_be_read(files, worker):
+    worker("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
     refused(files()[0], r"outer\.stl: not a readable \.stl file$")
 
 
 def test_a_file_is_read_once_for_its_content(files, monkeypatch):
     first, path = read_closed(files()[0]), files()[0]
-    monkeypatch.setattr(surface_files, "run", lambda *_: pytest.fail("it was read again"))
+    monkeypatch.setattr("papilla.core.seams.start", lambda *_, **__: pytest.fail("it was read again"))
     again = read_closed(path)
     assert np.array_equal(first[0], again[0]) and np.array_equal(first[1], again[1])
 

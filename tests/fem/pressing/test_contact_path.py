@@ -1,15 +1,14 @@
 """The path of a growing contact, against single presses; without friction here, stuck in test_friction."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import SolverError
-from papilla.fem import FingerModel, press
+from papilla.fem import FingerModel
 from papilla.fem.pressing.contact import LoadingPath, loading_path
-from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError, _Solved
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
 from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.mesh import build
 from papilla.model.finger import Finger
@@ -81,49 +80,10 @@ def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     assert answered > 0
 
 
-def test_the_knots_of_a_path_are_judged_as_single_states():
-    """All at once up to the first wrong one: a node that left, or one outside of the order that came too near."""
-    counts = []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        root, mass = rng.normal(size=(8, 8)), rng.uniform(0.5, 1.5, 8)
-        problem = ContactProblem(root @ root.T + 4 * np.eye(8), mass, mass * rng.exponential(size=8))
-        solved = _Solved(problem, np.argsort(problem.gap / mass)[:6])
-        if not (np.isfinite(solved.depth).all() and (np.diff(solved.depth) > 0).all()):
-            continue
-        states = [solved.state(count, None, solved.depth[count]) for count in range(1, 6)]
-        wrong = [solved.wrong(*state).any() for state in states]
-        expected = 1 + wrong.index(True) if any(wrong) else 6
-        found, missed = solved.checked()
-        assert found == expected
-        if len(missed):
-            depth, traction = states[found - 1]
-            gap = traction @ problem.compliance[solved.index] + problem.gap - depth * mass
-            assert set(missed) == set(np.flatnonzero(gap < 0)) - set(solved.nodes)
-        counts.append(found)
-    assert len(counts) > 8 and {6} < set(counts)
-
-
 def test_a_compliance_that_is_not_positive_is_refused():
     compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
     with pytest.raises(SolverError, match="not positive"):
         ContactPath(ContactProblem(compliance, np.ones(2), np.array([0.0, 1.0]))).at(force=10.0)
-
-
-def test_a_press_whose_nodes_leave_is_still_a_contact(reference, monkeypatch):
-    """The slower methods answer as the path does, without friction and stuck."""
-    found = {friction: press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
-             for friction in (0, "stick")}  # fmt: skip
-
-    def leaves(*_, **__):
-        raise LeavingError("leaves")
-
-    monkeypatch.setattr(ContactPath, "at", leaves)
-    reference = dataclasses.replace(reference)  # which keeps nothing yet
-    for friction, before in found.items():
-        other = press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
-        assert other.indentation == pytest.approx(before.indentation, rel=1e-9)
-        assert other.reading == pytest.approx(before.reading, rel=1e-8)
 
 
 @pytest.mark.parametrize("stuck", [False, True])

@@ -124,7 +124,7 @@ def test_loads_are_between_the_ends_of_the_numbers(load, scale):
     least = module.LIGHTEST * scale
     place = ("force", "indentation").index(load)
     for value in (1.001 * least, 0.999 / module.LIGHTEST * scale):
-        assert check_scene(RIGID, 2.0, 0.3, **{load: value})[place] == value
+        assert check_scene(RIGID, 2.0, 0.3, **{"force": None, "indentation": None, load: value})[place] == value
     for value in (0.999 * least, 1.001 / module.LIGHTEST * scale):
         with pytest.raises(InputError, match="must lie between"):
-            check_scene(RIGID, 2.0, 0.3, **{load: value})
+            check_scene(RIGID, 2.0, 0.3, **{"force": None, "indentation": None, load: value})

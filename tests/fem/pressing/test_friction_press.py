@@ -20,11 +20,11 @@ BLOCK = Block(0.2, 10)
 
 
 @pytest.mark.slow
-def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
+def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse, loaded_patch):
     """The same events, each solved on all unknowns of the mesh with Lagrange multipliers: no condensed matrix."""
     path = loading_path(coarse, RIGID, math.inf)
     aim = path.at(force=0.8)
-    loaded, _ = coarse_model._patch((0.0, 0.0))
+    loaded = loaded_patch(coarse_model)
     free = coarse_model.space.free(SYMMETRIC, coarse_model.mesh.mirrors)
     lower = coarse_model.space.matrix(coarse_model.layers)
     matrix = (lower + sp.tril(lower, -1).T).tocsr()[free][:, free]
@@ -68,12 +68,12 @@ def test_beside_the_apex_by_nothing_is_the_apex(coarse, coarse_model, friction):
 
 
 @pytest.mark.slow
-def test_the_field_of_a_press_has_its_shear(reference, reference_model):
+def test_the_field_of_a_press_has_its_shear(reference, reference_model, loaded_patch):
     found = press(reference, BLOCK, force=0.3, friction="stick")
     plain = press(reference, BLOCK, force=0.3, fidelity="contact")
     assert np.abs(found.shear).max() > 0.01 * found.pressure.max()
     solution = reference_model.cell_displacements(found.traction)[SYMMETRIC]
-    loaded, _ = reference_model._patch((0.0, 0.0))
+    loaded = loaded_patch(reference_model)
     moved = np.concatenate([loaded.loads(SYMMETRIC, c).T @ solution.ravel() for c in range(3)])
     assert moved == pytest.approx(reference.traction_compliance @ found.traction.ravel(), rel=1e-6, abs=1e-9)
     assert not np.allclose(found.values, plain.values, rtol=1e-3)

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from papilla.fem import FingerModel, press, press_finite
 from papilla.fem.finite.strain_tables import RATIOS
 from papilla.fem.pressing import large_strain
 from papilla.fem.pressing.large_strain import (
-    MEASURES,
     LargeStrain,
     at_ratio,
     known,
@@ -92,20 +90,6 @@ def test_a_press_near_a_table_is_that_of_its_nearest_press(beyond, near):
         assert (found, soft, told) == (pytest.approx(end), pytest.approx(0.4), near)
     (found, soft), told = table.nearest(40.0, -0.14)
     assert (soft, told) == (pytest.approx(0.0, abs=1e-12), True), "clipped to the softness of the table"
-
-
-def test_a_table_of_few_presses_and_a_friction_in_between_are_known_less(monkeypatch):
-    weights = np.array([[1.0] * 5, [0.0] * 5])
-    table = _table()
-    few = [one for one in range(36) if one % 3]
-    fewer = dataclasses.replace(table, **{name: getattr(table, name)[few] for name in large_strain.ARRAYS})
-    fewest = dataclasses.replace(table, **{name: getattr(table, name)[few[:-1]] for name in large_strain.ARRAYS})
-    assert len(fewer.force) == 24 and fewer.sd_error(weights) < 1e-6
-    assert fewest.sd_error(weights) == pytest.approx(0.002, rel=1e-3)
-    monkeypatch.setattr(large_strain, "tables_of", lambda reduced, stuck: ((fewest, 1.0),))
-    finger = SimpleNamespace(weights=weights)
-    assert large_strain.large_strain_error(finger, math.inf) == pytest.approx(0.002, rel=1e-3)
-    assert large_strain.large_strain_error(finger, 0.4) == pytest.approx(np.hypot(0.002, 0.003), rel=1e-3)
 
 
 @pytest.mark.parametrize("count, terms", [(36, 15), (21, 15), (20, 14), (19, 10)])
@@ -189,7 +173,6 @@ def test_damaged_tables_are_reported_and_do_not_count(tmp_path, monkeypatch):
     large_strain.keep("mine", [_table(2.0)])
     entry = next((tmp_path / "large_strain").glob("*.entry"))
     entry.write_bytes(entry.read_bytes()[:200])
-    large_strain._known.cache_clear()
     with pytest.warns(RuntimeWarning, match="cache entry .* is damaged"):
         assert known("mine") == ()
 
@@ -290,25 +273,3 @@ def test_friction_in_between_agrees_with_a_press_at_finite_strain(reference):
     assert found.sd == pytest.approx(finite.sd, rel=0.003) and linear.sd < 0.97 * finite.sd
     assert np.abs(found.reading - finite.reading).max() < 0.004 * np.linalg.norm(finite.reading)
     assert finite.friction == found.friction == 0.1
-
-
-@pytest.mark.parametrize("effect", [1.05, 1.25, 1.6])
-def test_the_share_of_stick_is_that_of_the_lower_friction_which_large_strain_leaves(monkeypatch, effect):
-    """Stick has 1/k times the effect at large strain that it has at small. In linear presses, the share of stick at a
-    coefficient c is c (2 - c); a coefficient of 0.25 at large strain has the share at 0.25 k, between two marks."""
-    still, stuck = np.array([1.0, -2.0, 0.5]), np.array([0.4, 1.0, -0.6])
-
-    def made(reading, **more):
-        return SimpleNamespace(reading=reading, values=3 * reading, **dict.fromkeys(MEASURES, 1.0), **more)
-
-    def linear(coefficient):
-        return made(still + coefficient * (2 - coefficient) * stuck)
-
-    monkeypatch.setattr(large_strain, "_with", lambda reduced, found, mixed: mixed["values"])
-    found = made(linear(0.25).reading, friction=0.25)
-    ends = made(still), made(still + stuck)
-    strained = made(1.5 * still), made(1.5 * still + effect * stuck)
-    marks = [0.25 * share for share in (*large_strain.LOWERED, 1.0)]
-    share = np.interp(0.25 / effect, [0.0, *marks], [0.0, *(c * (2 - c) for c in marks)])
-    values = large_strain.between_ends(None, found, ends, strained, linear)
-    np.testing.assert_allclose(values, 3 * (1.5 * still + share * effect * stuck))

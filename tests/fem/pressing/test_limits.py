@@ -18,7 +18,11 @@ from papilla.references import hertz_sphere_at
 
 BLOCK = Block(0.51, 10)
 
-pytestmark = pytest.mark.usefixtures("without_tables")
+
+@pytest.fixture(scope="module")
+def reference(linear_reference):
+    """Here all presses are linear."""
+    return linear_reference
 
 
 @pytest.fixture(scope="module")
@@ -214,24 +218,6 @@ def test_facets_of_a_skin_are_told(reference):
     found = press(facetted, BLOCK, force=gf_to_newton(5), fidelity="contact")
     assert found.status == plain.status + "; the facets of the skin stand 0.012 mm off it, 7 % of the indentation"
     assert "facets" not in press(facetted, BLOCK, force=gf_to_newton(60), fidelity="contact").status
-
-
-def test_facets_of_the_users_surface_reach_the_reduced_finger(coarse_model, coarse):
-    class Facetted:
-        def __init__(self, skin):
-            self.skin = skin
-
-        def __getattr__(self, name):
-            return getattr(self.skin, name)
-
-        def facet_deviation(self, around, reach):
-            assert np.allclose(around, [0, 0, 20]) and reach == 15 / 4
-            return 0.03
-
-    model = FingerModel(coarse_model.finger, coarse_model.mesh)
-    model.surfaces = {**model.surfaces, "skin": Facetted(model.surfaces["skin"])}
-    model._factors = coarse_model._factors
-    assert coarse.facets == 0 and model.reduce().facets == 0.03
 
 
 # ---- Forces, depths and sizes at the end of the numbers

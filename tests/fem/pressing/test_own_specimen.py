@@ -173,21 +173,6 @@ def test_slopes_are_those_of_the_gap():
     assert ball.gap(np.array([[1e-9, 0.0]])) == pytest.approx(0.25e-18, rel=1e-9), "no cancellation near the tip"
 
 
-def test_force_and_indentation_have_two_names_each(reference):
-    block = Block(0.51, 10)
-    by_unit, by_name = press(reference, block, force_N=0.3), press(reference, block, force=0.3)
-    assert by_unit.sd == by_name.sd
-    assert press(reference, block, indentation_mm=0.5).force == press(reference, block, indentation=0.5).force
-    for values, names in (
-        ({"force": 0.3, "force_N": 0.3}, "force_N or force"),
-        ({"indentation": 0.3, "indentation_mm": 0.3}, "indentation_mm or indentation"),
-    ):
-        with pytest.raises(ValueError, match=f"give {names}, which mean the same, not both"):
-            press(reference, block, **values)
-    with pytest.raises(ValueError, match="give exactly one of force and indentation"):
-        press(reference, block, force_N=0.3, indentation_mm=0.1)
-
-
 def test_big_objects_have_a_short_repr(reference, reference_model):
     texts = [repr(reference), repr(press(reference, Block(0.51, 10), force=0.3)), repr(reference_model)]
     assert all(len(text) < 400 for text in texts), texts

@@ -7,7 +7,6 @@ import pytest
 from pydantic import ValidationError
 
 from papilla.core import cache
-from papilla.fem.pressing import prices as module
 from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
 from papilla.mesh import build
 from papilla.model.finger import Finger
@@ -46,15 +45,12 @@ def test_prices_survive_their_text(prices):
     assert FORMAT.validate_json(prices.to_json()) == prices
 
 
-def test_kept_prices_are_found_by_finger_mesh_and_code(prices, empty_cache, monkeypatch):
+def test_kept_prices_are_found_by_finger_and_mesh(prices, empty_cache):
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
     keep(prices)
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) == prices
     assert known_prices(prices.finger_sha256, "0" * 64) is None
     assert known_prices("0" * 64, prices.mesh_sha256) is None
-    monkeypatch.setattr(cache, "_code", lambda maker: f"other code of {maker}")
-    module._found.cache_clear()
-    assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
 
 
 def test_the_default_finger_ships_with_its_prices_and_new_ones_come_first(prices, empty_cache):
@@ -73,7 +69,6 @@ def test_damaged_prices_are_reported_and_do_not_count(prices, empty_cache):
     keep(prices)
     entry = next((empty_cache / "prices").glob("*.entry"))
     entry.write_bytes(entry.read_bytes()[:200])
-    module._found.cache_clear()
     with pytest.warns(RuntimeWarning, match="cache entry .* is damaged"):
         assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
 
@@ -106,6 +101,5 @@ def test_text_that_is_no_prices(prices, change):
 def test_a_cache_that_cannot_be_written_is_said(prices, tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "file"))
-    monkeypatch.setattr(cache, "_warned", set())
     with pytest.warns(RuntimeWarning, match="cannot use the cache folder"):
         keep(prices)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from papilla.fem.reduction import compliance
-from papilla.fem.reduction.compliance import _weak, half_space_compliance, kernel_compliance, linear_moments
+from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance, linear_moments
 from papilla.fem.reduction.patch import quadrature
 from papilla.references import uniform_disc_mean_displacement
 
@@ -150,12 +149,3 @@ def test_kernel_of_a_quarter_with_images_is_that_of_the_whole(disc):
 
     expected = spread.T @ kernel_compliance(whole, kernel) @ spread / 4
     assert kernel_compliance(quarter, kernel) == pytest.approx(expected, rel=1e-10, abs=1e-12)
-
-
-def test_a_kernel_of_one_gives_the_products_of_the_nodes_areas(disc, monkeypatch):
-    patch = disc(1.0, 6)
-    for rows in (compliance.ROWS, 7):
-        monkeypatch.setattr(compliance, "ROWS", rows)
-        found = _weak(patch, lambda offsets: np.ones((1, *offsets.shape[:-1])), None)(0, 0)
-        whole = len(patch.images) * np.outer(patch.mass, patch.mass)
-        np.testing.assert_allclose(found, whole, rtol=0, atol=1e-13 * whole.max())

@@ -7,7 +7,6 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.fem import FingerModel, press
-from papilla.fem.reduction import family as module
 from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
 from papilla.mesh import build
 from papilla.model.finger import Finger, Layer
@@ -45,15 +44,6 @@ def test_nodes_span_the_ratios(relatives):
     assert len(relatives.ratios) == NODES
     assert (relatives.ratios[0], relatives.ratios[-1]) == pytest.approx(RATIOS)
     assert repr(relatives).endswith("outer / inner 1 to 16)")
-
-
-def test_a_family_from_the_cache_makes_no_model_until_one_is_asked_for(relatives, monkeypatch):
-    made = []
-    monkeypatch.setattr(module, "FingerModel", lambda *parts: made.append(parts) or FingerModel(*parts))
-    again = family(Finger.default(), size_mm=SIZE_MM)
-    np.testing.assert_array_equal(again.at(0.2, 0.05).compliance, relatives.at(0.2, 0.05).compliance)
-    assert not made
-    assert again.model(2.0).space is again.model(4.0).space and len(made) == 3
 
 
 @pytest.mark.parametrize("outer, inner", [(1.0, 0.05), (0.04, 0.05)])

@@ -128,9 +128,3 @@ def test_a_thick_block_is_a_half_space(disc):
     patch = disc(2.0, 5)
     half, thick = (traction_compliance(patch, specimen) for specimen in (HalfSpace(0.7, 0.4), Block(0.7, 4e4, 0.4)))
     assert thick == pytest.approx(half, abs=1e-4 * half.max())
-
-
-def test_the_earlier_name_of_a_compliance_warns_and_gives_the_same(reference):
-    with pytest.warns(DeprecationWarning, match="it is now specimen_compliance"):
-        earlier = reference.specimen_traction_compliance(HalfSpace(0.3))
-    np.testing.assert_array_equal(earlier, reference.specimen_compliance(HalfSpace(0.3), tractions=True))

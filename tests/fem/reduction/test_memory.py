@@ -8,7 +8,6 @@ import sys
 
 import pytest
 
-from papilla.core import memory
 from papilla.core.errors import MemoryEstimateError
 from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.fem import FingerModel, press_finite
@@ -61,16 +60,11 @@ def test_the_law_is_what_a_process_takes(job, size_mm, law):
 @pytest.fixture
 def free(monkeypatch):
     """Set the free memory in bytes."""
-    return lambda number: monkeypatch.setattr(memory, "available_bytes", lambda: number)
-
-
-@pytest.fixture
-def no_factor(monkeypatch):
-    monkeypatch.setattr(FingerModel, "factor", lambda *_: pytest.fail("the model was factorised"))
+    return lambda number: monkeypatch.setattr("papilla.core.seams.free_bytes", lambda: number)
 
 
 @pytest.mark.parametrize("at, job", [((0.0, 0.0), "factorising"), ((2.0, 1.0), "factorising 4 times")])
-def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
+def test_a_reduction_is_refused_before_it_starts(at, job, free):
     finger = Finger.default()
     model = FingerModel(finger, build(finger))
     free(int(2e8))
@@ -85,7 +79,7 @@ def test_what_is_already_factorised_is_not_refused(coarse_model, free):
     assert (coarse_model.reduce().compliance == first.compliance).all()
 
 
-def test_the_size_that_is_named_would_fit(free, no_factor):
+def test_the_size_that_is_named_would_fit(free, loaded_patch):
     finger = Finger.default()
     model = FingerModel(finger, build(finger))
     left = int(3e8)
@@ -93,7 +87,7 @@ def test_the_size_that_is_named_would_fit(free, no_factor):
     with pytest.raises(MemoryEstimateError) as refused:
         model.reduce()
     ratio = float(re.search(r"size_mm >= ([\d.]+) ", str(refused.value)).group(1)) / 0.7
-    columns = len(model._patch((0.0, 0.0))[0].patch.xy)
+    columns = len(loaded_patch(model).patch.xy)
     smaller = len(model.space.mesh.tets) / ratio**3, model.space.unknowns / ratio**3, columns / ratio**2
     assert reduction_bytes(*smaller) <= left
 

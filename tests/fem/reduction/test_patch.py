@@ -1,14 +1,13 @@
 """The contact patch: its weak integrals, its rim and outline, its mirror images, and frames off the apex."""
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
 from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
-from papilla.fem.reduction.finger_model import _merge_nodes, build_patch
+from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.surfaces import Ellipsoid
 
@@ -159,16 +158,6 @@ def test_loads_carry_the_pressure_to_the_mesh(flat_patch):
     x = flat_patch.space.displacement.doflocs[:2]
     linear = loaded.patch.xy + 0.5
     assert x @ loads[:, 2] @ np.ones(len(linear)) == pytest.approx(-loaded.patch.mass @ linear, rel=1e-12)
-
-
-def test_mirrored_nodes_on_the_plane_are_shared_and_have_no_negative_zero():
-    points = np.array([[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [0.0, 1.0, 2.0]])
-    images = [SimpleNamespace(vertices=np.arange(3), image=image) for image in ((-1, 1), (1, 1))]
-    positions, (mirrored, own) = _merge_nodes(points, images)
-    assert len(positions) == 4 and (mirrored == own).tolist() == [True, False, True]
-    assert (positions[own] == points).all() and (positions[mirrored] == points * [-1, 1, 1]).all()
-    alone, _ = _merge_nodes(points, images[:1])
-    assert not np.signbit(alone[alone == 0]).any()
 
 
 def test_quarter_and_whole_patch_are_the_same_disc(coarse_model):

@@ -1,7 +1,6 @@
 """The section: its mesh, its compliance against the layered kernel, its modes against the full matrices."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from papilla import Dome, Layer, Slab
 from papilla.core.errors import InputError
 from papilla.fem import prepare_section
 from papilla.fem.sliding.dynamics import Modal
-from papilla.fem.sliding.section import Modes, SectionModel, _arrays
+from papilla.fem.sliding.section import SectionModel
 from papilla.mesh.layered import BONE, INNER, OUTER
 from papilla.mesh.section import Section, build_section
 from papilla.references import StackLayer, layered_surface_compliance
@@ -235,37 +234,3 @@ def test_means_over_the_skin_are_those_of_gauss_points(model):
                 weight[[a, b]] += np.array([1 - s, s]) * w * length
         np.testing.assert_allclose(hats, weight[vertices], rtol=1e-9)
         np.testing.assert_allclose(found, (expected / np.maximum(weight, 1e-300))[vertices], rtol=1e-9)
-
-
-def test_forty_modes_are_kept_and_each_node_has_the_mean_height_of_its_hat():
-    """A ridge of three nodes: hats end at its edges, where the mean lies a third inside."""
-    section = SimpleNamespace(
-        points=np.array([[0.0, 1.0], [0.3, 1.6], [0.9, 1.3]]), spans=np.array([[0, 1], [1, 2]]), half_width=9.0
-    )
-    asked = []
-
-    def modes(count):
-        asked.append(count)
-        return Modes(np.arange(count), np.zeros((6, count)), np.zeros((2, 5, count)))
-
-    model = SimpleNamespace(
-        condense=lambda: (np.eye(6), np.ones((2, 5, 6))), modes=modes, section=section, patch_vertices=np.arange(3)
-    )
-    found = _arrays(model)
-    assert asked == [40] and found["half_width"] == 9.0 and found["x"].tolist() == [0.0, 0.3, 0.9]
-    assert found["hats"] == pytest.approx(np.array([[0.0, 0.3], [0.3, 0.6], [0.6, 0.0]]))
-    middle = 1.6 + (0.3 * (1.0 - 1.6) + 0.6 * (1.3 - 1.6)) / 3 / 0.9
-    assert found["z"] == pytest.approx([1.0 + 0.2, middle, 1.3 + 0.1])
-    assert {"compliance", "rows", "mode_omega", "mode_patch", "mode_gauges"} < set(found)
-
-
-def test_a_foil_that_reaches_out_of_the_section_is_named_by_its_farthest_point():
-    def probes(_):
-        raise ValueError("a point lies outside of the mesh")
-
-    model, points = (
-        SimpleNamespace(scalar=SimpleNamespace(probes=probes)),
-        np.array([[0.1, 5.0], [-9.0, 4.0], [2.0, 3.0]]),
-    )
-    with pytest.raises(InputError, match=r"a gauge's foil reaches out of the section, to \(-9, 4\) mm: move it"):
-        SectionModel._row(model, points, np.ones((3, 2)))
