@@ -54,27 +54,9 @@ def test_crash_names_the_cause(worker):
     assert "\n" not in str(caught.value)
 
 
-def test_only_the_last_lines_are_told(worker):
-    worker("raise SystemExit('1\\n\\n2\\n3\\n 4 ')")
-    with pytest.raises(MeshError, match=r"\(exit code 1\): 2 / 3 / 4$"):
-        tetrahedralise(SOUP)
-
-
 def test_death_by_signal_is_named(worker):
     worker("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n")
     with pytest.raises(MeshError, match="signal 9"):
-        tetrahedralise(SOUP)
-
-
-def test_success_without_a_mesh_is_an_error(worker):
-    worker("pass\n")
-    with pytest.raises(MeshError, match="it left no message"):
-        tetrahedralise(SOUP)
-
-
-def test_empty_mesh_is_an_error(worker):
-    worker("import numpy as np\nnp.savez('output.npz', points=np.zeros((0, 3)), tets=np.zeros((0, 4), int))\n")
-    with pytest.raises(MeshError, match="no tetrahedra"):
         tetrahedralise(SOUP)
 
 
@@ -110,21 +92,6 @@ def test_what_a_child_returns_is_checked(worker, arrays, message):
     with pytest.raises(MeshError, match=f"the mesher returned .*{message}") as caught:
         tetrahedralise(SOUP)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("content", ["b''", "b'PK no zip'", "__import__('pickle').dumps([1])"])
-def test_a_child_that_returns_no_arrays_is_one_line(worker, content):
-    worker(f"open('output.npz', 'wb').write({content})\n")
-    with pytest.raises(MeshError, match="what the mesher returned is no file of arrays"):
-        tetrahedralise(SOUP)
-
-
-def test_the_child_imports_this_very_package(worker, monkeypatch):
-    monkeypatch.delenv("PYTHONPATH", raising=False)
-    worker("import papilla, sys\nsys.exit(papilla.__file__)\n")
-    with pytest.raises(MeshError) as caught:
-        tetrahedralise(SOUP)
-    assert str(caught.value).endswith(str(Path(child.__file__).parents[1] / "__init__.py"))
 
 
 def test_hang_is_stopped(worker, hanging):
@@ -191,24 +158,10 @@ def test_a_killed_parent_leaves_no_child(name, worker, hanging, tmp_path):
 def test_nothing_is_left_behind(worker, tmp_path):
     told = tmp_path / "folder.txt"
     worker(
-        f"import os\nopen('__tracked_surface.stl', 'w').close()\nopen({str(told)!r}, 'w').write(os.getcwd())\nraise SystemExit(3)\n"
+        f"import os\nopen('__tracked_surface.stl', 'w').close()\nopen({str(told)!r}, 'w').write(os.getcwd())\n"
+        "raise SystemExit(3)\n"
     )
     before = set(os.listdir())
     with pytest.raises(MeshError):
         tetrahedralise(SOUP)
     assert not Path(told.read_text()).exists() and set(os.listdir()) == before
-
-
-def test_heartbeat(worker, hanging):
-    source, _ = hanging
-    worker(source)
-    lines = []
-
-    def beat(line):
-        lines.append(line)
-        if len(lines) == 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        tetrahedralise(SOUP, beat)
-    assert all(line.startswith("meshing, ") and line.endswith(" s") for line in lines)

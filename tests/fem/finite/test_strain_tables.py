@@ -1,6 +1,5 @@
 """Tables of large strain of a finger of one's own: made once when a press asks for them, few presses, and how good."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,17 +10,13 @@ from papilla.core.errors import InputError
 from papilla.fem.finite.strain_tables import (
     FEW_FORCES,
     FEW_MODULI,
-    FORCES,
-    MODULI,
-    SPANNING,
     ensure_large_strain,
-    finite_presses,
     measure_few,
     measure_large_strain,
 )
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, keep, known
+from papilla.fem.pressing.large_strain import LargeStrain, keep, known
 from papilla.fem.reduction.gauges import gauge_weights
 from papilla.mesh import build
 from papilla.model.finger import Dome
@@ -70,10 +65,6 @@ def test_twenty_presses_tell_the_sixteen_others_of_each_shipped_table(stuck):
         assert few.sd_error(weights) > np.sqrt(np.mean(off**2)) and few.sd_error(weights) < 0.006
 
 
-def test_the_forces_and_moduli_span_those_of_the_shipped_tables():
-    assert {0, len(FORCES) - 1} <= {*FEW_FORCES} and {0, len(MODULI) - 1} <= {*FEW_MODULI}
-
-
 def test_a_press_of_a_prepared_finger_includes_large_strain_by_its_tables(kept):
     reduced = fem.prepare(OWN, size_mm=2.8)
     found = fem.press(reduced, Block(0.2, thickness=10.0), force=0.3)
@@ -81,18 +72,6 @@ def test_a_press_of_a_prepared_finger_includes_large_strain_by_its_tables(kept):
     free = fem.press(reduced, Block(0.2, thickness=10.0), force=0.3, friction=0)
     assert free.large_strain and free.friction == 0
     assert ensure_large_strain(OWN, (False, True)) == "", "nothing is missing"
-
-
-def test_a_finger_without_the_source_of_tables_says_that_it_is_linear(monkeypatch, tmp_path):
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    model = fem.FingerModel(OWN, build(OWN, 2.8))
-    found = fem.press(model.reduce(), Block(0.2, thickness=10.0), force=0.3)
-    assert not found.large_strain and "small strain" in found.status
-
-
-def test_what_ships_is_not_measured():
-    said = []
-    assert ensure_large_strain(Finger.default(), ratios=SPANNING, progress=said.append) == "" and said == []
 
 
 # ---- Measuring a table
@@ -124,23 +103,6 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
             assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
     with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
         measure_large_strain(finger, mesh, forces=(1.0, 3.0), moduli=(4.0,))
-
-
-def test_stuck_presses_of_a_path_are_those_that_begin_at_rest(on_coarse):
-    finger, mesh = on_coarse
-    made = list(finite_presses(finger, mesh, [0.2, 0.4], [0.3], "stick"))
-    assert [(one.force, one.modulus, one.friction) for one in made] == [(0.2, 0.3, math.inf), (0.4, 0.3, math.inf)]
-    alone = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4, friction="stick")
-    free = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4)
-    assert made[1].sd == pytest.approx(alone.sd, rel=1e-3) and abs(free.sd / alone.sd - 1) > 5e-3
-
-
-def test_tables_of_nearly_one_ratio_are_averaged_not_divided():
-    """Two of four tables are 3 % of a ratio apart and differ by their errors, which must not grow between others."""
-    tables = [LargeStrain.from_json(shipped_as(ratio, False)) for ratio in (1.0, 4.0, 4.12, 16.0)]
-    for ratio in (1.5, 2.5, 8.0, 13.0):
-        weights = [weight for _, weight in at_ratio(tables, ratio)]
-        assert sum(weights) == pytest.approx(1) and np.abs(weights).max() < 1.1
 
 
 @pytest.mark.slow

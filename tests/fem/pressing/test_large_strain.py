@@ -1,29 +1,19 @@
 """What large strain changes in a linear press: the tables, their scaling, where they answer, and the shipped one."""
 
 import dataclasses
-import json
 import math
 
 import numpy as np
 import pytest
 
-from papilla.calibration import sweep
 from papilla.core import cache
 from papilla.fem import FingerModel, press, press_finite
-from papilla.fem.finite.strain_tables import RATIOS
 from papilla.fem.pressing import large_strain
-from papilla.fem.pressing.large_strain import (
-    LargeStrain,
-    at_ratio,
-    known,
-    softness_in_each,
-    tables_of,
-    with_large_strain,
-)
+from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, known, softness_in_each
 from papilla.mesh import build
 from papilla.model.finger import Finger, Layer
 from papilla.model.materials import NeoHookean, Ogden
-from papilla.model.specimen import Block, HalfSpace, Sphere
+from papilla.model.specimen import Block, HalfSpace
 
 
 def _table(ratio=4.0, scale=1.0):
@@ -55,32 +45,6 @@ def test_a_table_tells_a_polynomial_change_and_its_own_error():
     assert 1e-4 < rough.sd_error(np.array([[1.0] * 5, [0.0] * 5])) < 1e-2
 
 
-def test_a_gauge_alone_has_no_s_d_and_its_error_is_that_of_its_readings():
-    """The noise of one gauge of five, of which the others have no weight in the finger of one gauge."""
-    table = _table()
-    noise = 1 + 1e-3 * np.random.default_rng(3).normal(size=table.finite.shape)
-    columns = [0, 1, 2, 5, 10]
-    alone = dataclasses.replace(table, linear=table.linear[:, columns], finite=(table.finite * noise)[:, columns])
-    assert 1e-4 < alone.sd_error(np.array([[1.0], [0.0]])) < 1e-2
-
-
-def test_a_table_answers_among_its_presses_alone():
-    table = _table()
-    assert table.covers(7.0, 0.4)
-    for force, soft in ((0.5, 0.4), (40.0, 0.4), (7.0, -0.2), (7.0, 2.5)):
-        assert not table.covers(force, soft)
-
-
-@pytest.mark.parametrize("beyond, covered", [(0.99, True), (1.01, False)])
-def test_a_table_covers_a_little_more_than_its_presses(beyond, covered):
-    """A twentieth of ln force and ln area, and 0.15 of ln area towards specimens that seem harder than the hardest."""
-    table = _table()
-    softest = float(table.fit.softness.max())
-    more = np.exp(0.05 * beyond)
-    places = (1.0 / more, 0.4), (30.0 * more, 0.4), (7.0, -0.15 * beyond), (7.0, softest + 0.05 * beyond)
-    assert [table.covers(*place) for place in places] == 4 * [covered]
-
-
 @pytest.mark.parametrize("beyond, near", [(0.99, True), (1.01, False)])
 def test_a_press_near_a_table_is_that_of_its_nearest_press(beyond, near):
     table = _table()
@@ -92,17 +56,6 @@ def test_a_press_near_a_table_is_that_of_its_nearest_press(beyond, near):
     assert (soft, told) == (pytest.approx(0.0, abs=1e-12), True), "clipped to the softness of the table"
 
 
-@pytest.mark.parametrize("count, terms", [(36, 15), (21, 15), (20, 14), (19, 10)])
-def test_few_presses_determine_few_terms(count, terms):
-    """Each term of the polynomial needs 1.4 presses."""
-    table = _table()
-    hardest = np.flatnonzero(table.modulus == table.modulus.max())
-    others = np.random.default_rng(1).permutation(np.setdiff1d(np.arange(36), hardest))
-    chosen = np.append(hardest, others)[:count]
-    fewer = dataclasses.replace(table, **{name: getattr(table, name)[chosen] for name in large_strain.ARRAYS})
-    assert len(fewer.fit.powers) == terms
-
-
 def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     tables = [_table(ratio) for ratio in (1.0, 2.0, 4.0)]
     assert [weight for _, weight in at_ratio(tables, 2.0001)] == [1.0]
@@ -112,19 +65,6 @@ def test_ratios_between_three_tables_are_interpolated_and_none_beyond():
     assert np.dot(weights, np.log([1.0, 2.0, 4.0]) ** 2) == pytest.approx(np.log(ratio) ** 2)
     assert at_ratio(tables, 5.0) == () and at_ratio(tables[:2], 1.5) == ()
     assert at_ratio([], 2.0) == ()
-
-
-@pytest.mark.parametrize("off, one", [(0.999e-3, True), (1.001e-3, False)])
-def test_a_ratio_is_that_of_a_table_within_a_thousandth(off, one):
-    tables = [_table(ratio) for ratio in (1.0, 2.0, 4.0)]
-    for sign in (1, -1):
-        assert (len(at_ratio(tables, 2.0 * (1 + sign * off))) == 1) == one
-
-
-@pytest.mark.parametrize("apart, interpolated", [(0.49, False), (0.51, True)])
-def test_tables_close_to_each_other_are_one(apart, interpolated):
-    tables = [_table(float(np.exp(place))) for place in (0.0, apart, 2.0)]
-    assert bool(at_ratio(tables, np.exp(0.2))) == interpolated
 
 
 @pytest.mark.parametrize("stuck", [False, True])
@@ -146,18 +86,6 @@ def test_presses_of_a_ratio_that_is_left_out_are_told_by_the_others(ratio, stuck
             assert told[gauges] == pytest.approx(change[gauges] / size, abs=error)
 
 
-def test_what_ships_holds_the_ratios_that_are_measured_for_it():
-    tables = known(Finger.default().strain_sha256)
-    assert {table.ratio for table in tables if table.friction == 0} == {*RATIOS}
-    assert {table.ratio for table in tables if table.friction > 0} == {*RATIOS}
-
-
-def test_a_table_survives_its_file_and_a_broken_one_is_refused():
-    table = _table()
-    again = LargeStrain.from_json(json.loads(json.dumps(table.to_json())))
-    assert again.finite == pytest.approx(table.finite, rel=1e-6)
-
-
 def test_tables_that_were_measured_are_kept_beside_each_other(tmp_path, monkeypatch):
     monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
     assert known("of no finger") == known("") == ()
@@ -166,15 +94,6 @@ def test_tables_that_were_measured_are_kept_beside_each_other(tmp_path, monkeypa
     large_strain.keep("mine", [dataclasses.replace(_table(2.0), friction=math.inf)])
     assert [(table.ratio, table.friction) for table in known("mine")] == [(1, 0), (2, 0), (2, math.inf)]
     assert known("mine")[1].changes(7.0, 0.4)[0] == pytest.approx(2 * _table().changes(7.0, 0.4)[0])
-
-
-def test_damaged_tables_are_reported_and_do_not_count(tmp_path, monkeypatch):
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
-    large_strain.keep("mine", [_table(2.0)])
-    entry = next((tmp_path / "large_strain").glob("*.entry"))
-    entry.write_bytes(entry.read_bytes()[:200])
-    with pytest.warns(RuntimeWarning, match="cache entry .* is damaged"):
-        assert known("mine") == ()
 
 
 def test_the_key_leaves_out_what_scales_and_keeps_what_does_not():
@@ -241,27 +160,6 @@ def test_moduli_scale_and_gains_need_no_other_table(reduced):
     soft = press(reduced, HalfSpace(0.3), force=0.4, friction=0)
     hard = press(stiff, HalfSpace(0.9), force=1.2, friction=0)
     assert hard.large_strain and hard.sd == pytest.approx(2 * soft.sd, rel=1e-9)
-
-
-def test_beside_the_apex_no_table_answers(reduced):
-    beside = dataclasses.replace(reduced, at=(1.0, 0.0))
-    assert tables_of(beside) == ()
-    assert with_large_strain(beside, press(reduced, Block(0.5, 10), force=0.5, fidelity="contact")) is None
-
-
-def test_a_ball_stays_linear(reduced):
-    found = press(reduced, Sphere(0.5, 30.0), force=0.5)
-    assert not found.large_strain and found.friction == 0
-    table = sweep(reduced, [0.3, 0.5], [0.3, 0.5], specimen=Sphere(1.0, 30.0), friction=0)
-    assert table.valid.all() and not any("large strain" in status for status in table.status)
-
-
-@pytest.mark.slow
-def test_friction_in_between_ends_where_stick_begins(reference):
-    scene = {"specimen": Block(0.3, 10), "force": 0.5}
-    sds = [press(reference, **scene, friction=friction).sd for friction in (0, 1e-3, 0.03, 0.1, 0.3, "stick")]
-    assert sorted(sds, reverse=True) == sds and 0.94 < sds[-1] / sds[0] < 0.97
-    assert sds[1] == pytest.approx(sds[0], rel=1e-3) and sds[4] == pytest.approx(sds[5], rel=1e-3)
 
 
 @pytest.mark.slow

@@ -9,9 +9,8 @@ from papilla.core.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import off_apex
 from papilla.fem.pressing.off_apex import PLACES, SHIFTS, MoveLimits, OffApex, off_apex_change
-from papilla.fem.pressing.response import FORCES, MODULI, POLYNOMIAL
-from papilla.fem.reduction.family import RATIOS, family
-from papilla.model.finger import Finger, Slab
+from papilla.fem.reduction.family import family
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 
 SIZE_MM = 2.8
@@ -108,38 +107,3 @@ def test_what_is_too_far_is_refused(made_up):
     with pytest.raises(InputError, match="shifts must lie within 3 mm along x and y, got 4 mm"):
         changed(moved, 0.136, 0.034, shift=(0.0, 4.0))
     assert "contacts within 5 mm, gauges within 3 mm)" in repr(moved)
-
-
-def test_presses_of_a_family_span_those_of_a_bench_with_the_default_finger():
-    inner = Finger.default().inner.modulus
-    assert FORCES[[0, -1]] * inner == pytest.approx([5.1e-3, 4.4], rel=0.01)
-    assert MODULI[[0, -1]] * inner == pytest.approx([5.1e-3, 20.4], rel=0.01)
-
-
-def test_its_polynomial_spans_the_presses_of_the_response():
-    ends = [(values[0], values[-1]) for values in (FORCES, MODULI, RATIOS)]
-    assert [*off_apex.POLYNOMIAL.limits] == [*POLYNOMIAL.limits] == ends
-    assert (np.diff(FORCES) > 0).all() and (np.diff(MODULI) > 0).all()
-
-
-def test_its_nodes_are_what_was_fitted(made_up):
-    """At a node of places and shifts all other nodes weigh nothing; each gauge has its own shift."""
-    x, y, along, across = 6, 1, 0, 2
-    place = np.array([[5.0, -5.0 * np.sqrt(0.5)]])
-    shift = np.zeros((2, 5))
-    shift[:, 3] = -3.0, 3.0
-    found = made_up.changed(np.array([0.4]), np.array([0.3]), 0.15, 0.04, place, shift).values[0]
-    terms = off_apex.POLYNOMIAL.terms((np.array([10.0]), np.array([7.5]), np.array([3.75])))[0, 0]
-    still = 10.0 * np.einsum("t,tqg->qg", terms, made_up.coefficients[:, x, y, 2, 1])
-    moved = 10.0 * np.einsum("t,tqg->qg", terms, made_up.coefficients[:, x, y, along, across])
-    assert found[:, :3] == pytest.approx(still[:, :3], rel=1e-9)
-    assert found[:, 3] == pytest.approx(moved[:, 3], rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_skin_rolls_by_its_radius(relatives):
-    room = MoveLimits.of(relatives)
-    a, b, c = relatives.finger.shape.outer
-    assert room.rolling == pytest.approx([a**2 / c, b**2 / c], rel=0.01)
-    straight = family(replace(Finger.default(), shape=Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 20.0)), size_mm=2.8)
-    assert np.isinf(MoveLimits.of(straight).rolling[1])

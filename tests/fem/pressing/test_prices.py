@@ -1,15 +1,12 @@
 """Prices of a finger: what they say between measured forces, files, the cache, and who is asked first."""
 
-import dataclasses
 import json
 
 import pytest
 from pydantic import ValidationError
 
 from papilla.core import cache
-from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
-from papilla.mesh import build
-from papilla.model.finger import Finger
+from papilla.fem.pressing.prices import FORMAT, Cost, Loss, Prices, keep, known_prices
 
 FORCES = (0.05, 0.2, 0.5)
 
@@ -36,33 +33,12 @@ def test_between_measured_forces_the_worse_counts_whatever_its_sign(prices, forc
     assert prices.hertz.at(force, "sd") == sd and prices.hertz.at(force, "contact_area") == area
 
 
-@pytest.mark.parametrize("force", [0.0499, 0.501, 1e-9, 1e3])
-def test_outside_of_them_nothing_is_known(prices, force):
-    assert prices.hertz.at(force, "sd") is None
-
-
-def test_prices_survive_their_text(prices):
-    assert FORMAT.validate_json(prices.to_json()) == prices
-
-
 def test_kept_prices_are_found_by_finger_and_mesh(prices, empty_cache):
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
     keep(prices)
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) == prices
     assert known_prices(prices.finger_sha256, "0" * 64) is None
     assert known_prices("0" * 64, prices.mesh_sha256) is None
-
-
-def test_the_default_finger_ships_with_its_prices_and_new_ones_come_first(prices, empty_cache):
-    finger, mesh = Finger.default(), build(Finger.default())
-    shipped = known_prices(finger.sha256, mesh.sha256)
-    assert (
-        shipped == FORMAT.validate_json(SHIPPED.read_bytes())
-        and shipped.mesh_size_mm == mesh.size_mm == 2 * shipped.finest_size_mm
-    )
-    measured = dataclasses.replace(prices, finger_sha256=finger.sha256, mesh_sha256=mesh.sha256)
-    keep(measured)
-    assert known_prices(finger.sha256, mesh.sha256) == measured
 
 
 def test_damaged_prices_are_reported_and_do_not_count(prices, empty_cache):
@@ -96,10 +72,3 @@ def test_text_that_is_no_prices(prices, change):
     change(document)
     with pytest.raises(ValidationError):
         FORMAT.validate_json(json.dumps(document))
-
-
-def test_a_cache_that_cannot_be_written_is_said(prices, tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "file"))
-    with pytest.warns(RuntimeWarning, match="cannot use the cache folder"):
-        keep(prices)

@@ -1,7 +1,5 @@
 """The smooth response of a family against presses of its members, and its derivatives against differences."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -67,22 +65,6 @@ def test_what_it_was_not_made_of_is_told(smooth):
     assert not smooth.inside([0.5], [100.0], 0.136, 0.034)[0]
     assert smooth.strained < np.inf and smooth.large_strain and np.isinf(smooth.friction)
     assert "block 10 mm thick" in repr(smooth)
-
-
-def test_the_deepest_press_is_that_of_the_nearest_ratio_of_the_moduli(smooth):
-    rows = {}
-    for modulus, ratio, top in smooth.deepest.T:
-        rows.setdefault(ratio, {})[modulus] = top
-    made = replace(
-        smooth,
-        deepest=np.array([(e, r, top * (1 + k)) for k, r in enumerate(sorted(rows)) for e, top in rows[r].items()]).T,
-    )
-    inner = 0.03
-    for k, ratio in enumerate(sorted(rows)):
-        modulus, top = next(iter(rows[ratio].items()))
-        force = np.array([0.99, 1.01]) * top * (1 + k) * inner
-        found = made.inside(force, np.full(2, modulus * inner), ratio * inner * 1.02, inner)
-        assert found.tolist() == [True, False]
 
 
 def test_a_press_is_inside_up_to_the_deepest_one_at_the_nearest_ratio():

@@ -84,13 +84,6 @@ def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
     assert set(found.state) == {OPEN, STICK, RIGHT}
 
 
-@pytest.mark.parametrize("drift", [0.0, -0.1])
-def test_without_friction_no_node_sticks(cylinder, drift):
-    x, C, rise = cylinder
-    found = rub(laws(C, rise, load=2e-3, drift=drift), np.zeros(len(x), dtype=int))
-    assert set(found.state) == {OPEN, RIGHT} and not found.force[: len(x)].any()
-
-
 def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
     x, C, _ = cylinder
     n, half = len(x), 1.0 + 1e-9
@@ -102,16 +95,6 @@ def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
         inside = np.abs(x) < 0.8
         exact = 0.01 / (np.pi * np.sqrt(1 - x[inside] ** 2)) * (x[1] - x[0])
         np.testing.assert_allclose(found.force[n:][inside], exact, rtol=0.02)
-
-
-def test_a_punch_that_sticks_moves_with_the_counter_body(cylinder):
-    x, C, _ = cylinder
-    n = len(x)
-    rise = np.where(np.abs(x) < 1, 0.0, 9.0)
-    found = rub(laws(C, rise, load=0.01, friction=3.0, drift=1e-4), np.zeros(n, dtype=int))
-    inner = np.abs(x) < 0.9
-    assert (found.state[inner] == STICK).all()
-    np.testing.assert_allclose(found.moved[:n][inner], -1e-4, rtol=1e-9)
 
 
 def coupled_body(n, rng):

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from papilla import Grating
 from papilla.fem import Motion
-from papilla.fem.sliding.dynamics import AtRest, Modal, loss_factors
+from papilla.fem.sliding.dynamics import Modal, loss_factors
 from papilla.fem.sliding.section import Modes
 from papilla.fem.sliding.slide import choose_dynamics, highest_frequency
 from papilla.model.textures import Flat, MeasuredProfile
@@ -80,11 +80,3 @@ def test_a_relaxation_tells_the_loss_of_modes_at_most_ten_times_faster(relaxing)
         found, origin = loss_factors(None, identified, omega)
         assert found.tolist() == [0.1, 0.1] and origin.endswith("the finger has no identified relaxation")
     assert loss_factors(0.7, None, omega)[0].tolist() == [0.7, 0.7]
-
-
-def test_a_body_at_rest_reads_its_forces_and_keeps_nothing_of_the_past():
-    still = AtRest(COMPLIANCE, ROWS)
-    still.accept(np.array([3.0, 1.0]))
-    assert still.free().tolist() == [0.0, 0.0]
-    assert still.readings(np.array([0.0, 2.0])) == pytest.approx([2.0])
-    assert still.readings(np.array([3.0, 2.0])) == pytest.approx([17.0])

@@ -66,34 +66,6 @@ def test_a_finger_that_turns_back_sticks_on_the_way(finger, coarse):
     assert (found.state[turned] == STICK).any()
 
 
-def test_a_finger_that_rests_stays_as_it_is(finger, coarse):
-    found = slide(finger, GRATING, Motion.steady(0.0, 0.02), section=coarse, friction=0.5, **SLOW)
-    assert np.ptp(found.readings, axis=0).max() < 1e-6
-
-
-def test_a_held_depth_lets_the_force_follow_the_grating(finger, coarse):
-    held = {"depth": 0.4, "length_mm": 5.0, "dynamics": "quasi-static"}
-    found = slide(finger, GRATING, steady(36.0, 9.0), section=coarse, **held)
-    assert np.ptp(found.depth_mm) == 0
-    assert np.ptp(found.force_N[50:]) > 0.001
-    nothing = slide(finger, GRATING, steady(36.0, 1.0), section=coarse, **{**held, "depth": 0.0})
-    assert not nothing.readings.any()
-    assert nothing.status.startswith("no contact")
-
-
-def test_a_finger_that_only_touches_is_tied_to_no_press(finger, coarse):
-    found = slide(finger, Flat(), Motion.steady(0.0, 0.01), section=coarse, depth=0.0)
-    assert found.tied is None and found.length_mm == 1.0 and not found.readings.any()
-
-
-def test_the_flanks_push_is_bounded_by_how_deep_skin_stands_in_grooves(finger, coarse):
-    scene = {"section": coarse, "friction": 0.3, **SLOW}
-    shallow, deep = (slide(finger, Grating(0.9, 0.9, depth), steady(36.0, 4.0), **scene) for depth in (0.01, 0.5))
-    assert 0 < shallow.in_groove_mm <= 0.01 * (1 + 1e-9) < deep.in_groove_mm
-    assert deep.flank_push == pytest.approx(deep.in_groove_mm / 1.8)
-    assert slide(finger, Flat(), steady(36.0, 1.0), **scene).flank_push == 0
-
-
 def test_lift_off_and_landing_on_a_step(finger, coarse):
     """A plateau with an edge: the finger leaves it, hangs free at its depth, and lands again."""
     x = np.arange(-20.0, 40.01, 0.1)
@@ -159,50 +131,9 @@ def test_bad_scenes_are_refused_in_one_line(finger, coarse, changed, error, mess
         slide(finger, GRATING, steady(10.0, 0.1), section=coarse, **{**SLOW, **changed})
 
 
-def test_a_profile_that_ends_under_the_finger_is_refused(finger, coarse):
-    short = MeasuredProfile(np.linspace(0, 20, 201), np.zeros(201))
-    with pytest.raises(ContactRangeError, match="leaves the profile, 0 to 20 mm"):
-        slide(finger, short, Motion.sampled([0, 0.2], [10.0, 19.0]), section=coarse, **SLOW)
-
-
 def test_a_grating_finer_than_the_elements_is_refused(finger, coarse):
     with pytest.raises(InputError, match="wavelength 0.2 mm is not resolved by the skin's elements of 0.15 mm"):
         slide(finger, Grating(0.1, 0.1, 0.5), steady(10.0, 0.1), section=coarse, **SLOW)
-
-
-def test_a_groove_wider_than_the_contact_ends_in_its_bottom(finger, coarse):
-    wide = Grating(1e6, 20.0, 0.2)
-    found = slide(finger, wide, Motion.sampled([0, 0.5], [0.0, 30.0]), section=coarse, **SLOW)
-    assert found.depth_mm[-1] - found.depth_mm[0] == pytest.approx(0.2, rel=1e-6)
-    np.testing.assert_allclose(found.readings[-1], found.readings[0], rtol=1e-6)
-
-
-def test_the_amplifier_keeps_what_is_slow_and_drops_what_would_fold():
-    t = np.arange(8000) / 4000.0
-    slow, fast = np.sin(2 * np.pi * 100 * t), np.sin(2 * np.pi * 808 * t)
-    heard = amplify(np.column_stack([slow, fast]), 4)[100:-100]
-    np.testing.assert_allclose(heard[:, 0], slow[::4][100:-100], atol=0.01)
-    assert np.abs(heard[:, 1]).max() < 0.01
-
-
-def test_the_loss_of_modes_is_stated_identified_or_assumed(finger, coarse, relaxing):
-    """A fast relaxation tells it mode by mode, E'' / E' of a Maxwell term; one of a hold of seconds nothing."""
-    fast, slow = (replace(finger, identified=relaxing((0.3,), (tau,))) for tau in (1e-3, 2.0))
-    scene = {"force": 0.1, "length_mm": 5.0, "dynamics": "modal", "friction": 0.3, "section": coarse}
-    motion = steady(80.0, 8.0)
-    turns = coarse.modes.omega[0] * 1e-3
-    exact = 0.3 * turns / (1 + turns**2) / (1 - 0.3 / (1 + turns**2))
-    found, assumed, stated = (
-        slide(own, GRATING, motion, **scene, **given)
-        for own, given in ((fast, {}), (slow, {}), (fast, {"loss_factor": 0.1}))
-    )
-    assert found.loss_factor == pytest.approx(exact, rel=1e-12) and "identified" in found.loss_from
-    assert assumed.loss_factor == 0.1 and "2 s is" in assumed.loss_from and "slower" in assumed.loss_from
-    assert stated.loss_factor == 0.1 and stated.loss_from == "as stated"
-    np.testing.assert_array_equal(stated.readings, assumed.readings)
-    assert np.abs(found.readings - stated.readings).max() > 1e-3 * np.ptp(stated.readings, axis=0).max()
-    with pytest.raises(InputError, match="loss factor must lie"):
-        slide(finger, GRATING, motion, **scene, loss_factor=3.0)
 
 
 def test_a_slide_that_sticks_or_has_the_section_of_another_finger_is_refused(finger, coarse):
