@@ -171,3 +171,21 @@ def test_friction_in_between_agrees_with_a_press_at_finite_strain(reference):
     assert found.sd == pytest.approx(finite.sd, rel=0.003) and linear.sd < 0.97 * finite.sd
     assert np.abs(found.reading - finite.reading).max() < 0.004 * np.linalg.norm(finite.reading)
     assert finite.friction == found.friction == 0.1
+
+
+def test_at_large_strain_less_friction_is_enough_to_stick(reference):
+    """Stick changes readings by 1/k as much as in linear presses, and a coefficient has the share of it that k times
+    the coefficient has there."""
+    scene, coefficient = {"specimen": Block(0.3, 10), "force": 0.5}, 0.05
+
+    def readings(fidelity, *frictions):
+        return [press(reference, **scene, friction=one, fidelity=fidelity).reading for one in frictions]
+
+    def share(free, held, between):
+        return (held - free) @ (between - free) / ((held - free) @ (held - free))
+
+    free, held, between = readings(None, 0, "stick", coefficient)
+    still, stuck = readings("contact", 0, "stick")
+    k = np.linalg.norm(stuck - still) / np.linalg.norm(held - free)
+    lower, alike = (share(still, stuck, one) for one in readings("contact", k * coefficient, coefficient))
+    assert abs(share(free, held, between) - lower) < 0.2 * abs(alike - lower)

@@ -1,12 +1,15 @@
 """Prices of a finger: what they say between measured forces, files, the cache, and who is asked first."""
 
+import dataclasses
 import json
 
 import pytest
 from pydantic import ValidationError
 
 from papilla.core import cache
+from papilla.fem import press
 from papilla.fem.pressing.prices import FORMAT, Cost, Loss, Prices, keep, known_prices
+from papilla.model.specimen import Block
 
 FORCES = (0.05, 0.2, 0.5)
 
@@ -72,3 +75,12 @@ def test_text_that_is_no_prices(prices, change):
     change(document)
     with pytest.raises(ValidationError):
         FORMAT.validate_json(json.dumps(document))
+
+
+@pytest.mark.parametrize("error, fidelity", [(0.0, "hertz"), (0.5, "contact")])
+def test_auto_adds_to_the_error_of_hertz_what_the_mesh_is_known_to_cost(
+    prices, empty_cache, linear_reference, error, fidelity
+):
+    own = dataclasses.replace(linear_reference, finger_sha256=prices.finger_sha256, mesh_sha256=prices.mesh_sha256)
+    keep(dataclasses.replace(prices, mesh=Loss(FORCES, *3 * [(error,) * 3])))
+    assert press(own, Block(0.51, 10), force=0.3, tolerance=0.3).fidelity == fidelity
