@@ -9,24 +9,13 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.fem.finite import strain_tables
-from papilla.fem.pressing import large_strain
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.patch import Patch
+from papilla.fem.reduction.finger_model import build_patch
+from papilla.fem.reduction.patch import Frame, Patch
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes
 from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored
 from papilla.model.finger import Dome, Finger
-
-
-@pytest.fixture
-def without_tables(monkeypatch):
-    """No table of large strain is known: presses without a fidelity are linear."""
-    monkeypatch.setattr(large_strain, "ALL_SHIPPED", ())
-    monkeypatch.setattr(strain_tables, "ensure_large_strain", lambda *_, **__: "")
-    large_strain._known.cache_clear()
-    yield
-    large_strain._known.cache_clear()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -58,6 +47,24 @@ def reference_model() -> FingerModel:
 def reference() -> ReducedFinger:
     """The default finger condensed at its apex."""
     return prepare(Finger.default())
+
+
+@pytest.fixture(scope="session")
+def linear_reference() -> ReducedFinger:
+    """The same, of which no table of large strain is known: presses without a fidelity are linear."""
+    return dataclasses.replace(prepare(Finger.default()), strain_key="", strain_source=None)
+
+
+@pytest.fixture(scope="session")
+def loaded_patch():
+    """Function: the patch of a model at a place, with the loads of its nodes on the mesh."""
+
+    def loaded(model, at=(0.0, 0.0)):
+        skin = model.surfaces["skin"]
+        symmetric = at == (0.0, 0.0) and len(model.mesh.mirrors) == 2
+        return build_patch(model.space, model.mesh, skin, Frame.at(skin, *at), model.finger.patch_radius, symmetric)
+
+    return loaded
 
 
 # ---- Two-layer boxes

@@ -4,7 +4,6 @@ import meshio
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileFormatError
 from papilla.fem import Field
 from papilla.fem.fields import save_field
 from papilla.mesh import build
@@ -29,8 +28,3 @@ def test_it_comes_back_with_its_tensor_in_paraviews_order(field, tmp_path):
         assert np.array_equal(strain[:, k], field.strain[:, row, column])
     assert np.array_equal(back.cell_data["stress_MPa"][0], 2 * strain)
     assert np.array_equal(back.cell_data["layer"][0], field.mesh.layer)
-
-
-def test_another_ending_is_refused(field, tmp_path):
-    with pytest.raises(FileFormatError, match=".vtu"):
-        save_field(field, tmp_path / "field.stl")

@@ -1,8 +1,11 @@
 """Coarse meshes, made once, and a cache of each test's own."""
 
+import subprocess
+
 import numpy as np
 import pytest
 
+from papilla.core.errors import MeshError
 from papilla.mesh.drawing import drawn
 from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
@@ -19,6 +22,38 @@ def a_finger(shape, bone=None, gauges=AT_APEX) -> Finger:
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
+
+
+@pytest.fixture
+def no_mesher(monkeypatch):
+    """Nothing is drawn: a build that asks for the mesher ends there."""
+
+    def refuse(*_, **__):
+        raise MeshError("the mesher was called")
+
+    monkeypatch.setattr("papilla.core.seams.start", refuse)
+
+
+@pytest.fixture
+def worker(tmp_path, monkeypatch):
+    """Function that puts a program in the place of the mesher and the readers: source text, which sees their folder."""
+
+    def install(source):
+        program = tmp_path / "stand_in_worker.py"
+        program.write_text(source)
+
+        def start(command, **options):
+            return subprocess.Popen([*command[:-2], str(program), command[-1]], **options)
+
+        monkeypatch.setattr("papilla.core.seams.start", start)
+
+    return install
+
+
+@pytest.fixture
+def free(monkeypatch):
+    """Set the free memory in bytes."""
+    return lambda number: monkeypatch.setattr("papilla.core.seams.free_bytes", lambda: number)
 
 
 @pytest.fixture(scope="session")

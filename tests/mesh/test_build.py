@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError, MeshError
-from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build, quality
-from papilla.mesh import builder as builder_module
-from papilla.mesh.builder import VARIANTS
+from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build
 from papilla.mesh.cells import components, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
-from papilla.mesh.layered import pack
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 from papilla.model.finger import Dome, Finger, Slab
 
@@ -40,12 +37,6 @@ def test_dome_layer_volumes(dome):
     assert layer_volume(dome, OUTER) == pytest.approx(outer - interface, rel=0.008)
     assert layer_volume(dome, INNER) == pytest.approx(interface - bone, rel=0.012)
     assert not np.any(dome.layer == BONE)
-
-
-def test_meshed_bone_is_a_layer(dome_with_bone):
-    assert layer_volume(dome_with_bone, BONE) == pytest.approx(ELLIPSOID_VOLUMES[2], rel=0.03)
-    base = dome_with_bone.points[np.unique(dome_with_bone.boundaries["base"])]
-    assert np.all(base[:, 2] == 0)
 
 
 def test_slab_layer_volumes(slab):
@@ -83,16 +74,6 @@ def test_skin_and_base_close_the_dome(dome):
     assert len(faces_as_set(named)) == len(named)
     assert np.abs(area_vector(dome.points, named)).max() < 1e-9
     assert np.all(dome.points[dome.boundaries["skin"]].mean(axis=1)[:, 2] > 0)
-
-
-def test_slab_ends_belong_to_no_boundary(slab):
-    named = faces_as_set(np.vstack([slab.boundaries["skin"], slab.boundaries["base"]]))
-    free = np.array([face for face in outer_faces(slab).tolist() if tuple(sorted(face)) not in named])
-    assert np.all(np.abs(slab.points[free][:, :, 1]) == 5)
-    section = np.pi / 2 * (24 * 20 - 10 * 6)
-    corners = slab.points[free]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    assert np.linalg.norm(normals, axis=1).sum() / 2 == pytest.approx(2 * section, rel=0.01)
 
 
 @pytest.mark.parametrize("name", ["dome", "dome_with_bone", "slab"])
@@ -141,30 +122,10 @@ def test_cell_is_a_quarter(name, request):
         assert cell.boundaries[key].min() >= 0
 
 
-def test_arrays_cannot_be_written(dome):
-    with pytest.raises(ValueError, match="read-only"):
-        dome.points[0] = 0
-
-
-def test_quality_figures(dome):
-    figures = quality(dome)
-    assert figures["cells"] == len(dome.tets) and figures["points"] == len(dome.points)
-    assert 0.1 < figures["mean_ratio_min"] <= figures["mean_ratio_mean"] <= 1
-    assert 5 < figures["dihedral_min_deg"] < 70.6 < figures["dihedral_max_deg"] < 175
-    assert set(figures["volume_mm3"]) == {"outer", "inner"}
-    assert figures["volume_mm3"]["inner"] == pytest.approx(layer_volume(dome, INNER))
-
-
 @pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), float("inf"), "fine", 0.01, 50.0])
 def test_size_out_of_range_is_refused(size):
     with pytest.raises(InputError, match="size_mm"):
         build(Finger.default(), size)
-
-
-@pytest.mark.parametrize("variant", [-1, 1.5, True])
-def test_variant_must_be_a_number_of_a_mesh(variant):
-    with pytest.raises(InputError, match="variant"):
-        build(Finger.default(), variant=variant)
 
 
 def two_tets(points):
@@ -183,46 +144,6 @@ def test_separate_parts_and_flat_cells_are_refused():
     apart[7, 2] = 4
     with pytest.raises(MeshError, match="1 of 2 tetrahedra are flat or inverted"):
         refuse_unusable(two_tets(apart))
-
-
-def test_half_the_size_is_finer_everywhere():
-    default = build(Finger.default()).cell()
-    finer = build(Finger.default(), 0.35).cell()
-    assert len(finer.tets) < 65_000
-    centres = {"contact": (0, 0, 20), "below": (0, 0, 17), "20 deg": (7.2, 0, 16), "40 deg": (13.5, 0, 13)}
-    for place, centre in centres.items():
-        sizes = []
-        for mesh in (default, finer):
-            corners = mesh.points[mesh.tets]
-            nearest = np.argsort(np.linalg.norm(corners.mean(axis=1) - centre, axis=1))[:30]
-            sizes.append(np.cbrt(volumes(mesh.points, mesh.tets[nearest]).mean()))
-        assert sizes[1] < 0.8 * sizes[0], place
-
-
-def test_build_meshes_once_and_again_for_what_changes_the_mesh(dome, dome_shape, finger_of, monkeypatch):
-    asked = []
-
-    def mesher(finger, size_mm, *, variant, progress):
-        asked.append((finger.shape, size_mm, variant))
-        return dome
-
-    monkeypatch.setattr(builder_module, "drawn", mesher)
-    finger = finger_of(dome_shape)
-    first = VARIANTS  # No mesh of this number ships
-    assert build(finger, 2.5, variant=first).sha256 == build(finger, 2.5, variant=first).sha256 == dome.sha256
-    assert len(asked) == 1
-    build(finger, 2.4, variant=first)
-    build(finger, 2.5, variant=first + 1)
-    assert len(asked) == 3
-
-
-def test_packed_mesh_is_a_quarter(dome):
-    assert len(pack(dome)["tets"]) * 4 == len(dome.tets)
-
-
-def test_a_mesh_is_shown_in_one_line(dome):
-    counts = f"{len(dome.points)} points, {len(dome.tets)} tets, size_mm 2.5"
-    assert repr(dome) == f"LayeredMesh({counts}, mirrors x and y)" and repr(dome.cell()).endswith("size_mm 2.5)")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ from papilla.fem.discrete.elements import TaylorHood, interpolation
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.finishing import bent_edges
-from papilla.mesh.layered import mirrored, pack, unpack
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.model.finger import Finger
 
@@ -48,14 +47,6 @@ def test_points_of_an_exact_surface_are_found_in_bent_cells(shipped):
     assert found == pytest.approx(points, abs=1e-9)
 
 
-def test_mirrored_and_packed_meshes_keep_their_bent_edges(shipped):
-    whole = mirrored(shipped, ("x", "y"))
-    assert np.array_equal(whole.cell().edges, shipped.edges) and np.array_equal(whole.cell().middles, shipped.middles)
-    assert unpack(pack(whole)).sha256 == whole.sha256 != whole.straight().sha256
-    on_planes = (shipped.middles[:, :2] == 0).sum(axis=1)
-    assert len(whole.edges) == (4 / 2.0**on_planes).sum()
-
-
 def test_a_cell_that_would_turn_over_keeps_its_straight_edges():
     edges, middles, straight = bent_edges(OCTANT, CELL, [(BALL, FACE)])
     assert (len(edges), straight) == (3, 0) and np.linalg.norm(middles, axis=1) == pytest.approx(np.ones(3))
@@ -64,11 +55,3 @@ def test_a_cell_that_would_turn_over_keeps_its_straight_edges():
     flat[0] = [0.4, 0.4, 0.4]
     edges, middles, straight = bent_edges(flat, np.array([[0, 1, 3, 2]]), [(BALL, FACE)])
     assert (len(edges), len(middles), straight) == (0, 0, 3)
-
-
-def test_surfaces_from_files_stay_straight():
-    class Facets:
-        """As a triangulated surface: exact only as far as its facets."""
-
-    edges, _, straight = bent_edges(OCTANT, CELL, [(Facets(), FACE)])
-    assert (len(edges), straight) == (0, 0)

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipeinc
 
 from papilla.core.errors import InputError
-from papilla.mesh.body import facet_deviation, gauge_site, narrowest_mm, surfaces_of
+from papilla.mesh.body import gauge_site, surfaces_of
 from papilla.model.finger import Dome, Finger, Gauge, Slab
 
 DOME = Dome((24.0, 22.0, 20.0), (21.0, 19.0, 17.0), (10.0, 9.0, 6.0))
@@ -40,12 +40,3 @@ def test_a_moved_gauge_lies_an_arc_of_the_ellipse_further(axis, half, moved):
 def test_a_gauge_that_was_moved_off_the_interface_is_refused():
     with pytest.raises(InputError, match=r"gauge g1 was moved off the interface: moved_mm \[60"):
         site(DOME, x_mm=0.0, moved_mm=(60.0, 0.0))
-
-
-@pytest.mark.parametrize(
-    "shape, narrowest",
-    [(DOME, 20.0), (replace(DOME, outer=(24.0, 19.5, 20.0)), 19.5), (SLAB, 20.0), (replace(SLAB, depth=12.0), 20.0)],
-)
-def test_the_narrowest_length_is_of_height_and_half_breadths_without_a_slabs_depth(shape, narrowest):
-    assert narrowest_mm(replace(Finger.default(), shape=shape)) == narrowest
-    assert facet_deviation(surfaces_of(Finger.default())["skin"], np.zeros(3), 9.0) == 0.0

@@ -1,18 +1,15 @@
 """Three surfaces and how they lie in each other: an answer where each is inside the one before, one line elsewhere."""
 
-from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
 import pytest
 
-from papilla import fem
 from papilla.core.errors import FileFormatError
 from papilla.mesh import BONE, INNER, OUTER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.model.finger import Layer, Surfaces
-from papilla.model.specimen import Block
 
 NAMES = ("skin", "interface", "bone")
 SIZE_MM = 1.5
@@ -156,15 +153,3 @@ def test_surfaces_clear_of_the_base_are_meshed_exactly(finger, interface_mm, bon
     on_bone = np.abs(surfaces_of(design)["bone"].level(held)) < 1e-9
     assert np.all((held[:, 2] == 0) | on_bone) and np.any(held[:, 2] == 0)
     assert np.any(on_bone) != elastic, "a rigid bone is held, wherever it is"
-
-
-@pytest.mark.slow
-def test_of_one_material_it_does_not_matter_where_the_surfaces_inside_are(finger, half_ellipsoid):
-    """Moduli of all layers equal: a press knows the skin alone. Meshes of this size scatter by 3 %."""
-    skin, layer, answers = half_ellipsoid((14.0, 14.0, 12.0), 10), Layer(0.1, 0.49), []
-    for interface_mm, bone_mm in ((0, 0), (0, 1.5), (1.5, 1.5)):
-        parts = (skin, box([-6, -6, interface_mm], [6, 6, 8]), box([-3, -3, bone_mm * 2], [3, 3, 5]))
-        design = replace(finger(*parts, bone=layer), outer=layer, inner=layer)
-        reduced = fem.FingerModel(design, build(design, SIZE_MM)).reduce((0, 0))
-        answers.append(fem.press(reduced, Block(0.1, 10), force=0.3, fidelity="contact").indentation)
-    assert answers == pytest.approx([answers[0]] * 3, rel=0.05)

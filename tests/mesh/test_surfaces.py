@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from papilla.mesh.body import NAMES, surfaces_of
 from papilla.mesh.drawing import quarter_cylinder, quarter_ellipsoid
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
 
@@ -38,10 +37,6 @@ def test_level_is_the_signed_distance_to_first_order(surface, points):
         assert surface.level(foot + distance * normal) == pytest.approx(distance, rel=1e-4)
 
 
-def test_level_at_the_centre_is_negative():
-    assert DOME.level(np.zeros((1, 3)))[0] == -20 and SLAB.level(np.zeros((1, 3)))[0] == -20, "its shortest semi-axis"
-
-
 @pytest.mark.parametrize("surface", [DOME, SLAB])
 def test_height_is_on_the_surface_and_nan_outside(surface):
     random = np.random.default_rng(2)
@@ -64,14 +59,6 @@ def test_normal_is_the_gradient_of_the_level(surface, points):
         [(surface.level(foot + step * e) - surface.level(foot - step * e)) / (2 * step) for e in np.eye(3)], axis=1
     )
     assert surface.normal(foot) == pytest.approx(gradient, abs=1e-7)
-
-
-def test_surfaces_of_shapes(finger_of, dome_shape, slab_shape):
-    for shape, kind in ((dome_shape, Ellipsoid), (slab_shape, EllipticCylinder)):
-        surfaces = surfaces_of(finger_of(shape))
-        assert tuple(surfaces) == NAMES
-        assert [surface.axes for surface in surfaces.values()] == [shape.outer, shape.interface, shape.bone]
-        assert all(isinstance(surface, kind) for surface in surfaces.values())
 
 
 @pytest.mark.parametrize(

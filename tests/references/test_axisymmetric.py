@@ -7,16 +7,12 @@ import numpy as np
 import pytest
 
 from papilla.core.units import gf_to_newton
-from papilla.fem import prepare, press, press_finite
-from papilla.fem.reduction.finger_model import FingerModel
+from papilla.fem import prepare, press
 from papilla.fem.reduction.gauges import elongation, gauge_functionals, linear_value
-from papilla.mesh import build
 from papilla.mesh.surfaces import Ellipsoid
-from papilla.model.finger import Layer
-from papilla.model.materials import NeoHookean, Ogden
 from papilla.model.specimen import Block
 from papilla.references import bonded_layer_sphere
-from papilla.references.axisymmetric.bodies import APART, FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.contact import Contact
 from papilla.references.axisymmetric.presses import Readout, Rings, press_path
 from papilla.references.tangential_contact import dundurs_beta, frictional_punch
@@ -46,32 +42,6 @@ def test_stress_and_volume_change_have_their_derivatives(half_alpha, linear):
     _, tangent, _, slope = rubber.response(at, pressure)
     assert np.einsum("kab,kb->ka", tangent, along) == pytest.approx((up[0] - down[0]) / 2e-6, abs=1e-8)
     assert (slope * along).sum(axis=1) == pytest.approx((up[2] - down[2]) / 2e-6, abs=1e-8)
-
-
-@pytest.mark.parametrize("material, half_alpha", [(NeoHookean(0.1), 1), (Ogden(0.1, 6.0), 3)])
-@pytest.mark.parametrize("mode, axis", [("uniaxial", 0.8), ("equibiaxial", 1.2**-2)])
-def test_a_block_deformed_alike_everywhere_is_pressed_by_the_closed_form(material, half_alpha, mode, axis):
-    """Patch test of finger and specimen: nothing acts inside, and the table feels the nominal stress."""
-    rubber = Rubber(0.1 * 2 * 1.499999, 0.499999, half_alpha=half_alpha)
-    bodies = Bodies(COARSE, [rubber] * 3)
-    across = axis**-0.5
-    m, mu = half_alpha, rubber.shear_modulus
-    free = axis if mode == "equibiaxial" else across  # the stretch without stress
-    pressure = mu / m * (free ** (2 * m) - 1)
-    moved = bodies.mesh.doflocs.T * [across - 1, axis - 1]
-    state = np.concatenate([moved.ravel(), np.full(bodies.pressures, pressure)])
-    force = bodies.forces(state)[0][: 2 * bodies.nodes].reshape(-1, 2)
-    x, y = bodies.parameters
-    inside = (x > 0) & (x < 1) & ~np.isin(y, (0, 2, APART, APART + 1))
-    width = bodies.shape.width
-    assert np.abs(force[inside]).max() < 1e-9 * mu * width
-    if mode == "uniaxial":
-        nominal = float(material.nominal_stress(axis, mode))
-        assert force[y == APART + 1, 1].sum() == pytest.approx(nominal * width**2 / 2, rel=1e-5)
-    else:
-        nominal = float(material.nominal_stress(across, mode))
-        rim = (x == 1) & (y >= APART)
-        assert force[rim, 0].sum() == pytest.approx(nominal * width * bodies.shape.thickness, rel=1e-5)
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.1, math.inf])
@@ -149,69 +119,6 @@ def test_a_small_contact_is_hertzs_and_friction_brings_mossakovskiis_and_spences
         assert path.at(force)[0] / none.at(force)[0] - 1 == pytest.approx(expected - 1, rel=bound)
         edge = less * (0.75 * path.force[-1] * radius / e_star) ** (1 / 3)
         assert path.shear_moment[-1] == pytest.approx(punch.shear_moment * path.force[-1] * edge, rel=0.6 * bound)
-
-
-@pytest.mark.slow
-def test_ogden_layers_change_what_the_reference_says_they_change():
-    """Both on a rigid flat. The ratio of finite to linear is almost free of the mesh: gauges by 0.6 %, S_d by less.
-
-    Neo-Hookean layers, stuck ones too, are a family of `papilla verify`.
-    """
-    outer, inner = (Layer.of(Ogden(modulus / (2 * 1.4999), 6.0), 0.4999) for modulus in (0.136, 0.034))
-    finger = replace(FINGER, outer=outer, inner=inner)
-    mesh, specimen = build(finger), Block(100.0, 10)
-    linear = press(FingerModel(finger, mesh).reduce(), specimen, force=0.6, fidelity="contact")
-    finite = press_finite(finger, mesh, specimen, force=0.6)
-    before, after = (press_path(_bodies(Shape(), math.inf, one, 3), GAUGES, 0.6).at(0.6) for one in (True, False))
-    assert linear.indentation == pytest.approx(before[0], rel=5e-3)
-    assert linear.strain == pytest.approx(before[1][0], rel=2e-2)
-    assert finite.indentation / linear.indentation - 1 == pytest.approx(after[0] / before[0] - 1, abs=2e-3)
-    assert finite.strain / linear.strain == pytest.approx(after[1][0] / before[1][0], abs=1e-2)
-    assert finite.sd / linear.sd == pytest.approx(after[1][0].std() / before[1][0].std(), abs=3e-3)
-
-
-@pytest.mark.slow
-def test_rings_and_penalty_are_the_same_press():
-    bodies = _bodies(Shape(cells=(40, 3, 4, 5)), linear=True)
-    rings, (indentation, values) = Rings(bodies, GAUGES).press(0.3), press_path(bodies, GAUGES, 0.3).at(0.3)
-    assert rings.indentation == pytest.approx(indentation, rel=2e-3)
-    assert rings.values[0] == pytest.approx(values[0], rel=2e-2)
-
-
-COARSER = {
-    "load steps": (0.1, Shape(), 1.44, 5e-4, 1e-3),
-    "elements": (math.inf, replace(Shape(), cells=(20, 3, 4, 4)), 1.2, 2e-3, 1e-2),
-}
-"""Friction that a doubling moves most (slip depends on the path, and the edge of a stuck contact is sharp), elements,
-growth of the force in a step, and by how much the depth and S_d may change. The error that is left in the finer one is
-about a third: elements and steps are of second order."""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("what", COARSER)
-def test_doubled_elements_and_load_steps_change_little(what):
-    """At 10 and 20 gf. ADR 0026 has what halved elements change: 0.27 % of S_d at most."""
-    friction, shape, growth, in_depth, in_sd = COARSER[what]
-    forces = gf_to_newton(20) * np.array([0.5, 1])
-    (depth, values), (other_depth, others) = (
-        press_path(_bodies(one), GAUGES, forces[-1], friction, growth=step).at(forces)
-        for one, step in ((Shape(), 1.2), (shape, growth))
-    )
-    assert other_depth == pytest.approx(depth, rel=in_depth)
-    assert others[:, 0].std(axis=1) == pytest.approx(values[:, 0].std(axis=1), rel=in_sd)
-
-
-@pytest.mark.slow
-def test_a_skin_of_six_tenths_is_seen_by_elements_about_as_large():
-    """Elements of about 0.4 mm where it is touched, and of 0.55 and more elsewhere."""
-    shape = replace(FINE, interface=(23.4, 19.4))
-    rings, reduced = Rings(_bodies(shape, linear=True), GAUGES), prepare(finger_of(shape), size_mm=0.55)
-    for force_gf in (5, 20, 50):
-        force = gf_to_newton(force_gf)
-        found, exact = press(reduced, Block(0.51, 10), force=force, fidelity="contact"), rings.press(force)
-        assert found.resolved and found.indentation == pytest.approx(exact.indentation, rel=3e-3)
-        assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=1.5e-2)
-        assert found.contact_area == pytest.approx(exact.contact_area, rel=0.08)
 
 
 @pytest.mark.slow

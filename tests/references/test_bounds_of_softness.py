@@ -9,11 +9,6 @@ from papilla.core.errors import InputError
 from papilla.references.bounds import modulus_bound
 
 
-def test_one_reading_and_a_known_force():
-    slopes = np.array([[3.0], [4.0]])
-    assert modulus_bound(slopes, np.zeros((2, 1)), 10.0, 1.0) == pytest.approx(10 / 5)
-
-
 def test_one_reading_whose_force_is_noisy():
     """The force's noise adds to that of the reading: sigma^2 = noise^2 + (slope force_sigma)^2."""
     assert modulus_bound([[3.0]], [[50.0]], 4.0, 0.06) == pytest.approx(math.hypot(4, 3) / 3)
@@ -23,12 +18,6 @@ def test_without_a_force_sensor_one_reading_tells_nothing_and_two_do():
     assert modulus_bound([[3.0]], [[50.0]], 4.0, math.inf) == math.inf
     assert modulus_bound([[3.0, 0.0]], [[0.0, 50.0]], 4.0, math.inf) == pytest.approx(4 / 3)
     assert modulus_bound([[3.0, 6.0]], [[50.0, 100.0]], 4.0, math.inf) == math.inf
-
-
-def test_a_calibration_error_does_not_average_out():
-    n = 10_000
-    slopes, errors = np.full((n, 1), 2.0), np.full((n, 1, 1), 0.6)
-    assert modulus_bound(slopes, np.zeros((n, 1)), 5.0, 1.0, errors) == pytest.approx(math.hypot(0.3, 2.5 / 100))
 
 
 def test_a_maximum_likelihood_fit_reaches_it():

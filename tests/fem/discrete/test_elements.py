@@ -67,15 +67,6 @@ def test_patch_test_and_rigid_motions(box, space):
     assert np.abs(turn).max() < 1e-13 * np.abs(forces).max()
 
 
-@pytest.mark.parametrize("space", [P1, P2])
-def test_a_change_of_modulus_is_a_combination_of_parts(box, space):
-    space, changed = space(box()), LAYERS | {OUTER: Layer(1.0, 0.2)}
-    mu, lam = (1.0 / 2.4 - 0.136 / 2.9, 1.0 * 0.2 / (1.2 * 0.6) - 0.136 * 0.45 / (1.45 * 0.1))
-    expected = mu * space.part("shear", OUTER) + lam * space.part("volumetric", OUTER)
-    difference = space.matrix(changed) - space.matrix(LAYERS)
-    assert abs(difference - expected).max() < 1e-14 * abs(expected).max()
-
-
 def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
     """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
     depth = {
@@ -113,18 +104,3 @@ def test_what_no_element_can_do_is_refused(finger_of):
         finger_of("Q1")
     with pytest.raises(InputError, match="element P2 needs nu below 0.5 in every layer, got 0.5: use Taylor-Hood"):
         finger_of("P2", 0.5).reduce()
-
-
-def test_bent_edges_have_nodes_at_their_middles_and_straight_meshes_have_none(box):
-    mesh = box((2, 2, 4))
-    assert P2(mesh).skmesh.doflocs.shape[1] == len(mesh.points)
-    edges = np.array([mesh.tets[0, :2], mesh.tets[-1, 2:]])
-    bent = mesh.points[edges].mean(axis=1) + [[0.01, 0.02, 0.03], [0.0, -0.02, 0.01]]
-    curved = P2(dataclasses.replace(mesh, edges=edges, middles=bent)).skmesh
-    middles = {tuple(edge): place for place, edge in enumerate(np.sort(curved.edges.T, axis=1).tolist())}
-    numbers = [len(mesh.points) + middles[tuple(edge)] for edge in np.sort(edges, axis=1).tolist()]
-    found = curved.doflocs.T
-    assert found[numbers] == pytest.approx(bent)
-    others = np.setdiff1d(np.arange(len(middles)), np.array(numbers) - len(mesh.points))
-    straight = mesh.points[curved.edges.T].mean(axis=1)
-    assert found[len(mesh.points) + others] == pytest.approx(straight[others])

@@ -30,20 +30,6 @@ def test_the_cell_found_holds_the_point(box_space):
     assert np.abs(back - points).max() < 1e-13
 
 
-def test_a_point_just_outside_is_extrapolated(box_space):
-    """A gauge on the exact interface may lie a sagitta off the faceted one."""
-    points = np.array([[0.5, 0.5, 1.02], [-0.02, 0.4, 0.3]])
-    values = interpolation(box_space, points) @ quadratic(box_space.displacement.doflocs.T)
-    assert values == pytest.approx(quadratic(points), abs=1e-12)
-
-
-@pytest.mark.parametrize("outside", [[0.5, 0.5, 1.3], [-0.4, 0.5, 0.5], [9.0, 9.0, 9.0]])
-def test_a_point_outside_is_refused(box_space, outside):
-    points = np.array([[0.5, 0.5, 0.5], outside])
-    with pytest.raises(InputError, match=r"point \(.*\) mm lies outside the mesh"):
-        interpolation(box_space, points)
-
-
 @pytest.mark.parametrize("beyond, refused", [(0.249, False), (0.251, True)])
 def test_a_point_is_extrapolated_up_to_a_quarter_of_a_cell(box, beyond, refused):
     """In shares of the barycentric coordinate that is negative there: of a cell's height over its lowest face."""

@@ -1,30 +1,22 @@
 """Tables of large strain of a finger of one's own: made once when a press asks for them, few presses, and how good."""
 
-import json
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla import Finger, fem
-from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem.finite import strain_tables
+from papilla.core.errors import InputError
 from papilla.fem.finite.strain_tables import (
     FEW_FORCES,
     FEW_MODULI,
-    FORCES,
-    MODULI,
-    RATIOS,
-    SPANNING,
     ensure_large_strain,
-    finite_presses,
     measure_few,
     measure_large_strain,
 )
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.fidelity import including_large_strain
-from papilla.fem.pressing.large_strain import LargeStrain, at_ratio, known
+from papilla.fem.pressing.large_strain import LargeStrain, keep, known
 from papilla.fem.reduction.gauges import gauge_weights
 from papilla.mesh import build
 from papilla.model.finger import Dome
@@ -41,19 +33,11 @@ def shipped_as(ratio: float, stuck: bool) -> dict:
 
 
 @pytest.fixture
-def asked(monkeypatch, tmp_path):
-    """Which tables were made, none of them by presses."""
-    made: list[tuple[float, bool]] = []
-
-    def few(finger, ratio, stuck, say):
-        made.append((ratio, stuck))
-        say("pressing")
-        return shipped_as(ratio, stuck)
-
-    monkeypatch.setattr(strain_tables, "measure_few", few)
-    monkeypatch.setattr(strain_tables, "_REFUSED", {})
+def kept(monkeypatch, tmp_path):
+    """Tables of one's own finger in a cache of the test's own, without friction and stuck."""
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    return made
+    tables = [replace(LargeStrain.from_json(shipped_as(4.0, stuck)), ratio=4.0) for stuck in (False, True)]
+    keep(OWN.strain_sha256, tables)
 
 
 def few_of(table: LargeStrain) -> LargeStrain:
@@ -81,55 +65,13 @@ def test_twenty_presses_tell_the_sixteen_others_of_each_shipped_table(stuck):
         assert few.sd_error(weights) > np.sqrt(np.mean(off**2)) and few.sd_error(weights) < 0.006
 
 
-def test_the_forces_and_moduli_span_those_of_the_shipped_tables():
-    assert {0, len(FORCES) - 1} <= {*FEW_FORCES} and {0, len(MODULI) - 1} <= {*FEW_MODULI}
-
-
-def test_a_press_of_a_prepared_finger_makes_the_table_that_it_needs_and_includes_large_strain(asked):
+def test_a_press_of_a_prepared_finger_includes_large_strain_by_its_tables(kept):
     reduced = fem.prepare(OWN, size_mm=2.8)
-    assert asked == []
     found = fem.press(reduced, Block(0.2, thickness=10.0), force=0.3)
-    assert asked == [(4.0, True)] and found.large_strain and found.friction == np.inf
-    fem.press(reduced, Block(0.3, thickness=10.0), force=0.4)
-    assert asked == [(4.0, True)]
+    assert found.large_strain and found.friction == np.inf
     free = fem.press(reduced, Block(0.2, thickness=10.0), force=0.3, friction=0)
-    assert asked == [(4.0, True), (4.0, False)] and free.large_strain and free.friction == 0
-
-
-def test_a_finger_without_the_source_of_tables_says_that_it_is_linear(asked):
-    model = fem.FingerModel(OWN, build(OWN, 2.8))
-    found = fem.press(model.reduce(), Block(0.2, thickness=10.0), force=0.3)
-    assert not found.large_strain and asked == [] and "small strain" in found.status
-
-
-def test_tables_over_the_ratios_are_made_once_and_told(asked):
-    said = []
-    assert ensure_large_strain(OWN, (False, True), ratios=SPANNING, progress=said.append) == ""
-    assert sorted(asked) == sorted((ratio, stuck) for ratio in SPANNING for stuck in (False, True))
-    assert [stuck for _, stuck in asked] == [True] * 3 + [False] * 3, "the long ones first"
-    assert said == [line for k in range(1, 7) for line in ("pressing", f"large strain: {k} of 6 tables")]
-    asked.clear()
-    softer = replace(OWN, outer=replace(OWN.outer, modulus=2.2 * OWN.inner.modulus))
-    assert ensure_large_strain(softer) == "" and asked == [], "between three ratios the table is interpolated"
-
-
-def test_what_ships_is_not_measured(asked):
-    assert ensure_large_strain(Finger.default(), ratios=SPANNING) == "" and asked == []
-
-
-def test_a_table_that_cannot_be_made_is_noted_and_not_tried_again(asked, monkeypatch):
-    tried = []
-
-    def fails(*given, **more):
-        tried.append(given)
-        raise InputError("only 3 of 16 presses at finite strain can be made")
-
-    monkeypatch.setattr(strain_tables, "measure_few", fails)
-    for _ in range(2):
-        assert ensure_large_strain(OWN) == (
-            "large strain is not included: only 3 of 16 presses at finite strain can be made"
-        )
-    assert len(tried) == 1
+    assert free.large_strain and free.friction == 0
+    assert ensure_large_strain(OWN, (False, True)) == "", "nothing is missing"
 
 
 # ---- Measuring a table
@@ -163,83 +105,6 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
         measure_large_strain(finger, mesh, forces=(1.0, 3.0), moduli=(4.0,))
 
 
-def test_stuck_presses_of_a_path_are_those_that_begin_at_rest(on_coarse):
-    finger, mesh = on_coarse
-    made = list(finite_presses(finger, mesh, [0.2, 0.4], [0.3], "stick"))
-    assert [(one.force, one.modulus, one.friction) for one in made] == [(0.2, 0.3, math.inf), (0.4, 0.3, math.inf)]
-    alone = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4, friction="stick")
-    free = fem.press_finite(finger, mesh, finger.bench.specimen(0.3), force=0.4)
-    assert made[1].sd == pytest.approx(alone.sd, rel=1e-3) and abs(free.sd / alone.sd - 1) > 5e-3
-
-
-def test_a_path_ends_at_the_first_press_out_of_range_and_the_next_specimen_begins(on_coarse, monkeypatch):
-    def result(scene, state, force, *given):
-        if force > 0.15:
-            raise ContactRangeError("too far")
-        return force, scene.touching.specimen.modulus, given[0]
-
-    monkeypatch.setattr(strain_tables, "result", result)
-    told = []
-    made = list(finite_presses(*on_coarse, [0.1, 0.2, 0.3], [0.3, 2.0], 0.0, lambda *one: told.append(one)))
-    assert made == [(0.1, 0.3, "finite"), (0.1, 2.0, "finite")]
-    assert told == [(1, 6), (2, 6), (4, 6), (5, 6)]
-
-
-@pytest.mark.parametrize("ratio, stuck, said", [(4.0, True, "1 : 4, stuck"), (2.0, False, "1 : 2, without friction")])
-def test_few_presses_are_made_on_a_mesh_as_coarse_as_the_finger_is_narrow(monkeypatch, ratio, stuck, said):
-    asked = {}
-    monkeypatch.setattr(strain_tables, "build", lambda *given: asked.update(mesh=given))
-
-    def measure(finger, mesh, steps, **given):
-        asked.update(given, finger=finger)
-        steps(3, 20)
-        return strain_tables.LargeStrain.from_json(shipped_as(4.0, stuck))
-
-    monkeypatch.setattr(strain_tables, "measure_large_strain", measure)
-    lines = []
-    assert measure_few(OWN, ratio, stuck, lines.append) == shipped_as(4.0, stuck)
-    # Half as wide as 22 mm and 19 mm high; the default finger is 20 mm high, and its elements are 1.4 mm
-    assert asked["mesh"][0] is OWN and asked["mesh"][1] == pytest.approx(1.4 * 19 / 20)
-    assert asked["finger"].outer.modulus == pytest.approx(ratio * OWN.inner.modulus)
-    assert asked["finger"].inner.modulus == OWN.inner.modulus and (asked["finger"] is OWN) == (ratio == 4.0)
-    assert asked["friction"] == ("stick" if stuck else 0.0)
-    assert asked["forces"] == [FORCES[k] for k in FEW_FORCES] and asked["moduli"] == [MODULI[k] for k in FEW_MODULI]
-    assert [line.split(", about")[0] for line in lines] == [f"large strain, layers {said}: press: 3 of 20"]
-
-
-@pytest.mark.parametrize("stuck", [False, True])
-def test_what_ships_is_measured_at_each_ratio_beside_the_other_friction(monkeypatch, stuck):
-    """Tables of the other friction stay as they are; all are sorted by friction, then by ratio."""
-    finger, before, text, asked = Finger.default(), known(Finger.default().strain_sha256), [], []
-
-    def measure(one, mesh, friction):
-        asked.append((one.outer.modulus / one.inner.modulus, one.outer.nu, mesh, friction))
-        return LargeStrain.from_json(shipped_as(one.outer.modulus / one.inner.modulus, stuck))
-
-    monkeypatch.setattr(strain_tables, "measure_large_strain", measure)
-    monkeypatch.setattr(strain_tables, "build", lambda one: one.outer.modulus)
-    monkeypatch.setattr(strain_tables, "write_text", lambda path, written: text.append((path, json.loads(written))))
-    strain_tables.ship(stuck)
-    inner, nu = finger.inner.modulus, finger.outer.nu
-    assert asked == [(pytest.approx(r), nu, r * inner, "stick" if stuck else 0.0) for r in RATIOS]
-    path, written = text[-1]
-    assert path == strain_tables.SHIPPED and len(text) == len(RATIOS)
-    assert (written["schema"], written["key"]) == ("papilla.large_strain/1", finger.strain_sha256)
-    assert [(one["stuck"], one["ratio"]) for one in written["tables"]] == [
-        (end, pytest.approx(ratio)) for end in (False, True) for ratio in sorted(RATIOS)
-    ]
-    kept = [one for one in written["tables"] if one["stuck"] != stuck]
-    assert kept == [one.to_json() for one in before if (one.friction > 0) != stuck]
-
-
-def test_tables_of_nearly_one_ratio_are_averaged_not_divided():
-    """Two of four tables are 3 % of a ratio apart and differ by their errors, which must not grow between others."""
-    tables = [LargeStrain.from_json(shipped_as(ratio, False)) for ratio in (1.0, 4.0, 4.12, 16.0)]
-    for ratio in (1.5, 2.5, 8.0, 13.0):
-        weights = [weight for _, weight in at_ratio(tables, ratio)]
-        assert sum(weights) == pytest.approx(1) and np.abs(weights).max() < 1.1
-
-
 @pytest.mark.slow
 def test_a_table_of_ones_own_tells_presses_at_finite_strain_on_a_finer_mesh(monkeypatch, tmp_path):
     """What large strain changes in presses between the table's forces and moduli, on another mesh: S_d within 0.5 %,
@@ -250,7 +115,7 @@ def test_a_table_of_ones_own_tells_presses_at_finite_strain_on_a_finer_mesh(monk
     table = LargeStrain.from_json(measure_few(OWN, 4.0, False, said.append))
     assert len(table.force) == len(said) == 20
     assert said[-1] == "large strain, layers 1 : 4, without friction: press: 20 of 20"
-    monkeypatch.setattr(strain_tables, "measure_few", lambda *_, **__: table.to_json())
+    keep(OWN.strain_sha256, [table])
     mesh = build(OWN, 1.0, variant=3)
     reduced = fem.prepare(OWN, size_mm=1.0, variant=3)
     for modulus, force, sd, gauges in ((0.08, 0.3, 0.005, 0.01), (0.4, 0.75, 0.007, 0.012)):

@@ -40,33 +40,6 @@ def test_loads_are_the_derivative_of_the_gap(scene, bulge, specimen):
     assert touching.at(bulge).gap == pytest.approx(Touching(scene.touching.loaded, specimen).at(bulge).gap)
 
 
-def test_a_skin_that_is_pushed_in_leaves_its_gap_by_as_much_everywhere(scene):
-    touching, nodes = scene.touching, scene.body.space.nodes
-    whole = np.tile(-0.2 * touching.loaded.frame.axes[2], (nodes, 1))
-    rest = touching.at(np.zeros((nodes, 3)))
-    assert touching.at(whole).gap - rest.gap == pytest.approx(0.2 * touching.patch.mass)
-    assert (rest.loads.sum(axis=1) @ np.ones((1, 1))).sum() == pytest.approx(-touching.patch.mass.sum())
-
-
-def test_nodes_of_the_patch_go_with_the_skin(scene):
-    touching, nodes = scene.touching, scene.body.space.nodes
-    shift = np.array([0.3, -0.2])
-    moved = touching.current_patch(np.tile(shift @ touching.loaded.frame.axes[:2], (nodes, 1)))
-    assert moved.xy - touching.patch.xy == pytest.approx(np.tile(shift, (len(moved.xy), 1)))
-    assert moved.mass == pytest.approx(touching.current_patch(np.zeros((nodes, 3))).mass)
-
-
-def test_nodes_on_a_mirror_stay_on_it(coarse):
-    touching = (scene := Scene.of(*coarse, HalfSpace(0.5), {}, (0.0, 0.0))).touching
-    moved = touching.current_patch(np.full((scene.body.space.nodes, 3), 0.1))
-    on_plane = touching.patch.xy == 0
-    assert on_plane.any(axis=0).all() and (moved.xy[on_plane] == 0).all()
-    assert moved.xy[~on_plane] == pytest.approx(touching.patch.xy[~on_plane] + 0.1)
-    assert touching.fixed is None
-    fixed = Touching(touching.loaded, HalfSpace(0.5), 0.3).fixed
-    assert np.array_equal(fixed, on_plane.T)
-
-
 def test_a_half_space_gives_way_by_less_as_the_skin_spreads(scene):
     """Nodal pressures per reference area over places that are 1 + e times as far apart: compliance over 1 + e."""
     touching = Touching(scene.touching.loaded, HalfSpace(0.5))

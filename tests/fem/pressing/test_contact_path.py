@@ -1,18 +1,12 @@
 """The path of a growing contact, against single presses; without friction here, stuck in test_friction."""
 
-import dataclasses
-import math
-
 import numpy as np
 import pytest
 
 from papilla.core.errors import SolverError
-from papilla.fem import FingerModel, press
-from papilla.fem.pressing.contact import LoadingPath, loading_path
-from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError, _Solved
+from papilla.fem.pressing.contact import loading_path
+from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.mesh import build
-from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
 SPECIMENS = [Block(0.02, 10), Block(0.51, 10), Block(1e4, 3), HalfSpace(0.3), Sphere(1.0, 20.0), Sphere(1e5, 4.0)]
@@ -47,22 +41,6 @@ def test_force_and_depth_rise_and_are_two_ways_to_one_state(reference):
     assert path.at(indentation=-1e-3) is None and path.at(force=0.0) is None
 
 
-@pytest.mark.slow
-def test_nodes_that_touch_at_once_are_taken_one_by_one():
-    """A whole patch has mirror nodes: they touch together, but for rounding."""
-    whole = FingerModel(Finger.default(), build(Finger.default(), size_mm=2.8)).reduce((1e-9, 0.0))
-    check_against_single_presses(loading_path(whole, Block(0.3, 10), 0.0), (0.01, 0.1, 0.8), rel=1e-9)
-
-
-def test_all_gaps_equal_is_a_flat_punch():
-    rng = np.random.default_rng(2)
-    root = rng.normal(size=(12, 12))
-    mass, compliance = rng.uniform(0.5, 1.0, 12), root @ root.T + 30 * np.eye(12)
-    path = ContactPath(ContactProblem(compliance, mass, 0.25 * mass))
-    check_against_single_presses(path, [5.0])
-    assert path.depth == pytest.approx(0.25)
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     """Random stiff problems, where pressure moves about: nodes come and go."""
@@ -81,61 +59,7 @@ def test_where_nodes_leave_again_it_says_so_and_never_errs(seed):
     assert answered > 0
 
 
-def test_the_knots_of_a_path_are_judged_as_single_states():
-    """All at once up to the first wrong one: a node that left, or one outside of the order that came too near."""
-    counts = []
-    for seed in range(40):
-        rng = np.random.default_rng(seed)
-        root, mass = rng.normal(size=(8, 8)), rng.uniform(0.5, 1.5, 8)
-        problem = ContactProblem(root @ root.T + 4 * np.eye(8), mass, mass * rng.exponential(size=8))
-        solved = _Solved(problem, np.argsort(problem.gap / mass)[:6])
-        if not (np.isfinite(solved.depth).all() and (np.diff(solved.depth) > 0).all()):
-            continue
-        states = [solved.state(count, None, solved.depth[count]) for count in range(1, 6)]
-        wrong = [solved.wrong(*state).any() for state in states]
-        expected = 1 + wrong.index(True) if any(wrong) else 6
-        found, missed = solved.checked()
-        assert found == expected
-        if len(missed):
-            depth, traction = states[found - 1]
-            gap = traction @ problem.compliance[solved.index] + problem.gap - depth * mass
-            assert set(missed) == set(np.flatnonzero(gap < 0)) - set(solved.nodes)
-        counts.append(found)
-    assert len(counts) > 8 and {6} < set(counts)
-
-
 def test_a_compliance_that_is_not_positive_is_refused():
     compliance = np.array([[1.0, -2.0], [-2.0, 1.0]])
     with pytest.raises(SolverError, match="not positive"):
         ContactPath(ContactProblem(compliance, np.ones(2), np.array([0.0, 1.0]))).at(force=10.0)
-
-
-def test_a_press_whose_nodes_leave_is_still_a_contact(reference, monkeypatch):
-    """The slower methods answer as the path does, without friction and stuck."""
-    found = {friction: press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
-             for friction in (0, "stick")}  # fmt: skip
-
-    def leaves(*_, **__):
-        raise LeavingError("leaves")
-
-    monkeypatch.setattr(ContactPath, "at", leaves)
-    reference = dataclasses.replace(reference)  # which keeps nothing yet
-    for friction, before in found.items():
-        other = press(reference, Block(0.2, 10), force=0.4, fidelity="contact", friction=friction)
-        assert other.indentation == pytest.approx(before.indentation, rel=1e-9)
-        assert other.reading == pytest.approx(before.reading, rel=1e-8)
-
-
-@pytest.mark.parametrize("stuck", [False, True])
-def test_another_order_to_begin_with_changes_nothing(reference, stuck):
-    """A guess from another specimen, from none, and from a path that is worthless."""
-    path = loading_path(reference, Block(0.2, 10), math.inf) if stuck else loading_path(reference, Block(0.2, 10), 0.0)
-    problem, expected = path.problem, path.at(force=0.1)
-    backwards = ContactPath(ContactProblem(problem.compliance[: len(problem.mass), : len(problem.mass)],
-                                             problem.mass, problem.gap.max() - problem.gap))  # fmt: skip
-    for guess in (None, loading_path(reference, Sphere(5.0, 8.0), 0.0).whole, backwards):
-        path = LoadingPath(problem, math.inf if stuck else 0.0, guess)
-        # Without friction no order makes a node leave, so the path itself answers, not its steps
-        other = (path if stuck else path.whole).at(force=0.1)
-        assert other.indentation == pytest.approx(expected.indentation, rel=1e-12)
-        assert other.traction == pytest.approx(expected.traction, abs=1e-11 * expected.traction.max())

@@ -1,15 +1,11 @@
 """Contacts a few elements wide: what nodes lose on a half-space, where Hertz is exact, and what is left alone."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from papilla.fem import press
-from papilla.fem.pressing import contact
-from papilla.fem.pressing.contact import contact_press, with_ellipse
-from papilla.model.specimen import Block, HalfSpace
+from papilla.fem.pressing.contact import contact_press
+from papilla.model.specimen import HalfSpace
 from papilla.references import hertz_ellipse_at
 
 E_STAR, SOFT = 0.15, HalfSpace(0.3, 0.4)
@@ -40,99 +36,3 @@ def test_a_light_press_is_hertz_where_its_nodes_are_not(coarse, indentation):
     assert found.strain[0] == pytest.approx(exact.force, rel=1e-3)
     moments = exact.force * np.array([exact.a**2, exact.b**2]) / 5
     assert np.abs(found.strain[1:] / moments - 1).max() < 0.5 * np.abs(nodes.strain[1:] / moments - 1).max() + 2e-3
-
-
-@pytest.mark.parametrize("friction", [0, "stick"])
-def test_an_indentation_is_that_of_the_press(reference, friction):
-    by_force = press(reference, Block(0.51, 10), force=0.05, fidelity="contact", friction=friction)
-    scene = {"indentation": by_force.indentation, "fidelity": "contact", "friction": friction}
-    found = press(reference, Block(0.51, 10), **scene)
-    assert found.indentation == pytest.approx(by_force.indentation, rel=1e-6)
-    assert found.force == pytest.approx(by_force.force, rel=1e-5)
-    assert found.sd == pytest.approx(by_force.sd, rel=1e-5)
-
-
-def test_what_friction_changes_is_the_nodes(reference):
-    scene = reference, Block(0.51, 10)
-    free, stuck = (contact_press(*scene, (0.03, None), friction) for friction in (0.0, np.inf))
-    told = [with_ellipse(*scene, one) for one in (free, stuck)]
-    assert told[1].values - told[0].values == pytest.approx(stuck.values - free.values, rel=1e-2)
-    assert told[1].indentation / told[0].indentation == pytest.approx(stuck.indentation / free.indentation, rel=1e-4)
-    assert told[0].indentation != free.indentation
-
-
-def test_a_wide_press_and_one_that_is_no_ellipse_stay(reference):
-    wide = contact_press(reference, Block(0.51, 10), (0.9, None), 0.0)
-    assert with_ellipse(reference, Block(0.51, 10), wide) is wide
-    light = contact_press(reference, Block(0.51, 10), (0.03, None), 0.0)
-    other = replace(light, contact_area=1.2 * light.contact_area)
-    assert with_ellipse(reference, Block(0.51, 10), other) is other
-
-
-def test_it_comes_and_goes_without_a_step(reference):
-    """S_d over force is as smooth as its nodes alone are, where the ellipse's weight falls from 1 to 0."""
-    forces = np.geomspace(0.02, 0.6, 60)
-    specimen = Block(0.51, 10)
-    told, nodes = (
-        np.log([make(float(force)).sd for force in forces])
-        for make in (
-            lambda force: press(reference, specimen, force=force, fidelity="contact"),
-            lambda force: contact_press(reference, specimen, (force, None), 0.0),
-        )
-    )
-    roughness = [np.abs(np.diff(curve, 3)).max() for curve in (told, nodes)]
-    assert roughness[0] < 1.1 * roughness[1]
-    assert np.abs(told - nodes).max() > 1e-3
-
-
-def blended(monkeypatch, body, elements, **ratios):
-    """A press of `elements` across its radius with unit measures, and the same with an ellipse that has these ratios to
-    it and gauges that feel 3 instead of 1."""
-    radius = elements * body.patch.mean_edge(body.patch.mass > 0)
-    made = {"contact_area": np.pi * radius**2, "indentation": 0.1, "peak_pressure": 1.0}
-    found = contact_press(body, SOFT, (0.01, None))
-    found = replace(found, **made, values=np.ones((2, 3)), active=body.patch.mass > 0)
-    ellipse = {name: value * ratios.get(name, 1.0) for name, value in made.items()}
-    monkeypatch.setattr(contact, "hertz_scene", lambda *_: SimpleNamespace(**ellipse, values=np.full((2, 3), 3.0)))
-    return found, with_ellipse(body, SOFT, found)
-
-
-@pytest.mark.parametrize("elements", [2.0, 4.0, 5.0, 6.0, 7.9])
-def test_the_weight_of_the_ellipse_falls_with_the_tenth_power_of_the_elements(monkeypatch, coarse, elements):
-    weight = 1 / (1 + (elements / 5) ** 10)
-    ratios = {"contact_area": 1.09, "indentation": 0.98, "peak_pressure": 1.3}
-    nodes, found = blended(monkeypatch, coarse, elements, **ratios)
-    assert found.values == pytest.approx(np.full((2, 3), 1 + 2 * weight))
-    for name, ratio in ratios.items():
-        assert getattr(found, name) == pytest.approx(getattr(nodes, name) * ratio**weight)
-
-
-@pytest.mark.parametrize("elements, mixed", [(7.9, True), (7.93, False)])
-def test_an_ellipse_of_less_than_a_hundredth_is_not_asked_for(monkeypatch, coarse, elements, mixed):
-    nodes, found = blended(monkeypatch, coarse, elements, indentation=1.02)
-    assert (found is not nodes) == mixed
-
-
-@pytest.mark.parametrize(
-    "name, ratio, same",
-    [("contact_area", 1.099, True), ("contact_area", 1.101, False), ("contact_area", 0.899, False),
-     ("indentation", 1.029, True), ("indentation", 1.031, False), ("indentation", 0.969, False)],
-)  # fmt: skip
-def test_an_ellipse_of_another_contact_is_left_out(monkeypatch, coarse, name, ratio, same):
-    nodes, found = blended(monkeypatch, coarse, 3.0, **{name: ratio})
-    assert (found is not nodes) == same
-
-
-@pytest.mark.parametrize("ratio, used", [(1.09, True), (0.91, True), (1.11, False), (0.89, False)])
-def test_the_layer_term_of_an_ellipse_of_another_area_is_not_used(monkeypatch, coarse, ratio, used):
-    asked = []
-
-    def shape(patch, pressure, expected_q=None):
-        asked.append(expected_q)
-        return contact.ContactShape(10.0, 1.0, True)
-
-    monkeypatch.setattr(contact, "contact_shape", shape)
-    scene = SimpleNamespace(layer_term=0.3, contact_area=10.0 * ratio)
-    monkeypatch.setattr(contact, "hertz_scene", lambda *_: scene)
-    contact_press(coarse, SOFT, (0.01, None))
-    assert asked == ([0.3] if used else [0.3, None])

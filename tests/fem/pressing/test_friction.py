@@ -12,7 +12,7 @@ from papilla.fem.pressing.contact_step import contact_step, first_touch
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.patch import quadrature
 from papilla.model.specimen import HalfSpace
-from papilla.references import dundurs_beta, effective_modulus, frictional_punch, goodman_stick_radius
+from papilla.references import dundurs_beta, effective_modulus, frictional_punch
 
 RADIUS = 20.0
 STICK = math.inf
@@ -80,20 +80,6 @@ def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
 
 
-def test_stick_is_from_the_moment_of_contact_not_from_the_start(sphere):
-    """Held at zero displacement since the start instead, the sphere is stiffer: the path would not matter then."""
-    patch, nu = sphere, 0.0
-    problem = bodies_on(patch, HalfSpace(1.0, nu))
-    expected = frictional_punch(dundurs_beta(1.0, nu))
-    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = LoadingPath(problem, STICK).at(indentation=depth)
-    index = np.flatnonzero(problem.free & state.active)
-    right = np.append((depth * patch.mass - patch.gap)[state.active], np.zeros(len(index) - state.active.sum()))
-    at_once = np.zeros((3, len(patch.xy)))
-    at_once.ravel()[index] = np.linalg.solve(problem.compliance[np.ix_(index, index)], right)
-    assert abs(4 * problem.force(at_once) / force - 1) > 0.01 > 10 * abs(4 * state.force / force - 1)
-
-
 @pytest.mark.parametrize("friction", [STICK, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.4, 0.2, 0.1))])
 def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     """Against the frictionless punch on the same patch, whose edge is as coarse."""
@@ -130,29 +116,6 @@ def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     state = LoadingPath(problem, 0.2).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=2e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
-
-
-def test_small_coupling_is_goodman_s(sphere):
-    """Pressure as without friction; the stick radius of his approximation."""
-    patch, beta, friction = sphere, 0.02, 0.02
-    nu = (1 - 2 * beta) / (2 - 2 * beta)
-    expected, c = frictional_punch(beta, friction), goodman_stick_radius(beta, friction)
-    _, depth = expected.sphere(2.0, RADIUS, 1.0)
-    problem = bodies_on(patch, HalfSpace(1.0, nu))
-    state = LoadingPath(problem, friction).at(indentation=depth)
-    element = 3.0 / 20
-    plain = without_friction(problem, indentation=depth)
-    assert state.force == pytest.approx(plain.force, rel=5e-4)
-    r = np.hypot(*patch.xy.T)
-    assert r[state.active & ~state.slipping].max() < 2.0 * c + element
-    assert r[state.slipping].min() > 2.0 * c - element
-
-
-def test_similar_bodies_do_not_rub(disc):
-    patch = disc(3.0, 8, paraboloid)
-    state = LoadingPath(bodies_on(patch, HalfSpace(1.0, 0.3), HalfSpace(1.0, 0.3)), 0.1).at(indentation=0.1)
-    assert np.abs(state.traction[1:]).max() < 1e-12 * state.traction[0].max()
-    assert not state.slipping.any()
 
 
 def mindlin_displacement(tangential, limit, contact_radius, compliance):
@@ -238,19 +201,6 @@ def random_problem(seed, n=9) -> ContactProblem:
     return ContactProblem(root @ root.T / n, rng.uniform(0.5, 1.5, n), rng.uniform(0, 3, n), np.zeros((2, n), bool))
 
 
-def test_sticking_nodes_do_not_slip_and_all_else_is_linear(disc):
-    patch = disc(3.0, 10, paraboloid)
-    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    path = LoadingPath(problem, STICK)
-    path.at(indentation=0.15)
-    states = [path.at(indentation=depth) for depth in path.whole.depth[1:]]
-    for before, after in zip(states, states[1:], strict=False):
-        moved = problem.moved(after.traction) - problem.moved(before.traction)
-        slip = moved[1:][~problem.fixed & before.active]
-        assert np.abs(slip).max(initial=0.0) < 1e-12 * np.abs(problem.moved(after.traction)).max()
-        check_state(problem, after, STICK)
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_paths_of_random_bodies_hold_the_laws_or_say_so(seed):
     """Strongly coupled bodies let nodes go again; where no state of stick follows, an error says so."""
@@ -287,29 +237,6 @@ def test_little_friction_is_none_and_much_is_stick(disc):
     stuck, rough = (LoadingPath(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
     assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
     assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
-
-
-@pytest.mark.parametrize("friction", [STICK, 0.1])
-def test_a_press_does_not_depend_on_what_was_asked_before(disc, friction):
-    problem = bodies_on(disc(3.0, 8, paraboloid), HalfSpace(1.0, 0.2))
-    path = LoadingPath(problem, friction)
-    high, low = path.at(force=0.5), path.at(force=0.2)
-    alone = LoadingPath(problem, friction).at(force=0.2)
-    # A factor of more nodes is rounded otherwise
-    assert low.traction == pytest.approx(alone.traction, abs=1e-13 * high.traction.max())
-    deep = path.at(indentation=high.indentation)
-    assert deep.force == pytest.approx(0.5, rel=1e-9)
-    assert path.at(indentation=-1.0) is None and path.at(force=0.0) is None
-
-
-def test_steps_are_a_tenth_of_the_indentation_at_most_and_begin_with_a_thousandth_of_the_patch():
-    """One node, which touches at 0.2 mm: no other that comes into contact ends a step."""
-    problem = ContactProblem(np.eye(3), np.array([4.0]), np.array([0.8]), np.zeros((2, 1), dtype=bool))
-    path = LoadingPath(problem, 0.3)
-    assert path.at(indentation=1.0).force == pytest.approx(4.0 * (4.0 * 1.0 - 0.8))
-    sunk = np.array([knot.indentation for knot in path.steps.knots]) - 0.2
-    assert sunk[:2] == pytest.approx([0.0, 2e-3]) and sunk[2:] / sunk[1:-1] == pytest.approx(1.1)
-    assert sunk[-2] < 0.8 <= sunk[-1]
 
 
 def test_other_units_give_the_same_answer(disc):

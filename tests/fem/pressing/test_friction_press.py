@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from papilla import Block, HalfSpace, PapillaError
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem import FingerModel, ReducedFinger, press, recover
+from papilla.fem import press
 from papilla.fem.discrete.elements import SYMMETRIC
 from papilla.fem.pressing.contact import loading_path
 from papilla.model.specimen import Specimen
@@ -20,11 +20,11 @@ BLOCK = Block(0.2, 10)
 
 
 @pytest.mark.slow
-def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
+def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse, loaded_patch):
     """The same events, each solved on all unknowns of the mesh with Lagrange multipliers: no condensed matrix."""
     path = loading_path(coarse, RIGID, math.inf)
     aim = path.at(force=0.8)
-    loaded, _ = coarse_model._patch((0.0, 0.0))
+    loaded = loaded_patch(coarse_model)
     free = coarse_model.space.free(SYMMETRIC, coarse_model.mesh.mirrors)
     lower = coarse_model.space.matrix(coarse_model.layers)
     matrix = (lower + sp.tril(lower, -1).T).tocsr()[free][:, free]
@@ -47,16 +47,6 @@ def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse):
     assert aim.traction.ravel() == pytest.approx(traction, abs=1e-5 * traction.max())
 
 
-def test_tangential_compliance_is_one_with_the_normal_one(coarse, coarse_model):
-    whole = coarse.traction_compliance
-    n = len(coarse.patch.xy)
-    assert whole == pytest.approx(whole.T, abs=1e-12 * np.abs(whole).max())
-    assert (whole[:n, :n] == coarse.compliance).all()
-    assert (coarse.traction_rows[:, :, :n] == coarse.rows).all()
-    free = np.append(np.ones(n, dtype=bool), (coarse.patch.xy != 0).T.ravel())
-    assert np.linalg.eigvalsh(whole[np.ix_(free, free)]).min() > 0
-
-
 @pytest.mark.parametrize("friction", ["stick", 0.05])
 def test_beside_the_apex_by_nothing_is_the_apex(coarse, coarse_model, friction):
     """Four parities and the whole patch against one and its quarter; and no net shear."""
@@ -65,20 +55,6 @@ def test_beside_the_apex_by_nothing_is_the_apex(coarse, coarse_model, friction):
     assert other.reading == pytest.approx(one.reading, rel=1e-5)
     assert other.indentation == pytest.approx(one.indentation, rel=1e-6)
     assert np.abs(other.shear @ beside.patch.mass).max() < 1e-5 * 0.3
-
-
-@pytest.mark.slow
-def test_the_field_of_a_press_has_its_shear(reference, reference_model):
-    found = press(reference, BLOCK, force=0.3, friction="stick")
-    plain = press(reference, BLOCK, force=0.3, fidelity="contact")
-    assert np.abs(found.shear).max() > 0.01 * found.pressure.max()
-    solution = reference_model.cell_displacements(found.traction)[SYMMETRIC]
-    loaded, _ = reference_model._patch((0.0, 0.0))
-    moved = np.concatenate([loaded.loads(SYMMETRIC, c).T @ solution.ravel() for c in range(3)])
-    assert moved == pytest.approx(reference.traction_compliance @ found.traction.ravel(), rel=1e-6, abs=1e-9)
-    assert not np.allclose(found.values, plain.values, rtol=1e-3)
-    field, bare = recover(reference_model, reference, found), recover(reference_model, reference, plain)
-    assert np.abs(field.displacement - bare.displacement).max() > 1e-4
 
 
 def test_rubber_on_rubber_sticks_and_lowers_sd(reference):
@@ -113,26 +89,6 @@ def test_friction_between_none_and_stick(reference):
         assert one.force == pytest.approx(0.4) and one.force_balance < 1e-9
     slid = found[2]
     assert (np.hypot(*slid.shear) <= 0.05 * slid.pressure * (1 + 1e-6)).all()
-
-
-def test_by_depth_and_by_force_meet(reference):
-    for friction in ("stick", 0.05):
-        by_force = press(reference, BLOCK, force=0.4, friction=friction)
-        by_depth = press(reference, BLOCK, indentation=by_force.indentation, friction=friction)
-        assert by_depth.force == pytest.approx(0.4, rel=1e-6)
-        assert by_depth.reading == pytest.approx(by_force.reading, rel=1e-4)
-
-
-def test_saved_with_what_friction_needs(coarse, tmp_path):
-    coarse.save(tmp_path / "finger.npz")
-    loaded = ReducedFinger.load(tmp_path / "finger.npz")
-    one, other = (press(finger, BLOCK, force=0.3, friction="stick") for finger in (coarse, loaded))
-    assert (one.reading == other.reading).all()
-
-
-def test_a_model_that_is_gone_is_made_anew(coarse, coarse_model):
-    again = FingerModel(coarse_model.finger, coarse_model.mesh).reduce()
-    assert again.tangential[0] == pytest.approx(coarse.tangential[0], rel=1e-9, abs=1e-12)
 
 
 class Glued(Specimen):

@@ -7,10 +7,9 @@ import pytest
 from pydantic import ValidationError
 
 from papilla.core import cache
-from papilla.fem.pressing import prices as module
-from papilla.fem.pressing.prices import FORMAT, SHIPPED, Cost, Loss, Prices, keep, known_prices
-from papilla.mesh import build
-from papilla.model.finger import Finger
+from papilla.fem import press
+from papilla.fem.pressing.prices import FORMAT, Cost, Loss, Prices, keep, known_prices
+from papilla.model.specimen import Block
 
 FORCES = (0.05, 0.2, 0.5)
 
@@ -37,43 +36,18 @@ def test_between_measured_forces_the_worse_counts_whatever_its_sign(prices, forc
     assert prices.hertz.at(force, "sd") == sd and prices.hertz.at(force, "contact_area") == area
 
 
-@pytest.mark.parametrize("force", [0.0499, 0.501, 1e-9, 1e3])
-def test_outside_of_them_nothing_is_known(prices, force):
-    assert prices.hertz.at(force, "sd") is None
-
-
-def test_prices_survive_their_text(prices):
-    assert FORMAT.validate_json(prices.to_json()) == prices
-
-
-def test_kept_prices_are_found_by_finger_mesh_and_code(prices, empty_cache, monkeypatch):
+def test_kept_prices_are_found_by_finger_and_mesh(prices, empty_cache):
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
     keep(prices)
     assert known_prices(prices.finger_sha256, prices.mesh_sha256) == prices
     assert known_prices(prices.finger_sha256, "0" * 64) is None
     assert known_prices("0" * 64, prices.mesh_sha256) is None
-    monkeypatch.setattr(cache, "_code", lambda maker: f"other code of {maker}")
-    module._found.cache_clear()
-    assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
-
-
-def test_the_default_finger_ships_with_its_prices_and_new_ones_come_first(prices, empty_cache):
-    finger, mesh = Finger.default(), build(Finger.default())
-    shipped = known_prices(finger.sha256, mesh.sha256)
-    assert (
-        shipped == FORMAT.validate_json(SHIPPED.read_bytes())
-        and shipped.mesh_size_mm == mesh.size_mm == 2 * shipped.finest_size_mm
-    )
-    measured = dataclasses.replace(prices, finger_sha256=finger.sha256, mesh_sha256=mesh.sha256)
-    keep(measured)
-    assert known_prices(finger.sha256, mesh.sha256) == measured
 
 
 def test_damaged_prices_are_reported_and_do_not_count(prices, empty_cache):
     keep(prices)
     entry = next((empty_cache / "prices").glob("*.entry"))
     entry.write_bytes(entry.read_bytes()[:200])
-    module._found.cache_clear()
     with pytest.warns(RuntimeWarning, match="cache entry .* is damaged"):
         assert known_prices(prices.finger_sha256, prices.mesh_sha256) is None
 
@@ -103,9 +77,10 @@ def test_text_that_is_no_prices(prices, change):
         FORMAT.validate_json(json.dumps(document))
 
 
-def test_a_cache_that_cannot_be_written_is_said(prices, tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("in the way")
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "file"))
-    monkeypatch.setattr(cache, "_warned", set())
-    with pytest.warns(RuntimeWarning, match="cannot use the cache folder"):
-        keep(prices)
+@pytest.mark.parametrize("error, fidelity", [(0.0, "hertz"), (0.5, "contact")])
+def test_auto_adds_to_the_error_of_hertz_what_the_mesh_is_known_to_cost(
+    prices, empty_cache, linear_reference, error, fidelity
+):
+    own = dataclasses.replace(linear_reference, finger_sha256=prices.finger_sha256, mesh_sha256=prices.mesh_sha256)
+    keep(dataclasses.replace(prices, mesh=Loss(FORCES, *3 * [(error,) * 3])))
+    assert press(own, Block(0.51, 10), force=0.3, tolerance=0.3).fidelity == fidelity

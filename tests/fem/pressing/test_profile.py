@@ -15,7 +15,6 @@ from papilla.fem.pressing.ellipses import (
     mean_square,
     peak_over_mean,
 )
-from papilla.fem.pressing.hertz import _least_energy
 
 
 @pytest.mark.parametrize("q", [-1.2, -0.3, 0.0, 0.4, 0.9])
@@ -45,18 +44,3 @@ def test_energy_on_a_half_space():
         for m, n in [(0, 0), (0, 1), (1, 1)]
     ]
     assert np.divide(energy, energy[0]) == pytest.approx(HALF_SPACE_ENERGY, rel=1e-5)
-
-
-def test_the_least_energy_is_stationary_in_the_layer_term():
-    """F^2 c(q) / 2 + F bend a^2 (1 - 2 q / 7), c the quadratic form of the pairs of terms: slope 0 in q."""
-    moduli = [np.polynomial.Polynomial([0.0, slope, -0.02]) for slope in (0.30, 0.27, 0.24)]
-    radius, bend = np.linspace(2.0, 4.0, 5), 0.01
-    change, slope = (np.array([m(radius) for m in part]) for part in (moduli, [m.deriv() for m in moduli]))
-    q, force, compliance = _least_energy(radius, 0.3, change, slope, 0.0, bend)
-    c = [factor * 0.3 / (radius * np.exp(m(radius))) for factor, m in zip(HALF_SPACE_ENERGY, moduli, strict=True)]
-    form = lambda q: (1 - q) ** 2 * c[0] + 2 * q * (1 - q) * c[1] + q**2 * c[2]  # noqa: E731
-    np.testing.assert_allclose(compliance, form(q), rtol=1e-12)
-    assert (np.abs(q) > 0.01).all() and (force > 0).all()
-    energy = lambda q: force**2 * form(q) / 2 + force * bend * radius**2 * (1 - 2 * q / 7)  # noqa: E731
-    slope = (energy(q + 1e-4) - energy(q - 1e-4)) / 2e-4
-    np.testing.assert_allclose(slope / energy(q), 0, atol=0.005)

@@ -25,44 +25,6 @@ def test_at_the_apex_it_is_the_press_itself(coarse_model, coarse, pressed):
     assert np.abs(found[2] - found[1]).max() > 0.1 * np.abs(found[1]).max()
 
 
-def test_it_is_linear_in_the_pressure(coarse_model, coarse, pressed):
-    pressures = np.multiply.outer([1.0, 2.5, 0.0], pressed.traction)
-    pressures[2, 0, 0] = 0.01
-    found = transported_readings(coarse_model, coarse.patch, pressures, (2.0,))[0]
-    np.testing.assert_allclose(found[1], 2.5 * found[0], rtol=1e-12)
-    both = transported_readings(coarse_model, coarse.patch, pressures[[0]] + pressures[[2]], (2.0,))[0]
-    np.testing.assert_allclose(both[0], found[0] + found[2], rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_tangential_tractions_add_what_friction_changes(reference_model, reference):
-    """Readings of a press that sticks, from its tractions at the apex: pressure alone misses what shear adds."""
-    stuck = press(reference, Block(0.3, 10.0), force=0.6, fidelity="contact", friction="stick")
-    alone = stuck.traction * [[1], [0], [0]]
-    both, pressure = transported_readings(reference_model, reference.patch, np.array([stuck.traction, alone]), (0.0,))[
-        0
-    ]
-    largest = np.abs(stuck.reading).max()
-    np.testing.assert_allclose(both, stuck.reading, atol=1e-3 * largest)
-    assert np.abs(pressure - stuck.reading).max() > 0.01 * largest
-
-
-def test_reading_adjoints_are_the_gauge_adjoints_of_what_is_symmetric_in_y(coarse_model):
-    strain, reading = coarse_model.gauge_adjoints(), coarse_model.reading_adjoints()
-    assert set(reading) == {parity for parity in strain if parity[1] > 0}
-    for parity, field in reading.items():
-        np.testing.assert_allclose(field, strain[parity], atol=1e-9 * np.abs(strain[parity]).max())
-
-
-def test_curvature_counts_by_the_lever(coarse_model, changed, dome, coarse, pressed):
-    """A gauge that reads curvature alone: the same pressure on the reduced finger gives the same reading."""
-    finger = changed(gauge_membrane_gain=0.0, gauge_lever_mm=0.02)
-    model = type(coarse_model)(finger, dome(finger))
-    found = transported_readings(model, coarse.patch, pressed.traction[None], (0.0,))[0, 0]
-    expected = 1e6 * 0.02 * pressed.curvature
-    np.testing.assert_allclose(found, expected, atol=0.04 * np.abs(expected).max())
-
-
 def test_unusable_values_are_refused(coarse_model, coarse, pressed):
     with pytest.raises(InputError, match=r"tractions must be \(m, 3, \d+\), one row per press, got shape \(3,\)"):
         transported_readings(coarse_model, coarse.patch, np.ones(3), (0.0,))

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.fem import FingerModel, press
-from papilla.fem.reduction import family as module
-from papilla.fem.reduction.family import NODES, RATIOS, family, with_moduli
-from papilla.mesh import build
+from papilla.fem import press
+from papilla.fem.reduction.family import family
 from papilla.model.finger import Finger, Layer
 from papilla.model.materials import NeoHookean
 from papilla.model.specimen import Block
@@ -20,40 +18,6 @@ SIZE_MM = 2.8
 @pytest.fixture(scope="module")
 def relatives():
     return family(Finger.default(), size_mm=SIZE_MM)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("outer, inner", [(0.2, 0.05), (0.4, 0.03), (0.05, 0.045)])
-def test_a_member_is_the_finger_reduced_by_itself(relatives, outer, inner):
-    design = with_moduli(Finger.default(), outer, inner)
-    alone = FingerModel(design, build(design, size_mm=SIZE_MM)).reduce()
-    found = relatives.at(outer, inner)
-    for name in ("compliance", "rows", "layers", "half_space"):
-        expected = getattr(alone, name)
-        assert getattr(found, name) == pytest.approx(expected, abs=1e-4 * np.abs(expected).max())
-    for name in ("finger_sha256", "mesh_sha256", "outer_modulus", "strain_key", "gauge_names", "at"):
-        assert getattr(found, name) == getattr(alone, name)
-    for friction in (0.0, "stick"):
-        pressed = [
-            press(one, Block(0.3, 10), force=0.5, fidelity="contact", friction=friction) for one in (found, alone)
-        ]
-        assert pressed[0].sd == pytest.approx(pressed[1].sd, rel=1e-4)
-        assert pressed[0].indentation == pytest.approx(pressed[1].indentation, rel=1e-4)
-
-
-def test_nodes_span_the_ratios(relatives):
-    assert len(relatives.ratios) == NODES
-    assert (relatives.ratios[0], relatives.ratios[-1]) == pytest.approx(RATIOS)
-    assert repr(relatives).endswith("outer / inner 1 to 16)")
-
-
-def test_a_family_from_the_cache_makes_no_model_until_one_is_asked_for(relatives, monkeypatch):
-    made = []
-    monkeypatch.setattr(module, "FingerModel", lambda *parts: made.append(parts) or FingerModel(*parts))
-    again = family(Finger.default(), size_mm=SIZE_MM)
-    np.testing.assert_array_equal(again.at(0.2, 0.05).compliance, relatives.at(0.2, 0.05).compliance)
-    assert not made
-    assert again.model(2.0).space is again.model(4.0).space and len(made) == 3
 
 
 @pytest.mark.parametrize("outer, inner", [(1.0, 0.05), (0.04, 0.05)])
@@ -69,11 +33,6 @@ def test_cards_and_elastic_bones_are_refused():
     boned = dataclasses.replace(Finger.default(), bone=Layer(3000.0, 0.37))
     with pytest.raises(InputError, match="rigid bone"):
         family(boned, size_mm=SIZE_MM)
-
-
-def test_its_ratios_are_seven():
-    """Chebyshev's points over ln 16, stretched to its ends."""
-    assert (NODES, RATIOS) == (7, (1.0, 16.0))
 
 
 @pytest.mark.parametrize("ratio", [1.45, 4.6, 13.1])

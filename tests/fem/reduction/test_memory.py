@@ -2,17 +2,14 @@
 
 import json
 import os
-import re
 import subprocess
 import sys
 
 import pytest
 
-from papilla.core import memory
 from papilla.core.errors import MemoryEstimateError
 from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
 from papilla.fem import FingerModel, press_finite
-from papilla.fem.discrete import solver
 from papilla.mesh import build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
@@ -61,41 +58,17 @@ def test_the_law_is_what_a_process_takes(job, size_mm, law):
 @pytest.fixture
 def free(monkeypatch):
     """Set the free memory in bytes."""
-    return lambda number: monkeypatch.setattr(memory, "available_bytes", lambda: number)
-
-
-@pytest.fixture
-def no_factor(monkeypatch):
-    monkeypatch.setattr(FingerModel, "factor", lambda *_: pytest.fail("the model was factorised"))
+    return lambda number: monkeypatch.setattr("papilla.core.seams.free_bytes", lambda: number)
 
 
 @pytest.mark.parametrize("at, job", [((0.0, 0.0), "factorising"), ((2.0, 1.0), "factorising 4 times")])
-def test_a_reduction_is_refused_before_it_starts(at, job, free, no_factor):
+def test_a_reduction_is_refused_before_it_starts(at, job, free):
     finger = Finger.default()
     model = FingerModel(finger, build(finger))
     free(int(2e8))
     message = rf"^{job} a mesh of 8,679 tetrahedra \(43,226 unknowns, size_mm 0.7\) needs about [\d.]+ GiB of memory, "
     with pytest.raises(MemoryEstimateError, match=message + r"0.19 GiB are free: mesh with size_mm >= [\d.]+ \("):
         model.reduce(at)
-
-
-def test_what_is_already_factorised_is_not_refused(coarse_model, free):
-    first = coarse_model.reduce()
-    free(1)
-    assert (coarse_model.reduce().compliance == first.compliance).all()
-
-
-def test_the_size_that_is_named_would_fit(free, no_factor):
-    finger = Finger.default()
-    model = FingerModel(finger, build(finger))
-    left = int(3e8)
-    free(left)
-    with pytest.raises(MemoryEstimateError) as refused:
-        model.reduce()
-    ratio = float(re.search(r"size_mm >= ([\d.]+) ", str(refused.value)).group(1)) / 0.7
-    columns = len(model._patch((0.0, 0.0))[0].patch.xy)
-    smaller = len(model.space.mesh.tets) / ratio**3, model.space.unknowns / ratio**3, columns / ratio**2
-    assert reduction_bytes(*smaller) <= left
 
 
 def test_a_press_at_finite_strain_is_refused_before_it_starts(free):
@@ -105,22 +78,3 @@ def test_a_press_at_finite_strain_is_refused_before_it_starts(free):
     message = r"^pressing at finite strain a mesh of 8,679 tetrahedra .* needs about [\d.]+ GiB of memory, "
     with pytest.raises(MemoryEstimateError, match=message):
         press_finite(finger, mesh, Block(0.51, 10), force=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("engine", solver.ENGINES)
-def test_each_factorisation_is_checked_by_itself(engine, reference_model, free):
-    free_unknowns, factor = reference_model.factor()
-    free(int(1e8))
-    with pytest.raises(MemoryEstimateError, match=r"^factorising 39,412 unknowns needs about .*: take a coarser mesh$"):
-        solver.factorise(factor.matrix, factor.inertia[1], engine=engine)
-
-
-@pytest.mark.slow
-def test_many_right_hand_sides_are_solved_in_batches(reference_model):
-    import numpy as np
-
-    _, factor = reference_model.factor()
-    rhs = np.random.default_rng(0).standard_normal((factor.matrix.shape[0], solver.BATCH + 3))
-    together = factor.solve(rhs)
-    assert together[:, -1:] == pytest.approx(factor.solve(rhs[:, -1:]), rel=1e-9, abs=1e-12 * np.abs(together).max())

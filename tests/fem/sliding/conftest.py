@@ -8,6 +8,7 @@ from papilla import Finger
 from papilla.fem import prepare_section
 from papilla.fem.sliding.section import SectionModel
 from papilla.mesh.section import build_section
+from papilla.model.parts import Identified
 
 COARSE_MM = 0.3
 
@@ -30,3 +31,19 @@ def smooth(finger):
 @pytest.fixture(scope="session")
 def model(finger):
     return SectionModel(finger, build_section(replace(finger, ridges=None), size_mm=COARSE_MM))
+
+
+def _relaxing(shares, times_s, gauges=5):
+    """What an identification told of a finger: its relaxation alone."""
+    nothing = {name: () for name in ("parameters", "logarithmic", "values", "lower", "upper", "covariance")}
+    return Identified(
+        status="ok", presses=0, specimen="", friction=0.0, zeros_microstrain=(0.0,) * gauges, touch_down_mm=0.0,
+        chi_square=0.0, freedom=0.0, force_error=0.0, noise_microstrain=0.0,
+        relaxation_shares=shares, relaxation_times_s=times_s, **nothing,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def relaxing():
+    """Function: what an identification found of a finger, its relaxation alone."""
+    return _relaxing

@@ -1,13 +1,15 @@
 """One mode with inertia against an integration of its equation, and the choice of the dynamics by frequencies."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from papilla.fem.sliding.dynamics import AtRest, Modal, loss_factors
+from papilla import Grating
+from papilla.fem import Motion
+from papilla.fem.sliding.dynamics import Modal, loss_factors
+from papilla.fem.sliding.section import Modes
 from papilla.fem.sliding.slide import choose_dynamics, highest_frequency
+from papilla.model.textures import Flat, MeasuredProfile
 
 OMEGA, LOSS, STEP = 300.0, 0.2, 1e-4
 PATCH, ROWS, MODE_ROWS = np.array([[0.7], [-0.3]]), np.array([[5.0, 1.0]]), np.array([[40.0]])
@@ -18,7 +20,7 @@ def test_a_mode_follows_its_equation_under_forces_that_are_linear_in_each_step()
     """q'' + eta w q' + w^2 q = phi . f; the rest of the compliance answers at once."""
     turns = np.arange(41) / 40
     forces = np.column_stack([2 + np.sin(9 * turns), turns * np.cos(5 * turns)])
-    modes = SimpleNamespace(omega=np.array([OMEGA]), patch=PATCH)
+    modes = Modes(np.array([OMEGA]), PATCH, np.zeros((2, 1, 1)))
     inertia = Modal(modes, COMPLIANCE, ROWS, MODE_ROWS, STEP, np.array([LOSS]), forces[0])
     loads = (forces @ PATCH)[:, 0]
 
@@ -43,14 +45,16 @@ def test_a_mode_follows_its_equation_under_forces_that_are_linear_in_each_step()
     assert inertia.energy(forces[-1]) == pytest.approx(elastic / 2, rel=1e-6)
 
 
+PROFILE = MeasuredProfile(np.linspace(-9, 9, 91), np.zeros(91))
+
+
 @pytest.mark.parametrize(
-    "wavelength, span, pitch, shortest",
-    [(2.0, 9.0, 0.0, 2.0), (2.0, 9.0, 1.5, 1.5), (None, np.inf, 1.5, 1.5), (None, np.inf, 0.0, 0.4),
-     (None, 9.0, 1.5, 0.4), (None, 9.0, 0.3, 0.3)],
+    "texture, pitch, shortest",
+    [(Grating(1.0, 1.0, 0.1), 0.0, 2.0), (Grating(1.0, 1.0, 0.1), 1.5, 1.5), (Flat(), 1.5, 1.5), (Flat(), 0.0, 0.4),
+     (PROFILE, 1.5, 0.4), (PROFILE, 0.3, 0.3)],
 )  # fmt: skip
-def test_the_highest_frequency_is_of_the_shortest_period_that_is_felt(wavelength, span, pitch, shortest):
-    texture, motion = SimpleNamespace(wavelength=wavelength, span=(-span, span)), SimpleNamespace(fastest_mm_s=60.0)
-    assert highest_frequency(texture, motion, pitch) == pytest.approx(60.0 / shortest)
+def test_the_highest_frequency_is_of_the_shortest_period_that_is_felt(texture, pitch, shortest):
+    assert highest_frequency(texture, Motion.steady(-60.0, 0.1), pitch) == pytest.approx(60.0 / shortest)
 
 
 def test_inertia_is_included_above_three_tenths_of_the_first_mode():
@@ -63,26 +67,16 @@ def test_inertia_is_included_above_three_tenths_of_the_first_mode():
         ]  # fmt: skip
 
 
-def test_a_relaxation_tells_the_loss_of_modes_at_most_ten_times_faster():
+def test_a_relaxation_tells_the_loss_of_modes_at_most_ten_times_faster(relaxing):
     """E'' / E' of one Maxwell term with share g and time tau, at turns w tau."""
     omega = np.array([100.0, 300.0])
     for tau, told in ((0.099, True), (0.101, False)):
-        found, origin = loss_factors(
-            None, SimpleNamespace(relaxation_times_s=(5.0, tau), relaxation_shares=(1e-9, 0.3)), omega
-        )
+        found, origin = loss_factors(None, relaxing((1e-9, 0.3), (5.0, tau)), omega)
         turns = omega * tau
         exact = 0.3 * turns / (1 + turns**2) / (1 - 0.3 / (1 + turns**2))
         assert found == pytest.approx(exact if told else [0.1, 0.1])
         assert ("identified relaxation of 0.101 s is 10 times slower than the first mode" in origin) != told
-    for identified in (None, SimpleNamespace(relaxation_times_s=())):
+    for identified in (None, relaxing((), ())):
         found, origin = loss_factors(None, identified, omega)
         assert found.tolist() == [0.1, 0.1] and origin.endswith("the finger has no identified relaxation")
     assert loss_factors(0.7, None, omega)[0].tolist() == [0.7, 0.7]
-
-
-def test_a_body_at_rest_reads_its_forces_and_keeps_nothing_of_the_past():
-    still = AtRest(COMPLIANCE, ROWS)
-    still.accept(np.array([3.0, 1.0]))
-    assert still.free().tolist() == [0.0, 0.0]
-    assert still.readings(np.array([0.0, 2.0])) == pytest.approx([2.0])
-    assert still.readings(np.array([3.0, 2.0])) == pytest.approx([17.0])

@@ -5,7 +5,7 @@ import pytest
 
 from papilla import Grating
 from papilla.core.errors import InputError
-from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
+from papilla.fem.sliding.felt_profile import FeltProfile
 
 
 class Sine:
@@ -53,21 +53,6 @@ def test_the_mean_of_an_uneven_hat_lies_off_its_node():
     at = np.full(len(hats), 4.0)
     assert felt.recess(at) == pytest.approx(0.3 * (4.0 + (hats[:, 1] - hats[:, 0]) / 3), abs=1e-4)
     assert felt.step <= 0.2 / 25, "25 knots in the narrowest side"
-
-
-def test_beyond_its_ends_a_texture_is_out_of_reach():
-    felt = FeltProfile.of(Slope(), EVEN, (-5.0, 15.0))
-    # At an end, the half of the hat that lies beyond it feels the emptiness
-    assert felt.recess(np.array([0.0, 10.0])) == pytest.approx(FAR_MM / 2, rel=0.02)
-    assert felt.recess(np.array([-0.5, 10.5])) == pytest.approx(FAR_MM)
-    assert felt.recess(np.array([-4.0, 14.0])) == pytest.approx(FAR_MM), "and further out as well"
-    assert felt.recess(np.array([0.5, 9.5])) == pytest.approx([0.15, 2.85], abs=1e-3)
-
-
-def test_only_what_is_reached_is_tabulated():
-    felt = FeltProfile.of(Slope(), EVEN, (2.0, 3.0))
-    assert (felt.start, felt.start + felt.step * (felt.values.shape[1] - 1)) == pytest.approx((2.0, 3.0))
-    assert felt.recess(np.array([2.0, 3.0])) == pytest.approx([0.6, 0.9], abs=1e-4)
 
 
 def test_a_period_must_be_two_elements_long_and_a_table_must_not_be_endless():

@@ -44,10 +44,6 @@ def test_a_motion_that_is_none_is_refused(t, x, seconds, message):
         Motion.sampled(t, x, 100.0, seconds)
 
 
-def test_five_steps_without_a_point_are_no_gap_yet_and_ten_metres_a_second_are_not_too_fast():
-    assert len(Motion.sampled([0, 1, 2, 3, 8], [0, 0, 0, 0, 5e4], 10.0).t_s) == 80
-
-
 @pytest.mark.parametrize(
     "seconds, rate, message",
     [(2001.0, 1000.0, "2001 s at 1000 Hz are more than 2,000,000 samples"), (0.001, 1000.0, "fewer than two samples")],

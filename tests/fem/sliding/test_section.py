@@ -1,53 +1,20 @@
 """The section: its mesh, its compliance against the layered kernel, its modes against the full matrices."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
-from papilla import Dome, Layer, Slab
+from papilla import Layer, Slab
 from papilla.core.errors import InputError
 from papilla.fem import prepare_section
-from papilla.fem.sliding.dynamics import Modal
-from papilla.fem.sliding.section import Modes, SectionModel, _arrays
-from papilla.mesh.layered import BONE, INNER, OUTER
+from papilla.fem.sliding.section import SectionModel
+from papilla.mesh.layered import INNER, OUTER
 from papilla.mesh.section import Section, build_section
+from papilla.model.finger import Gauge
 from papilla.references import StackLayer, layered_surface_compliance
 from papilla.verify.sliding import depth_of_a_hump
-
-
-def areas(section):
-    corners = section.points[section.triangles]
-    return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 2
-
-
-@pytest.mark.parametrize("ridges", [True, False])
-def test_the_mesh_fills_its_layers_and_mirrors_itself(finger, ridges):
-    finger = finger if ridges else replace(finger, ridges=None)
-    section = build_section(finger, size_mm=0.2)
-    area = areas(section)
-    assert area.min() > 1e-3
-    wanted = {OUTER: 24 * 20 - 21 * 17, INNER: 21 * 17 - 10 * 6}
-    tops = 0.3 * np.ptp(section.points[section.spans, 0], axis=1).sum() if ridges else 0.0
-    for layer, product in wanted.items():
-        exact = np.pi / 2 * product + (tops if layer == OUTER else 0)
-        assert area[section.layer == layer].sum() == pytest.approx(exact, rel=4e-3)
-    mirrored = section.points * [-1, 1]
-    order, other = np.lexsort(section.points.round(9).T), np.lexsort(mirrored.round(9).T)
-    np.testing.assert_allclose(section.points[order], mirrored[other], atol=1e-12)
-    again = build_section(finger, size_mm=0.2)
-    assert again.points.tobytes() == section.points.tobytes()
-
-
-def test_a_bone_that_is_meshed_is_a_layer(finger):
-    section = build_section(replace(finger, bone=Layer(3000.0, 0.35)), size_mm=0.5)
-    area = areas(section)
-    assert area.min() > 1e-4
-    assert area[section.layer == BONE].sum() == pytest.approx(np.pi / 2 * 60, rel=0.02)
-    assert (section.points[section.base, 1] == 0).all()
 
 
 def test_what_has_no_section_is_refused(finger):
@@ -107,15 +74,6 @@ def test_an_incompressible_strip_is_the_limit_of_nearly_incompressible_ones(fing
     np.testing.assert_allclose(moved[2] - moved[1], moved[1] - moved[0], atol=0.05 * change)
 
 
-def test_the_kernel_is_symmetric_and_holds_the_half_plane():
-    q = np.array([0.3, 3.0, 30.0])
-    deep = layered_surface_compliance(q, [StackLayer(1000.0, 0.1, 0.5)], None)
-    np.testing.assert_allclose(deep[:, 1, 1], 2 * 0.75 / (0.1 * q), rtol=1e-9)
-    np.testing.assert_allclose(deep[:, 0, 0], deep[:, 1, 1], rtol=1e-9)
-    C = layered_surface_compliance(q, [StackLayer(1.0, 0.1, 0.3), StackLayer(2.0, 0.03, 0.45)], None)
-    np.testing.assert_allclose(C[:, 0, 1], C[:, 1, 0], rtol=1e-9)
-
-
 @pytest.mark.slow
 def test_compliance_settles_as_elements_shrink_at_second_order(finger):
     """Straight edges for the curved skin are a second-order error; that of the elements is less."""
@@ -150,122 +108,8 @@ def test_modes_and_static_rest_answer_a_harmonic_force_as_the_whole_does(model):
 def test_the_first_mode_of_a_soft_layer_is_its_shear_wave(finger):
     """A wide strip sheared sideways: f = c / (4 h), c^2 = G / rho."""
     soft = Layer(0.034, 0.4999)
-    wide = SectionModel(replace(finger, outer=soft, inner=soft), strip(width=120.0, across=80, rows=(2, 4)))
-    wide.__dict__["gauge_rows"] = csr_matrix((2 * len(finger.gauges), 2 * wide.nodes))  # It has no place for gauges
+    flat = Slab((60.0, 4.0), (59.0, 3.0), (1.0, 0.5))
+    flat_finger = replace(finger, shape=flat, outer=soft, inner=soft, gauges=(Gauge("g", x_mm=0.0),), ridges=None)
+    wide = SectionModel(flat_finger, strip(width=120.0, across=80, rows=(2, 4)))
     speed = np.sqrt(0.034 / 3 / 1.07e-9)
     assert wide.modes(3).omega[0] / (2 * np.pi) == pytest.approx(speed / 16.0, rel=0.02)
-
-
-@pytest.mark.slow
-def test_a_slab_and_a_dome_of_one_section_are_one(finger, coarse):
-    slab = replace(finger, shape=Slab((24.0, 20.0), (21.0, 17.0), (10.0, 6.0), 8.0))
-    assert isinstance(finger.shape, Dome)
-    np.testing.assert_array_equal(prepare_section(slab, size_mm=0.3).compliance, coarse.compliance)
-
-
-@pytest.mark.slow
-def test_a_wave_on_smooth_skin_fades_as_the_half_planes(finger):
-    """Strain at depth z under a pressure wave goes as kz exp(-kz): 3 mm below, a fine grating is not heard."""
-    section = prepare_section(replace(finger, ridges=None), size_mm=0.25)
-    n, middle = len(section.x), 2
-    width = section.hats.sum(axis=1) / 2 * np.exp(-((section.x / 5.0) ** 2))
-    strain = {}
-    for wavelength in (6.0, 4.0, 3.0):
-        k = 2 * np.pi / wavelength
-        strain[wavelength] = abs(section.rows[0, middle, n:] @ (np.exp(1j * k * section.x) * width)) / np.sinc(
-            2.4 / wavelength
-        )
-    for one, other in ((6.0, 4.0), (4.0, 3.0)):
-        fading = [3 * k * np.exp(-3 * k) for k in (2 * np.pi / one, 2 * np.pi / other)]
-        assert 0.4 < (strain[one] / strain[other]) / (fading[0] / fading[1]) < 2.5
-
-
-@pytest.mark.slow
-def test_modes_follow_a_force_in_time_as_the_whole_does(model):
-    """A smooth knock, against all unknowns by the trapezoidal rule (inf-sup pressure included), without loss."""
-    compliance, rows = model.condense()
-    modes, step, count = model.modes(30), 5e-4, 60
-    n = len(compliance) // 2
-    readings = 1e6 * rows[0]
-    load = np.zeros(2 * n)
-    load[n // 2], load[n + n // 2] = 0.3, 1.0
-    knock = np.sin(np.pi * np.minimum(np.arange(count + 1) / 40, 1.0)) ** 2
-    moving = Modal(modes, compliance, readings, 1e6 * modes.gauges[0], step, 0.0 * modes.omega, 0.0 * load)
-    found = []
-    for size in knock[1:]:
-        moving.accept(size * load)
-        found.append(moving.readings(size * load))
-    stiffness, mass = (matrix[model.free][:, model.free].tocsc() for matrix in model.system)
-    inside = model.free < 2 * model.nodes
-    means, _ = model.patch_weights
-    full = np.zeros(len(model.free))
-    full[inside] = (means.T @ load)[model.free[inside]]
-    factor = splu((stiffness + 4 / step**2 * mass).tocsc())
-    u, speed, pull = np.zeros(len(full)), np.zeros(len(full)), 0.0 * full
-    gauges = 1e6 * model.gauge_rows[: len(readings)]
-    exact = []
-    for size in knock[1:]:
-        # Trapezoidal: M a = f - K u at both ends; `pull` is M a
-        new = factor.solve(size * full + mass @ (4 / step**2 * u + 4 / step * speed) + pull)
-        speed = 2 / step * (new - u) - speed
-        u, pull = new, np.where(inside, size * full - stiffness @ new, 0.0)
-        field = np.zeros(2 * model.nodes)
-        field[model.free[inside]] = u[inside]
-        exact.append(gauges @ field)
-    exact = np.array(exact)
-    assert np.abs(np.array(found) - exact).max() < 0.03 * np.abs(exact).max()
-
-
-def test_means_over_the_skin_are_those_of_gauss_points(model):
-    """A constant field and a linear one, integrated by another rule."""
-    means, hats = model.patch_weights
-    vertices, points = model.patch_vertices, model.section.points
-    for field in (lambda x: 0 * x + 3.0, lambda x: 2 + x):
-        moved = np.zeros(2 * model.nodes)
-        places = model.scalar.doflocs[0]
-        moved[model.component[0]] = field(places)
-        found = (means @ moved)[: len(vertices)]
-        expected, weight = np.zeros(len(points)), np.zeros(len(points))
-        gauss, weights = np.polynomial.legendre.leggauss(3)
-        for a, b in model.section.spans:
-            length = np.linalg.norm(points[b] - points[a])
-            for s, w in zip((gauss + 1) / 2, weights / 2, strict=True):
-                value = field(points[a, 0] * (1 - s) + points[b, 0] * s) * w * length
-                expected[[a, b]] += np.array([1 - s, s]) * value
-                weight[[a, b]] += np.array([1 - s, s]) * w * length
-        np.testing.assert_allclose(hats, weight[vertices], rtol=1e-9)
-        np.testing.assert_allclose(found, (expected / np.maximum(weight, 1e-300))[vertices], rtol=1e-9)
-
-
-def test_forty_modes_are_kept_and_each_node_has_the_mean_height_of_its_hat():
-    """A ridge of three nodes: hats end at its edges, where the mean lies a third inside."""
-    section = SimpleNamespace(
-        points=np.array([[0.0, 1.0], [0.3, 1.6], [0.9, 1.3]]), spans=np.array([[0, 1], [1, 2]]), half_width=9.0
-    )
-    asked = []
-
-    def modes(count):
-        asked.append(count)
-        return Modes(np.arange(count), np.zeros((6, count)), np.zeros((2, 5, count)))
-
-    model = SimpleNamespace(
-        condense=lambda: (np.eye(6), np.ones((2, 5, 6))), modes=modes, section=section, patch_vertices=np.arange(3)
-    )
-    found = _arrays(model)
-    assert asked == [40] and found["half_width"] == 9.0 and found["x"].tolist() == [0.0, 0.3, 0.9]
-    assert found["hats"] == pytest.approx(np.array([[0.0, 0.3], [0.3, 0.6], [0.6, 0.0]]))
-    middle = 1.6 + (0.3 * (1.0 - 1.6) + 0.6 * (1.3 - 1.6)) / 3 / 0.9
-    assert found["z"] == pytest.approx([1.0 + 0.2, middle, 1.3 + 0.1])
-    assert {"compliance", "rows", "mode_omega", "mode_patch", "mode_gauges"} < set(found)
-
-
-def test_a_foil_that_reaches_out_of_the_section_is_named_by_its_farthest_point():
-    def probes(_):
-        raise ValueError("a point lies outside of the mesh")
-
-    model, points = (
-        SimpleNamespace(scalar=SimpleNamespace(probes=probes)),
-        np.array([[0.1, 5.0], [-9.0, 4.0], [2.0, 3.0]]),
-    )
-    with pytest.raises(InputError, match=r"a gauge's foil reaches out of the section, to \(-9, 4\) mm: move it"):
-        SectionModel._row(model, points, np.ones((3, 2)))

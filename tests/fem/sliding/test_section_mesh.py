@@ -1,6 +1,5 @@
 """The triangles of the section: where its rows and columns lie, how they grow, and what its ridges look like."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import pytest
 from papilla import Dome, Finger, Layer, Slab, Surfaces
 from papilla.core.errors import InputError
 from papilla.mesh.layered import BONE, INNER, OUTER
-from papilla.mesh.section import build_section, patch_half_width, section_finger
+from papilla.mesh.section import build_section, section_finger
 from papilla.model.finger import Gauge, Ridges
 
 SKIN, INTERFACE, CORE = (24.0, 20.0), (21.0, 17.0), (10.0, 6.0)
@@ -24,55 +23,6 @@ def finger():
 def on(points, axes):
     """Mask of the points on an ellipse of these semi-axes."""
     return np.abs(((points / axes) ** 2).sum(axis=1) - 1) < 1e-9
-
-
-def steps_along(points, axes):
-    """Steps of the ellipse parameter between neighbouring points on an ellipse, from left to right."""
-    row = points[on(points, axes)]
-    return np.diff(np.sort(np.arctan2(row[:, 0] / axes[0], row[:, 1] / axes[1])))
-
-
-def growth(steps):
-    """Largest ratio of two neighbouring steps."""
-    return max(max(a / b, b / a) for a, b in zip(steps[:-1], steps[1:], strict=True))
-
-
-def test_the_patch_has_even_elements_of_the_size_that_was_asked_for(finger):
-    section = build_section(replace(finger, ridges=None), size_mm=0.25)
-    assert section.half_width == patch_half_width(finger) == 12.0, "half of the skin's half width"
-    assert (section.spans[1:, 0] == section.spans[:-1, 1]).all(), "one unbroken line"
-    ends = section.points[section.spans]
-    assert on(ends.reshape(-1, 2), SKIN).all()
-    assert np.diff(ends[:, :, 0], axis=1) == pytest.approx(0.25) and len(section.spans) == 96
-    assert (ends[0, 0, 0], ends[-1, 1, 0]) == pytest.approx((-12, 12))
-    odd = build_section(replace(finger, patch_radius=1.3, ridges=None), size_mm=0.25)
-    assert len(odd.spans) == 12, "a size that does not divide the patch is made smaller"
-    narrow = build_section(replace(finger, patch_radius=0.3, ridges=None), size_mm=0.5)
-    assert len(narrow.spans) == 8 and narrow.half_width == 0.3, "four elements on either side at least"
-
-
-def test_columns_grow_towards_the_base_by_less_than_a_third_and_stay_short(finger):
-    section = build_section(replace(finger, ridges=None), size_mm=0.25)
-    steps = steps_along(section.points, SKIN)
-    outside = steps[: (len(steps) - 96) // 2]
-    assert steps == pytest.approx(steps[::-1]) and steps.sum() == pytest.approx(math.pi)
-    # The last elements of the patch are the first of the series
-    assert growth([*outside, steps[len(outside)]]) < 1.31 and 0.8 < outside[-1] / steps[len(outside)] < 1.31
-    assert 0.08 < outside[0] < 0.1 + 1e-9 and (np.diff(outside) < 1e-12).all()
-    for axes in (INTERFACE, CORE):
-        assert steps_along(section.points, axes) == pytest.approx(steps), "columns keep their parameter"
-
-
-@pytest.mark.parametrize("size", [0.1, 0.3])
-def test_rows_grow_inwards_by_less_than_a_third(finger, size):
-    section = build_section(replace(finger, ridges=None), size_mm=size)
-    middle = np.sort(section.points[np.abs(section.points[:, 0]) < 1e-9, 1])[::-1]
-    assert middle[0] == 20.0 and middle[-1] == 6.0 and np.isclose(middle, 17.0).sum() == 1
-    steps = -np.diff(middle)
-    skin, soft = steps[: int(np.flatnonzero(np.isclose(middle, 17.0))[0])], steps[len(steps[middle[1:] > 17 - 1e-9]) :]
-    assert skin.sum() == pytest.approx(3) and soft.sum() == pytest.approx(11)
-    assert 0.7 * size < skin[0] <= size * 1.0001 and growth(skin) < 1.3001 and growth(soft) < 1.3001
-    assert skin.max() <= 0.75 and 0.7 * skin[-1] < soft[0] <= skin[-1] * 1.0001 and 1 < soft.max() <= 1.5
 
 
 def test_triangles_turn_to_the_left_and_mirror_themselves(finger):
@@ -134,13 +84,6 @@ def test_ridges_stand_at_their_pitch_with_flat_tops_of_their_width(finger):
     assert np.sum((np.abs(coarse.points[:, 0]) < 1e-9) & (coarse.points[:, 1] > 20)) == 2, "and two up"
 
 
-def test_ridges_need_room_for_three(finger):
-    three = build_section(replace(finger, ridges=Ridges(11.0, 1.0, 0.3)), size_mm=0.5)
-    assert len(np.unique(three.spans)) == 3 * 5
-    with pytest.raises(InputError, match="ridge pitch 11.6 mm leaves fewer than three ridges"):
-        build_section(replace(finger, ridges=Ridges(11.6, 1.0, 0.3)), size_mm=0.5)
-
-
 def test_a_dome_is_cut_at_y_0_and_a_surface_file_is_refused(finger):
     assert isinstance(finger.shape, Dome)
     cut = section_finger(finger)
@@ -149,10 +92,3 @@ def test_a_dome_is_cut_at_y_0_and_a_surface_file_is_refused(finger):
     own = Finger("own", Surfaces("a.stl", "b.stl", "c.stl"), finger.outer, finger.inner, (Gauge("g", x_mm=0.0),))
     with pytest.raises(InputError, match="surface files have no exact section"):
         section_finger(own)
-
-
-def test_five_hundred_nodes_of_contact_are_enough_and_more_are_too_many(finger):
-    smooth = replace(finger, ridges=None)
-    assert len(np.unique(build_section(smooth, size_mm=12 / 249).spans)) == 499
-    with pytest.raises(InputError, match="501 nodes in the contact patch, 500 at most"):
-        build_section(smooth, size_mm=12 / 250)

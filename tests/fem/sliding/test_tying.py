@@ -1,22 +1,14 @@
 """A section at rest on a flat is the finger pressed in three dimensions: depth, force and every gauge."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from papilla import Grating
 from papilla.core.errors import ContactRangeError
 from papilla.fem import Motion, prepare, press, slide
-from papilla.fem.sliding import tying
-from papilla.fem.sliding.coulomb import Laws, rub
-from papilla.fem.sliding.slide import STUCK
-from papilla.fem.sliding.tying import FLAT, refuse_end, tie
-from papilla.model.finger import Bench, Finger
+from papilla.fem.sliding.tying import FLAT, refuse_end
 from papilla.model.textures import Flat
 
-READING = np.array([100.0, 50.0, -20.0, 10.0, 5.0])
 STILL = Motion.steady(0.0, 0.01)
 
 
@@ -36,24 +28,6 @@ def test_at_rest_it_is_a_press(finger, coarse, load, friction):
 
 
 @pytest.mark.slow
-def test_gauges_that_read_bending_are_those_of_the_press_too(coarse):
-    published = Finger.published()
-    true = press(prepare(published), FLAT, force=0.3, friction=0.0)
-    found = slide(published, Flat(), STILL, force=0.3, friction=0.0)
-    np.testing.assert_allclose(found.readings[0], true.reading, rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_the_bench_says_the_friction_that_nobody_stated(finger, coarse):
-    told = {bench: replace(finger, bench=Bench(friction=bench)) for bench in (0.3, STUCK)}
-    rubbing, stuck = (
-        slide(one, Flat(), STILL, section=coarse, force=0.2, dynamics="quasi-static") for one in told.values()
-    )
-    assert (rubbing.friction, rubbing.tied.press.friction) == (0.3, 0.3)
-    assert (stuck.friction, stuck.tied.press.friction) == (0.0, np.inf)
-
-
-@pytest.mark.slow
 def test_what_a_texture_changes_is_the_sections_own(finger, coarse):
     """The tie adds a constant under a held force: the swing over a grating is that of the untied section."""
     scene = {"section": coarse, "force": 0.3, "friction": 0.0, "dynamics": "quasi-static"}
@@ -62,53 +36,6 @@ def test_what_a_texture_changes_is_the_sections_own(finger, coarse):
     alone = slide(finger, Grating(0.9, 0.9, 0.3), motion, **scene, length_mm=tied.length_mm)
     assert alone.tied is None
     np.testing.assert_allclose(tied.readings - alone.readings, np.tile(tied.tied.lacking, (100, 1)), rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_what_gauges_lack_goes_with_the_load(finger, coarse):
-    """Half of the load adds half of it; without contact there is none."""
-    tied = tie(finger, coarse, force=0.3, friction=0.0)
-    n = len(coarse.x)
-    force = np.zeros(2 * n)
-    force[n + n // 2] = tied.load / 2
-    added = (tied.rows(coarse) - coarse.reading_rows) @ force
-    np.testing.assert_allclose(added, tied.lacking / 2, rtol=1e-9)
-    off = slide(finger, Flat(), STILL, section=coarse, depth=0.0)
-    assert off.tied is None and not off.readings.any()
-
-
-@pytest.mark.slow
-def test_a_press_that_leaves_the_patch_is_refused(finger, coarse):
-    with pytest.raises(ContactRangeError):
-        tie(finger, coarse, force=50.0, friction=0.0)
-
-
-@pytest.fixture
-def pressed(monkeypatch):
-    """A press in three dimensions that is stated, not computed: F = 0.4 N, 0.3 mm deep."""
-    asked = {}
-
-    def stated(reduced, specimen, **given):
-        asked.update(given, specimen=specimen)
-        return SimpleNamespace(force=0.4, indentation=0.3, reading=READING)
-
-    monkeypatch.setattr(tying, "prepare", lambda finger, progress: None)
-    monkeypatch.setattr(tying, "press", stated)
-    return asked
-
-
-def test_the_section_carries_the_presss_force_at_its_depth_over_its_length(finger, coarse, pressed):
-    tied = tie(finger, coarse, force=0.4, friction=0.2)
-    assert pressed == {"specimen": FLAT, "force": 0.4, "indentation": None, "friction": 0.2}
-    n = len(coarse.x)
-    none = np.zeros(2 * n)
-    laws = Laws(coarse.compliance, coarse.z.max() - coarse.z, none[:n], 0.0, 0.0, none, load=tied.load)
-    held = rub(laws, np.zeros(n, dtype=np.int64))
-    assert held.depth == pytest.approx(0.3, rel=1e-6), "the same load leads to the same depth"
-    assert tied.length_mm * tied.load == pytest.approx(0.4)
-    assert tied.lacking == pytest.approx(READING - coarse.reading_rows @ held.force, rel=1e-5)
-    assert tied.rows(coarse) @ held.force == pytest.approx(READING), "at rest it reads as the press"
-    assert np.array_equal(tied.rows(coarse)[:, :n], coarse.reading_rows[:, :n]), "forces along x add nothing"
 
 
 def test_a_section_whose_contact_reaches_its_end_is_refused(coarse):
