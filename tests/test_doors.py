@@ -21,7 +21,6 @@ WALLS_LEFT: dict[str, int] = {
     "benchmarks": 78,
     "calibration": 58,
     "cli": 219,
-    "core": 43,
     "design": 144,
     "estimators": 398,
     "fem": 189,
