@@ -32,7 +32,7 @@ def cache_folder(tmp_path_factory):
         patch.setenv("XDG_DATA_HOME", str(folder / "data"))  # Of the secret that seals its entries
         patch.setenv("MPLBACKEND", "Agg")
         # Two processes of the tests may want the same entry: one waits, without the warning, which would be an error
-        patch.setattr("papilla.core.cache.PATIENCE_S", 600.0)
+        patch.setenv("PAPILLA_CACHE_PATIENCE_S", "600")
         yield folder
 
 
@@ -47,7 +47,7 @@ def pytest_collection_modifyitems(config, items):
     Fixtures are set up for the first test that needs them, and the next would pay if it were left out. So each test of
     a module has an equal share of the module's setup.
     """
-    if not config.getoption("short"):
+    if not config.getoption("short") or not hasattr(config, "cache"):
         return
     took, setups = config.cache.get(TOOK, {}), defaultdict(list)
     for name, (setup, _) in took.items():
@@ -73,8 +73,9 @@ class Times:
 
 
 def pytest_configure(config):
-    """Where tests run in other processes, the one that collects their reports keeps the times."""
-    if not hasattr(config, "workerinput"):
+    """Where tests run in other processes, the one that collects their reports keeps the times; none does without
+    pytest's cache."""
+    if not hasattr(config, "workerinput") and hasattr(config, "cache"):
         config.pluginmanager.register(Times(config))
 
 
@@ -91,15 +92,17 @@ def pytest_runtest_protocol(item):
     tests of a shape that no reference can be moved to, which are marked `mesher`."""
     if MESH_TESTS in item.path.parents or item.get_closest_marker("mesher"):
         return (yield)
-    from papilla.mesh import drawing
+    from papilla.core import seams
+
+    start = seams.start
+
+    def without_mesher(command, **options):
+        assert "tetrahedralise" not in command, "a test outside tests/mesh called the mesher"
+        return start(command, **options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(drawing, "tetrahedralise", _refuse)
+        patch.setattr(seams, "start", without_mesher)
         return (yield)
-
-
-def _refuse(*_, **__):
-    raise AssertionError("a test outside tests/mesh called the mesher")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -4,11 +4,11 @@ import json
 import math
 import re
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from papilla.core import seams
 from papilla.core.errors import one_line as plain
 
 CHECK_FAILED, BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 2, 70, 130, 141, 143
@@ -105,7 +105,7 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._task, description=plain(text), total=None)
             return
-        stage, now = text.split(",")[0], time.monotonic()
+        stage, now = text.split(",")[0], seams.now_s()
         if stage != self._stage or now - self._said >= REPEAT_S:
             self._stage, self._said = stage, now
             say(text)

@@ -1,6 +1,7 @@
 """A cache of named arrays on disk: keyed by the code and the values behind them, locked, atomic, checked on reading.
 
-The environment variable `PAPILLA_CACHE` names its folder; without it, it lies in the user's cache folder. If a result
+The environment variable `PAPILLA_CACHE` names its folder; without it, it lies in the user's cache folder.
+`PAPILLA_CACHE_PATIENCE_S` replaces the seconds for which a process waits for another before it says so. If a result
 cannot be stored (full disk, no permission), papilla warns once and computes it each time.
 
 papilla uses what an entry says, so nobody else may be able to write one. The cache folder, the folder of a kind, the
@@ -38,7 +39,8 @@ from papilla.core.errors import FileAccessError, FileFormatError, InputError, No
 from papilla.core.files import check_writable, replacing
 from papilla.core.outside import check_own, own_bytes, read_arrays, read_bytes, reason
 
-ENVIRONMENT = "PAPILLA_CACHE"
+ENVIRONMENT, PATIENCE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
+"""Environment variables: the folder of the cache, and what replaces `PATIENCE_S`."""
 
 PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
 """Times (s) for which another process may hold an entry: after the first this process says that it waits, after the
@@ -99,15 +101,16 @@ def entry(kind: str, key: str) -> Path:
     return folder() / kind / f"{key}.entry"
 
 
-def fetch(kind: str, key: str, make: Callable[[], Arrays]) -> dict[str, np.ndarray]:
+def fetch(kind: str, key: str, make: Callable[[], Arrays], give_up_s: float = GIVE_UP_S) -> dict[str, np.ndarray]:
     """The arrays of entry `key` of `kind`. If there is no such entry, `make()` computes them and they are stored.
 
-    A second process that asks for the same entry waits for the first. A damaged entry causes a warning and is computed
-    again. Raises whatever `make` raises, and stores nothing then. Arrays of Python objects are refused (no pickle).
+    A second process that asks for the same entry waits for the first, at most `give_up_s`. A damaged entry causes a
+    warning and is computed again. Raises whatever `make` raises, and stores nothing then. Arrays of Python objects are
+    refused (no pickle).
     """
     found = find(kind, key)
     if found is None:
-        with _locked(entry(kind, key)):
+        with _locked(entry(kind, key), give_up_s):
             found = find(kind, key, report=True)
             if found is None:
                 found = {name: np.asarray(array) for name, array in make().items()}
@@ -215,7 +218,7 @@ def _secret(path: Path) -> bytes:
     try:
         if not path.exists():
             path.parent.mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
-            with FileLock(f"{path}.lock", mode=PRIVATE, timeout=PATIENCE_S):
+            with FileLock(f"{path}.lock", mode=PRIVATE, timeout=_patience_s()):
                 if not path.exists():
                     with replacing(path) as temporary:
                         temporary.touch(PRIVATE)
@@ -228,17 +231,26 @@ def _secret(path: Path) -> bytes:
     return secret
 
 
+def _patience_s() -> float:
+    """Seconds to wait without a word; raises `InputError` if the environment has no number."""
+    stated = os.environ.get(PATIENCE) or PATIENCE_S
+    try:
+        return float(stated)
+    except ValueError as error:
+        raise InputError(f"{PATIENCE} must be a number of seconds, got {stated!r}") from error
+
+
 @contextmanager
-def _locked(path: Path) -> Iterator[None]:
+def _locked(path: Path, give_up_s: float) -> Iterator[None]:
     """Hold the lock of an entry during a block; the block runs without it if the lock cannot be had."""
     lock = FileLock(f"{path}.lock", mode=PRIVATE)
     try:
         _make_folders(path)
         try:
-            lock.acquire(timeout=PATIENCE_S)
+            lock.acquire(timeout=_patience_s())
         except Timeout:
             warnings.warn(f"waiting for another process that makes {path}", RuntimeWarning, stacklevel=4)
-            lock.acquire(timeout=GIVE_UP_S)
+            lock.acquire(timeout=give_up_s)
     except (OSError, NotImplementedError) as error:
         _go_on_without(error)
     try:

@@ -21,6 +21,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from papilla.core import seams
 from papilla.core.errors import FileAccessError
 from papilla.core.outside import reason, shown
 
@@ -72,7 +73,7 @@ def replacing_set(paths: Sequence[str | PathLike]) -> Iterator[list[Path]]:
         for target in targets[1:]:
             target.unlink(missing_ok=True)
         for temporary, target in zip(temporaries, targets, strict=True):
-            os.replace(temporary, target)
+            seams.replace(temporary, target)
     except OSError as error:
         if isinstance(error, FileAccessError):
             raise

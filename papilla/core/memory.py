@@ -1,8 +1,6 @@
-"""Free memory, the memory that a computation on a mesh needs, and its refusal before it starts if that is more.
+"""The memory that a computation on a mesh needs, and its refusal before it starts if more is needed than is free.
 
-Free memory is, on Linux, what the kernel can give without swapping, or what a control group (container, batch job)
-allows if that is less. Elsewhere it is the free pages, or all memory if the system does not count them. On Windows it
-is unknown, and nothing is refused.
+Where the system does not say how much is free, nothing is refused.
 
 `FingerModel.reduce` condenses a cell of the mesh (the meshed quarter, or the whole) with c tetrahedra, n unknowns and k
 patch nodes. With p parities (even and odd parts of a load) to factorise it needs, in bytes,
@@ -22,13 +20,11 @@ the formula is within a factor of `SPREAD` of the growth of the peak resident me
 """
 
 import math
-import os
 from collections.abc import Callable
-from pathlib import Path, PurePosixPath
 
+from papilla.core import seams
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MemoryEstimateError
-from papilla.core.outside import read_text
 
 OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
 
@@ -38,15 +34,6 @@ FINITE_ASSEMBLY = 30e3
 SPREAD = 1.4  # Largest ratio of the measured memory to that of the formula
 UNKNOWNS_PER_CELL, COLUMNS = 4.8, 0.4
 """n / c, and k / c^(2/3), of Taylor-Hood elements on meshes of the default finger."""
-
-MEMINFO = Path("/proc/meminfo")
-CGROUPS_OF_SELF = Path("/proc/self/cgroup")
-CGROUP_ROOTS = {"v1": (Path("/sys/fs/cgroup/memory"),), "v2": (Path("/sys/fs/cgroup"), Path("/sys/fs/cgroup/unified"))}
-CGROUP_FILES = {
-    "v1": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
-    "v2": ("memory.max", "memory.current", "inactive_file"),
-}
-"""Files of limit and usage in bytes, and the line of `memory.stat` that counts cached files, which can be freed."""
 
 GIB = 2**30
 
@@ -123,50 +110,4 @@ def in_gib(number: float) -> str:
 
 def available_bytes() -> int | None:
     """Memory (bytes) that this process can still use without swapping; None if the system does not say."""
-    known = [free for free in (_of_machine(), *_of_cgroups()) if free is not None]
-    return min(known) if known else None
-
-
-def _of_machine() -> int | None:
-    """Bytes that the machine has left: from /proc/meminfo, else its free or all pages; None if neither is available."""
-    try:
-        lines = read_text(MEMINFO).splitlines()
-        return next(1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, ValueError, IndexError, StopIteration):
-        pass
-    for pages in ("SC_AVPHYS_PAGES", "SC_PHYS_PAGES"):
-        try:
-            count = os.sysconf(pages) * os.sysconf("SC_PAGE_SIZE")
-        except (AttributeError, ValueError, OSError):
-            continue
-        if count > 0:
-            return count
-    return None
-
-
-def _of_cgroups() -> list[int]:
-    """Memory (bytes) that each control group around this process still allows."""
-    try:
-        lines = read_text(CGROUPS_OF_SELF).splitlines()
-    except OSError:
-        return []
-    free = []
-    for line in lines:
-        _, controllers, path = line.split(":", 2)
-        kind = "v2" if not controllers else "v1" if "memory" in controllers.split(",") else None
-        if kind is not None:
-            own = PurePosixPath(path.lstrip("/"))
-            groups = {root / group for root in CGROUP_ROOTS[kind] for group in (own, *own.parents)}
-            free += [left for group in groups if (left := _left_in(group, *CGROUP_FILES[kind])) is not None]
-    return free
-
-
-def _left_in(group: Path, limit: str, usage: str, cached: str) -> int | None:
-    """Bytes that a control group of processes may still take; None where it has no limit."""
-    try:
-        allowed, used = int(read_text(group / limit)), int(read_text(group / usage))
-        counts = dict(line.split() for line in read_text(group / "memory.stat").splitlines())
-        return max(0, allowed - used + int(counts.get(cached, 0)))
-    except (OSError, ValueError):
-        # No such file, or "max": the group has no limit
-        return None
+    return seams.free_bytes()

@@ -7,9 +7,9 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from queue import SimpleQueue
 from threading import Thread
-from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
+from papilla.core import seams
 from papilla.core.errors import WorkerKilledError
 
 if TYPE_CHECKING:
@@ -118,11 +118,10 @@ class Processes:
         )
 
     def _started(self) -> "ProcessPoolExecutor":
-        from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
-        from multiprocessing import get_context
+        from concurrent.futures import BrokenExecutor
 
         # A pool of one, as only then is it known whose job was killed
-        process = ProcessPoolExecutor(1, get_context("spawn"), self._begin)
+        process = seams.executor(self._begin)
         self._numbers[process] = process.submit(os.getpid).result()
         if self._ended:
             self._end(process)
@@ -151,10 +150,10 @@ def one_thread_each() -> Iterator[None]:
 
 def counted(say: Say, name: str) -> Callable[[int, int], None]:
     """A function of (done, total) that reports how much is done, and about how long the rest takes."""
-    began = perf_counter()
+    began = seams.now_s()
 
     def step(done: int, total: int) -> None:
-        left = (perf_counter() - began) * (total - done) / done
+        left = (seams.now_s() - began) * (total - done) / done
         say(f"{name}: {done} of {total}" + (f", about {left:.0f} s left" if done < total else ""))
 
     return step

@@ -31,16 +31,17 @@ BINS = 1000
 
 
 class Magnitudes:
-    """Numbers >= 0 in bounded memory: the first `KEPT` exactly, more of them in groups 1 part in 10,000 wide."""
+    """Numbers >= 0 in bounded memory: the first `kept` exactly, more of them in groups 1 part in 10,000 wide."""
 
-    def __init__(self) -> None:
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
         self._grouped, self._counts = np.empty(0), np.empty(0)
         self._new: list[np.ndarray] = []
 
     def add(self, values: np.ndarray) -> None:
         """Add values (n,)."""
         self._new.append(values)
-        if len(self._grouped) + sum(map(len, self._new)) > KEPT:
+        if len(self._grouped) + sum(map(len, self._new)) > self._kept:
             values, counts = self._all()
             _, group = np.unique(values.view(np.uint64) >> np.uint64(KEPT_SHIFT), return_inverse=True)
             self._counts = np.bincount(group, counts).astype(float)
@@ -165,10 +166,11 @@ def _mend(column: str, unit: str, called: Mapping[str, str]) -> str:
 class Thinned:
     """Lowest and highest value (bins, columns) of rows that arrive block by block; NaN only if a bin has no number.
 
-    Bins are of equally many rows, the last few excepted. Whenever there are twice `BINS`, neighbours are joined.
+    Bins are of equally many rows, the last few excepted. Whenever there are twice `bins`, neighbours are joined.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, bins: int = BINS) -> None:
+        self._most = 2 * bins
         self._every = 1
         self._low: list[np.ndarray] = []
         self._high: list[np.ndarray] = []
@@ -182,7 +184,7 @@ class Thinned:
         self._low.append(np.fmin.reduceat(rows, starts, axis=0))
         self._high.append(np.fmax.reduceat(rows, starts, axis=0))
         self._bins += len(starts)
-        while self._bins >= 2 * BINS:
+        while self._bins >= self._most:
             pairs = np.arange(0, self._bins, 2)
             self._low = [np.fmin.reduceat(np.concatenate(self._low), pairs, axis=0)]
             self._high = [np.fmax.reduceat(np.concatenate(self._high), pairs, axis=0)]

@@ -8,12 +8,12 @@ child process with a temporary folder all this becomes one clear error.
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
+from papilla.core import seams
 from papilla.core.errors import FileAccessError, MeshError, PapillaError
 from papilla.core.files import scratch
 from papilla.core.outside import read_arrays, read_bytes, reason
@@ -106,7 +106,7 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
     # In a session of its own, because a terminal sends Ctrl-C to a whole session: papilla alone decides.
-    return subprocess.Popen(
+    return seams.start(
         [sys.executable, "-P", str(WORKER), job], cwd=folder, env=environment, start_new_session=True,
         stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
     )  # fmt: skip
@@ -115,13 +115,13 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
 def _code_of(child: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
     """Exit code of a child, None if it takes longer than the timeout; the child has ended when this returns or
     raises."""
-    start = time.monotonic()
+    start = seams.now_s()
     try:
         while True:
             try:
                 return child.wait(timeout=HEARTBEAT_S)
             except subprocess.TimeoutExpired:
-                elapsed = time.monotonic() - start
+                elapsed = seams.now_s() - start
             if progress is not None:
                 progress(f"meshing, {elapsed:.0f} s")
             if elapsed > timeout_s:

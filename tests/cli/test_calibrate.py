@@ -1,17 +1,25 @@
 """`papilla calibrate`: files and JSON of the main job, the way from a bench log, and what is refused."""
 
 import csv
+import errno
 import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
-import spring_calibration
-from made_up_sweep import make_sweep
+from spring_calibration import calibration
 
+from papilla.calibration import Calibration
+from papilla.calibration.fitting import job
+from papilla.calibration.fitting.fit import with_compact
+from papilla.core import seams
 from papilla.core.tables import write_table
 from papilla.logs import read_presses
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.model.finger import DEFAULT_FINGER
+from papilla.model.finger import DEFAULT_FINGER, Finger
 
 
 def bench_columns(seed=5):
@@ -71,67 +79,137 @@ def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
 SCANNED = "surfaces_finger.toml"
 
 
+QUICK = (
+    "--quick",
+    "--moduli",
+    "0.05,1",
+    "--force-range",
+    0.05,
+    0.6,
+    "--size-mm",
+    2.8,
+    "--friction",
+    0,
+    "--thickness",
+    8,
+)
+
+
+@pytest.fixture(scope="module")
+def quick(tmp_path_factory):
+    """A folder with what a quick calibration on a coarse mesh writes, and its JSON."""
+    folder = tmp_path_factory.mktemp("quick")
+    command = [sys.executable, "-m", "papilla", "calibrate", *map(str, QUICK), "--export-c", "f.h", "--json"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return folder, json.loads(done.stdout)
+
+
 @pytest.mark.slow
-def test_an_element_size_reaches_the_meshes(papilla, monkeypatch):
-    from papilla.calibration.fitting import job
-    from papilla.core.errors import MeshError
-
-    def prepare(finger, *, size_mm, **_):
-        raise MeshError(f"asked for {size_mm:g}")
-
-    monkeypatch.setattr(job.fem, "prepare", prepare)
-    assert "asked for 1.3" in papilla("calibrate", "--size-mm", 1.3).err
-    assert "asked for 0.7" in papilla("calibrate").err
-
-
-@pytest.fixture
-def made_up(monkeypatch):
-    """A calibration that is known in closed form in the place of the long job; its presses have a stated factor."""
-    from papilla.calibration.fitting import job
-
-    def set_to(factor):
-        presses = make_sweep([0.06, 0.2, 0.5], [0.2, 0.5, 0.9], lambda *_: factor)
-        recovery = job.Recovery(presses.force_N, presses.modulus_MPa, presses.modulus_MPa)
-        done = job.Calibrated(spring_calibration.calibration(), presses, recovery)
-        monkeypatch.setattr("papilla.identification.bench.calibrate", lambda *_, **__: done)
-
-    return set_to
-
-
-def test_a_disk_that_is_full_at_the_last_file_leaves_the_old_set(papilla, made_up, tmp_path, monkeypatch):
-    import errno
-
-    from papilla.calibration.fitting import page
-
-    def results():
-        return {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
-
-    made_up(1.0)
-    assert papilla("calibrate", "--out", "mine").code == 0
-    old = results()
-
-    def full(path, *_, **__):
-        path.write_text("half")
-        raise OSError(errno.ENOSPC, "No space left on device", str(path))
-
-    made_up(2.0)
-    monkeypatch.setattr(page, "write_report", full)
-    answer = papilla("calibrate", "--out", "mine")
-    assert answer.code == 2 and "cannot write mine/report.html: No space left on device" in answer.err
-    assert results() == old and len(old) == 3
+def test_the_options_of_a_calibration_reach_its_presses_and_files(quick):
+    folder, found = quick
+    assert {path.name for path in (folder / "calibration").iterdir()} == {
+        "calibration.json",
+        "sweep.csv",
+        "report.html",
+    }
+    sweep = read_presses(folder / found["sweep"])
+    assert len(sweep) == found["presses"] and found["physics"] == "block 8 mm thick, friction 0, large strain included"
+    assert (sweep.modulus_MPa.min(), sweep.modulus_MPa.max()) == pytest.approx((0.05, 1.0))
+    assert sweep.force_N.min() == pytest.approx(0.05) and sweep.force_N.max() == pytest.approx(0.6)
+    steps = [np.diff(np.log(np.unique(column))) for column in (sweep.force_N, sweep.modulus_MPa)]
+    assert all(np.ptp(one) < 1e-6 for one in steps), "even in the logarithm"
+    assert (found["bench"], found["truth"], found["check"]) == (None, None, None) and job.QUICK in found["notes"]
+    assert found["rms_error"] <= found["max_error"] < 0.1 and found["export_c"] == "f.h"
+    assert "papilla_modulus_MPa" in (folder / "f.h").read_text()
+    made = Calibration.load(folder / found["calibration"])
+    assert made.domain["modulus_MPa"] == pytest.approx((0.05, 1.0)) and made.provenance["physics"] == found["physics"]
+    assert found["softness"]["forward"]["coefficients"] == pytest.approx(list(made.forward.coefficients))
+    # The gauges of the sweep lead back to its moduli
+    inner = (sweep.modulus_MPa > 0.1) & (sweep.modulus_MPa < 0.6) & (sweep.force_N > 0.1)
+    back = made.invert(sweep.readings.std(axis=1)[inner], sweep.force_N[inner]).modulus_MPa
+    assert np.median(np.abs(back / sweep.modulus_MPa[inner] - 1)) < 0.05
 
 
-def test_columns_of_a_bench_log_that_are_not_used_are_named(papilla, tmp_path, monkeypatch):
-    from papilla.core.errors import InputError
+@pytest.mark.slow
+@pytest.mark.parametrize("factor, code", [(1.0, 0), (3.0, 1)])
+def test_a_check_passes_what_it_recovers_and_names_what_it_misses(papilla, quick, tmp_path, factor, code):
+    sweep = read_presses(quick[0] / "calibration" / "sweep.csv")
+    some = np.flatnonzero((sweep.modulus_MPa > 0.1) & (sweep.modulus_MPa < 0.6) & (sweep.force_N > 0.2))[::9]
+    gauges = {f"g{k + 1}": column[some] for k, column in enumerate(sweep.readings.T)}
+    write_table(
+        tmp_path / "[c].csv",
+        {"force_N": sweep.force_N[some], "modulus_MPa": factor * sweep.modulus_MPa[some], **gauges},
+    )
+    answer = papilla("calibrate", *QUICK, "--check", "[c].csv")
+    assert answer.code == code and "check: [c].csv" in answer.out and ("MISSED" in answer.out) == bool(code)
+    found = json.loads(papilla("calibrate", *QUICK, "--check", "[c].csv", "--json").out)["check"]
+    assert (found["presses"], found["passed"]) == (len(some), not code)
 
-    def stop(log, *_, **__):
-        raise InputError(f"{len(log)} presses came")
 
-    monkeypatch.setattr("papilla.identification.bench.calibrate_bench", stop)
-    write_table(tmp_path / "presses.csv", {**bench_columns(), "operator": ["A"] * 36})
-    answer = papilla("calibrate", "--bench", "presses.csv")
-    assert answer.err.splitlines()[0] == "presses.csv: ignored columns: operator"
-    assert answer.code == 2 and "presses.csv: 36 presses came" in answer.err
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [0, 1, 2])
+def test_a_disk_that_fails_at_a_file_leaves_no_mixture(papilla, quick, tmp_path, monkeypatch, steps):
+    assert papilla("calibrate", *QUICK, "--out", "mine").code == 0
+    moved, replace_file = [], seams.replace
+
+    def full(source, target):
+        if "mine" in str(target):
+            if len(moved) == steps:
+                raise OSError(errno.ENOSPC, "No space left on device", str(source))
+            moved.append(target)
+        replace_file(source, target)
+
+    before = {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+    monkeypatch.setattr(seams, "replace", full)
+    answer = papilla("calibrate", *QUICK, "--moduli", "0.06,1", "--out", "mine")
+    assert answer.code == 2 and "No space left on device" in answer.err.splitlines()[-1]
+    after = {path.name: path.read_bytes() for path in (tmp_path / "mine").iterdir()}
+    same = [name for name, content in after.items() if content == before[name]]
+    assert len(same) in (0, len(after)) and not any("tmp" in name for name in after), "old and new are never mixed"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--moduli", "0.1"), "--moduli needs the two ends of a range, or three or more moduli"),
+        (("--moduli", "a,b"), "--moduli must be numbers in MPa with commas, got 'a'"),
+        (("--moduli", "0.1,0"), "--moduli (MPa) must be greater than 0, got 0"),
+        (("--moduli", "0.1,0.1"), "--moduli (MPa) must rise, got 0.1 and 0.1"),
+        (("--force-range", 1, 0.5), "--force-range (N) must rise, got 1 and 0.5"),
+        (("--force-range", 0, 0.5), "--force-range (N) must be greater than 0"),
+        (("--specimen", "half-space", "--thickness", 5), "--thickness is for a block, not for a half-space"),
+        (("--specimen", "sphere"), "'sphere' is not one of"),
+        (("--thickness", 0), "--thickness (mm) must be greater than 0, got 0"),
+        (("--bench", "p.csv", "--specimen", "half-space"), "leave out --specimen half-space"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(refused, arguments, message):
+    assert message in refused("calibrate", *arguments)
+
+
+def test_a_check_of_other_gauges_is_refused_before_the_work(refused, tmp_path):
+    (tmp_path / "three.csv").write_text("force_N,modulus_MPa,g1,g2,g3\n0.5,0.1,1,2,3\n0.6,0.1,1,2,4\n")
+    assert "3 gauges" in refused("calibrate", "--check", "three.csv")
+    assert "overwrite" in refused("calibrate", "--bench", "three.csv", "--export-c", "three.csv")
+
+
+def test_a_stored_calibration_is_exported_as_c(papilla, refused, tmp_path):
+    with_compact(calibration()).save(tmp_path / "c.json")
+    (tmp_path / "c.json").chmod(0o444)
+    assert papilla("export-c", "c.json", "--out", "f.h", "--real", "float").code == 0
+    text = (tmp_path / "f.h").read_text()
+    assert "typedef float papilla_real;" in text and "papilla_softness" in text
+    assert "would overwrite the input" in refused("export-c", "c.json", "--out", "c.json")
+    assert "cannot read" in refused("export-c", "d.json", "--out", "g.h")
+
+
+def test_a_bench_of_half_spaces_is_written_and_read(tmp_path):
+    finger = Finger.default()
+    flat = replace(finger, bench=replace(finger.bench, thickness=math.inf))
+    flat.save(tmp_path / "f.toml")
+    assert "thickness_mm = inf" in (tmp_path / "f.toml").read_text(encoding="utf-8")
+    assert Finger.load(tmp_path / "f.toml") == flat
 
 
 @pytest.mark.parametrize(

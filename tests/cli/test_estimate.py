@@ -13,7 +13,6 @@ from made_up_sweep import make_sweep
 
 from papilla.calibration import fit
 from papilla.core.tables import write_table
-from papilla.logs import white_noise
 
 COLUMNS = (
     "t_s modulus_MPa modulus_sigma_MPa frequency_Hz wavelength_mm wavelength_sigma_mm mu_kinetic mu_kinetic_sigma "
@@ -296,66 +295,12 @@ def test_unwritable_output(refused, log):
     assert "cannot write to folder log.csv" in refused("estimate", log, "--out", "log.csv/est.csv")
 
 
-def test_noise_is_told_from_a_ramp():
-    rng = np.random.default_rng(2)
-    assert white_noise(np.linspace(0, 1e4, 5000) + rng.normal(0, 3, 5000)) == pytest.approx(3, rel=0.05)
-    assert white_noise(np.arange(10.0)) == pytest.approx(0, abs=1e-12)
-    assert np.isnan(white_noise([1.0, 2.0]))
-
-
 def test_a_gauge_is_called_by_the_name_that_the_header_gives_it(papilla, tmp_path, calibrated):
     rng = np.random.default_rng(4)
     gauges = {name: rng.normal(size=400) for name in ("g1", "g2", "g4", "g5")} | {"g4": np.full(400, np.nan)}
     write_table(tmp_path / "four.csv", {"t_s": np.arange(400) / 1000, **gauges})
     assert papilla("estimate", "four.csv", "--out", "est.csv").code == 0
     assert json.loads((tmp_path / "est.summary.json").read_text())["faults"] == {"g4 missing": 400}
-
-
-@pytest.mark.slow
-def test_estimates_and_summary_do_not_depend_on_the_blocks(papilla, tmp_path, sliding, monkeypatch):
-    from papilla.core.tables import TableReader
-
-    told = [papilla("estimate", sliding, "--out", "whole.csv", "--json").out]
-    blocks = TableReader.blocks
-    monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 701))
-    told.append(papilla("estimate", sliding, "--out", "pieces.csv", "--json").out.replace("pieces.", "whole."))
-    assert (tmp_path / "pieces.csv").read_bytes() == (tmp_path / "whole.csv").read_bytes()
-    assert told[0] == told[1]
-
-
-@pytest.mark.slow
-def test_lines_of_a_long_log_are_those_of_its_latest_rows(papilla, tmp_path, sliding, monkeypatch):
-    from papilla.cli import estimate_summary
-    from papilla.core.tables import TableReader
-
-    blocks = TableReader.blocks
-    monkeypatch.setattr(TableReader, "blocks", lambda reader: blocks(reader, 300))
-    monkeypatch.setattr(estimate_summary, "LONGEST_ROWS", 1000)
-    answer = papilla("estimate", sliding, "--out", "est.csv", "--wavelength-range", 0.5, 5, "--json")
-    assert "lines: of the log from 2 s on; a longer path is not searched at once" in answer.err
-    assert json.loads(answer.out)["lines"][0]["wavelength_mm"] == pytest.approx(1.5, rel=5e-3)
-
-
-@pytest.mark.slow
-def test_memory_does_not_grow_with_the_log(tmp_path):
-    """Peak memory of a log five times as long is the same: rows are not kept."""
-    import subprocess
-    import sys
-
-    rng = np.random.default_rng(0)
-    peaks = []
-    for rows in (8_000, 40_000):
-        t = np.arange(rows) / 1000
-        write_table(tmp_path / "log.csv", {"t_s": t, **{f"g{k}": rng.normal(size=rows) for k in range(1, 6)}})
-        # Blocks that both logs have several of
-        code = "import resource, sys; from papilla.core.tables import TableReader; blocks = TableReader.blocks; "
-        code += "TableReader.blocks = lambda reader: blocks(reader, 2000)\n"
-        code += "from papilla.cli.main import run\ntry: run(sys.argv[1:])\nexcept SystemExit: "
-        code += "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
-        arguments = ["estimate", "log.csv", "--out", "est.csv", "--json"]
-        done = subprocess.run([sys.executable, "-c", code, *arguments], cwd=tmp_path, capture_output=True, text=True)
-        peaks.append(int(done.stdout.split()[-1]))
-    assert peaks[1] - peaks[0] < 30 * 1024, f"{peaks} KiB"
 
 
 @pytest.mark.slow

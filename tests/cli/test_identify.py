@@ -2,33 +2,41 @@
 
 import json
 import tomllib
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.fem.pressing.response import response
-from papilla.identification import posing
 from papilla.identification.posing import family_of
+from papilla.identification.suggest import FORCES_N
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
-
-SIZE_MM = 2.8
+from papilla.references import Prony
 
 
 @pytest.fixture(scope="module")
 def smooth():
-    return response(family_of(Finger.default(), size_mm=SIZE_MM), Block(1.0, 10.0))
+    return response(family_of(Finger.default()), Block(1.0, 10.0))
+
+
+class Law:
+    """Strains by powers of the force, for logs that are refused before they are compared with a finger."""
+
+    def felt(self, force, modulus, outer, inner):
+        strain = 0.01 * force**0.7 * modulus**0.2
+        pattern = np.array([[-1.0, 2.0, 4.0, 2.0, -1.0], [1.0, 1.0, -2.0, 1.0, 1.0]])
+        self.values, self.indentation = strain[:, None, None] * pattern, 2 * force**0.6
+        return self
 
 
 @pytest.fixture
-def bench(smooth, tmp_path, monkeypatch):
+def bench(request, tmp_path):
     """Writes a log of presses; changes: columns by name, or a factor of one."""
-    monkeypatch.setattr(posing, "SIZE_MM", SIZE_MM)
 
-    def write(name="log.csv", **changes):
+    def write(name="log.csv", real=True, **changes):
         rng = np.random.default_rng(2)
         force, modulus = (one.ravel() for one in np.meshgrid((0.1, 0.2, 0.4, 0.7, 0.98), (0.089, 0.51)))
+        smooth = request.getfixturevalue("smooth") if real else Law()
         felt = smooth.felt(force * (1 + 0.01 * rng.normal(size=10)), modulus, 0.2, 0.04)
         gain, lever = np.array([0.1, -0.3, 0.2, 0.15, 0.1]), np.array([0.05, 0.1, -0.2, -0.1, 0.0])
         readings = 1e6 * (gain * felt.values[:, 0] + lever * felt.values[:, 1]) + [5, -10, 15, 0, -20]
@@ -77,6 +85,7 @@ def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_pa
     assert Finger.load("f.toml").gauges[4].lever_mm == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes, options, message",
     [
@@ -100,7 +109,7 @@ def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_pa
     ],
 )
 def test_what_cannot_be_identified_is_one_line(papilla, refused, bench, changes, options, message):
-    path = bench(**changes)
+    path = bench(real=False, **changes)
     out = [] if "--out" in options else ["--out", "f.toml"]
     papilla("identify", path, *out, *options)  # A cold cache counts its presses before the refusal
     assert message in refused("identify", path, *out, *options)
@@ -130,7 +139,9 @@ def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
 
 
 def test_compare_takes_no_other_option(refused, bench):
-    assert "--fix does not go with --compare" in refused("identify", bench(), "--compare", "f.toml", "--fix", "gain=1")
+    assert "--fix does not go with --compare" in refused(
+        "identify", bench(real=False), "--compare", "f.toml", "--fix", "gain=1"
+    )
 
 
 @pytest.mark.slow
@@ -159,27 +170,105 @@ def test_s_d_alone_and_a_specimen_in_each_row(papilla, bench, tmp_path):
     ],
 )
 def test_places_that_cannot_be_pressed_are_refused(papilla, bench, arguments, said):
-    answer = papilla("identify", bench(), "--out", "f.toml", *arguments)
+    answer = papilla("identify", bench(real=False), "--out", "f.toml", *arguments)
     assert answer.code == 2 and said in answer.err
 
 
-@pytest.mark.parametrize("same", [True, False])
-def test_a_comparison_ends_with_1_and_names_four_changes_at_most_if_the_finger_is_another(
-    papilla, tmp_path, monkeypatch, same
-):
-    changes = [SimpleNamespace(words=f"change {k}", chi_square=10.0 + k) for k in range(6)]
-    found = SimpleNamespace(presses=2, chi_square=3.0, freedom=4, probability=0.5, same=same, verdict="the verdict")
-    found.changes = changes
-    asked = []
-    monkeypatch.setattr("papilla.identification.compare", lambda *given, progress: asked.append(given) or found)
-    Finger.default().save(tmp_path / "f.toml")
-    (tmp_path / "two.csv").write_text("force_N,modulus_MPa,g1,g2\n0.2,0.5,1,2\n0.3,0.5,2,3\n")
-    plain = papilla("identify", "two.csv", "--compare", "f.toml")
-    (finger, presses), *_ = asked
-    assert finger.sha256 == Finger.default().sha256 and presses.force_N.tolist() == [0.2, 0.3]
-    assert plain.code == (0 if same else 1) and "the verdict." in plain.out
-    assert plain.out.count("would explain") == (0 if same else 4)
-    answer = papilla("identify", "two.csv", "--compare", "f.toml", "--json")
-    told = json.loads(answer.out)
-    assert answer.code == plain.code and told["same"] == same and told["presses"] == 2
-    assert [one["words"] for one in told["changes"]] == [one.words for one in changes]
+# ---- Protocols from nothing and after a log
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("criterion", ["I", "D"])
+def test_a_protocol_from_nothing_and_after_a_log(papilla, bench, tmp_path, criterion):
+    options = ("--suggest", 3, "--moduli", "0.089,0.72", "--criterion", criterion)
+    found = json.loads(papilla("identify", *options, "--json").out)
+    assert len(found["suggested"]) == 3 and found["criterion"] == criterion
+    assert {one["modulus_MPa"] for one in found["suggested"]} <= {0.089, 0.72}
+    assert {one["force_N"] for one in found["suggested"]} <= set(FORCES_N)
+    assert found["expected_sigma_ln_E"]["after"] < found["expected_sigma_ln_E"]["before"]
+    told = papilla("identify", *options).out
+    assert "Press next, at the apex:" in told and "20-100 gf" in told
+    after = papilla("identify", bench(), "--suggest", 2, "--criterion", criterion, "--json")
+    assert after.code == 0, after.err
+    assert {one["modulus_MPa"] for one in json.loads(after.out)["suggested"]} <= {0.089, 0.51}
+    assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ([], "Missing argument 'LOG.csv'"),
+        (["--suggest", 3], "needs --moduli"),
+        (["--suggest", 0, "--moduli", "0.1"], "must be at least 1, got 0"),
+        (["--suggest", 3, "--moduli", "0.1,soft"], "--moduli must be numbers in MPa with commas, got 'soft'"),
+        (["--suggest", 3, "--moduli", "0.1,-2"], "--moduli (MPa) must be greater than 0"),
+        (["--suggest", 3, "--moduli", "0.1", "--out", "f.toml"], "--out needs a log of presses"),
+        (["log.csv", "--out", "f.toml", "--moduli", "0.1"], "--moduli goes with --suggest"),
+        (["log.csv"], "Missing option '--out'"),
+        (["--relaxation", 1, "--suggest", 1, "--moduli", "0.1"], "--relaxation needs a log of presses"),
+    ],
+)
+def test_what_no_protocol_can_be_made_of_is_refused(refused, arguments, said):
+    assert said in refused("identify", *arguments)
+
+
+# ---- A log over time: loading alone, loops, relaxation
+
+SILICONE = Prony((0.25,), (3.0,))
+
+
+@pytest.fixture
+def over_time(smooth, tmp_path):
+    """Writes a log of two touches, ramp, hold and return, of a finger that relaxes."""
+
+    def write(*columns, hold=20.0):
+        parts = np.linspace(0.1, 2, 12), np.linspace(2.5, 2 + hold, 30), 2 + hold + np.linspace(0.2, 2, 10)
+        time = np.concatenate(parts)
+        shape = np.concatenate([np.linspace(0.1, 1, 12), np.ones(30), np.linspace(0.9, 0.1, 10)])
+        rows = []
+        for number, (modulus, most) in enumerate(((0.72, 0.6), (0.51, 0.8))):
+            force = most * shape
+            told = smooth.felt(SILICONE.strained(time, force), np.full(len(time), modulus), 0.15, 0.03)
+            readings = 1e6 * (0.3 * told.values[:, 0] - 0.2 * told.values[:, 1])
+            one = {"force_N": force, "modulus_MPa": np.full(len(time), modulus), "t_s": time + 100 * number}
+            one["indentation_mm"] = told.indentation + 0.15
+            one |= {f"g{k + 1}": readings[:, k] for k in range(5)}
+            rows.append(np.column_stack([one[name] for name in columns]))
+        path = tmp_path / "log.csv"
+        np.savetxt(path, np.vstack(rows), delimiter=",", header=",".join(columns), comments="")
+        return path
+
+    return write
+
+
+GAUGES = ("g1", "g2", "g3", "g4", "g5")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["indentation", "S_d"])
+def test_loading_alone_is_fitted_and_the_hold_tells_the_silicone(papilla, over_time, tmp_path, by):
+    deep = ("indentation_mm",) if by == "indentation" else ()
+    log = over_time("t_s", "force_N", "modulus_MPa", *GAUGES, *deep)
+    answer = papilla("identify", log, "--out", "finger.toml", "--relaxation", 1, "--json")
+    assert answer.code == 0, answer.err
+    assert "80 of 104 rows hold or unload the finger (t_s): the fit is of loading alone" in answer.err
+    found = json.loads(answer.out)
+    told = found["relaxation"]
+    assert found["presses"] == 24 and told["by"] == by
+    assert told["terms"][0]["share"] == pytest.approx(0.25, abs=0.08)
+    assert told["terms"][0]["time_s"] == pytest.approx(3.0, rel=0.4)
+    identified = Finger.load(tmp_path / "finger.toml").identified
+    assert identified.relaxation_times_s == (told["terms"][0]["time_s"],)
+    assert identified.crept == tuple(told["crept"]) == pytest.approx((1.0, 1.08), abs=0.03), (
+        "a ramp of 2 s, a time of 3 s"
+    )
+    if deep:
+        assert len(found["loops"]) == 2 and all(0 < one["share"] < 1 for one in found["loops"])
+        assert "a loop to 0.6 N on 0.72 MPa lost" in answer.err
+
+
+def test_times_that_lack_or_fall_are_refused(refused, tmp_path):
+    (tmp_path / "log.csv").write_text("t_s,force_N,modulus_MPa,g1\n0,0.1,0.5,10\n2,0.2,0.5,20\n1,0.3,0.5,30\n")
+    assert "column t_s: must rise, got 1 after 2" in refused("identify", "log.csv", "--out", "f.toml")
+    (tmp_path / "log.csv").write_text("force_N,modulus_MPa,g1,g2,g3,g4,g5\n0.1,0.5,1,2,3,4,5\n0.2,0.5,2,4,6,8,9\n")
+    assert "--relaxation needs a column t_s" in refused("identify", "log.csv", "--relaxation", 1, "--suggest", 1)

@@ -1,7 +1,7 @@
 """`papilla press`: the documented JSON, the table, and options that must not be ignored."""
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -137,12 +137,12 @@ def test_the_finite_rung_is_a_choice(papilla):
 
 
 def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(papilla, tmp_path, monkeypatch):
-    from papilla.core import memory
+    from papilla.core import seams
     from papilla.model.finger import DEFAULT_FINGER
 
     text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", "modulus_MPa = 0.1357")
     (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
-    monkeypatch.setattr(memory, "available_bytes", lambda: 2 * 10**8)
+    monkeypatch.setattr(seams, "free_bytes", lambda: 2 * 10**8)
     answer = papilla("press", "--modulus", 0.5, "--force", 0.1, "--finger", "finger.toml", "--json")
     assert (answer.code, answer.out) == (2, "")
     line = answer.err.splitlines()[-1]
@@ -150,22 +150,6 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
         "papilla: factorising a mesh of 8,679 tetrahedra (43,226 unknowns, size_mm 0.7) needs about "
     )
     assert " GiB of memory, 0.19 GiB are free: mesh with size_mm >= " in line and "(--size-mm of press, " in line
-
-
-@pytest.mark.parametrize("fidelity", ["contact", "finite"])
-def test_an_element_size_reaches_the_mesh_of_each_fidelity(papilla, monkeypatch, fidelity):
-    from papilla import mesh
-    from papilla.core.errors import MeshError
-    from papilla.fem import preparing
-
-    def build(finger, size_mm, **_):
-        raise MeshError(f"asked for {size_mm:g}")
-
-    for module in (mesh, preparing):
-        monkeypatch.setattr(module, "build", build)
-    scene = ("press", "--modulus", 0.5, "--force", 0.1, "--fidelity", fidelity)
-    assert papilla(*scene, "--size-mm", 1.3).err.endswith("asked for 1.3\n")
-    assert papilla(*scene).err.endswith("asked for 0.7\n")
 
 
 def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
@@ -216,94 +200,61 @@ def test_another_field_file_is_refused(refused):
     )
 
 
-@dataclass(frozen=True)
-class Made:
-    """A press in place of one that takes seconds; its numbers are those of its load."""
-
-    force: float
-    friction: float = 0.0
-    indentation: float = 0.54321
-    contact_area: float = 12.345
-    peak_pressure: float = 0.0987
-    sd: float = 1234.56
-    force_balance: float = 2e-12
-    fidelity: str = "contact"
-    status: str = "contact: made up"
-    large_strain: bool = True
-    reading: tuple = (1.04, -2.0, 3.0, 4.0, 5.0)
-
-    def to_json(self) -> dict:
-        return {"force_N": self.force}
+COARSE = ("--size-mm", 2.8, "--fidelity", "hertz")
+"""A press that takes hundredths of a second."""
 
 
-@pytest.fixture
-def made(monkeypatch):
-    """Presses are made up; returns what was asked for."""
-    asked = []
-
-    def press(reduced, touched, *, force, indentation=None, **how):
-        asked.append((reduced, touched, force, indentation, how))
-        return Made(1.0 if force is None else force)
-
-    prepared = lambda design, size_mm, at, progress: (design.name, size_mm, at)  # noqa: E731
-    monkeypatch.setattr("papilla.fem.preparing.prepare", prepared)
-    monkeypatch.setattr("papilla.fem.pressing.fidelity.press", press)
-    return asked
-
-
-def test_the_options_of_a_press_reach_it_and_its_numbers_the_table(papilla, made, tmp_path, monkeypatch):
-    saved = []
-    monkeypatch.setattr("papilla.view.fields", lambda *given, progress: [given])
-    monkeypatch.setattr("papilla.fem.fields.save_field", lambda field, path: saved.append((field, path)))
-    scene = ("press", "--modulus", 0.5, "--force", 0.4, "--at", 1, 2, "--size-mm", 1.3, "--friction", 0.25)
-    answer = papilla(*scene, "--thickness", 7, "--finger", "published", "--export", "f.vtu")
+def coarse(papilla, *options):
+    answer = papilla("press", *options, *COARSE, "--json")
     assert answer.code == 0, answer.err
-    ((reduced, touched, force, indentation, how),) = made
-    assert reduced == ("human-finger-mimetic sensor as published", 1.3, (1.0, 2.0))
-    assert (touched.modulus, touched.thickness, force, indentation) == (0.5, 7.0, 0.4, None)
-    assert how == {"fidelity": "auto", "friction": 0.25}
-    (((design, whole, presses), path),) = saved
-    assert (design.name, whole, presses, str(path)) == (reduced[0], reduced, [Made(0.4)], "f.vtu")
-    said = " ".join(answer.out.replace("│", " ").split())
+    return json.loads(answer.out)
+
+
+def test_each_option_of_a_press_changes_what_it_names(papilla):
+    scene = {"--modulus": 0.5, "--force": 0.4}
+    plain = coarse(papilla, *(part for pair in scene.items() for part in pair))
+
+    def other(**changed):
+        options = scene | {f"--{name}": value for name, value in changed.items()}
+        return coarse(papilla, *(part for pair in options.items() for part in pair))
+
+    assert (plain["force_N"], plain["modulus_MPa"], plain["at_mm"]) == (0.4, 0.5, [0.0, 0.0])
+    assert plain["specimen"]["thickness_mm"] == 10 and plain["fidelity"] == "hertz"
+    assert other(modulus=1)["sd_microstrain"] > plain["sd_microstrain"], "a hard specimen strains the skin more"
+    assert other(force=0.6)["indentation_mm"] > plain["indentation_mm"]
+    assert other(thickness=3)["indentation_mm"] < plain["indentation_mm"], "a thin block on a plate is stiffer"
+    finger = other(finger="published")
+    assert finger["finger"] == "human-finger-mimetic sensor as published" != plain["finger"]
+    finer = papilla("press", "--modulus", 0.5, "--force", 0.4, "--size-mm", 2.0, "--fidelity", "hertz", "--json")
+    assert json.loads(finer.out)["sd_microstrain"] != plain["sd_microstrain"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_force_and_indentation_lead_to_each_other(papilla, seed):
+    modulus, force = np.exp(np.random.default_rng(seed).uniform(np.log([0.05, 0.05]), np.log([2, 0.8])))
+    pressed = coarse(papilla, "--modulus", modulus, "--force", force)
+    back = coarse(papilla, "--modulus", modulus, "--indentation", pressed["indentation_mm"])
+    assert back["force_N"] == pytest.approx(force, rel=1e-6)
+    np.testing.assert_allclose(back["reading_microstrain"], pressed["reading_microstrain"], rtol=1e-6)
+    assert pressed["sd_microstrain"] == pytest.approx(np.std(pressed["reading_microstrain"]))
+
+
+def test_the_table_has_the_numbers_of_the_json(papilla):
+    scene = ("press", "--modulus", 0.5, "--force", 0.4, *COARSE)
+    found = json.loads(papilla(*scene, "--json").out)
+    said = " ".join(papilla(*scene).out.replace("│", " ").split())
     for part in (
-        "block (modulus_MPa 0.5, thickness_mm 7, nu 0.495) on human-finger-mimetic sensor as published",
-        "force 0.4 N", "indentation 0.5432 mm", "contact area 12.35 mm²", "peak pressure 0.0987 MPa",
-        "reading g1 1.0 µε", "reading g5 5.0 µε", "S_d (population sd) 1234.6 µε", "force balance 2.0e-12",
-        "fidelity contact", "Pressed on: block 7 mm thick, friction 0.0, large strain included",
-        "contact: made up Wrote f.vtu",
+        f"indentation {found['indentation_mm']:.4g} mm", f"contact area {found['contact_area_mm2']:.4g} mm²",
+        f"reading g1 {found['reading_microstrain'][0]:.1f} µε", f"S_d (population sd) {found['sd_microstrain']:.1f} µε",
+        "force 0.4 N", "fidelity hertz", f"Pressed on: {found['physics']}", found["status"],
     ):  # fmt: skip
         assert part in said, (part, said)
-    facts = json.loads(papilla("press", "--modulus", 0.5, "--indentation", 0.3, "--fidelity", "hertz", "--json").out)
-    assert made[-1][2:] == (None, 0.3, {"fidelity": "hertz", "friction": None}) and made[-1][0][1] == 0.7
-    assert (facts["force_N"], facts["at_mm"], facts["friction"]) == (1.0, [0.0, 0.0], 0.0) and "log" not in facts
 
 
-def test_a_log_of_a_press_is_of_presses_of_the_same_scene(papilla, made, tmp_path):
-    scene = ("press", "--modulus", 0.5, "--force", 0.4, "--fidelity", "contact", "--log", "touch.csv")
-    answer = papilla(*scene)
-    assert answer.code == 0 and answer.out.endswith("Wrote touch.csv\n")
-    assert "loading, 0 of 500 presses" in answer.err
-    first, *others = made
-    assert all((one[0], one[1], one[4]) == (first[0], first[1], first[4]) for one in others) and len(others) > 400
-    assert [one[2] for one in others] == sorted((one[2] for one in others), reverse=True)
-    force = read_time_log(tmp_path / "touch.csv").force_N
-    # In steps of 0.4 N over 500: the first above 0.01 N
-    assert force[-1] == 0.4 and force[force > 0].min() == pytest.approx(0.0104)
-
-
-@pytest.mark.parametrize("stated, bench, friction", [("0.3", None, 0.3), (None, 0.2, 0.2), (None, None, "stick")])
-def test_a_press_on_the_whole_mesh_sticks_unless_a_friction_is_stated(papilla, monkeypatch, stated, bench, friction):
-    asked = []
-
-    def press_finite(design, mesh, touched, *, friction, progress, **scene):
-        asked.append((mesh, touched.modulus, friction, scene))
-        return Made(0.1, fidelity="finite")
-
-    design = replace(Finger.default(), bench=replace(Finger.default().bench, friction=bench))
-    monkeypatch.setattr(Finger, "load", lambda name: design)
-    monkeypatch.setattr("papilla.mesh.build", lambda design, size, progress: size)
-    monkeypatch.setattr("papilla.fem.finite.press_finite", press_finite)
-    more = [] if stated is None else ["--friction", stated]
-    answer = papilla("press", "--modulus", 0.5, "--indentation", 0.1, "--fidelity", "finite", "--at", 0, 1, *more)
-    assert answer.code == 0, answer.err
-    assert asked == [(0.7, 0.5, friction, {"at": (0.0, 1.0), "force": None, "indentation": 0.1})]
+@pytest.mark.slow
+def test_a_press_on_the_whole_mesh_sticks_unless_a_friction_is_stated(papilla, tmp_path):
+    bench = replace(Finger.default(), bench=replace(Finger.default().bench, friction=0.2))
+    bench.save(tmp_path / "f.toml")
+    scene = ("press", "--modulus", 0.5, "--indentation", 0.1, "--fidelity", "finite", "--size-mm", 2.8, "--json")
+    for stated, friction in ((["--friction", 0.3], 0.3), (["--finger", "f.toml"], 0.2), ([], "stick")):
+        assert json.loads(papilla(*scene, *stated).out)["friction"] == friction

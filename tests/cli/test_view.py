@@ -1,12 +1,8 @@
 """`papilla view`: pictures that are written, and options that do not go together."""
 
 import json
-from dataclasses import dataclass
 
 import pytest
-
-from papilla.model.finger import Finger
-from papilla.view.style import STRAIN
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -48,23 +44,9 @@ def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_
     assert sorted(path.name for path in tmp_path.iterdir()) == ["v.html", "v.png", "v.vtu"]
 
 
-def test_an_element_size_reaches_the_mesh(papilla, monkeypatch):
-    from papilla.core.errors import MeshError
-    from papilla.fem import preparing
-    from papilla.view import pictures
-
-    def build(finger, size_mm, **_):
-        raise MeshError(f"asked for {size_mm:g}")
-
-    for module in (pictures, preparing):
-        monkeypatch.setattr(module, "build", build)
-    for what in ("strain", "contact", "receptive"):
-        assert papilla("view", what, "--size-mm", 1.3).err.endswith("asked for 1.3\n")
-
-
 @pytest.mark.parametrize("ending, begin", [("pdf", b"%PDF-"), ("svg", b"<?xml"), ("PNG", PNG)])
 def test_the_ending_of_the_name_says_what_is_written(papilla, tmp_path, ending, begin):
-    answer = papilla("view", "contact", "--screenshot", f"v.{ending}")
+    answer = papilla("view", "contact", "--size-mm", 2.8, "--screenshot", f"v.{ending}")
     assert answer.code == 0, answer.err
     assert (tmp_path / f"v.{ending}").read_bytes().startswith(begin)
 
@@ -90,82 +72,27 @@ def test_bad_input_is_one_line(refused, arguments, message):
     assert message in refused("view", *arguments)
 
 
-@dataclass(frozen=True)
-class Pressed:
-    """A press by a force on a specimen of a modulus, in place of one that takes seconds."""
-
-    force: float
-    modulus: float
-    friction: float = 0.0
-    large_strain: bool = False
-
-    def to_json(self) -> dict:
-        return {"force_N": self.force, "modulus_MPa": self.modulus}
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """What each picture is made of, by the function that would make it."""
-    from papilla.fem import fields
-
-    calls = {}
-
-    def note(name):
-        return lambda *given, **how: calls.update({name: (given, how)}) or ["field"]
-
-    monkeypatch.setattr("papilla.fem.prepare", lambda design, size_mm, at, progress: (design.name, size_mm, at))
-    monkeypatch.setattr("papilla.view.shown", lambda reduced, touched, force: Pressed(force, touched.modulus))
-    for name in ("strain", "strain_page", "contact", "receptive", "fields"):
-        monkeypatch.setattr(f"papilla.view.{name}", note(name))
-    monkeypatch.setattr(fields, "save_field", note("save_field"))
-    return calls
-
-
-def test_a_press_is_drawn_as_a_picture_a_page_and_a_field(papilla, drawn):
-    answer = papilla("view", "--html", "v.html", "--export", "v.vtu", "--screenshot", "v.png", "--beside", 5)
-    assert answer.code == 0, answer.err
-    assert "Pressed on: block 10 mm thick" in answer.out and answer.out.endswith("Wrote v.png, v.html, v.vtu\n")
-    # The default scene: 60 gf on the middle one of the published specimens
-    first = Pressed(0.588, 0.51)
-    reduced = (Finger.default().name, 0.7, (0.0, 0.0))
-    (path, design, whole, press, touched), how = drawn["strain"]
-    assert (str(path), design, whole, press, touched.modulus) == ("v.png", Finger.default(), reduced, first, 0.51)
-    assert how["shown"] == STRAIN and how["beside"][0] == Pressed(0.588, 5.0) and how["beside"][1].modulus == 5.0
-    (path, _, whole, presses, _), how = drawn["strain_page"]
-    assert str(path) == "v.html" and whole == reduced and how["shown"] == STRAIN
-    assert [one.force for one in presses] == pytest.approx([0.588 * share for share in (0.2, 0.4, 0.6, 0.8, 1.0)])
-    assert drawn["fields"][0][1:] == (reduced, [first])
-    assert (drawn["save_field"][0][0], str(drawn["save_field"][0][1])) == ("field", "v.vtu") and "contact" not in drawn
-
-
-def test_the_scene_of_a_picture_is_that_of_its_options(papilla, drawn, tmp_path):
-    scene = ("--modulus", 0.1, "--force", 0.2, "--at", 1, 2, "--size-mm", 1.4, "--finger", "published", "--json")
-    facts = json.loads(papilla("view", *scene, "--component", "zz").out)
-    (path, design, whole, press, _), how = drawn.pop("strain")
-    assert (str(path), press, how["beside"], how["shown"]) == ("strain.png", Pressed(0.2, 0.1), None, "zz")
-    assert whole == (design.name, 1.4, (1.0, 2.0)) and facts["finger"] == design.name != Finger.default().name
-    assert (facts["force_N"], facts["modulus_MPa"], facts["shown"]) == (0.2, 0.1, "zz") and "beside" not in facts
-    assert (facts["screenshot"], facts["html"], facts["export"]) == ("strain.png", None, None) and not drawn
-    facts = json.loads(papilla("view", "contact", *scene, "--beside", 5).out)
-    (path, whole, press, touched, other), _ = drawn.pop("contact")
-    assert (str(path), press, touched.modulus, other[0]) == ("contact.png", Pressed(0.2, 0.1), 0.1, Pressed(0.2, 5.0))
-    assert facts["shown"] == "pressure" and facts["beside"]["modulus_MPa"] == 5.0 and not drawn
-    assert facts["beside"]["specimen"]["modulus_MPa"] == 5.0 and facts["specimen"]["modulus_MPa"] == 0.1
-    papilla("view", *scene[:-1], "--export", "f.VTU")
-    assert list(drawn) == ["fields", "save_field"], "a page or a field alone needs no picture"
-
-
-def test_receptive_fields_are_of_a_gauge_or_of_all(papilla, drawn):
-    facts = json.loads(papilla("view", "receptive", "--size-mm", 1.4, "--json").out)
-    (path, design, gauge), how = drawn["receptive"]
-    assert (str(path), design, gauge, how["size_mm"]) == ("receptive.png", Finger.default(), None, 1.4)
-    assert facts["gauge"] == ["g1", "g2", "g3", "g4", "g5"] and facts["picture"] == "receptive"
-    answer = papilla("view", "receptive", "--gauge", "g2", "--screenshot", "r.png", "--json")
-    assert json.loads(answer.out)["gauge"] == drawn["receptive"][0][2] == "g2"
-    assert papilla("view", "receptive").out == "Wrote receptive.png\n"
-
-
 @pytest.mark.parametrize("option", ["--modulus", "--beside", "--force", "--thickness", "--radius"])
 def test_no_option_of_a_press_is_ignored(refused, option):
     said = refused("view", "receptive", option, 1)
     assert said.endswith("has no press: leave out --modulus, --beside, --force, --thickness, --radius")
+
+
+@pytest.mark.slow
+def test_the_scene_of_a_picture_is_that_of_its_options(papilla, tmp_path):
+    scene = ("--modulus", 0.1, "--force", 0.2, "--size-mm", 2.8, "--finger", "published", "--json")
+    answer = papilla("view", "contact", *scene, "--beside", 5)
+    assert answer.code == 0, answer.err
+    facts = json.loads(answer.out)
+    assert (facts["force_N"], facts["modulus_MPa"], facts["shown"]) == (0.2, 0.1, "pressure")
+    assert facts["finger"].endswith("as published") and facts["beside"]["specimen"]["modulus_MPa"] == 5
+    assert (facts["screenshot"], facts["html"], facts["export"]) == ("contact.png", None, None)
+    assert [path.name for path in tmp_path.iterdir()] == ["contact.png"]
+
+
+@pytest.mark.slow
+def test_receptive_fields_are_of_a_gauge_or_of_all(papilla, tmp_path):
+    of_all = json.loads(papilla("view", "receptive", "--size-mm", 2.8, "--json").out)
+    assert of_all["gauge"] == ["g1", "g2", "g3", "g4", "g5"] and of_all["screenshot"] == "receptive.png"
+    of_one = papilla("view", "receptive", "--size-mm", 2.8, "--gauge", "g2", "--screenshot", "r.png", "--json")
+    assert json.loads(of_one.out)["gauge"] == "g2" and (tmp_path / "r.png").read_bytes().startswith(PNG)

@@ -28,7 +28,7 @@ def pipe(monkeypatch):
     """Standard input in the place of the real one: writes text to it; `None` ends it."""
     reading, writing = os.pipe()
     stdin = os.fdopen(reading)
-    monkeypatch.setattr("papilla.core.pipes.sys.stdin", stdin)
+    monkeypatch.setattr(sys, "stdin", stdin)
     ends = {writing}
 
     def write(text: str | None) -> None:
@@ -58,29 +58,28 @@ def test_the_first_lines_can_be_read_again_until_once(pipe):
     assert [text.readline(), text.readline()] == ["5", ""]
 
 
-def test_a_log_from_a_pipe_is_read_as_its_rows_come(pipe, monkeypatch):
-    monkeypatch.setattr(time_log, "PREAMBLE", 20)
-    lines = rows(60)
-    pipe(HEADER + "".join(lines[:20]))
+def test_a_log_from_a_pipe_is_read_as_its_rows_come(pipe):
+    first = time_log.PREAMBLE
+    lines = rows(first + 40)
+    pipe(HEADER + "".join(lines[:first]))
     with TimeLogFile("-") as log:
         assert log.live and log.sample_rate_Hz == pytest.approx(1000)
         blocks = log.blocks()
         got = [next(blocks)]
-        assert sum(map(len, got)) <= 20
-        while sum(map(len, got)) < 20:
+        while sum(map(len, got)) < first:
             got.append(next(blocks))
-        for line in lines[20:]:
+        assert sum(map(len, got)) == first
+        for line in lines[first:]:
             pipe(line)
             got.append(next(blocks))
             assert len(got[-1]) == 1
         pipe(None)
-        assert list(blocks) == [] and log.report.rows == 60
+        assert list(blocks) == [] and log.report.rows == first + 40
     expected = np.array([[float(cell) for cell in line.split(",")] for line in lines])
     np.testing.assert_array_equal(np.concatenate(got)[:, :3], expected[:, :3])
 
 
-def test_time_that_goes_back_is_refused_in_a_pipe_too(pipe, monkeypatch):
-    monkeypatch.setattr(time_log, "PREAMBLE", 3)
+def test_time_that_goes_back_is_refused_in_a_pipe_too(pipe):
     pipe("t_s,g1\n0,1\n1,1\n2,1\n1,1\n")
     pipe(None)
     with pytest.raises(FileFormatError, match="line 5, column t_s: time goes back from 2 to 1 s"):  # noqa: SIM117
@@ -132,7 +131,7 @@ def test_a_line_without_end_is_refused_in_bounded_memory(end, monkeypatch):
     with subprocess.Popen(
         [sys.executable, "-c", writer, end], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
     ) as process:
-        monkeypatch.setattr("sys.stdin", process.stdout)
+        monkeypatch.setattr(sys, "stdin", process.stdout)
         with pytest.raises(FileFormatError, match=f"^-, line {3 + bool(end)}: longer than 262144 bytes"):
             TimeLogFile("-")
         process.kill()

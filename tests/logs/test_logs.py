@@ -1,5 +1,6 @@
 """Reading time logs and bench logs: what comes out, and one clear line for each bad file."""
 
+import contextlib
 import os
 import re
 import threading
@@ -9,6 +10,7 @@ import pytest
 
 from papilla.core import tables
 from papilla.core.errors import FileAccessError, FileFormatError
+from papilla.core.rows import BLOCK as ROWS_OF_A_BLOCK
 from papilla.core.tables import TableReader, write_table
 from papilla.logs import TimeLogFile, read_presses, read_time_log, statistics, white_noise
 from papilla.model.specimen import Block, HalfSpace, Sphere
@@ -20,10 +22,10 @@ BENCH = "force_N,modulus_MPa,g1,g2\n0.1,0.5,10,20\n0.2,0.5,30,50\n"
 @pytest.fixture
 def log(tmp_path):
     def write(content: str | bytes):
-        path = tmp_path / "log.csv"
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return path
+        write.path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return write.path
 
+    write.path = tmp_path / "log.csv"
     return write
 
 
@@ -179,54 +181,75 @@ def test_missing_file_and_folder(read, tmp_path):
         read(tmp_path)
 
 
-def test_medians_in_bounded_memory_are_exact_up_to_a_limit_and_near_beyond(monkeypatch):
+def test_medians_in_bounded_memory_are_exact_up_to_a_limit_and_near_beyond():
     rng = np.random.default_rng(3)
     values = np.concatenate([rng.lognormal(0, 0.5, 300_000), np.full(900, 0.25), np.zeros(100)])
-    exact, grouped = statistics.Magnitudes(), statistics.Magnitudes()
+    exact, grouped = statistics.Magnitudes(), statistics.Magnitudes(kept=100_000)
     exact.add(values)
     assert exact.median() == np.median(values)
     assert exact.split(2.0) == (values[values <= 2].mean(), (values > 2).sum())
-    monkeypatch.setattr(statistics, "KEPT", 100_000)
     for part in np.array_split(values, 50):
         grouped.add(part)
-    assert len(grouped._all()[0]) < 100_000, "grouped"
-    assert grouped.median() == pytest.approx(np.median(values), rel=1e-4)
+    assert grouped.median() == pytest.approx(np.median(values), rel=1e-4) and grouped.median() != np.median(values)
     assert grouped.split(2.0) == pytest.approx((values[values <= 2].mean(), (values > 2).sum()), rel=1e-3)
     assert np.isnan(statistics.Magnitudes().median())
 
 
-@pytest.fixture
-def small_blocks(monkeypatch):
-    """Tables are read three rows at a time."""
-    blocks = tables.TableReader.blocks
-    monkeypatch.setattr(tables.TableReader, "blocks", lambda reader: blocks(reader, 3))
+@pytest.mark.parametrize("blocks", [1, 7, 40])
+def test_extremes_survive_thinning_and_bins_stay_few(blocks):
+    rng = np.random.default_rng(2)
+    rows = np.column_stack([np.arange(3001.0), rng.normal(size=3001), np.full(3001, np.nan)])
+    rows[1234, 1], rows[2345, 1], rows[:40, 1] = 9.0, -9.0, np.nan
+    found = statistics.Thinned(bins=50)
+    for part in np.array_split(rows, blocks):
+        found.add(part)
+    found.add(rows[:0])
+    low, high = found.low, found.high
+    assert 30 < len(low) < 100 and low.shape == high.shape == (len(low), 3)
+    assert (np.diff(low[:, 0]) > 0).all() and (low[1:, 0] == high[:-1, 0] + 1).all() and low[0, 0] == 0
+    assert np.nanargmax(high[:, 1]) == np.searchsorted(high[:, 0], 1234) and np.nanmax(high[:, 1]) == 9.0
+    assert np.nanargmin(low[:, 1]) == np.searchsorted(high[:, 0], 2345) and np.isnan(high[:, 2]).all()
 
 
 LONG = "t_s,force_N,g2,g1\n" + "".join(f"{k / 100},{k % 7},{k * k % 11},{k}\n\n" for k in range(100))
 
 
-def test_blocks_change_nothing(log, monkeypatch, small_blocks):
-    text = re.sub("\n0.5,.*", "", LONG).replace("\n0.2,", "\n0.19,").replace(",3,", ",,", 1)
-    pieces = read_time_log(log(text))
-    monkeypatch.undo()
-    whole = read_time_log(log(text))
-    assert pieces.report == whole.report and whole.report.gaps == 2 and whole.report.duplicates == 1
-    assert pieces.sample_rate_Hz == whole.sample_rate_Hz
-    assert np.array_equal(pieces.readings, whole.readings) and np.array_equal(pieces.t_s, whole.t_s)
-    assert np.array_equal(pieces.force_N, whole.force_N, equal_nan=True)
-    with TimeLogFile(log(text)) as file:
-        assert file.noise["g2"] == white_noise(whole.readings[:, 1])
-        assert file.noise["force_N"] == white_noise(whole.force_N)
+def test_blocks_change_nothing(log):
+    with TableReader(log(LONG), lambda name: True) as reader:
+        (whole,) = reader.blocks(1000)
+        for size in (1, 3, 7, 99):
+            pieces = list(reader.blocks(size))
+            assert max(len(piece.lines) for piece in pieces) <= size
+            for name, column in whole.columns.items():
+                np.testing.assert_array_equal(np.concatenate([piece.columns[name] for piece in pieces]), column)
+            assert np.concatenate([piece.lines for piece in pieces]).tolist() == whole.lines.tolist()
+
+
+def test_gaps_repeats_and_noise_of_a_log_of_many_blocks_are_those_of_its_rows(log):
+    """Rows thrice as many as a block: gaps and a repeated time stand at their seams, too."""
+    rng, count = np.random.default_rng(5), 3 * ROWS_OF_A_BLOCK
+    t = np.arange(count) / 1000
+    t[ROWS_OF_A_BLOCK:] += 0.05
+    t[2 * ROWS_OF_A_BLOCK] = t[2 * ROWS_OF_A_BLOCK - 1]
+    noise = rng.normal(0, 3, count)
+    found = read_time_log(log("t_s,g1\n" + "".join(f"{a:.3f},{b:.4f}\n" for a, b in zip(t, noise, strict=True))))
+    assert (found.report.gaps, found.report.duplicates) == (2, 1)
+    assert found.sample_rate_Hz == pytest.approx(1000, rel=1e-3)
+    assert white_noise(found.readings[:, 0]) == pytest.approx(3, rel=0.02)
+    with TimeLogFile(log.path) as file:
+        assert file.noise["g1"] == pytest.approx(white_noise(found.readings[:, 0]), rel=1e-9)
 
 
 @pytest.mark.parametrize("row", range(6, 13))
-def test_faults_are_found_in_every_place_of_a_block(log, small_blocks, row):
+def test_faults_are_found_in_every_place_of_a_block(log, row):
     lines = LONG.splitlines()
-    faults = {f"{row / 100 - 0.05}": "time goes back", "nan": "finite number", "x": "expected a number"}
-    for cell, message in faults.items():
+    for cell, message in {f"{row / 100 - 0.05}": "time goes back", "nan": "finite number", "x": "a number"}.items():
         rows = [*lines[: 2 * row + 1], f"{cell},1,1,1", *lines[2 * row + 2 :]]
         with pytest.raises(FileFormatError, match=f"line {2 * row + 2}, column t_s: .*{message}"):
             read_time_log(log("\n".join(rows)))
+        with TableReader(log.path, lambda name: True) as reader, contextlib.suppress(FileFormatError):
+            list(reader.blocks(3))
+            assert cell != "x"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
@@ -240,7 +263,7 @@ def test_a_stream_that_can_be_read_once_is_read_like_a_file(tmp_path):
 
 def test_rows_that_come_while_a_log_is_read_are_left_for_the_next_time(log):
     with TimeLogFile(log(TIME)) as file:
-        with open(file._reader.path, "a") as stream:
+        with open(log.path, "a") as stream:
             stream.write("0.003,7,8,0.4\n")
         assert sum(len(block) for block in file.blocks()) == file.report.rows == 3
 
@@ -367,32 +390,24 @@ def test_rows_that_come_in_packets_tell_the_rate_of_the_rows(log):
 
 
 @pytest.mark.parametrize(
-    "cells, plain",
+    "cells",
     [
-        (["1", "-2.5e-3", "nan", "inf", "+.5", "1e400", "5."], True),
-        (["1", " 2", "3"], True),
-        (["1", "", "3"], False),
-        (["1", '"2"', "3"], False),
-        (["NaN", "Infinity", "0.30000000000000004"], True),
+        ["1", "-2.5e-3", "nan", "inf", "+.5", "1e400", "5."], ["1", " 2", "3"], ["1", "", "3"], ["1", '"2"', "3"],
+        ["NaN", "Infinity", "0.30000000000000004"],
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("line_end", ["\n", "\r\n"])
-def test_plain_numbers_are_read_in_one_go_as_cell_by_cell(tmp_path, monkeypatch, cells, plain, line_end):
+def test_cells_are_the_numbers_that_python_reads(tmp_path, cells, line_end):
+    """To the bit, whether all lines of a block are plain numbers or not."""
     rows = [",".join([str(number), cell]) for number, cell in enumerate(cells * 3)]
     (tmp_path / "a.csv").write_text(line_end.join(["a,b", *rows, ""]), newline="")
-    called, own = [], TableReader._plain
-    monkeypatch.setattr(TableReader, "_plain", lambda *given: called.append(own(*given)) or called[-1])
     with TableReader(tmp_path / "a.csv", lambda name: True) as reader:
-        fast = list(reader.blocks(4))
-        assert [found is not None for found in called] == [plain] * len(called) or not plain
-        monkeypatch.setattr(TableReader, "_plain", lambda *given: None)
-        slow = list(reader.blocks(4))
-    for name in "ab":
-        np.testing.assert_array_equal(
-            np.concatenate([table.columns[name] for table in fast]),
-            np.concatenate([table.columns[name] for table in slow]),
-        )
-    assert np.concatenate([table.lines for table in fast]).tolist() == list(range(2, 2 + len(rows)))
+        tables = list(reader.blocks(4))
+    found = np.concatenate([table.columns["b"] for table in tables])
+    expected = [float(cell.strip('"') or "nan") for cell in cells * 3]
+    np.testing.assert_array_equal(found, expected)
+    assert np.concatenate([table.columns["a"] for table in tables]).tolist() == list(range(len(rows)))
+    assert np.concatenate([table.lines for table in tables]).tolist() == list(range(2, 2 + len(rows)))
 
 
 def test_lines_keep_their_numbers_after_empty_ones(tmp_path):

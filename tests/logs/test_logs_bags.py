@@ -1,11 +1,13 @@
 """ROS 1 and 2 bags and MCAP files, written by rosbags, are read through a map that names topic and field."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from papilla.core.errors import FileAccessError, FileFormatError, InputError
+from papilla.core.errors import FileAccessError, FileFormatError
 from papilla.logs import read_time_log
 from papilla.logs.log_map import Column, LogMap
 from papilla.logs.proposal import propose
@@ -97,13 +99,14 @@ def test_what_a_bag_lacks_is_named_with_the_nearest(tmp_path, log_map, said):
         read_time_log(path, log_map=log_map)
 
 
-def test_rubbish_and_a_missing_extra_are_one_line(tmp_path, monkeypatch):
+def test_rubbish_and_a_missing_extra_are_one_line(tmp_path):
     (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n" + bytes(100))
     with pytest.raises(FileFormatError, match="a.bag is no bag that rosbags can read"):
         read_time_log(tmp_path / "a.bag", log_map=mapped())
-    monkeypatch.setitem(__import__("sys").modules, "rosbags.highlevel", None)
-    with pytest.raises(InputError, match=r"bags need rosbags: pip install papilla\[robotics\]"):
-        read_time_log(tmp_path / "a.bag", log_map=mapped())
+    code = "import sys; sys.modules['rosbags.highlevel'] = None; from papilla.cli.main import run; run(sys.argv[1:])"
+    command = [sys.executable, "-c", code, "log", "map", "a.bag", "--out", "m.toml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 2 and "bags need rosbags: pip install papilla[robotics]" in done.stderr
 
 
 # ---- Bags that cannot be used

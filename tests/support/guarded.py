@@ -16,11 +16,15 @@ def guarded(folder, monkeypatch):
     Windows, which has neither limit, only files are watched."""
     place = folder / "temporary"
     place.mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    monkeypatch.setenv("TMPDIR", str(place))
     monkeypatch.chdir(folder)
     before = sorted(folder.rglob("*"))
-    with _limited() as again:
-        yield again
+    usual, tempfile.tempdir = tempfile.tempdir, None  # So that the variable counts
+    try:
+        with _limited() as again:
+            yield again
+    finally:
+        tempfile.tempdir = usual
     assert sorted(folder.rglob("*")) == before, "files were left behind"
 
 

@@ -8,9 +8,7 @@ import math
 import os
 import sys
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
@@ -18,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from papilla import mesh as meshes
+from papilla.core import seams
 from papilla.core.errors import ContactRangeError, PapillaError
 from papilla.core.outside import read_text
 from papilla.core.units import gf_to_newton
@@ -130,7 +129,7 @@ def worst(row: BenchRow, against: BenchRow) -> list[float]:
 
 def measure_apart(*job: Any) -> list[BenchRow]:
     """`measure` in a fresh process. The mesh must be in the cache, or the peak memory would include the mesher."""
-    with ProcessPoolExecutor(max_workers=1, mp_context=get_context("spawn")) as pool:
+    with seams.executor() as pool:
         return pool.submit(measure, *job).result()
 
 
