@@ -1,4 +1,4 @@
-"""Shipped meshes moved into other fingers: pinned, exact on their surfaces, refined where it is needed, or refused."""
+"""Shipped meshes moved into other fingers: sound, exact on their surfaces, of the size asked for, and halved."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Parts of a press at finite strain: mixing, shortened steps, linearisation, the path of the load, the readout."""
+"""Parts of a press at finite strain: its linearisation, and what gauges read of large strains and turns."""
 
 import dataclasses
 

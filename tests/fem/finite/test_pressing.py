@@ -1,4 +1,4 @@
-"""The `finite` rung: the linear limit, work, units, mirrors, cut-back, and what it refuses."""
+"""The `finite` rung: the linear limit, work, units, mirrors that remain, and what it refuses."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Tables of large strain of a finger of one's own: made once when a press asks for them, few presses, and how good."""
+"""Tables of large strain of a finger of one's own: used once they are kept, made press by press, and how good."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""`press` on the reference finger: symmetry, balance, specimens, fidelity, refusals, and pinned numbers."""
+"""`press` on the reference finger: symmetry, balance, specimens, fidelity and refusals; small strain alone."""
 
 import dataclasses
 import math

@@ -42,7 +42,7 @@ print(json.dumps([peak() - before, len(model.space.mesh.tets), model.space.unkno
 @pytest.mark.parametrize(
     "job, size_mm, law",
     [
-        ("apex", 1.4, reduction_bytes),
+        pytest.param("apex", 1.4, reduction_bytes, marks=pytest.mark.slow),
         pytest.param("apex", 0.7, reduction_bytes, marks=pytest.mark.slow),
         pytest.param("off apex", 0.7, lambda *size: reduction_bytes(*size, parities=4), marks=pytest.mark.slow),
         pytest.param("finite", 0.7, finite_bytes, marks=pytest.mark.slow),

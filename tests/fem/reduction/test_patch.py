@@ -1,4 +1,4 @@
-"""The contact patch: its weak integrals, its rim and outline, its mirror images, and frames off the apex."""
+"""The contact patch: its rim and outline, its mirror images, and frames off the apex."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The triangles of the section: where its rows and columns lie, how they grow, and what its ridges look like."""
+"""The triangles of the section: their layers, their base, their mirror image, and its ridges."""
 
 from dataclasses import replace
 
