@@ -111,6 +111,13 @@ CASES = {
 
 COPIES = (copy.copy, copy.deepcopy, lambda estimator: pickle.loads(pickle.dumps(estimator)))
 every = pytest.mark.parametrize("name", CASES)
+LIGHT = (
+    "Softness GaugeSoftness Friction SpaceTracker FusedTracker ChirpTracker LineTracker Pipeline-slow Pipeline-blind"
+)
+quickly = pytest.mark.parametrize(
+    "name", [name if name in LIGHT.split() else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+)
+"""The whole pipeline and the methods of papers take longer."""
 
 
 @pytest.fixture
@@ -181,7 +188,7 @@ def test_every_estimator_has_a_case_and_every_case_an_estimator():
     assert set(estimators()) <= {*papilla.estimators.__all__, *methods.__all__}, "every one is a curated name"
 
 
-@every
+@quickly
 def test_chunks_and_single_samples_change_no_bit(case):
     make, rows = case
     rows = rows()
@@ -204,7 +211,7 @@ def test_single_precision_and_integer_samples_are_their_numbers(case, kind):
     assert same(one_by_one(make(), list(table[:300]), whole), make().process(table[:300].astype(float)))
 
 
-@every
+@quickly
 def test_states_copies_and_a_reset_go_on_bit_for_bit_and_apart(case):
     """From the middle of a stream; what goes on elsewhere changes nothing here."""
     make, rows = case

@@ -68,6 +68,13 @@ def test_a_poor_force_sensor_does_not_bias_a_light_press(calibration, touch):
     assert 0.8 < np.sqrt(np.mean(np.square(np.array(error) / sigma))) < 1.25
 
 
+def test_noise_of_the_gauges_does_not_add_to_their_standard_deviation(calibration, touch):
+    """A fifth of S_d, which would make the specimen softer by 6 %."""
+    rows = touch(0.05, np.full(2000, 0.12), 1000, 0.0, np.random.default_rng(2))
+    found = exact(calibration, gauge_sigma=1000, force_sigma_N=1e-6).process(rows)
+    assert abs(found.modulus_MPa[-1] - 0.05) < 3 * found.modulus_sigma_MPa[-1] < 0.05 * 0.05
+
+
 def test_without_noise_it_is_the_inverse(calibration, touch):
     estimator = exact(calibration, gauge_sigma=1e-6, force_sigma_N=0.0)
     for modulus in (0.021, 0.089, 0.51, 4.9):

@@ -98,6 +98,21 @@ def test_the_sigma_between_gauges_is_that_of_a_line_through_phases_that_share_th
     assert wavelength_between(-PLACES, -phases(1.7), SIGMAS, 1.7) == pytest.approx((found, sigma))
 
 
+def test_phases_between_gauges_tell_the_wavelength_with_a_true_sigma():
+    """Whole turns from the velocity, which is a few per cent off; errors over sigma of 200 draws."""
+    rng, ratios = np.random.default_rng(4), []
+    places, sigmas = np.array([0.0, 2.3, 5.9, 7.1]), np.array([0.08, 0.05, 0.1, 0.06])
+    for _ in range(200):
+        wavelength = rng.uniform(0.9, 3.0)
+        phases = 2 * np.pi * places / wavelength + rng.uniform(0, 6) + sigmas * rng.standard_normal(4)
+        phases = np.angle(np.exp(1j * phases))
+        found, sigma = wavelength_between(places, phases, sigmas, wavelength * (1 + 0.01 * rng.standard_normal()))
+        if np.isfinite(found):
+            ratios.append((found - wavelength) / sigma)
+    assert len(ratios) > 150 and 0.7 < np.sqrt(np.mean(np.square(ratios))) < 1.1
+    assert np.mean(np.abs(ratios) < 2) > 0.93
+
+
 def test_phases_that_misfit_are_known_less_by_birges_ratio():
     errors = np.array([0.0, 0.12, -0.12, 0.1])
     found, sigma = wavelength_between(PLACES, phases(1.7, errors), SIGMAS, 1.7)
