@@ -53,9 +53,10 @@ def run_study(
     The chosen designs are judged again before a file is written, and each file of a finger is the one that was judged.
 
     resume : continue with the designs of this study in the folder's store; without it, such a store is refused.
-    with_page : whether to write the page, whose pictures take half a minute. Raises
-    `InputError` if no design has an answer, `FileFormatError` for a row of the store that papilla did not write, and
-    what `papilla.design.running.run` raises.
+    with_page : whether to write the page, whose pictures take half a minute.
+
+    Raises `InputError` if no design has an answer, `FileFormatError` for a row of the store that papilla did not write,
+    and what `papilla.design.running.run` raises.
     """
     check_writable(out)
     store = Store(study.store or out / "store.sqlite")

@@ -16,7 +16,6 @@ from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 from papilla.view.page import number
 
-DIAGRAMS = ("sd_against_force", "sd_against_modulus", "gauge_readings", "uncertainty_map", "recovery_map")
 VOID = {"meta", "img", "source", "br"}
 
 

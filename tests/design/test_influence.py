@@ -14,8 +14,6 @@ from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 from papilla.model.finger import Finger, Gauge
 
 FINGER = Finger.default()
-QUARTER = [Gauge("a", angle_deg=0.0), Gauge("b", angle_deg=20.0), Gauge("c", angle_deg=20.0, y_mm=5.0),
-           Gauge("d", angle_deg=0.0, y_mm=5.0)]  # fmt: skip
 
 
 # ---- Placement

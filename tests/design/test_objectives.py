@@ -121,6 +121,14 @@ def test_what_follows_from_sigma(design):
     assert of("signal_over_noise", one) == pytest.approx(one.sd.min() / (SCENE.gauge_noise_microstrain / math.sqrt(5)))
 
 
+def test_unknown_friction_is_the_change_to_a_press_without_it(design):
+    one, (force, modulus) = design(), SCENE.grid
+    free, stuck = np.log(one.sd)
+    change = one.surfaces.surface.uncertainty.friction(force, modulus)
+    inside = np.isfinite(change)
+    assert inside.any() and change[inside] == pytest.approx((free - stuck)[inside], abs=1e-3)
+
+
 def test_the_force_at_a_depth_makes_that_depth(design):
     force, modulus = SCENE.grid
     hardest = modulus == modulus.max()

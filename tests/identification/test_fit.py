@@ -150,6 +150,15 @@ def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_pa
     assert sharper.sigmas["identification"] == pytest.approx(0.1 * wider.sigmas["identification"], rel=1e-6)
 
 
+def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d(stored):
+    kept = stored.identified
+    gains = np.array([value if name.startswith(("gain", "lever")) else 0.0
+                      for name, value in zip(kept.parameters, kept.values, strict=True)])  # fmt: skip
+    together = replace(kept, covariance=tuple(map(tuple, (0.01 * np.outer(gains, gains)).tolist())))
+    wider = with_identification(calibration(), replace(stored, identified=together), size_mm=SIZE_MM)
+    assert wider.sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
+
+
 def test_a_design_that_was_changed_since_is_refused(stored):
     changed = replace(stored, outer=replace(stored.outer, modulus=2 * stored.outer.modulus))
     with pytest.raises(InputError, match="outer_modulus_MPa is .* the design was changed since"):

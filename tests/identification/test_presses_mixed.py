@@ -15,18 +15,7 @@ LOG = PressLog(
     np.array([0.1, 0.3, 0.5, 0.9]), np.array([0.1, 0.2, 0.3, 0.4]), np.zeros((4, 2)), GAUGES,
     x_mm=np.array([0.0, 1.0, -2.0, 0.5]), y_mm=np.array([0.0, -0.5, 1.0, 2.0]),
 )  # fmt: skip
-VALUES = {
-    "inner_modulus_MPa": 0.04, "outer_modulus_MPa": 0.15, "thickness_mm": 7.0, "stick_share": 0.3,
-    "row_along_mm": 0.2, "row_across_mm": -0.3, "place_mm.g1": 0.1, "place_mm.g2": -0.4,
-    "tilt_x_deg": 1.1, "tilt_y_deg": -0.7,
-}  # fmt: skip
-POWERS = np.array([0.6, 0.2, -0.3])
 LIMITS = MoveLimits(5.0, 3.0, np.array([20.0, 30.0]))
-
-
-def thick(thickness):
-    """A size that is quadratic in the logarithm of the thickness, which three thicknesses determine."""
-    return 1 + 0.3 * np.log(thickness) + 0.2 * np.log(thickness) ** 2
 
 
 def test_without_tilt_a_straight_skin_does_not_roll():
