@@ -93,6 +93,7 @@ def test_disturbances_have_their_size(disturb, size, gauges, force):
 
 
 @pytest.mark.slow
+@pytest.mark.mesher
 def test_presses_are_made_where_and_on_what_the_touch_says():
     """Readings against those of the plain touch: a thin block is harder, another mesh differs by its scatter alone."""
     force = np.array([0.3, 0.6, 0.3])

@@ -23,10 +23,10 @@ def flaws(figure: Figure) -> list[str]:
     figure.draw_without_rendering()
     figure.draw_without_rendering()
     found, (width, height) = [], figure.bbox.size
-    for text in figure.findobj(match=Text):
+    for text in [*figure.texts, *(text for axes in figure.axes if axes.get_visible() for text in _words_of(axes))]:
         box = text.get_window_extent()
         inside = box.x0 >= -2 and box.y0 >= -2 and box.x1 <= width + 2 and box.y1 <= height + 2
-        if text.get_text().strip() and text.get_visible() and _seen(text) and not inside:
+        if text.get_text().strip() and text.get_visible() and not inside:
             found.append(f"cut off: {text.get_text()!r}")
     boxes = [(one.get_text(), one.get_window_extent()) for one in figure.texts]
     boxes += [(f"axes {k}", one.get_window_extent()) for k, one in enumerate(figure.axes) if one.get_visible()]
@@ -43,13 +43,12 @@ def flaws(figure: Figure) -> list[str]:
     return found
 
 
-def _seen(text: Text) -> bool:
-    """Whether a text is in axes that are on; ticks beyond the limits of an axis are not drawn."""
-    axes = text.axes
-    if axes is None:
-        return True
-    ticks = {*axes.get_xticklabels(), *axes.get_yticklabels(), *axes.get_xticklabels(minor=True)}
-    return axes.get_visible() and text not in ticks and (axes.axison or text in axes.texts)
+def _words_of(axes) -> list[Text]:
+    """Texts on axes, their legend and, if they are on, their titles and labels; ticks beyond limits are not drawn."""
+    legend = axes.get_legend()
+    titles = [item for item in axes.get_children() if isinstance(item, Text)]
+    labels = [axes.xaxis.label, axes.yaxis.label] if axes.axison else []
+    return [*titles, *labels, *(legend.get_texts() if legend else ())]
 
 
 def _overlap(one, two) -> bool:

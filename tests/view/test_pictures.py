@@ -63,7 +63,7 @@ def test_the_picture_of_a_press_shows_what_the_press_is(scene, renderer, width):
     """Tension at the apex, gauges, specimen; the readings at the gauges are those whose S_d the title tells."""
     figure = view.strain_figure(scene.field, scene.reduced, scene.press, scene.specimen, scene.finger, width=width)
     image, said, press = colours(view.png(figure, dpi=80)), words(figure), scene.press
-    assert share(image, *TENSION) > 0.01 and share(image, *GAUGES) > 0.0005 and share(image, *SPECIMEN) > 0.03
+    assert share(image, *TENSION) > 0.004 and share(image, *GAUGES) > 0.0005 and share(image, *SPECIMEN) > 0.03
     assert flaws(figure) == []
     facts = f"{press.sd:,.0f} µε", f"indentation {press.indentation:.3g} mm", f"{press.contact_area:.3g} mm²"
     for fact in (*facts, "0.588 N", "0.51 MPa", "true scale", "bone", "friction", "strain along the layers"):
@@ -327,7 +327,7 @@ def test_a_rendered_point_is_where_the_view_projects_it(elevation, turn):
 
     if not render.use_offscreen_window():
         pytest.skip("VTK cannot render on this machine")
-    frame, place = pv.Sphere(radius=6.0), np.array([3.0, -5.0, 7.0])
+    frame, place = pv.Sphere(radius=6.0), np.array([3.0, -4.0, 2.0])
     one = render.fitted(render.View(elevation, turn), frame.points)
     ball = render.Part(pv.Sphere(radius=0.4, center=place), "#ff0000", lit=False)
     image = render.render([ball], one).astype(int)
