@@ -28,8 +28,6 @@ WALLS_LEFT: dict[str, int] = {
     "papers": 114,
     "references": 7,
     "support": 17,
-    "telepresence": 67,
-    "test_readme.py": 1,
     "verify": 124,
     "view": 121,
 }
@@ -72,8 +70,10 @@ def private(name: str) -> bool:
 
 
 def of_a_seam(call: ast.Call) -> bool:
-    """Whether `setattr` replaces a name of the module of seams, `sys` or `os.environ`."""
+    """Whether a call replaces a name of the module of seams or of `sys`, such as an absent package in `sys.modules`."""
     target = call.args[0] if call.args else None
+    if isinstance(target, ast.Attribute):
+        target = target.value
     if isinstance(target, ast.Constant):
         return str(target.value).startswith(f"papilla.core.{SEAMS}.")
     return isinstance(target, ast.Name) and target.id in (SEAMS, "sys")

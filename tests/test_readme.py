@@ -95,7 +95,6 @@ def test_a_command_runs(line, laboratory, tmp_path, monkeypatch, capsys):
 
     here = shutil.copytree(laboratory, tmp_path / "laboratory")
     monkeypatch.chdir(here)
-    monkeypatch.setattr("papilla.identification.posing.SIZE_MM", 2.8)  # Identifying takes a third of the time
     if line.startswith("papilla new"):
         (here / "finger.toml").unlink()
     with pytest.raises(SystemExit) as end:

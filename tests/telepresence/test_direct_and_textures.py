@@ -5,7 +5,7 @@ import math
 import msgspec
 import pytest
 
-from papilla.telepresence import Component, GratingTexture, LocalModel
+from papilla.telepresence import GratingTexture
 from papilla.telepresence.actuator import Safety
 from papilla.telepresence.direct import DirectFeedback
 from papilla.telepresence.local_model import DisplayStatus
@@ -49,19 +49,6 @@ def test_harmonics_of_a_grating_are_a_square_waves_smoothed_by_the_skin(waveleng
         assert texture.reading(place, 10.0) == pytest.approx(40.0 * expected)
     fast = 0.9 * PASS_BAND_HZ * wavelength
     assert texture.reading(0.1, fast) == pytest.approx(40.0 * math.cos(2 * math.pi * 0.1 / wavelength))
-
-
-def test_a_line_takes_the_oscillator_that_is_near_it_and_only_so_many_exist():
-    model = LocalModel(components=2)
-    model.learn(0.0, (Component(1.0, 30.0),))
-    first = model._oscillators[0]
-    model.learn(0.1, (Component(1.02, 30.0),))
-    assert model._oscillators == [first] and first.wavelength_mm == 1.02
-    model.learn(0.2, (Component(3.0, 30.0),))
-    assert [one.wavelength_mm for one in model._oscillators] == [1.02, 3.0] and first.goal_um == 0
-    model.learn(0.3, (Component(9.0, 30.0), Component(1.1, 20.0)))
-    assert sorted(one.wavelength_mm for one in model._oscillators) == [1.1, 9.0], "all are in use: the nearest moves"
-    assert all(one.goal_um > 0 for one in model._oscillators)
 
 
 @pytest.mark.parametrize("kind", [Length, Modulus, Ratio, Force])

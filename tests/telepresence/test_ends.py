@@ -3,14 +3,13 @@
 import gc
 import math
 import sys
-from types import SimpleNamespace
 
 import pytest
 from stepped_clock import SteppedClock
 
 from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
 from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer, TouchSource
-from papilla.telepresence.gate import Counts, Received
+from papilla.telepresence.gate import Gate, Received
 from papilla.telepresence.messages import VERSION, Header, Length, Modulus, Parameters, Strain, quantity
 from papilla.telepresence.messages import Line as TextureLine
 from papilla.telepresence.processes import Period, run_display, run_sensor
@@ -121,7 +120,7 @@ def test_the_display_learns_from_parameters_alone(wire):
 
 
 def on_a_stepped_clock(wire):
-    clock, wire.gate = SteppedClock(), SimpleNamespace(counts=Counts())
+    clock, wire.gate = SteppedClock(), Gate()
     return Period(1e-3, clock, clock.sleep)
 
 
@@ -146,7 +145,7 @@ def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
 
 
 def test_both_ends_step_a_thousand_times_a_second_unless_another_period_is_given(wire):
-    wire.gate, touch = SimpleNamespace(counts=Counts()), Touch(GratingTexture(1.2), 0.0)
+    wire.gate, touch = Gate(), Touch(GratingTexture(1.2), 0.0)
     assert run_display(wire, LocalModel(), Motion(100.0, 0.0), seconds=0.01).period_s == 1e-3
     assert run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=0.01).period_s == 1e-3
 

@@ -55,10 +55,14 @@ def test_nothing_else_is_shown(bridge):
         assert bridge.plain(datagram) is None
 
 
-def test_without_the_library_one_line_says_so(bridge, capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, "zenoh", None)
-    assert bridge.main(["sensor"]) == 2
-    assert capsys.readouterr().err == "zenoh_bridge: the package eclipse-zenoh is missing: pip install eclipse-zenoh\n"
+def test_without_the_library_one_line_says_so():
+    code = (
+        f"import runpy, sys; sys.modules['zenoh'] = None; e = runpy.run_path({str(EXAMPLES / 'zenoh_bridge.py')!r}); "
+    )
+    code += "sys.exit(e['main'](['sensor']))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr == "zenoh_bridge: the package eclipse-zenoh is missing: pip install eclipse-zenoh\n"
 
 
 class FeltError(Exception):

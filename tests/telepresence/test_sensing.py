@@ -1,12 +1,12 @@
 """The sensor side: further lines beside the wavelength, amplitudes of a short window, and when it says nothing."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
+from papilla.estimators.pipeline import PipelineEstimate
 from papilla.estimators.wavelength.memory import TrackingStatus
 from papilla.telepresence import Trust
 from papilla.telepresence.sensing import Sensing
@@ -19,7 +19,9 @@ class Told:
 
     def __init__(self, columns=("t_s", "g1", "g2", "position_mm"), status="ok", lines=(), wavelength=1.2):
         self.columns, self.lines = columns, lines
-        self.answer = SimpleNamespace(wavelength_status=status, wavelength_mm=wavelength, wavelength_sigma_mm=0.01)
+        none = dict.fromkeys(PipelineEstimate._fields, math.nan)
+        told = {"wavelength_status": status, "wavelength_mm": wavelength, "wavelength_sigma_mm": 0.01}
+        self.answer = PipelineEstimate(**none | told)
 
     def reset(self):
         pass
