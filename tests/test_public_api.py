@@ -118,7 +118,7 @@ def test_names_of_the_old_package_calibrate_warn_once_and_are_those_of_the_new_p
 
 def test_calibrate_has_no_other_names():
     with pytest.raises(AttributeError, match="papilla.calibrate has no attribute 'sewep'"):
-        papilla.calibration.sewep  # noqa: B018
+        papilla.calibrate.sewep  # noqa: B018
     assert "quick" in inspect.signature(papilla.calibrate).parameters
 
 

@@ -35,8 +35,8 @@ COMMANDS = [
 ]
 ELSEWHERE = {
     "papilla bench": "cli/test_bench.py",
-    "--free": "cli/test_identify_fitted.py",
-    "--relaxation": "cli/test_identify_rate.py",
+    "--free": "cli/test_identify.py",
+    "--relaxation": "cli/test_identify.py",
     "--compare": "cli/test_identify.py",
     "--explain": "design/test_command.py",
 }
