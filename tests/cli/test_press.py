@@ -1,13 +1,11 @@
 """`papilla press`: the documented JSON, the table, and options that must not be ignored."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from papilla.logs import read_time_log
-from papilla.model.finger import Finger
 
 KEYS = {
     *("force_N", "modulus_MPa", "fidelity", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa"),
@@ -249,12 +247,3 @@ def test_the_table_has_the_numbers_of_the_json(papilla):
         "force 0.4 N", "fidelity hertz", f"Pressed on: {found['physics']}", found["status"],
     ):  # fmt: skip
         assert part in said, (part, said)
-
-
-@pytest.mark.slow
-def test_a_press_on_the_whole_mesh_sticks_unless_a_friction_is_stated(papilla, tmp_path):
-    bench = replace(Finger.default(), bench=replace(Finger.default().bench, friction=0.2))
-    bench.save(tmp_path / "f.toml")
-    scene = ("press", "--modulus", 0.5, "--indentation", 0.1, "--fidelity", "finite", "--size-mm", 2.8, "--json")
-    for stated, friction in ((["--friction", 0.3], 0.3), (["--finger", "f.toml"], 0.2), ([], "stick")):
-        assert json.loads(papilla(*scene, *stated).out)["friction"] == friction

@@ -193,7 +193,7 @@ def test_the_truth_holds_for_the_log(papilla, tmp_path):
     assert told["texture"] == {"kind": "grating", "groove": 0.9, "ridge": 0.9, "depth": 0.2, "form": "sine", "flank": 0}
     assert told["wavelength_mm"] == pytest.approx(1.8) and np.ptp(log.position_mm) == pytest.approx(40 * 24 / 500)
     said = " ".join(papilla(*QUICK, "--depth", 0.2, "--form", "sine").out.split())
-    assert "wavelength" in said and "1.8" in said and "Wrote log.csv" in said
+    assert "1.8" in said and "25 samples at 500 Hz in log.csv; truth in log.truth.json" in said
     bare = json.loads(papilla(*QUICK, "--no-ridges", "--json").out)
     assert bare["ridge_pitch_mm"] is None and told["ridge_pitch_mm"] == 1.2
 
@@ -208,4 +208,4 @@ def test_a_slide_over_a_profile_begins_half_a_patch_inside_of_it(papilla, tmp_pa
     assert papilla(*scene).code == 0
     position, inside = read_time_log(tmp_path / "log.csv").position_mm, patch_half_width(Finger.default()) / 2
     assert position[0] == pytest.approx(inside if speed >= 0 else 60 - inside)
-    assert np.ptp(position) == pytest.approx(abs(speed) * 0.05, abs=0.02)
+    assert np.ptp(position) == pytest.approx(abs(speed) * 0.05, abs=0.05)
