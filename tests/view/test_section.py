@@ -13,6 +13,11 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
+def scene(fine_scene):
+    return fine_scene
+
+
+@pytest.fixture(scope="module")
 def section(scene):
     return cut(scene.field, scene.finger)
 
