@@ -137,7 +137,9 @@ def test_the_options_of_a_calibration_reach_its_presses_and_files(quick):
     # The gauges of the sweep lead back to its moduli
     inner = (sweep.modulus_MPa > 0.1) & (sweep.modulus_MPa < 0.6) & (sweep.force_N > 0.1)
     back = made.invert(sweep.readings.std(axis=1)[inner], sweep.force_N[inner]).modulus_MPa
-    assert np.median(np.abs(back / sweep.modulus_MPa[inner] - 1)) < 0.05
+    answered = np.isfinite(back)
+    assert answered.mean() > 0.5
+    assert np.median(np.abs(back / sweep.modulus_MPa[inner] - 1)[answered]) < 0.02
 
 
 @pytest.mark.slow
