@@ -1,5 +1,6 @@
 """What a fit of real presses on a coarse family knows: weights, influence, records, suggestions, creep, noise."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -185,7 +186,9 @@ def test_a_finger_is_another_below_one_per_cent(pressed, stored):
 def test_the_page_has_the_numbers(found, tmp_path):
     write_identification(tmp_path / "i.html", found, diagnose(found))
     page = (tmp_path / "i.html").read_text()
-    assert f"{found['outer_modulus_MPa'][0]:.3g}" in page and "lever_mm.g5" in page and "<script" not in page
+    shown = np.array([float(number) for number in re.findall(r"[0-9]+\.[0-9]+", page)])
+    assert np.isclose(shown, found["outer_modulus_MPa"][0], rtol=0.03).any(), "two digits at least"
+    assert "lever_mm.g5" in page and "<script" not in page
 
 
 # ---- What to press next
