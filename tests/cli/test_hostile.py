@@ -53,9 +53,9 @@ def test_a_finger_beyond_sense_is_refused_in_one_line(refused, tmp_path, old, ne
 @pytest.mark.slow
 @pytest.mark.parametrize("picture", ["strain", "receptive", "contact"])
 def test_names_that_mean_something_to_others_are_drawn_as_they_are(tmp_path, picture):
-    """Mathematics for matplotlib, markup for rich, control characters for the terminal, in a narrow cp1252 one."""
+    """Mathematics for matplotlib, markup for rich, a format for Python, in a narrow cp1252 terminal."""
     design = DEFAULT_FINGER.read_text(encoding="utf-8")
-    names = [r"$\\frac{x}$", "[/]", r"\u001b[31m", "µε %s {0}", "g5"]
+    names = [r"$\\frac{x}$", "[/]", "[red]", "µε %s {0}", "g5"]
     for number, name in enumerate(names, 1):
         assert f'"g{number}"' in design
         design = design.replace(f'"g{number}"', f'"{name}"')
