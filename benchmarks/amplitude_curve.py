@@ -15,7 +15,7 @@ import typer
 import papilla
 from papilla.core.files import write_text
 from papilla.model.finger import Finger
-from papilla.telepresence.amplitude import SCHEMA, read_curve
+from papilla.telepresence.amplitude import AMPLITUDE_SCHEMA, read_curve
 from papilla_papers.grating_signals import signals_over_gratings
 
 WAVELENGTHS_MM = tuple(np.round(np.arange(0.8, 2.05, 0.1), 1).tolist())
@@ -50,7 +50,7 @@ def main(write: bool = False, wavelengths: list[float] | None = None) -> None:
             "default finger on gratings with groove = ridge, depth held at 1 mm, 40 mm/s, no friction; power of the "
             "fundamental, each gauge over its greatest, mean of the five: python benchmarks/amplitude_curve.py --write"
         )
-        content = {"schema": SCHEMA, "source": source, "wavelength_mm": WAVELENGTHS_MM, "power": power}
+        content = {"schema": AMPLITUDE_SCHEMA, "source": source, "wavelength_mm": WAVELENGTHS_MM, "power": power}
         write_text(FILE, json.dumps(content, indent=2) + "\n")
 
 

@@ -24,7 +24,7 @@ from rich.progress import track
 
 import papilla
 from papilla.core.files import write_text
-from papilla.core.workers import THREADS
+from papilla.core.workers import THREAD_VARIABLES
 
 ROOT = Path(__file__).parents[1]
 RELEASE = Path(__file__).with_name("budget_of_release.json")
@@ -148,7 +148,7 @@ def snippet(code: str, environment: dict[str, str]) -> tuple[float, float]:
 def run(line: list[str], environment: dict[str, str]) -> tuple[float, float, str]:
     """Seconds of processor and MiB of the largest process of a program and those it started, and what it printed."""
     with tempfile.TemporaryFile("w+") as said:
-        one_thread = dict.fromkeys(THREADS, "1")
+        one_thread = dict.fromkeys(THREAD_VARIABLES, "1")
         process = subprocess.Popen(
             line, cwd=ROOT, env=os.environ | one_thread | environment, stdout=said, stderr=subprocess.DEVNULL
         )

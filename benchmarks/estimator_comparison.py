@@ -14,8 +14,8 @@ from typing import Any
 import typer
 
 from papilla.calibration import Calibration
-from papilla.cli.options import PROCESSES, grouped, option
-from papilla.cli.output import Answer, progress, show_rows, tell
+from papilla.cli.options import DEFAULT_PROCESSES, grouped, option
+from papilla.cli.output import CommandResult, progress, show_rows, tell
 from papilla.core.files import check_writable
 from papilla.core.units import PER_CENT
 from papilla.identification.bench import calibrate
@@ -53,7 +53,7 @@ def estimators(
     out: Path | None = option(None, f"Folder for {HONESTY_PLOT}."),
     scene: list[str] | None = option(None, "This scene alone (may be repeated)."),
     method: list[str] | None = option(None, "This estimator alone (may be repeated)."),
-) -> Answer:
+) -> CommandResult:
     """Compare the wavelength estimators in every scene and the softness estimators in every touch."""
     if out is not None:
         check_writable(out)
@@ -68,7 +68,7 @@ def estimators(
         priced = costs(calibration, COST_SECONDS / 4 if short else COST_SECONDS)
         shown.line("scenes")
         plan = replace(SHORT if short else LONG, scenes=tuple(scene or ()), methods=tuple(method or ()))
-        rows = compare(plan, workers=PROCESSES, progress=shown.steps)
+        rows = compare(plan, workers=DEFAULT_PROCESSES, progress=shown.steps)
         if calibration is not None:
             touches = feel(calibration, finger, progress=shown.stage)
     return answer_of(rows, touches, priced, out, short, perf_counter() - began)
@@ -81,7 +81,7 @@ def answer_of(
     out: Path | None,
     short: bool,
     took_s: float,
-) -> Answer:
+) -> CommandResult:
     """The JSON and the tables of all results; the plot is written to a folder, if there is one."""
     if out is not None:
         write_png(honesty_figure([asdict(row) for row in rows]), out / HONESTY_PLOT)
@@ -89,7 +89,7 @@ def answer_of(
     facts: dict[str, Any] = {name: [asdict(row) for row in table] for name, table in tables.items()}
     facts |= {"short": short, "plots": [str(out / HONESTY_PLOT)] if out else []}
     last = f"{took_s:.0f} s" + SHORT_REMARK * short
-    return Answer(facts, partial(_print_estimators, rows, touches, priced, out, last))
+    return CommandResult(facts, partial(_print_estimators, rows, touches, priced, out, last))
 
 
 def _print_estimators(

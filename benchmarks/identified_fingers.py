@@ -16,7 +16,7 @@ import typer
 from papilla import fem
 from papilla.core.units import gf_to_newton, to_microstrain
 from papilla.fem.pressing.response import Response, response
-from papilla.fem.reduction.family import RATIOS, FingerFamily
+from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, FingerFamily
 from papilla.identification import Identification, compare, diagnose, identify, record
 from papilla.identification.posing import family_of
 from papilla.logs import PressLog
@@ -78,7 +78,7 @@ def drawn(rng: np.random.Generator, relatives: FingerFamily, smooth: Response | 
     design = Finger.default()
     while True:
         outer, inner = (layer.modulus * 2 ** rng.uniform(-1, 1) for layer in (design.outer, design.inner))
-        if RATIOS[0] <= outer / inner <= RATIOS[1]:
+        if MODULUS_RATIO_ENDS[0] <= outer / inner <= MODULUS_RATIO_ENDS[1]:
             break
 
     def felt(force, modulus, *moduli):

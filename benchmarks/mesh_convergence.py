@@ -9,21 +9,23 @@ import numpy as np
 import typer
 
 from papilla import fem
-from papilla.cli.speed.measure import QUANTITIES, SPECIMEN, answers
+from papilla.cli.speed.measure import COMPARED_QUANTITIES, SWEEP_SPECIMEN, answers
 from papilla.core.errors import ContactRangeError
 from papilla.mesh import DEFAULT_SIZE_MM
-from papilla.mesh.builder import VARIANTS
+from papilla.mesh.builder import SHIPPED_VARIANTS
 from papilla.model.finger import Finger
 
 FORCES_GF = (5, 10, 20, 50, 60, 100)
-NAMES = (*QUANTITIES, "peak_pressure")
+NAMES = (*COMPARED_QUANTITIES, "peak_pressure")
 
 
 def presses(finger: Finger, size_mm: float, forces_gf, variant: int = 0, fidelity: str = "contact") -> np.ndarray:
     """(quantities, forces) of presses on one mesh; NaN where it is too coarse for the fidelity."""
     reduced = fem.prepare(finger, size_mm=size_mm, variant=variant)
     try:
-        return answers(lambda force: fem.press(reduced, SPECIMEN, force=force, fidelity=fidelity), forces_gf, NAMES)
+        return answers(
+            lambda force: fem.press(reduced, SWEEP_SPECIMEN, force=force, fidelity=fidelity), forces_gf, NAMES
+        )
     except ContactRangeError:
         return np.full((len(NAMES), len(forces_gf)), np.nan)
 
@@ -31,7 +33,7 @@ def presses(finger: Finger, size_mm: float, forces_gf, variant: int = 0, fidelit
 def main(
     finger: str = "default",
     size_mm: float = DEFAULT_SIZE_MM,
-    meshes: int = VARIANTS,
+    meshes: int = SHIPPED_VARIANTS,
     forces_gf: list[float] | None = None,
 ) -> None:
     """Print the table of a finger: a design file (TOML), or one that ships."""

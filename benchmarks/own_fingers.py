@@ -19,13 +19,13 @@ from papilla.core import units
 from papilla.core.errors import ContactRangeError
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Layer
-from papilla.model.specimen import STICK, Block, Friction, friction_coefficient
+from papilla.model.specimen import STICK_WORD, Block, Friction, friction_coefficient
 from papilla.references.axisymmetric.bodies import Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import press_path
 from papilla.verify.revolution import finger_of
 
 FORCES_GF = (5.0, 10.0, 20.0, 50.0, 100.0)
-FRICTIONS: tuple[Friction, ...] = (STICK, 0.1, 0.0)
+FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.1, 0.0)
 SPECIMEN_NU = 0.495
 
 
@@ -88,7 +88,7 @@ def errors(
 
 def friction_of(text: str) -> Friction:
     """A coefficient, or stick."""
-    return STICK if text == STICK else float(text)
+    return STICK_WORD if text == STICK_WORD else float(text)
 
 
 def main() -> None:

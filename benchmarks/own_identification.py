@@ -26,17 +26,17 @@ from papilla.core import cache
 from papilla.core.errors import SolverError
 from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.response import response
-from papilla.identification import PARAMETERS, diagnose, identify
+from papilla.identification import PARAMETERS_BY_NAME, diagnose, identify
 from papilla.identification.parameters import kind
-from papilla.identification.posing import SIZE_MM, family_of
+from papilla.identification.posing import POSED_ELEMENT_SIZE_MM, family_of
 from papilla.identification.suggest import suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Block, Friction, friction_coefficient
+from papilla.model.specimen import STICK_WORD, Block, Friction, friction_coefficient
 from papilla.references.axisymmetric import presses as presses_of
 from papilla.references.axisymmetric.bodies import Bodies, Rubber
 
-FRICTIONS: tuple[Friction, ...] = (STICK, 0.1, 0.0)
+FRICTIONS: tuple[Friction, ...] = (STICK_WORD, 0.1, 0.0)
 GAINS = (0.02, 0.2)
 DEFAULT = "default"
 ON_MPA = (0.089, 0.51, 0.72)
@@ -148,7 +148,9 @@ def along(name: str, modulus: float, ratio: float, friction: Friction, size_mm: 
         return {"values": np.column_stack([depth / LOADS ** (2 / 3), values.reshape(len(LOADS), -1) / LOADS[:, None]])}
 
     strains = geometry.shape, geometry.finger.strain_sha256
-    key = cache.key(presses_of.__name__, *strains, str(coefficient), modulus, ratio, LOADS, str(presses_of.GIVEN))
+    key = cache.key(
+        presses_of.__name__, *strains, str(coefficient), modulus, ratio, LOADS, str(presses_of.PRESS_PARAMETERS)
+    )
     return cache.fetch("truth", key, make)["values"]
 
 
@@ -182,7 +184,7 @@ def outcome(drawn: Drawn, log: PressLog, friction: Friction | None, seed: int, s
         low, high = told.intervals[name]
         true, value = drawn.values[name], found[name][0]
         inside = low <= true <= high
-        if PARAMETERS[kind(name)].logarithmic:
+        if PARAMETERS_BY_NAME[kind(name)].logarithmic:
             true, value, low, high = np.log([true, value, low, high])
         parameters[name] = float(value - true), float(high - low) / 2, bool(inside)
     fresh = np.exp(rng.uniform(np.log(gf_to_newton(10.0)), np.log(gf_to_newton(100.0)), SCENES))
@@ -243,7 +245,9 @@ def main() -> None:
     """Run the study."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--geometry", nargs="*", default=["A"], choices=[*GEOMETRIES, DEFAULT])
-    parser.add_argument("--size-mm", type=float, default=SIZE_MM, help="elements at the contact of the fit")
+    parser.add_argument(
+        "--size-mm", type=float, default=POSED_ELEMENT_SIZE_MM, help="elements at the contact of the fit"
+    )
     parser.add_argument("--fingers", type=int, default=12)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--presses", nargs="*", type=int, default=[15, 5])

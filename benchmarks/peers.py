@@ -12,7 +12,7 @@ from typing import Any
 import typer
 
 from papilla.cli.options import FingerOption, design_of, grouped
-from papilla.cli.output import Answer, progress, say, tell
+from papilla.cli.output import CommandResult, progress, say, tell
 from papilla.cli.speed.measure import FORCES_GF, measure_apart
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT
 from papilla.mesh import DEFAULT_SIZE_MM, build
@@ -21,7 +21,7 @@ sys.path.append(str(Path(__file__).parents[1]))
 from benchmarks.presses.peers import missing_peers, run_peers  # noqa: E402
 
 
-def peers(finger: FingerOption = None) -> Answer:
+def peers(finger: FingerOption = None) -> CommandResult:
     """Compare the seconds of one press by each installed library with papilla's set-up and 1000 scenes."""
     design = design_of(finger)
     with progress() as shown:
@@ -33,7 +33,7 @@ def peers(finger: FingerOption = None) -> Answer:
         say(sentence)
     table = [{**peer.to_json(), "ratio": ours / peer.seconds_one_press} for peer in pressed]
     facts = {"finger": design.name, "size_mm": DEFAULT_SIZE_MM, "seconds_thousand": ours, "peers": table}
-    return Answer(facts | {"peers_missing": list(missing_peers())}, partial(_print, table))
+    return CommandResult(facts | {"peers_missing": list(missing_peers())}, partial(_print, table))
 
 
 def _print(table: list[dict[str, Any]]) -> None:

@@ -16,7 +16,7 @@ from scipy.interpolate import BarycentricInterpolator, RegularGridInterpolator
 from scipy.optimize import brentq, least_squares
 
 from papilla import fem
-from papilla.calibration.fitting.checking import PUBLISHED_POINTS, RIGID
+from papilla.calibration.fitting.checking import PUBLISHED_POINTS, RIGID_SPECIMEN
 from papilla.calibration.fitting.sweep import corrected
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.core.files import write_text
@@ -26,7 +26,7 @@ from papilla.fem.pressing.large_strain import ALL_SHIPPED, LargeStrain, keep, kn
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Bench, Finger, Gauge
-from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient
+from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
 from papilla_papers.claims.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
 
 FORCE_GF, HEAVY = np.arange(10.0, 101.0, 10.0), 2
@@ -100,7 +100,7 @@ def measure_strain(friction: Friction, size_mm: float) -> None:
 class Physics:
     """Under what presses are made."""
 
-    friction: Friction = STICK
+    friction: Friction = STICK_WORD
     large_strain: bool = True
     size_mm: float = DEFAULT_SIZE_MM
 
@@ -113,7 +113,7 @@ class Physics:
             return corrected(reduced, specimen, found) if self.large_strain and force > LIGHTEST * inner else found
 
         felt = [[one(Bench().specimen(E), force).values for E in SPECIMENS_MPA] for force in gf_to_newton(FORCE_GF)]
-        return np.array(felt), np.array([one(RIGID, force).indentation for _, force in PUBLISHED_POINTS])
+        return np.array(felt), np.array([one(RIGID_SPECIMEN, force).indentation for _, force in PUBLISHED_POINTS])
 
 
 class Model:

@@ -13,10 +13,10 @@ from papilla import fem
 from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.identification.bench import calibrate
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Block
+from papilla.model.specimen import STICK_WORD, Block
 
 MESHES = (5, 6)
-FRICTIONS = (0.0, 0.03, 0.06, 0.1, 0.15, 0.2, STICK)
+FRICTIONS = (0.0, 0.03, 0.06, 0.1, 0.15, 0.2, STICK_WORD)
 BANDS = ((0.05, 0.1), (0.1, 0.3), (0.3, 0.72))
 FORCE_ERROR, GAUGE_NOISE = 0.01, 5.0
 
@@ -39,7 +39,7 @@ def main(
     frictions: list[float] | None = None,
 ) -> None:  # fmt: skip
     """Calibrate a finger (a design file or one that ships), press, feel, invert, print; --frictions: beside stick."""
-    rubbed: tuple[float | str, ...] = (*frictions, STICK) if frictions else FRICTIONS
+    rubbed: tuple[float | str, ...] = (*frictions, STICK_WORD) if frictions else FRICTIONS
     design, random = Finger.load(finger), np.random.default_rng(20)
     calibration = calibrate(design).calibration
     true_MPa, loads = np.geomspace(*CHECKED_MODULUS_MPA, moduli), np.geomspace(*CHECKED_FORCE_N, forces)

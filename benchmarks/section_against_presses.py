@@ -18,7 +18,7 @@ from papilla import fem
 from papilla.fem.sliding.coulomb import Laws, Rubbed, rub
 from papilla.fem.sliding.felt_profile import FeltProfile
 from papilla.fem.sliding.section import ReducedSection
-from papilla.fem.sliding.tying import FLAT, tie
+from papilla.fem.sliding.tying import RIGID_FLAT, tie
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Dome, Finger
 from papilla.model.specimen import Grating, Specimen
@@ -37,7 +37,7 @@ class Wavy(Specimen):
 
     grating: Grating
     place: float
-    nu: float = FLAT.nu
+    nu: float = RIGID_FLAT.nu
 
     def __post_init__(self):
         """A grating has checked itself."""
@@ -100,14 +100,14 @@ def tell_swings(forces: tuple[float, ...], size_mm: float, gratings: int, count:
     body, reduced = fem.prepare_section(finger), fem.prepare(finger, size_mm=size_mm, at=BESIDE)
     ratios = []
     for force in forces:
-        flat = fem.press(reduced, FLAT, force=force, fidelity="contact")
+        flat = fem.press(reduced, RIGID_FLAT, force=force, fidelity="contact")
         load = float(landed(body, 0.0, depth=flat.indentation).force[len(body.x) :].sum())
         for period, depth in GRATINGS[:gratings]:
             grating = Grating(period / 2, period / 2, depth, form="sine")
             reach = (-2 * body.half_width, 2 * body.half_width)
             felt, places = FeltProfile.of(grating, body.hats, reach), np.arange(count) / count * period
             solid = [
-                fem.press(reduced, Wavy(FLAT.modulus, grating, place), force=force, fidelity="contact").reading
+                fem.press(reduced, Wavy(RIGID_FLAT.modulus, grating, place), force=force, fidelity="contact").reading
                 for place in places
             ]
             plane = [body.reading_rows @ landed(body, felt.recess(body.x - place), load=load).force for place in places]

@@ -15,11 +15,11 @@ from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_M
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import family
 from papilla.identification import identify
-from papilla.identification.posing import SIZE_MM
-from papilla.identification.suggest import FORCES_N, suggest_presses
+from papilla.identification.posing import POSED_ELEMENT_SIZE_MM
+from papilla.identification.suggest import SUGGESTED_FORCES_N, suggest_presses
 from papilla.logs import PressLog
 from papilla.model.finger import Bench, Finger
-from papilla.model.specimen import STICK, THICKNESS_MM, Block
+from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block
 
 MODULI = (0.089, 0.51, 0.72)
 FORCE_ERROR, NOISE = 0.01, 5.0
@@ -56,16 +56,16 @@ def missed(told, finger, found, force, modulus):
     return off, off / np.maximum(np.abs(slope), LEAST_SLOPE)
 
 
-def main(fingers: int = 100, presses: int = 5, size: float = SIZE_MM) -> None:
+def main(fingers: int = 100, presses: int = 5, size: float = POSED_ELEMENT_SIZE_MM) -> None:
     """Draw, press, identify on a mesh of elements of `size` (mm), and print."""
-    design, random = replace(Finger.default(), bench=Bench(friction=STICK)), np.random.default_rng(7)
+    design, random = replace(Finger.default(), bench=Bench(friction=STICK_WORD)), np.random.default_rng(7)
     told = response(family(design, size_mm=size), Block(1.0, THICKNESS_MM))
     best = suggest_presses(design, presses, MODULI, size_mm=size)
     print(
         "suggested: "
         + ", ".join(f"{f:.3f} N on {E:g} MPa" for f, E in zip(best.force_N, best.modulus_MPa, strict=True))
     )
-    even = np.linspace(FORCES_N[0], FORCES_N[-1], presses), np.resize(MODULI, presses)
+    even = np.linspace(SUGGESTED_FORCES_N[0], SUGGESTED_FORCES_N[-1], presses), np.resize(MODULI, presses)
     designs = {"suggested": (np.array(best.force_N), np.array(best.modulus_MPa)), "evenly spaced": even}
     places = np.meshgrid(np.geomspace(*CHECKED_FORCE_N, 6), np.geomspace(*CHECKED_MODULUS_MPA, 6))
     domain = [axis.ravel() for axis in places]

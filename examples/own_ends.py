@@ -12,9 +12,9 @@ import sys
 from collections.abc import Callable, Iterable
 
 from papilla.estimators import Pipeline
-from papilla.telepresence import Address, Endpoint, LocalModel, RemoteHand, Sensing, Trust
+from papilla.telepresence import Address, Endpoint, LocalModel, QuantityTrust, RemoteHand, Sensing
 from papilla.telepresence.messages import HandReading, Length, Parameters, quantity
-from papilla.telepresence.processes import Period
+from papilla.telepresence.processes import TickGrid
 
 SENSOR, DISPLAY = Address("127.0.0.1", 47001), Address("127.0.0.1", 47002)
 
@@ -37,14 +37,14 @@ def display(seconds: float, listen: Address, peer: Address, drive: Callable[[flo
     """Send the hand's place 250 times a second, and drive the actuator 1000 times."""
     model = LocalModel()
     with Endpoint(listen, peer) as link:
-        for number, now in enumerate(Period().ticks(seconds)):
+        for number, now in enumerate(TickGrid().ticks(seconds)):
             if number % 4 == 0:
                 place = quantity(Length, encoder_mm(now))
                 model.move(now, encoder_mm(now))
                 link.send(lambda header, place=place: HandReading(header, place))
             for heard in link.receive():
                 if isinstance(heard.message, Parameters):
-                    model.learn(now, heard.message.components, Trust(heard.message.texture))
+                    model.learn(now, heard.message.components, QuantityTrust(heard.message.texture))
             drive(model.update(now).drive_V)
 
 
@@ -52,7 +52,7 @@ def sensor(seconds: float, listen: Address, peer: Address) -> None:
     """Follow the hand, estimate from every sample, and send what is found 50 times a second."""
     sensing, remote = Sensing(Pipeline(gauges=1, columns=("position_mm",))), RemoteHand()
     with Endpoint(listen, peer) as link:
-        for number, now in enumerate(Period().ticks(seconds)):
+        for number, now in enumerate(TickGrid().ticks(seconds)):
             for heard in link.receive():
                 if isinstance(heard.message, HandReading) and heard.message.position.value is not None:
                     remote.read(1e-9 * heard.arrived_ns, 1e-9 * heard.sent_ns, heard.message.position.value)

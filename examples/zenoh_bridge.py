@@ -23,8 +23,8 @@ import msgspec
 
 from papilla.core.errors import InputError
 from papilla.core.outside import datagram_socket
-from papilla.telepresence import Address, Trust
-from papilla.telepresence.messages import MAX_BYTES, Parameters, Quantity, decode
+from papilla.telepresence import Address, QuantityTrust
+from papilla.telepresence.messages import MAX_BYTES, Parameters, TrustedQuantity, decode
 
 PORTS = {"sensor": ("127.0.0.1:47002", "127.0.0.1:47001"), "display": ("127.0.0.1:47001", "127.0.0.1:47002")}
 """Where the bridge listens and whom it stands beside: the defaults of `papilla telepresence`."""
@@ -40,7 +40,7 @@ def plain(datagram: bytes) -> dict[str, Any] | None:
         return None
     told: dict[str, Any] = {
         "sequence": message.header.sequence,
-        "texture": Trust(message.texture).name.lower(),
+        "texture": QuantityTrust(message.texture).name.lower(),
         "lines": [
             {"wavelength_mm": _plain(line.wavelength), "amplitude_microstrain": _plain(line.amplitude)}
             for line in message.lines
@@ -53,8 +53,8 @@ def plain(datagram: bytes) -> dict[str, Any] | None:
     return told
 
 
-def _plain(one: Quantity) -> dict[str, Any]:
-    return {"value": one.value, "sigma": one.sigma, "status": Trust(one.status).name.lower()}
+def _plain(one: TrustedQuantity) -> dict[str, Any]:
+    return {"value": one.value, "sigma": one.sigma, "status": QuantityTrust(one.status).name.lower()}
 
 
 def carry(zenoh: Any, side: str, listen: Address, peer: Address, key: str) -> None:

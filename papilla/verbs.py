@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from papilla.fem.pressing.press import Press
     from papilla.fem.reduction.reduced import ReducedFinger
     from papilla.identification.fit import Identification
-    from papilla.identification.noise import Noise
+    from papilla.identification.noise import PressNoise
     from papilla.logs import PressLog
     from papilla.model.finger import Finger
     from papilla.model.specimen import Friction, Specimen
@@ -45,7 +45,7 @@ def identify(
     free: Sequence[str] = (),
     fix: Mapping[str, float] | None = None,
     specimen: "Specimen | None" = None,
-    noise: "Noise | None" = None,
+    noise: "PressNoise | None" = None,
     friction: "Friction | None" = None,
     size_mm: float | None = None,
     processes: int = 1,

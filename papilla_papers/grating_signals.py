@@ -13,7 +13,7 @@ PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
 """Number of periods of the grating that are evaluated, so that most beats with the ridges are complete; path and time
 before them (the oscillation of the first mode at the start fades within 50 ms)."""
 
-SAMPLES = 40
+SAMPLES_A_PERIOD = 40
 """Number of samples per period of the grating."""
 
 
@@ -57,13 +57,13 @@ def signals_over_gratings(
         section = prepare_section(own)
         for wavelength in wavelengths_mm:
             texture = Grating(wavelength / 2, wavelength / 2, groove_depth_mm)
-            rate = SAMPLES * speed_mm_s / wavelength
+            rate = SAMPLES_A_PERIOD * speed_mm_s / wavelength
             motion = Motion.steady(speed_mm_s, (PERIODS * wavelength + SETTLE_MM) / speed_mm_s + SETTLE_S, rate)
             result = slide(
                 own, texture, motion, force=force, depth=depth, friction=friction, dynamics=dynamics,
                 section=section, length_mm=length_mm,
             )  # fmt: skip
-            rows = slice(-PERIODS * SAMPLES, None)
+            rows = slice(-PERIODS * SAMPLES_A_PERIOD, None)
             readings = result.readings[rows] - result.readings[rows].mean(axis=0)
             turns = np.exp(-2j * np.pi * motion.position_mm[rows] / wavelength)
             found.append(

@@ -6,11 +6,21 @@ from typing import Protocol
 import numpy as np
 from matplotlib.figure import Figure
 
-from papilla.view.style import ACCENTS, FAINT, INK, THIN, in_a_row, named, plain_log, styled, titled
+from papilla.view.style import (
+    ACCENT_COLORS,
+    FAINT_COLOR,
+    INK_COLOR,
+    THIN_PT,
+    in_a_row,
+    named,
+    plain_log,
+    styled,
+    titled,
+)
 
 NOISE = (1.0, 5.0)
 """Range of a gauge's noise, microstrain, drawn as a band."""
-PANEL_IN = 4.1
+SIGNAL_PANEL_IN = 4.1
 """Width of a panel of signals, inches."""
 
 
@@ -26,17 +36,17 @@ def signals_figure(signals: Sequence[GratingSignals], names: Sequence[str]) -> F
     """Standard deviation of each named gauge's signal against wavelength, a panel for each pitch of the ridges."""
     pitches = list(dict.fromkeys(scene.pitch_mm for scene in signals))
     largest = max(float(scene.rms.max()) for scene in signals)
-    with styled(PANEL_IN * len(pitches)) as figure:
+    with styled(SIGNAL_PANEL_IN * len(pitches)) as figure:
         panels = figure.subplots(1, len(pitches), sharey=True, squeeze=False)[0]
         for axes, pitch in zip(panels, pitches, strict=True):
             scenes = sorted((s for s in signals if s.pitch_mm == pitch), key=lambda scene: scene.wavelength_mm)
             wavelengths = [scene.wavelength_mm for scene in scenes]
-            axes.axhspan(*NOISE, color=FAINT, zorder=0)
-            for gauge, (name, color) in enumerate(zip(names, ACCENTS, strict=False)):
+            axes.axhspan(*NOISE, color=FAINT_COLOR, zorder=0)
+            for gauge, (name, color) in enumerate(zip(names, ACCENT_COLORS, strict=False)):
                 signal = [scene.rms[gauge] for scene in scenes]
                 axes.plot(wavelengths, signal, color=color, marker="o", label=named(name))
             if pitch:
-                axes.axvline(pitch, color=INK, linewidth=THIN, linestyle=":")
+                axes.axvline(pitch, color=INK_COLOR, linewidth=THIN_PT, linestyle=":")
             axes.set(yscale="log", ylim=(NOISE[0] / 2, 2 * largest), xlabel="wavelength (mm)")
             plain_log(axes.yaxis, (1.0,))
             axes.set_title(f"ridges of {pitch:g} mm pitch" if pitch else "smooth skin", fontsize="medium")

@@ -16,8 +16,8 @@ from papilla.telepresence.amplitude import FromWavelength, Measured, PowerCurve,
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.loop import Set, run
-from papilla.telepresence.motion import Motion
-from papilla.telepresence.record import Record
+from papilla.telepresence.motion import HandMotion
+from papilla.telepresence.record import LoopRecord
 from papilla.telepresence.touch import GratingTexture, SideBySide
 
 TESTS_MM = (0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
@@ -39,7 +39,7 @@ class Condition(NamedTuple):
     lag_ms: np.ndarray
     felt_mm: np.ndarray
     amplitude_um: np.ndarray
-    records: Sequence[Record]
+    records: Sequence[LoopRecord]
 
 
 def experiments_2011(
@@ -58,7 +58,7 @@ def experiments_2011(
     """
     curve = read_curve() if curve is None else curve
     rule = FromWavelength(curve, largest_um=Measured()(math.nan, LOUDEST_MICROSTRAIN))
-    records: dict[bool, list[Record]] = {False: [], True: []}
+    records: dict[bool, list[LoopRecord]] = {False: [], True: []}
     for delayed, place in itertools.product((False, True), range(len(TESTS_MM))):
         progress(delayed * len(TESTS_MM) + place, 2 * len(TESTS_MM))
         amplitude = LOUDEST_MICROSTRAIN * math.sqrt(curve(TESTS_MM[place]) / curve.greatest)
@@ -74,7 +74,7 @@ def experiments_2011(
     return {number: _condition(display, delayed, records[delayed]) for number, (delayed, display) in numbered}
 
 
-def _condition(display: str, delayed: bool, records: Sequence[Record]) -> Condition:
+def _condition(display: str, delayed: bool, records: Sequence[LoopRecord]) -> Condition:
     """The output of a display for each texture."""
     felt, amplitudes = [], []
     for record in records:
@@ -114,7 +114,7 @@ def beside_each_other(
     By default it is crossed once, at a constant speed; with strokes to and fro, in the middle of each. The speed is not
     100 mm/s: at that a wavelength of 1 mm gives 100 Hz, which the estimators take for the mains.
     """
-    way, motion = LinkModel(one_way_ms=round_trip_ms / 2), Motion(speed_mm_s, strokes_Hz)
+    way, motion = LinkModel(one_way_ms=round_trip_ms / 2), HandMotion(speed_mm_s, strokes_Hz)
     border = 0.5 * motion.length_mm if strokes_Hz else 1.5 * speed_mm_s
     texture = SideBySide(GratingTexture(first_mm), GratingTexture(second_mm), border)
     delayed, at_once = (run(Set(texture, motion, seconds, link, link, seed=seed)) for link in (way, LinkModel()))

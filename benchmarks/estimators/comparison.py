@@ -14,7 +14,7 @@ from benchmarks.estimators.methods import LONG_MM, METHODS, PRODUCT, PUBLISHED, 
 from papilla.core import settings
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT, US_PER_S
-from papilla.scenes.scenes import CLAIMS, SCENES, WAVELENGTHS_MM, Scene, scene
+from papilla.scenes.scenes import FIRST_CLAIM_SEED, SCENES_BY_NAME, WAVELENGTHS_MM, Scene, scene
 from papilla.verify.case import Case
 from papilla.verify.jobs import run_jobs
 
@@ -76,7 +76,7 @@ class Row:
 
 def judged(made: Scene, answer: Answer, path_mm: float | None, us: float) -> Run:
     """Compare an answer with the scene's truth."""
-    recipe = SCENES[made.name]
+    recipe = SCENES_BY_NAME[made.name]
     changes = np.flatnonzero(np.diff(made.wavelength_mm, prepend=math.nan) != 0) if recipe.lined else np.array([0])
     began = changes[np.searchsorted(changes, np.arange(made.time_s.size), side="right") - 1]
     since_s, since_mm = (column - column[began] for column in (made.time_s, made.travelled_mm))
@@ -110,7 +110,7 @@ def row_of(scene: str, method: str, runs: Sequence[Run]) -> Row:
     )
     squares = [run.bound_square for run in runs if run.bound_square == run.bound_square]
     # Without a line no answer has an error: every answer is false
-    lined = SCENES[scene].lined
+    lined = SCENES_BY_NAME[scene].lined
     found, told = error[counted & lined], ok & lined
     return Row(
         scene,
@@ -151,7 +151,7 @@ def targets(row: Row, others: Sequence[Row]) -> list[Case]:
     row."""
     if row.kind != PRODUCT:
         return []
-    scene = SCENES[row.scene]
+    scene = SCENES_BY_NAME[row.scene]
     if not scene.lined:
         return [Case("runs with an answer", "no line is there", row.claimed, GIVEN.most_runs_claimed)]
     other_methods = [other for other in others if other.kind == RIVAL]
@@ -183,7 +183,7 @@ class Plan:
 
     scenes: tuple[str, ...] = ()
     methods: tuple[str, ...] = ()
-    seeds: tuple[int, ...] = tuple(range(CLAIMS, CLAIMS + 8))
+    seeds: tuple[int, ...] = tuple(range(FIRST_CLAIM_SEED, FIRST_CLAIM_SEED + 8))
     longest_s: float = 4.0
     snr_dB: float = 20.0
 
@@ -195,7 +195,7 @@ class Plan:
 LONG = Plan()
 SHORT = Plan(
     methods=tuple(name for name, method in METHODS.items() if method.kind != PUBLISHED and name != "MUSIC"),
-    seeds=(CLAIMS,),
+    seeds=(FIRST_CLAIM_SEED,),
     longest_s=2.5,
 )
 """For quick runs and tests: one run per scene is not enough for a verdict."""
@@ -203,7 +203,7 @@ SHORT = Plan(
 
 def wavelength_of(seed: int) -> float:
     """The wavelength of a run in mm: one of five for tuning, any of 0.6-3.0 for claims."""
-    if seed < CLAIMS:
+    if seed < FIRST_CLAIM_SEED:
         return WAVELENGTHS_MM[seed % len(WAVELENGTHS_MM)]
     low, high = WAVELENGTHS_MM[0], WAVELENGTHS_MM[-1]
     # Not the scene's own random numbers: its first draw is the speed, and the two would be correlated.
@@ -212,9 +212,11 @@ def wavelength_of(seed: int) -> float:
 
 def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Callable[[str], None]) -> list[Run]:
     """One run of each method on a scene."""
-    recipe = SCENES[name]
+    recipe = SCENES_BY_NAME[name]
     seconds = recipe.seconds if "slow" in name else min(recipe.seconds, plan.longest_s)
-    made = scene(name, wavelength_of(seed), snr_dB=plan.snr_dB, seed=seed, seconds=seconds, drawn=seed >= CLAIMS)
+    made = scene(
+        name, wavelength_of(seed), snr_dB=plan.snr_dB, seed=seed, seconds=seconds, drawn=seed >= FIRST_CLAIM_SEED
+    )
     found = []
     for method in methods:
         began = time.perf_counter()
@@ -228,7 +230,7 @@ def compare(
     plan: Plan = LONG, *, workers: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> tuple[Row, ...]:
     """A row for each scene and method of the plan, on `workers` processes; raises `InputError` for unknown names."""
-    names, methods = chosen("scene", plan.scenes, SCENES), chosen("estimator", plan.methods, METHODS)
+    names, methods = chosen("scene", plan.scenes, SCENES_BY_NAME), chosen("estimator", plan.methods, METHODS)
     jobs = {f"{name}, seed {seed}": (name, seed, methods, plan) for name in names for seed in plan.seeds}
     results = []
     for _, found in run_jobs(runs_of, jobs, processes=workers):

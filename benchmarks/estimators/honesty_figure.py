@@ -8,12 +8,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.core.units import PER_CENT
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, plain_log, styled, titled
+from papilla.view.style import ACCENT_COLORS, FAINT_COLOR, INK_COLOR, MUTED_COLOR, THIN_PT, plain_log, styled, titled
 
 Rows = Sequence[Mapping]
 
 PRODUCT, BESIDE = "pipeline", "STFT over the path"
-RIGHT, FALSE = ACCENTS[:2]
+RIGHT, FALSE = ACCENT_COLORS[:2]
 LIMITS, BOUND = (1e-3, 300.0), 5.0
 """Range of the errors shown, in %, at whose ends errors beyond it are drawn; error that counts as false."""
 WIDE_IN, SCENE_IN, AROUND_IN = 10.2, 0.2, 1.9
@@ -42,7 +42,7 @@ def honesty_figure(rows: Rows) -> Figure:
         left.set_yticks(places, labels=scenes, fontsize="small")
         faulty = {row["scene"] for row in rows if row["faults"]}
         for label, scene in zip(left.get_yticklabels(), scenes, strict=True):
-            label.set_color(FALSE if scene in faulty else INK)
+            label.set_color(FALSE if scene in faulty else INK_COLOR)
         left.set_ylim(-BAR_SHARE, len(scenes) - 1 + BAR_SHARE)
         own = [row for row in rows if row["method"] == PRODUCT]
         titled(
@@ -65,18 +65,18 @@ def _shares(axes: Axes, own: Rows, places) -> None:
 def _errors(axes: Axes, rows: Rows, places: Mapping[str, int]) -> None:
     """Dots of the median errors: the published methods in grey, every other one in its own colour."""
     single = dict.fromkeys(row["method"] for row in rows if row["kind"] != "published")
-    colors = dict(zip(single, ACCENTS, strict=False))
+    colors = dict(zip(single, ACCENT_COLORS, strict=False))
     for method in reversed(dict.fromkeys(row["method"] for row in rows)):
         own = [row for row in rows if row["method"] == method and row["median"] == row["median"]]
         at = [min(max(PER_CENT * row["median"], LIMITS[0]), LIMITS[1]) for row in own]
-        style: dict = {"color": colors[method], "label": method} if method in colors else {"color": FAINT}
+        style: dict = {"color": colors[method], "label": method} if method in colors else {"color": FAINT_COLOR}
         if method == PRODUCT:
             style["markersize"] = DOT  # These dots lie over the others
         axes.plot(at, [places[row["scene"]] for row in own], "o", clip_on=False, **style)
-    axes.axvline(BOUND, color=MUTED, linewidth=THIN, linestyle="--")
+    axes.axvline(BOUND, color=MUTED_COLOR, linewidth=THIN_PT, linestyle="--")
     axes.set(xscale="log", xlim=LIMITS, xlabel="median error, ok or not (%)")
     plain_log(axes.xaxis, (1.0,))
     handles, _ = axes.get_legend_handles_labels()
-    grey = Line2D([], [], color=FAINT, marker="o", linestyle="none", label="published")
+    grey = Line2D([], [], color=FAINT_COLOR, marker="o", linestyle="none", label="published")
     handles = [*handles[::-1], *([grey] if any(row["kind"] == "published" for row in rows) else [])]
     axes.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1), ncols=-(-len(handles) // 2))

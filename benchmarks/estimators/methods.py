@@ -16,7 +16,7 @@ import numpy as np
 
 from papilla.core import settings
 from papilla.core.errors import InputError
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators import ChirpTracker, Pipeline
 from papilla_papers.methods import roughness
 
@@ -106,7 +106,7 @@ def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
     weight = np.abs(np.gradient(place))
     if tapered:
         weight = weight * np.sin(np.pi * (np.arange(place.size) + 0.5) / place.size) ** 2
-    centred = weight * (reading - np.average(reading, weights=weight + TINY))
+    centred = weight * (reading - np.average(reading, weights=weight + TINY_DIVISOR))
     cell = np.round((place - place.min()) / GRID_MM).astype(int)
     span = GRID_MM * (int(cell.max()) + 1)
     length = 1 << math.ceil(math.log2(8 * max(span, LEAST_MM) / GRID_MM))
@@ -114,8 +114,8 @@ def strongest(place, reading, tapered: bool) -> tuple[float, float, bool]:
     step = 1 / (length * GRID_MM)
     inside = np.arange(math.ceil(1 / HIGH_MM / step), int(1 / LOW_MM / step))
     top = int(inside[np.argmax(power[inside])])
-    over = math.log(2) * power[top] / max(float(np.median(power[inside])), TINY)
-    wavenumber = (top + _vertex(np.log(power[top - 1 : top + 2] + TINY))) * step
+    over = math.log(2) * power[top] / max(float(np.median(power[inside])), TINY_DIVISOR)
+    wavenumber = (top + _vertex(np.log(power[top - 1 : top + 2] + TINY_DIVISOR))) * step
     sigma = (2 if tapered else 1) * math.sqrt(1.5 / over) / (math.pi * span) / wavenumber**2
     places = span * (1 / LOW_MM - 1 / HIGH_MM)
     return 1 / wavenumber, sigma, bool(over > math.log(places / GIVEN.false_alarm))
@@ -147,10 +147,10 @@ def music(place, reading) -> tuple[float, float, bool]:
     values, vectors = np.linalg.eigh(covariance + covariance[::-1, ::-1])
     k = np.linspace(1 / HIGH_MM, 1 / LOW_MM, GIVEN.wavenumbers)
     steering = np.exp(-2j * np.pi * np.outer(k * spacing, np.arange(GIVEN.order)))
-    log_pseudo = -np.log(np.sum(np.abs(steering @ vectors[:, : -GIVEN.sources]) ** 2, axis=1) + TINY)
+    log_pseudo = -np.log(np.sum(np.abs(steering @ vectors[:, : -GIVEN.sources]) ** 2, axis=1) + TINY_DIVISOR)
     top = 1 + int(np.argmax(log_pseudo[1:-1]))
     wavenumber = k[top] + _vertex(log_pseudo[top - 1 : top + 2]) * (k[1] - k[0])
-    over = values[-1] / max(float(np.median(values[: -GIVEN.sources])), TINY)
+    over = values[-1] / max(float(np.median(values[: -GIVEN.sources])), TINY_DIVISOR)
     sigma = math.sqrt(1.5 / (over * len(snapshots) / GIVEN.order)) / (math.pi * (grid[-1] - grid[0])) / wavenumber**2
     return 1 / wavenumber, sigma, bool(over > GIVEN.stands_out)
 

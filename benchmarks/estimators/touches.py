@@ -20,7 +20,7 @@ from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline, Softness
 from papilla.fem import prepare
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, THICKNESS_MM, Block
+from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block
 from papilla.references.bounds import modulus_bound
 
 GIVEN = settings.parameters(__name__)
@@ -78,7 +78,7 @@ class Touch(NamedTuple):
     at: tuple[float, float] = (0.0, 0.0)
     thickness_mm: float = THICKNESS_MM
     variant: int = 0
-    friction: float | str = STICK
+    friction: float | str = STICK_WORD
     disturbances: tuple[Disturbance, ...] = ()
     exact: bool = False
     others: tuple["Touch", ...] = ()
@@ -240,7 +240,7 @@ def pressed(finger: Finger, touch: Touch, moduli: list[float], force: np.ndarray
         found = sweep(reduced, moduli, levels.tolist(), Block(1.0, touch.thickness_mm), **how).reading
         return found.reshape(len(moduli), len(levels), -1)[:, which]
 
-    apex, plain = (0.0, 0.0), {"friction": STICK, "large_strain": False}
+    apex, plain = (0.0, 0.0), {"friction": STICK_WORD, "large_strain": False}
     readings = table(apex, friction=touch.friction)
     return readings if touch.at == apex else readings + table(touch.at, **plain) - table(apex, **plain)
 

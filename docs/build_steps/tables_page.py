@@ -21,12 +21,12 @@ from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpStatus
 from papilla.logs import log_map
-from papilla.logs.log_map import GAUGE, QUANTITIES
-from papilla.logs.presses import PRESS_OPTIONAL, SPECIMENS
+from papilla.logs.log_map import CHANNEL_QUANTITY, LOG_QUANTITIES
+from papilla.logs.presses import PRESS_OPTIONAL, SPECIMEN_COLUMNS
 from papilla.logs.time_log import TIME_OPTIONAL
 from papilla.model import file as finger_file
 from papilla.model.finger import Bench, Dome, Finger, Gauge, Layer, Ridges, Slab, Surfaces
-from papilla.model.materials import MATERIALS
+from papilla.model.materials import MATERIALS_BY_KIND
 from papilla.model.parts import Identified
 
 OPENING = """# Files
@@ -50,7 +50,7 @@ gauges, one press a row. Semicolons, tabs and decimal commas are understood. Opt
 """
 OF_LOGS = (
     ("over time", ", ".join([*TIME_OPTIONAL, "torque_Nmm in place of tangential_N"])),
-    ("of presses", ", ".join([*PRESS_OPTIONAL, *SPECIMENS])),
+    ("of presses", ", ".join([*PRESS_OPTIONAL, *SPECIMEN_COLUMNS])),
 )
 UNITS = """### Columns, their units, and the names that laboratories use
 
@@ -62,20 +62,19 @@ A hyperelastic law for large strain, `material = { model = "ogden", ... }`, inst
 """
 CALIBRATION = f"""## Calibration (JSON)
 
-`schema` is `{document.SCHEMA}`. The file carries a checksum and is read by `papilla.Calibration.load`; a file that was
-edited by hand is read with a remark.
-"""
+`schema` is `{document.CALIBRATION_SCHEMA}`. The file carries a checksum and is read by `papilla.Calibration.load`; a
+file that was edited by hand is read with a remark. """
 PARTS = (
     ("`finger`, `mesh`", "name and hash of the design; what the mesh was"),
     ("`domain`", "`force_N` and `modulus_MPa`, each from and to"),
     ("`provenance`", "versions, when, under what physics, and what the intervals lack"),
     ("`notes`", "doubts of the fit, a sentence each"),
     ("`softness.forward`", "S_d = a f² + b f + c E² + d E + e; f in gf, E in MPa"),
-    ("`softness.inverse`", document.INVERSE["form"]),
-    ("`softness.compact`", document.COMPACT["form"]),
-    ("`softness.surface`", f"{document.SD['quantity']}: {document.SD['form']}"),
-    ("`softness.gauges`", f"{document.GAUGE['quantity']}: {document.GAUGE['form']}"),
-    ("`softness.position`", f"{document.POSITION['quantity']}: {document.POSITION['form']}"),
+    ("`softness.inverse`", document.INVERSE_FORM["form"]),
+    ("`softness.compact`", document.COMPACT_FORM["form"]),
+    ("`softness.surface`", f"{document.SD_FORM['quantity']}: {document.SD_FORM['form']}"),
+    ("`softness.gauges`", f"{document.GAUGE_FORM['quantity']}: {document.GAUGE_FORM['form']}"),
+    ("`softness.position`", f"{document.POSITION_FORM['quantity']}: {document.POSITION_FORM['form']}"),
 )
 FIXED = ("form", "terms", "units", "quantity", "level")
 """Keys of a calibration that have one value, which says what the part holds."""
@@ -104,7 +103,9 @@ def _design() -> list[str]:
     parts = finger_file._TABLES
     inside = dict.fromkeys(parts, "table") | {"gauges": "list of tables"}
     said = [_keys(_fields(finger_file.keys_of(Finger, unit={"patch_radius": "_mm"}, **parts)), inside), "### [shape]\n"]
-    said.append(table(("kind", "example"), [(code(kind), code(form)) for kind, form in finger_file.FORMS.items()]))
+    said.append(
+        table(("kind", "example"), [(code(kind), code(form)) for kind, form in finger_file.SHAPE_FORMS.items()])
+    )
     for kind in (Dome, Slab, Surfaces):
         keys = finger_file.keys_of(kind, unit="_file" if kind is Surfaces else "_mm")
         said += [f"{markdown(getdoc(kind))}\n", _keys(_fields(keys))]
@@ -118,15 +119,15 @@ def _design() -> list[str]:
         said += [f"### {title}\n\n{markdown(getdoc(part))}\n", _keys(_model(model))]
     cards = {
         kind: [item.name + ("_MPa" if item.name in card.in_MPa else "") for item in fields(card)]
-        for kind, card in MATERIALS.items()
+        for kind, card in MATERIALS_BY_KIND.items()
     }
     rows = [(code(kind), ", ".join(map(code, keys))) for kind, keys in cards.items()]
     return [*said, MATERIAL, table(("model", "keys"), rows)]
 
 
 def _logs() -> list[str]:
-    rows = [(code(name), ", ".join(one.units), ", ".join(one.words)) for name, one in QUANTITIES.items()]
-    rows.append(("`g1`, `g2`, ...", ", ".join([*GAUGE.units]), ", ".join(GAUGE.words)))
+    rows = [(code(name), ", ".join(one.units), ", ".join(one.words)) for name, one in LOG_QUANTITIES.items()]
+    rows.append(("`g1`, `g2`, ...", ", ".join([*CHANNEL_QUANTITY.units]), ", ".join(CHANNEL_QUANTITY.words)))
     return [
         LOGS,
         table(("log", "columns"), OF_LOGS),

@@ -14,7 +14,7 @@ import papilla
 from papilla import Block, Finger, fem
 from papilla.scenes.scenes import scene
 from papilla.view import contact_figure, plots, png
-from papilla.view.style import ACCENTS, GAUGE_COLOR, INK, MUTED, plain_log, styled
+from papilla.view.style import ACCENT_COLORS, GAUGE_COLOR, INK_COLOR, MUTED_COLOR, plain_log, styled
 from papilla_papers.methods import ShortTimeSpectrum
 
 WIDTH, HEIGHT = 7.2, 3.6
@@ -50,7 +50,7 @@ def section(finger: Finger, _) -> Figure:
     with _axes(4.2) as (figure, axes):
         for name, color in colors.items():
             a, _, c = getattr(finger.shape, name)
-            axes.fill(a * np.sin(angle), c * np.cos(angle), facecolor=color, edgecolor=INK, linewidth=0.8)
+            axes.fill(a * np.sin(angle), c * np.cos(angle), facecolor=color, edgecolor=INK_COLOR, linewidth=0.8)
         a, _, c = finger.shape.interface
         for gauge in finger.gauges:
             at = np.deg2rad(gauge.angle_deg)
@@ -61,7 +61,7 @@ def section(finger: Finger, _) -> Figure:
             )
             axes.annotate(gauge.name, place * 0.86, ha="center", va="center", fontsize=9)
         for text, height in (("outer layer", 18.5), ("inner layer", 10.5), ("bone", 2.5)):
-            axes.annotate(text, (0, height), ha="center", va="center", fontsize=9, color=MUTED)
+            axes.annotate(text, (0, height), ha="center", va="center", fontsize=9, color=MUTED_COLOR)
         axes.set(aspect="equal", xlabel="x across the finger (mm)", ylabel="z (mm)", ylim=(-1, 22))
     return figure
 
@@ -72,10 +72,10 @@ def reduction(finger: Finger, _) -> Figure:
     points = fields.mesh.points[fields.vertices]
     x = np.linspace(-15, 15, 121)
     with _axes() as (figure, axes):
-        for gauge, values, color in zip(finger.gauges, fields.strain_per_newton, ACCENTS, strict=False):
+        for gauge, values, color in zip(finger.gauges, fields.strain_per_newton, ACCENT_COLORS, strict=False):
             along = LinearNDInterpolator(points[:, :2], 1e3 * values)(x, np.zeros_like(x))
             axes.plot(x, along, color=color, label=gauge.name)
-        axes.axhline(0, color=MUTED, linewidth=0.8)
+        axes.axhline(0, color=MUTED_COLOR, linewidth=0.8)
         axes.set(xlabel="place of the load, x (mm)", ylabel="strain per force (µε/mN)")
         axes.legend(ncols=5, loc="upper center", bbox_to_anchor=(0.5, 1.16))
     return figure
@@ -104,9 +104,9 @@ def large_strain(_, reduced) -> Figure:
 
 def _changes(curves: dict[str, np.ndarray], against: str) -> Figure:
     with _axes() as (figure, axes):
-        for (name, change), color in zip(curves.items(), ACCENTS, strict=False):
+        for (name, change), color in zip(curves.items(), ACCENT_COLORS, strict=False):
             axes.plot(FORCES, 100 * change, color=color, label=name)
-        axes.axhline(0, color=MUTED, linewidth=0.8)
+        axes.axhline(0, color=MUTED_COLOR, linewidth=0.8)
         axes.set(xscale="log", xlabel="force (N)", ylabel=f"change of $S_d$\n{against}")
         plain_log(axes.xaxis)
         axes.set_ylim(axes.get_ylim()[0], 1.5 * axes.get_ylim()[1] + 1)
@@ -123,10 +123,10 @@ def gauges(_, __) -> Figure:
     )
     place = np.arange(len(strain))
     with _axes() as (figure, axes):
-        axes.bar(place - 0.2, strain, 0.2, color=ACCENTS[0], label="gain × strain")
-        axes.bar(place, curvature, 0.2, color=ACCENTS[1], label="lever × curvature change")
-        axes.bar(place + 0.2, strain + curvature, 0.2, color=INK, label="reading")
-        axes.axhline(0, color=MUTED, linewidth=0.8)
+        axes.bar(place - 0.2, strain, 0.2, color=ACCENT_COLORS[0], label="gain × strain")
+        axes.bar(place, curvature, 0.2, color=ACCENT_COLORS[1], label="lever × curvature change")
+        axes.bar(place + 0.2, strain + curvature, 0.2, color=INK_COLOR, label="reading")
+        axes.axhline(0, color=MUTED_COLOR, linewidth=0.8)
         axes.set(xticks=place, xticklabels=reduced.gauge_names, ylabel="µε")
         axes.legend()
     return figure
@@ -161,9 +161,9 @@ def estimators(_, __) -> Figure:
         "phase over the path": papilla.estimators.SpaceTracker(),
     }
     with _axes() as (figure, axes):
-        for (name, method), color in zip(methods.items(), (ACCENTS[1], ACCENTS[0]), strict=True):
+        for (name, method), color in zip(methods.items(), (ACCENT_COLORS[1], ACCENT_COLORS[0]), strict=True):
             axes.plot(slide.time_s, method.process(rows).wavelength_mm, color=color, linewidth=1.4, label=name)
-        axes.axhline(1.8, color=INK, linewidth=0.8, linestyle=":")
+        axes.axhline(1.8, color=INK_COLOR, linewidth=0.8, linestyle=":")
         axes.set(ylim=(0, 5), xlabel="time (s)", ylabel="wavelength (mm)")
         axes.legend()
     return figure
@@ -179,9 +179,11 @@ def bounds(_, reduced) -> Figure:
 
     with styled(WIDTH, HEIGHT) as figure:
         left, right = figure.subplots(1, 2)
-        left.loglog(windows, [100 * slide.bound(window) for window in windows], color=ACCENTS[0], marker="o", ms=4)
+        left.loglog(
+            windows, [100 * slide.bound(window) for window in windows], color=ACCENT_COLORS[0], marker="o", ms=4
+        )
         left.set(xlabel="window (s)", ylabel="least error of the wavelength (%)")
-        for force, color in ((0.2, ACCENTS[0]), (0.6, ACCENTS[1])):
+        for force, color in ((0.2, ACCENT_COLORS[0]), (0.6, ACCENT_COLORS[1])):
             of_force = [np.log(sd(one, force * step) / sd(one, force / step)) for one in moduli]
             of_modulus = [np.log(sd(one * step, force) / sd(one / step, force)) for one in moduli]
             right.loglog(moduli, np.divide(of_force, of_modulus), color=color, label=f"{force} N")

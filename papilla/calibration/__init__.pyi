@@ -13,8 +13,8 @@ from .fitting.sweep import Sweep as Sweep
 from .fitting.sweep import sweep as sweep
 from .published import Quadratic as Quadratic
 from .published import QuadraticInverse as QuadraticInverse
-from .readouts import IDENTIFIABLE as IDENTIFIABLE
-from .readouts import LEVEL as LEVEL
+from .readouts import IDENTIFIABLE_SIGMA as IDENTIFIABLE_SIGMA
+from .readouts import INTERVAL_PROBABILITY as INTERVAL_PROBABILITY
 from .readouts import NORMAL_FACTOR as NORMAL_FACTOR
 from .readouts import GaugeSurface as GaugeSurface
 from .readouts import PositionTerms as PositionTerms
@@ -23,4 +23,4 @@ from .readouts import SoftnessStatus as SoftnessStatus
 from .readouts import Uncertainty as Uncertainty
 from .record import Calibration as Calibration
 from .record import Inversion as Inversion
-from .surface import Surface as Surface
+from .surface import BicubicSurface as BicubicSurface

@@ -12,34 +12,38 @@ from pydantic import AfterValidator, Field, PlainValidator, TypeAdapter, Validat
 from papilla.calibration.published import FORWARD_TERMS, INVERSE_TERMS, Quadratic, QuadraticInverse
 from papilla.calibration.readouts import (
     COMPACT_TERMS,
-    LEVEL,
+    INTERVAL_PROBABILITY,
     Compact,
     GaugeSurface,
     PositionTerms,
     SdSurface,
     Uncertainty,
 )
-from papilla.calibration.surface import DEGREE, Axes, Surface
+from papilla.calibration.surface import SPLINE_DEGREE, Axes, BicubicSurface
 from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.sealed import read_sealed
 
-SCHEMA = "papilla.calibration/1"
+CALIBRATION_SCHEMA = "papilla.calibration/1"
 
 Record = TypeVar("Record", bound=Any)
 
-FORWARD = {"form": "quadratic", "terms": list(FORWARD_TERMS), "units": {"f": "gf", "E": "MPa", "sd": "microstrain"}}
-INVERSE = {"form": "E = branch * sqrt(terms) - shift", "terms": list(INVERSE_TERMS)}
-SPLINE = {"form": "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"}
-SD = SPLINE | {"quantity": "ln(sd_microstrain)"}
-GAUGE = SPLINE | {"quantity": "reading_microstrain / force_N"}
-COMPACT = {
+FORWARD_FORM = {
+    "form": "quadratic",
+    "terms": list(FORWARD_TERMS),
+    "units": {"f": "gf", "E": "MPa", "sd": "microstrain"},
+}
+INVERSE_FORM = {"form": "E = branch * sqrt(terms) - shift", "terms": list(INVERSE_TERMS)}
+SPLINE_FORM = {"form": "uniform bicubic B-spline over ln(force_N), ln(modulus_MPa)"}
+SD_FORM = SPLINE_FORM | {"quantity": "ln(sd_microstrain)"}
+GAUGE_FORM = SPLINE_FORM | {"quantity": "reading_microstrain / force_N"}
+COMPACT_FORM = {
     "form": "ln sd = a + b ln_f + c ln_f^2 - log1p(exp(d + e ln_f) / E)",
     "terms": list(COMPACT_TERMS),
     "units": {"f": "N", "E": "MPa", "sd": "microstrain"},
 }
-POSITION = {
+POSITION_FORM = {
     "quantity": "(reading_microstrain - that at the apex) / force_N",
     "form": "uniform tricubic B-spline over ln(force_N), ln(modulus_MPa), position_mm",
 }
@@ -52,7 +56,7 @@ def read_calibration(makes: type[Record], path: Path) -> Record:
 
     Raises `FileAccessError` or `FileFormatError` (file and key named).
     """
-    document, remark = read_sealed(path, SCHEMA, "calibration")
+    document, remark = read_sealed(path, CALIBRATION_SCHEMA, "calibration")
     try:
         parts = _FILE.validate_python(document)
     except ValidationError as error:
@@ -67,17 +71,23 @@ def to_document(calibration: Any) -> dict[str, Any]:
     """The calibration as plain values under the documented keys, without a checksum."""
     one, sd, position = calibration, calibration.surface, calibration.position
     softness: dict[str, Any] = {
-        "forward": FORWARD | _values(one.forward),
-        "inverse": INVERSE | _values(one.inverse),
-        "surface": SD | _spline(sd) | {"usable_nodes": sd.usable, "twofold": sd.twofold},
-        "gauges": [GAUGE | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
+        "forward": FORWARD_FORM | _values(one.forward),
+        "inverse": INVERSE_FORM | _values(one.inverse),
+        "surface": SD_FORM | _spline(sd) | {"usable_nodes": sd.usable, "twofold": sd.twofold},
+        "gauges": [GAUGE_FORM | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
     }
     # Readers that do not know the optional part ignore it, so the schema is the same with and without it.
     if one.compact is not None:
-        softness["compact"] = COMPACT | _values(one.compact)
+        softness["compact"] = COMPACT_FORM | _values(one.compact)
     if position is not None:
-        softness["position"] = POSITION | {"gauges": len(position.coefficients)} | _values(position)
-    whole = {"schema": SCHEMA, "finger": one.finger, "mesh": one.mesh, "softness": softness, "domain": one.domain}
+        softness["position"] = POSITION_FORM | {"gauges": len(position.coefficients)} | _values(position)
+    whole = {
+        "schema": CALIBRATION_SCHEMA,
+        "finger": one.finger,
+        "mesh": one.mesh,
+        "softness": softness,
+        "domain": one.domain,
+    }
     notes = (*one.notes, one.remark) if one.remark else one.notes
     return _plain(whole | {"provenance": one.provenance, "notes": notes})
 
@@ -89,7 +99,7 @@ def _values(part: Any) -> dict[str, Any]:
 
 
 def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
-    return _values(part.surface) | {"uncertainty": {"level": LEVEL} | _values(part.uncertainty)}
+    return _values(part.surface) | {"uncertainty": {"level": INTERVAL_PROBABILITY} | _values(part.uncertainty)}
 
 
 def _plain(value: Any) -> Any:
@@ -138,8 +148,12 @@ def _shaped(name: str, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     return array
 
 
-def _surface(force_N, modulus_MPa, cells, coefficients) -> Surface:
-    return Surface(force_N, modulus_MPa, _shaped("coefficients", coefficients, (cells[0] + DEGREE, cells[1] + DEGREE)))
+def _surface(force_N, modulus_MPa, cells, coefficients) -> BicubicSurface:
+    return BicubicSurface(
+        force_N,
+        modulus_MPa,
+        _shaped("coefficients", coefficients, (cells[0] + SPLINE_DEGREE, cells[1] + SPLINE_DEGREE)),
+    )
 
 
 def _sd(uncertainty, usable_nodes, twofold, **spline) -> SdSurface:
@@ -157,14 +171,14 @@ def _gauge(name, uncertainty, **spline) -> GaugeSurface:
 
 
 def _position(gauges, cells, coefficients, **others) -> PositionTerms:
-    shape = (gauges, *(count + DEGREE for count in cells))
+    shape = (gauges, *(count + SPLINE_DEGREE for count in cells))
     return PositionTerms(coefficients=_shaped("coefficients", coefficients, shape), **others)
 
 
 def _softness(**parts) -> dict[str, Any]:
     position, gauges = parts["position"], len(parts["gauges"])
-    if not 1 <= gauges <= MOST_GAUGES:
-        raise InputError(f"gauges must hold 1 to {MOST_GAUGES} of them, got {gauges}")
+    if not 1 <= gauges <= MOST_CALIBRATED_GAUGES:
+        raise InputError(f"gauges must hold 1 to {MOST_CALIBRATED_GAUGES} of them, got {gauges}")
     if position is not None and len(position.coefficients) != gauges:
         raise InputError(f"position must hold {gauges} gauges")
     return parts | {"gauges": tuple(parts["gauges"])}
@@ -181,24 +195,24 @@ def _variance(matrix: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.abs(np.diag(matrix)))
     if not np.isnan(matrix).any():
         share = np.divide(matrix, np.outer(scale, scale), out=np.zeros_like(matrix), where=np.outer(scale, scale) > 0)
-        symmetric = np.abs(share - share.T).max() <= ROUNDED and not (matrix[scale == 0]).any()
-        if not symmetric or np.linalg.eigvalsh(share).min() < -ROUNDED:
+        symmetric = np.abs(share - share.T).max() <= CORRELATION_ROUNDING and not (matrix[scale == 0]).any()
+        if not symmetric or np.linalg.eigvalsh(share).min() < -CORRELATION_ROUNDING:
             raise InputError("must be symmetric and positive semidefinite, as a covariance is")
     return matrix
 
 
-ROUNDED = 1e-6
+CORRELATION_ROUNDING = 1e-6
 """Correlation by which a covariance may miss what it should be: its numbers may be rounded to seven digits."""
-MOST_GAUGES = 1000
+MOST_CALIBRATED_GAUGES = 1000
 """Most gauges of a calibration: each sample is a reading of each."""
 MOST_LN_SD = 100.0
 """Largest |ln S_d| (S_d in microstrain): its exponential is a number that can still be squared."""
-MOST_NOTES, NOTE_LETTERS = 1000, 2000
+MOST_CALIBRATION_NOTES, NOTE_LETTERS = 1000, 2000
 """Most notes of a calibration, and letters of one; the largest have ten, and 300."""
 
 _AT_LEAST_0, _ANY = Annotated[float, Field(ge=0)], _numbers()
 _NOTE = Annotated[str, Field(max_length=NOTE_LETTERS)]
-_TEXTS = Annotated[tuple[_NOTE, ...], Field(strict=False, max_length=MOST_NOTES)]
+_TEXTS = Annotated[tuple[_NOTE, ...], Field(strict=False, max_length=MOST_CALIBRATION_NOTES)]
 _RANGE = Annotated[tuple[float, float], Field(strict=False)]
 _CELLS, _CELLS_3D = (Annotated[kind, Field(strict=False)] for kind in (tuple[int, int], tuple[int, int, int]))
 _DOMAIN = {"force_N": _RANGE, "modulus_MPa": _RANGE}
@@ -209,7 +223,7 @@ _UNCERTAINTY = table(
     | {"scatter_force_N": _ANY, "scatter": _numbers(least=0), "meshes": Annotated[int, Field(ge=0)]}
     | {"strain": (_AT_LEAST_0, 0.0)}
     | dict.fromkeys(("friction", "identified", "form"), (table(_surface, _SPLINE) | None, None)),
-    {"level": LEVEL},
+    {"level": INTERVAL_PROBABILITY},
 )
 _FITTED = _SPLINE | {"uncertainty": _UNCERTAINTY}
 _TERMS, _INVERSE_TERMS, _COMPACT_TERMS = map(len, (FORWARD_TERMS, INVERSE_TERMS, COMPACT_TERMS))
@@ -228,12 +242,12 @@ _COMPACT = {"coefficients": _numbers(_COMPACT_TERMS)} | _DOMAIN
 _COMPACT |= dict.fromkeys(("rms", "max", "sd_rms", "doubt"), _AT_LEAST_0)
 _POSITION = _DOMAIN | {"gauges": int, "reach_mm": float, "cells": _CELLS_3D, "coefficients": _ANY, "error": _ANY}
 _PARTS = {
-    "forward": table(Quadratic, keys_of(Quadratic, **_QUADRATIC), FORWARD),
-    "inverse": table(QuadraticInverse, _INVERSE, INVERSE),
-    "compact": (table(Compact, _COMPACT, COMPACT) | None, None),
-    "surface": table(_sd, _FITTED | {"usable_nodes": _ANY, "twofold": _numbers(gaps=True)}, SD),
-    "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE)],  # type: ignore[misc]
-    "position": (table(_position, _POSITION, POSITION) | None, None),
+    "forward": table(Quadratic, keys_of(Quadratic, **_QUADRATIC), FORWARD_FORM),
+    "inverse": table(QuadraticInverse, _INVERSE, INVERSE_FORM),
+    "compact": (table(Compact, _COMPACT, COMPACT_FORM) | None, None),
+    "surface": table(_sd, _FITTED | {"usable_nodes": _ANY, "twofold": _numbers(gaps=True)}, SD_FORM),
+    "gauges": list[table(_gauge, _FITTED | {"name": str}, GAUGE_FORM)],  # type: ignore[misc]
+    "position": (table(_position, _POSITION, POSITION_FORM) | None, None),
 }
 _FILE: TypeAdapter[dict[str, Any]] = TypeAdapter(
     table(

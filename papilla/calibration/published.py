@@ -24,7 +24,7 @@ INVERSE_TERMS = ("sd", "f2", "f", "1")
 
 SPECIMENS_MPA = (0.089, 0.51, 0.72)
 """Moduli of the published silicone specimens."""
-DEAD = 1e-10
+SMALLEST_TERM_SINGULAR_VALUE = 1e-10
 """Singular value of the normalised columns, relative to the largest, below which a combination of terms is not
 determined."""
 
@@ -89,7 +89,7 @@ class QuadraticInverse:
         if self.modulus_MPa is None:
             return np.full_like(modulus, np.nan)[()]
         low, high = self.modulus_MPa
-        slack = checks.ROUNDING * (abs(self.shift) + high)
+        slack = checks.ROUNDING_SHARE * (abs(self.shift) + high)
         return np.where((modulus >= low - slack) & (modulus <= high + slack), modulus, np.nan)[()]
 
 
@@ -162,7 +162,7 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
 
 def _refuse_dead_terms(singular: np.ndarray, right: np.ndarray) -> None:
     """Raise `InputError` naming the terms in combinations of vanishing singular value."""
-    void = right[singular < DEAD * singular[0]]
+    void = right[singular < SMALLEST_TERM_SINGULAR_VALUE * singular[0]]
     if len(void):
         dead = [name for name, share in zip(FORWARD_TERMS, np.abs(void).max(axis=0), strict=True) if share > 1e-3]
         raise InputError(
@@ -273,7 +273,7 @@ def rounding_error(inverse: QuadraticInverse, moduli: ArrayLike | None = None) -
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class PublishedAgreement:
     """A calibration against eq. (9) up to one scale factor.
 
     scale : published S_d per microstrain of the calibration; relative_rms : of the difference, over the rms of the
@@ -293,17 +293,17 @@ class Comparison:
     __repr__ = short_repr
 
 
-def compare(predict: Predict, force_gf: ArrayLike = tuple(range(10, 101, 10))) -> Comparison:
+def compare(predict: Predict, force_gf: ArrayLike = tuple(range(10, 101, 10))) -> PublishedAgreement:
     """Compare a calibration's S_d with eq. (9) at the three published moduli; the scale is fitted by least squares.
 
     Raises `InputError` if the calibration does not cover those forces and moduli.
     """
     force = np.asarray(force_gf, float)
     ours, theirs, scale = compare_with_published(predict, force)
-    return Comparison(scale, *_misfits(scale * ours - theirs, theirs, force), force, theirs, scale * ours)
+    return PublishedAgreement(scale, *_misfits(scale * ours - theirs, theirs, force), force, theirs, scale * ours)
 
 
-def covered_comparison(predict: Predict) -> Comparison | None:
+def covered_comparison(predict: Predict) -> PublishedAgreement | None:
     """`compare`, or None if the calibration does not cover the published forces and moduli."""
     try:
         return compare(predict)

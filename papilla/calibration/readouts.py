@@ -9,23 +9,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from papilla.calibration.surface import DEGREE, ORDER, Axes, Spline, Surface, inside
+from papilla.calibration.surface import SPLINE_DEGREE, SPLINE_ORDER, Axes, BicubicSurface, Spline, inside
 from papilla.core.errors import InputError
 from papilla.core.short_repr import short_repr
 from papilla.core.status import Named, Status
 
-LEVEL = 0.95
+INTERVAL_PROBABILITY = 0.95
 """Probability of the stated intervals."""
 NORMAL_FACTOR = 1.959963984540054
 """Half width of the central 95 % of a normal distribution, in standard deviations."""
 ONE_SIDED_FACTOR = 1.6448536269514722
 """The same for one end: 5 % of a normal distribution lie beyond it."""
-NEWTON_STEPS = 5
+INTERVAL_NEWTON_STEPS = 5
 """Newton steps that find the end of an interval between the two to rounding."""
 
 COMPACT_TERMS = ("1", "ln_f", "ln_f2", "spring", "spring_ln_f")
 
-IDENTIFIABLE = 0.5
+IDENTIFIABLE_SIGMA = 0.5
 """sigma_E / E above which a modulus is called not identifiable."""
 
 
@@ -71,9 +71,9 @@ class Uncertainty:
     scatter_factor: float
     meshes: int
     strain: float = 0.0
-    friction: Surface | None = None
-    identified: Surface | None = None
-    form: Surface | None = None
+    friction: BicubicSurface | None = None
+    identified: BicubicSurface | None = None
+    form: BicubicSurface | None = None
     __repr__ = short_repr
 
     def __post_init__(self):
@@ -131,10 +131,10 @@ def two_ended(half: float, shift: float) -> float:
         return half
     sigma = half / NORMAL_FACTOR
     u, apart = ONE_SIDED_FACTOR, abs(shift) / sigma
-    for _ in range(NEWTON_STEPS):
+    for _ in range(INTERVAL_NEWTON_STEPS):
         beyond = 0.5 * (math.erfc(u / math.sqrt(2)) + math.erfc((u + apart) / math.sqrt(2)))
         density = (math.exp(-0.5 * u**2) + math.exp(-0.5 * (u + apart) ** 2)) / math.sqrt(2 * math.pi)
-        u += (beyond - (1 - LEVEL)) / density
+        u += (beyond - (1 - INTERVAL_PROBABILITY)) / density
     return u * sigma
 
 
@@ -146,7 +146,7 @@ class SdSurface:
     twofold : (m, 2) range of ln S_d that also occurs in a falling part of the force cell; NaN if there is none.
     """
 
-    surface: Surface
+    surface: BicubicSurface
     usable: np.ndarray
     twofold: np.ndarray
     uncertainty: Uncertainty
@@ -179,7 +179,7 @@ class GaugeSurface:
     """Reading / force of one gauge (microstrain / N) over (ln force, ln modulus)."""
 
     name: str
-    surface: Surface
+    surface: BicubicSurface
     uncertainty: Uncertainty
     __repr__ = short_repr
 
@@ -215,7 +215,7 @@ class PositionTerms(Axes):
         if not 0 < self.reach_mm < math.inf:
             raise InputError(f"the reach of contact positions (mm) must be greater than 0, got {self.reach_mm:g}")
         shape = self.coefficients.shape
-        if len(shape) != 4 or min(shape[1:]) < ORDER:
+        if len(shape) != 4 or min(shape[1:]) < SPLINE_ORDER:
             raise InputError(f"contact positions need at least 4 x 4 x 4 coefficients per gauge, got {shape}")
         if self.error.shape != (shape[0], shape[3] - 2) or not (self.error >= 0).all():
             raise InputError(f"contact positions need {shape[0]} x {shape[3] - 2} errors of at least 0")
@@ -226,7 +226,7 @@ class PositionTerms(Axes):
     def cells(self) -> tuple[int, int, int]:
         """Number of cells over force, over modulus and over x."""
         _, m, n, k = self.coefficients.shape
-        return m - DEGREE, n - DEGREE, k - DEGREE
+        return m - SPLINE_DEGREE, n - SPLINE_DEGREE, k - SPLINE_DEGREE
 
     @property
     def step_mm(self) -> float:

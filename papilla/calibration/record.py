@@ -24,7 +24,7 @@ from papilla.core.sealed import write_sealed
 from papilla.core.short_repr import html_table, short_repr
 from papilla.core.units import PER_CENT
 
-GRID = 8
+ERROR_GRID_POINTS = 8
 """Points along each axis of the domain over which an error is averaged."""
 
 
@@ -221,7 +221,7 @@ class Calibration:
         if status is not SoftnessStatus.OK:
             return Inversion(math.nan, math.nan, lower, upper, status)
         relative = math.hypot(*sigmas.values()) / along_modulus if along_modulus > 0 else math.inf
-        if relative > readouts.IDENTIFIABLE:
+        if relative > readouts.IDENTIFIABLE_SIGMA:
             status = SoftnessStatus.NOT_IDENTIFIABLE
         modulus, dominant = math.exp(ln_modulus), max(sigmas, key=lambda name: sigmas[name])
         return Inversion(modulus, relative * modulus, lower, upper, status, dominant)
@@ -230,7 +230,7 @@ class Calibration:
     def sigmas(self) -> dict[str, float]:
         """Relative standard deviation of S_d, root mean square over the domain, by its cause."""
         low, high = (np.log(limits) for limits in zip(*self.domain.values(), strict=True))
-        grid = np.linspace(low, high, 2 * GRID + 1)[1::2]
+        grid = np.linspace(low, high, 2 * ERROR_GRID_POINTS + 1)[1::2]
         parts = [self.surface.uncertainty.sigmas(x, y) for x in grid[:, 0].tolist() for y in grid[:, 1].tolist()]
         return {name: float(np.sqrt(np.mean([part[name] ** 2 for part in parts]))) for name in parts[0]}
 

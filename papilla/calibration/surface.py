@@ -18,18 +18,20 @@ from numpy.typing import ArrayLike
 from papilla.core.errors import InputError
 from papilla.core.short_repr import short_repr
 
-DEGREE = 3
-"""Degree of the splines: an axis of n cells has n + DEGREE coefficients."""
-ORDER = DEGREE + 1
+SPLINE_DEGREE = 3
+"""Degree of the splines: an axis of n cells has n + SPLINE_DEGREE coefficients."""
+SPLINE_ORDER = SPLINE_DEGREE + 1
 """Number of coefficients that act in a cell, and of the powers 1 ... t^3 of its polynomial."""
 
-POWERS = np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6
+SPLINE_POWERS = (
+    np.array([[1.0, -3.0, 3.0, -1.0], [4.0, 0.0, -6.0, 3.0], [1.0, 3.0, 3.0, -3.0], [0.0, 0.0, 0.0, 1.0]]) / 6
+)
 """POWERS[k, a]: coefficient of t^a in the weight of the k-th coefficient of a cell."""
 
-ROUNDING = 4e-15
+DOMAIN_ROUNDING = 4e-15
 """Relative distance beyond the end of the domain that counts as rounding; such a value is inverted at the end."""
 
-NEWTON_STEPS = 60
+INVERSION_NEWTON_STEPS = 60
 """Largest number of steps: Newton's method on a rising cubic needs 3 to 6, and bisection steps between them count,
 too."""
 
@@ -44,12 +46,12 @@ class Spline:
     def __init__(self, coefficients: np.ndarray, starts: Sequence[float], steps: Sequence[float]):
         axes = coefficients.ndim - 1
         windows = np.lib.stride_tricks.sliding_window_view(
-            coefficients, (ORDER,) * axes, axis=tuple(range(1, axes + 1))
+            coefficients, (SPLINE_ORDER,) * axes, axis=tuple(range(1, axes + 1))
         )
         for axis in range(axes):
-            windows = np.moveaxis(np.tensordot(windows, POWERS, (1 + axes + axis, 0)), -1, 1 + axes + axis)
-        # Each axis: four neighbouring coefficients of a cell times POWERS are the powers of the polynomial in it.
-        # (cells ..., powers ..., c): a cell's polynomials lie together.
+            windows = np.moveaxis(np.tensordot(windows, SPLINE_POWERS, (1 + axes + axis, 0)), -1, 1 + axes + axis)
+        # Each axis: four neighbouring coefficients of a cell times SPLINE_POWERS are the powers of the polynomial in
+        # it. (cells ..., powers ..., c): a cell's polynomials lie together.
         self.polynomials = np.ascontiguousarray(np.moveaxis(windows, 0, -1))
         self._last = [count - 1 for count in self.polynomials.shape[:axes]]
         self._starts, self._rates = tuple(starts), tuple(1 / step for step in steps)
@@ -66,8 +68,8 @@ class Spline:
         found = self.polynomials[tuple(cells)]
         lead, size = found.shape[: -1 - len(cells)], math.prod(self.polynomials.shape[len(cells) :])
         for power in powers:
-            size //= ORDER
-            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, ORDER, size))
+            size //= SPLINE_ORDER
+            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, SPLINE_ORDER, size))
         return found
 
     def at(self, *point: float) -> np.ndarray:
@@ -83,8 +85,8 @@ class Spline:
             places.append(cell)
             powers += (1.0, t, t * t, t * t * t, 0.0, rate, 2 * rate * t, 3 * rate * t * t)
         found, lead = self.polynomials[tuple(places)], 1
-        for two in np.array(powers).reshape(-1, 2, ORDER):
-            found = np.matmul(two, found.reshape(lead, ORDER, -1))
+        for two in np.array(powers).reshape(-1, 2, SPLINE_ORDER):
+            found = np.matmul(two, found.reshape(lead, SPLINE_ORDER, -1))
             lead *= 2
         return found.reshape(*(2,) * len(places), -1)
 
@@ -116,7 +118,7 @@ class Axes:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface(Axes):
+class BicubicSurface(Axes):
     """A bicubic surface over force and modulus; m force cells and n modulus cells, uniform in the logarithms.
 
     Parameters
@@ -134,7 +136,7 @@ class Surface(Axes):
         for name, (low, high) in (("force_N", self.force_N), ("modulus_MPa", self.modulus_MPa)):
             if not 0 < low < high < math.inf:
                 raise InputError(f"the surface's {name} must be a rising range above 0, got {low:g} to {high:g}")
-        if self.coefficients.ndim != 2 or min(self.coefficients.shape) < ORDER:
+        if self.coefficients.ndim != 2 or min(self.coefficients.shape) < SPLINE_ORDER:
             shape = " x ".join(map(str, self.coefficients.shape))
             raise InputError(f"a bicubic surface needs at least 4 x 4 coefficients, got {shape}")
         if not np.isfinite(self.coefficients).all():
@@ -143,7 +145,7 @@ class Surface(Axes):
     @property
     def cells(self) -> tuple[int, int]:
         """Number of cells over force and over modulus."""
-        return self.coefficients.shape[0] - DEGREE, self.coefficients.shape[1] - DEGREE
+        return self.coefficients.shape[0] - SPLINE_DEGREE, self.coefficients.shape[1] - SPLINE_DEGREE
 
     @cached_property
     def spline(self) -> Spline:
@@ -167,12 +169,12 @@ class Surface(Axes):
         inside, *point = self.domain(force_N, modulus_MPa)
         return np.where(inside, self.spline(*point, along=along)[..., 0], np.nan)[()]
 
-    def curve(self, ln_force: float) -> "Curve":
+    def curve(self, ln_force: float) -> "ModulusCurve":
         """The surface along one force of the domain, over ln modulus."""
         return _curve(self, ln_force)
 
 
-def spline_of(surfaces: Sequence[Surface]) -> Spline:
+def spline_of(surfaces: Sequence[BicubicSurface]) -> Spline:
     """Surfaces that share their cells as one spline over (ln force, ln modulus)."""
     axes = surfaces[0].force_axis, surfaces[0].modulus_axis
     table = np.array([surface.coefficients for surface in surfaces])
@@ -216,14 +218,14 @@ class Axis:
         if not inside.all():
             raise InputError(f"{value[~inside][0]:g} lies outside the surface's {self.low:g} to {self.high:g}")
         rows = np.arange(len(value))[:, None]
-        weights = np.zeros((len(value), self.cells + DEGREE))
-        weights[rows, cell[:, None] + np.arange(ORDER)] = power_vector(place) @ POWERS.T
+        weights = np.zeros((len(value), self.cells + SPLINE_DEGREE))
+        weights[rows, cell[:, None] + np.arange(SPLINE_ORDER)] = power_vector(place) @ SPLINE_POWERS.T
         return weights
 
 
 def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
     """(..., 4): 1, t, t^2, t^3, or their derivatives."""
-    power = np.empty((*np.shape(t), ORDER))
+    power = np.empty((*np.shape(t), SPLINE_ORDER))
     power[..., 0], power[..., 1] = (0.0, 1.0) if derivative else (1.0, t)
     power[..., 2], power[..., 3] = (2 * t, 3 * t * t) if derivative else (t * t, t * t * t)
     return power
@@ -233,16 +235,16 @@ def power_vector(t: np.ndarray, derivative: bool = False) -> np.ndarray:
 
 
 @lru_cache
-def _curve(surface: Surface, ln_force: float) -> "Curve":
+def _curve(surface: BicubicSurface, ln_force: float) -> "ModulusCurve":
     axis, moduli = surface.force_axis, surface.modulus_axis
     cell = axis.cell(ln_force)
     cubics = power_vector(np.asarray((ln_force - axis.start) / axis.step - cell)) @ surface.polynomials[cell]
     values = (*cubics[:, 0].tolist(), float(cubics[-1].sum()))
-    return Curve(tuple(map(tuple, cubics.tolist())), values, moduli.start, 1 / moduli.step)
+    return ModulusCurve(tuple(map(tuple, cubics.tolist())), values, moduli.start, 1 / moduli.step)
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class ModulusCurve:
     """A rising piecewise cubic of ln modulus: `cubics` per cell, `values` at the nodes."""
 
     cubics: tuple[tuple[float, ...], ...]
@@ -268,7 +270,7 @@ def solve_cubic(cubic: Sequence[float], value: float) -> float:
     p, q, r, s = cubic
     below, above, rise = 0.0, 1.0, q + r + s
     u = min(max((value - p) / rise, 0.0), 1.0) if rise > 0 else 0.5
-    for _ in range(NEWTON_STEPS):
+    for _ in range(INVERSION_NEWTON_STEPS):
         error, slope = p - value + u * (q + u * (r + u * s)), q + u * (2 * r + 3 * u * s)
         # Newton's step, unless it leaves the bracket that is known: then bisection, so that it cannot diverge.
         below, above = (u, above) if error < 0 else (below, u)
@@ -283,5 +285,5 @@ def solve_cubic(cubic: Sequence[float], value: float) -> float:
 
 def inside(value: float, low: float, high: float) -> bool:
     """Whether a value lies between two node values, up to the rounding that forward and inverse may leave."""
-    slack = ROUNDING * max(abs(low), abs(high), 1.0)
+    slack = DOMAIN_ROUNDING * max(abs(low), abs(high), 1.0)
     return low - slack <= value <= high + slack

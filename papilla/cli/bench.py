@@ -5,20 +5,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla.cli.options import FingerOption, design_of, keep_inputs, option, surface_files
-from papilla.cli.output import Answer, plain, progress, show_rows, tell
+from papilla.cli.output import CommandResult, plain, progress, show_rows, tell
 from papilla.core.units import MS_PER_S, PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.cli.speed import Bench
+    from papilla.cli.speed import SpeedBench
 
-PLOT = "speed_against_error.png"
+PLOT_FILE = "speed_against_error.png"
 
 
 def bench(
     finger: FingerOption = None,
     short: bool = option(False, "Coarse meshes and few rows.", "--short"),
-    out: Path | None = option(None, f"Folder for {PLOT}; the working directory without it."),
-) -> Answer:
+    out: Path | None = option(None, f"Folder for {PLOT_FILE}; the working directory without it."),
+) -> CommandResult:
     """Measure every fidelity, element and mesh: seconds and memory against the difference from the finest mesh, as
     table and plot.
 
@@ -32,19 +32,19 @@ def bench(
     from papilla.view.style import write_png
 
     folder = out or Path.cwd()
-    plot = folder / PLOT
+    plot = folder / PLOT_FILE
     design = design_of(finger)
     keep_inputs([finger, *surface_files(design)], [plot])
     check_writable(folder)
     with progress() as shown:
-        found = speed.bench(design, speed.SHORT if short else speed.FULL, progress=shown.line)
+        found = speed.bench(design, speed.SHORT_PLAN if short else speed.FULL_PLAN, progress=shown.line)
         if not short:
             price(design, progress=shown.line)
     write_png(price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm), plot)
-    return Answer(found.to_json() | {"plot": str(plot)}, partial(_print, found, plot))
+    return CommandResult(found.to_json() | {"plot": str(plot)}, partial(_print, found, plot))
 
 
-def _print(found: "Bench", plot: Path) -> None:
+def _print(found: "SpeedBench", plot: Path) -> None:
     heads = ("fidelity", "element", "mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s")
     rows = []
     for row in found.rows:

@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.options import (
-    PROCESSES,
+    DEFAULT_PROCESSES,
     FingerOption,
     FrictionOption,
     MapOption,
@@ -22,7 +22,7 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, Answer, Progress, plain, print_table, progress, show_table, tell
+from papilla.cli.output import CHECK_FAILED, CommandResult, Progress, plain, print_table, progress, show_table, tell
 from papilla.core.checks import positive
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 DEFAULT_OUT = Path("calibration")
 _OPTIONS = {"forces": "force-range (N)", "moduli": "moduli (MPa)"}
-MOST_ROWS = 20
+MOST_PRINTED_PRESSES = 20
 """Largest number of presses in the table; the JSON has all."""
 
 
@@ -114,7 +114,7 @@ def calibrate(
     ),
     log_map: MapOption = None,
     out: Path = option(DEFAULT_OUT, "Folder for the results."),
-) -> Answer:
+) -> CommandResult:
     """Calibrate the finger: mesh, model, sweep, fit.
 
     Writes calibration.json, sweep.csv and report.html. Exit code 1 says that a press of --check was not recovered.
@@ -162,7 +162,7 @@ def calibrate(
     more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
     summary = _summary(done, paths, perf_counter() - began) | more
     code = CHECK_FAILED if found is not None and not found.passed else 0
-    return Answer(summary, partial(_print, summary, found, check), code)
+    return CommandResult(summary, partial(_print, summary, found, check), code)
 
 
 def _calibrated(
@@ -177,7 +177,7 @@ def _calibrated(
     from papilla.identification.bench import calibrate as calibrate_design
     from papilla.identification.bench import calibrate_bench
 
-    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": PROCESSES, **table}
+    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": DEFAULT_PROCESSES, **table}
     how |= {"progress": shown.line, "steps": shown.steps}
     if log is None:
         return calibrate_design(design, **how)
@@ -339,7 +339,7 @@ def _inverse_in_words(inverse: dict) -> str:
 
 
 def _print_check(found: "Check", path: Any) -> None:
-    """Print the check as a table: failed presses first, then others up to `MOST_ROWS`."""
+    """Print the check as a table: failed presses first, then others up to `MOST_PRINTED_PRESSES`."""
     from rich.table import Table
     from rich.text import Text
 
@@ -348,7 +348,7 @@ def _print_check(found: "Check", path: Any) -> None:
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("", overflow="fold")
     rows = sorted(found.presses, key=lambda one: one.passed)
-    for one in rows[:MOST_ROWS]:
+    for one in rows[:MOST_PRINTED_PRESSES]:
         recovered = f"{one.recovered_MPa:.4g} ± {one.sigma_MPa:.2g}" if one.recovered_MPa == one.recovered_MPa else "-"
         verdict = one.sentence if one.passed else f"[bold red]MISSED[/]: {one.sentence}"
         interval = f"{one.lower_MPa:.3g} to {one.upper_MPa:.3g}"

@@ -4,8 +4,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
-from papilla.cli.output import Answer, progress, show_rows, tell
+from papilla.cli.options import DEFAULT_PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
+from papilla.cli.output import CommandResult, progress, show_rows, tell
 
 if TYPE_CHECKING:
     from papilla.identification.comparison import Comparison
@@ -22,7 +22,7 @@ def compare(
     ),
     csv: Path | None = option(None, "Table to write.", metavar="FILE.csv"),
     friction: FrictionOption = None,
-) -> Answer:
+) -> CommandResult:
     """Compare designs and calibrations: S_d, uncertainty of E, receptive fields, computing time.
 
     A design is calibrated first, as by papilla calibrate; cached results are used.
@@ -36,7 +36,7 @@ def compare(
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
     ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
     with progress() as shown:
-        how = {"friction": rubbing, "processes": PROCESSES, "progress": shown.line, "steps": shown.steps}
+        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": shown.line, "steps": shown.steps}
         found = [candidate(one, **how) for one in candidates]
         comparison = side_by_side(found, shown.line)
         if written:
@@ -52,7 +52,7 @@ def compare(
     }
     facts = {"rows": [row.to_json() for row in comparison.rows], "domain": domain, "verdicts": comparison.verdicts}
     files = {"html": html and str(html), "csv": csv and str(csv)}
-    return Answer(facts | files, partial(_print, comparison, written))
+    return CommandResult(facts | files, partial(_print, comparison, written))
 
 
 def _print(comparison: "Comparison", written: list[Path]) -> None:

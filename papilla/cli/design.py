@@ -6,8 +6,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from papilla.cli.options import PROCESSES, argument, keep_inputs, option
-from papilla.cli.output import Answer, progress, say, show_rows, tell
+from papilla.cli.options import DEFAULT_PROCESSES, argument, keep_inputs, option
+from papilla.cli.output import CommandResult, progress, say, show_rows, tell
 from papilla.core.errors import InputError
 from papilla.core.units import MS_PER_S
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from papilla.design.results import Outcome
     from papilla.design.study import Study
 
-MOST_GAUGES = 8
+MOST_PLACED_GAUGES = 8
 """Largest number of gauges that can be placed."""
 
 
@@ -32,8 +32,8 @@ def design(
     insecure: bool = option(
         False, "Accept a scheduler at tcp://: whoever reaches it runs code as you, and reads all.", "--insecure"
     ),
-    workers: int | None = option(None, f"Worker processes on this machine.  [default: {PROCESSES}]"),
-) -> Answer:
+    workers: int | None = option(None, f"Worker processes on this machine.  [default: {DEFAULT_PROCESSES}]"),
+) -> CommandResult:
     """Run a study: which design meets the objectives best.
 
     Writes designs.csv, study.html and the design files of the three best. A study is a TOML file: free, fixed and
@@ -44,8 +44,8 @@ def design(
         raise InputError(f"--workers must be from 1 to {4 * (os.cpu_count() or 1)}, got {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("give --workers (processes on this machine) or --scheduler, not both")
-    if place is not None and not 1 <= place <= MOST_GAUGES:
-        raise InputError(f"--place must be from 1 to {MOST_GAUGES}, got {place}")
+    if place is not None and not 1 <= place <= MOST_PLACED_GAUGES:
+        raise InputError(f"--place must be from 1 to {MOST_PLACED_GAUGES}, got {place}")
     at = None
     if scheduler is not None:
         from papilla.design.cluster import Scheduler
@@ -59,7 +59,7 @@ def design(
 
     read = read_study(study)
     keep_inputs([study], [out / "designs.csv", out / "study.html"])
-    count = workers or PROCESSES
+    count = workers or DEFAULT_PROCESSES
     if explain:
         return _explain(read, count)
     if place is not None:
@@ -70,7 +70,7 @@ def design(
     with progress() as shown:
         found = run_study(read, out, resume=resume, workers=count, scheduler=at, say=shown.line, stage=shown.stage)
     result = summary(found)
-    return Answer(result, partial(_show, read, found, result, perf_counter() - began))
+    return CommandResult(result, partial(_show, read, found, result, perf_counter() - began))
 
 
 def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:
@@ -92,7 +92,7 @@ def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None
     tell(f"{result['designs']} designs in {seconds:.0f} s: {found.written['page'][0]}")
 
 
-def _explain(study: "Study", workers: int) -> Answer:
+def _explain(study: "Study", workers: int) -> CommandResult:
     from papilla.design.running import price
 
     with progress() as shown:
@@ -108,10 +108,10 @@ def _explain(study: "Study", workers: int) -> Answer:
         if found.cached and found.geometries > 1:
             say("the other geometries may not be in the cache: half a minute each on an idle core")
 
-    return Answer(vars(found) | {"workers": workers, "seconds": seconds}, show)
+    return CommandResult(vars(found) | {"workers": workers, "seconds": seconds}, show)
 
 
-def _place(study: "Study", count: int, out: Path) -> Answer:
+def _place(study: "Study", count: int, out: Path) -> CommandResult:
     from papilla.design.placement import place_gauges
 
     with progress() as shown:
@@ -126,4 +126,4 @@ def _place(study: "Study", count: int, out: Path) -> Answer:
         show_rows(keys, [[one["name"], *(f"{one[key]:g}" for key in keys[1:])] for one in gauges])
         tell(f"written: {', '.join(found.written)}")
 
-    return Answer({"gauges": gauges, "sigma": found.sigma, "written": found.written}, show)
+    return CommandResult({"gauges": gauges, "sigma": found.sigma, "written": found.written}, show)

@@ -7,18 +7,18 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-from papilla.cli.options import PROCESSES, option
-from papilla.cli.output import CHECK_FAILED, Answer, say, tell
+from papilla.cli.options import DEFAULT_PROCESSES, option
+from papilla.cli.output import CHECK_FAILED, CommandResult, say, tell
 from papilla.cli.verify import case_keys
 
-MB = 1e6
+BYTES_PER_MB = 1e6
 _REQUIREMENT = re.compile(r"([\w.-]+)[^;]*(?:;.*extra == ['\"]([\w-]+)['\"])?")
 """Name of a package, and the extra to which it belongs."""
 
 
 def doctor(
     clean: bool = option(False, "Empty the cache first; later commands compute their results again.", "--clean"),
-) -> Answer:
+) -> CommandResult:
     """Show versions, solver, rendering, threads, cache and extras, and run a self-test of some seconds.
 
     The environment variable PAPILLA_CACHE names the cache's folder. Exit code 1 says that a check failed.
@@ -30,7 +30,7 @@ def doctor(
     if clean:
         removed = sum(cache.entries().values())
         cache.clean()
-        say(f"removed {removed / MB:.1f} MB from {cache.folder()}")
+        say(f"removed {removed / BYTES_PER_MB:.1f} BYTES_PER_MB from {cache.folder()}")
     required, extras = _packages()
     facts: dict[str, Any] = {
         "papilla": __version__,
@@ -49,7 +49,7 @@ def doctor(
     cases = [case_keys(case) for case in self_test()]
     failed = [case["name"] for case in cases if not case["passed"]]
     facts["self_test"] = {"passed": not failed, "seconds": perf_counter() - began, "cases": cases}
-    return Answer(facts, partial(_print, facts, failed), CHECK_FAILED if failed else 0)
+    return CommandResult(facts, partial(_print, facts, failed), CHECK_FAILED if failed else 0)
 
 
 def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
@@ -75,15 +75,17 @@ def _packages() -> tuple[dict[str, str | None], dict[str, dict]]:
 
 def _rendering() -> str:
     """The renderer of pictures: a kind of VTK window, or matplotlib alone."""
-    from papilla.view.render import ENVIRONMENT, use_offscreen_window
+    from papilla.view.render import WINDOW_VARIABLE, use_offscreen_window
 
-    return (os.environ.get(ENVIRONMENT) or "VTK's own window") if use_offscreen_window() else "matplotlib alone"
+    return (os.environ.get(WINDOW_VARIABLE) or "VTK's own window") if use_offscreen_window() else "matplotlib alone"
 
 
 def _threads() -> dict:
-    from papilla.core.workers import THREADS
+    from papilla.core.workers import THREAD_VARIABLES
 
-    return {"cores": os.cpu_count(), "processes": PROCESSES} | {name: os.environ.get(name) for name in THREADS}
+    return {"cores": os.cpu_count(), "processes": DEFAULT_PROCESSES} | {
+        name: os.environ.get(name) for name in THREAD_VARIABLES
+    }
 
 
 def _cache() -> dict:
@@ -93,7 +95,9 @@ def _cache() -> dict:
     kinds: dict[str, int] = {}
     for path, size in sizes.items():
         kinds[path.parent.name] = kinds.get(path.parent.name, 0) + size
-    source = f"the variable {cache.ENVIRONMENT}" if os.environ.get(cache.ENVIRONMENT) else "the user's cache folder"
+    source = (
+        f"the variable {cache.CACHE_VARIABLE}" if os.environ.get(cache.CACHE_VARIABLE) else "the user's cache folder"
+    )
     return {
         "folder": str(cache.folder()),
         "chosen_by": source,
@@ -113,7 +117,7 @@ def _print(facts: dict, failed: list[str]) -> None:
         ("threads", f"{threads['cores']} cores, {threads['processes']} processes in long jobs, each of 1 thread")
     )
     rows.append(("cache", f"{kept['folder']} ({kept['chosen_by']})" + "; NOT USABLE" * (not kept["usable"])))
-    rows.append(("cache size", f"{kept['bytes'] / MB:.1f} MB in {kept['entries']} entries"))
+    rows.append(("cache size", f"{kept['bytes'] / BYTES_PER_MB:.1f} BYTES_PER_MB in {kept['entries']} entries"))
     for name, extra in facts["extras"].items():
         missing = [package for package, version in extra["packages"].items() if version is None]
         rows.append((f"extra {name}", "there" if not missing else f"lacks {', '.join(missing)}"))

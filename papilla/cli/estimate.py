@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 Softness = Literal["gauges", "sd", "force-depth", "compact", "quadratic", "printed", "surface"]
 GAUGE_NOISE_FLOOR, FORCE_NOISE_FLOOR_N = 0.1, 1e-4
 """Smallest noise (microstrain, N) that is assumed: a computed log has none."""
-DEPTH = "indentation_mm"
+DEPTH_COLUMN = "indentation_mm"
 SILENT_ROWS = 100_000
 """Number of rows between two lines of progress."""
-SWEEP = "sweep.csv"
+SWEEP_FILE = "sweep.csv"
 """Name of the table of presses in the folder of a calibration, which contains their depths."""
 
 
@@ -76,7 +76,7 @@ class EstimatorOptions:
         return Pipeline(
             record,
             gauges=recorded.gauge_names,
-            columns=tuple(name for name in recorded.optional if name != DEPTH),
+            columns=tuple(name for name in recorded.optional if name != DEPTH_COLUMN),
             sample_rate_Hz=recorded.sample_rate_Hz,
             **noise,
             **{name: value for name, value in chosen.items() if value is not None},
@@ -106,7 +106,7 @@ def estimate(
 
     beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
-    more = (DEPTH,) if estimators.softness == "force-depth" else ()
+    more = (DEPTH_COLUMN,) if estimators.softness == "force-depth" else ()
     # Not `Calibration.load`, which warns of a changed file: the pipeline's messages do.
     record = read_calibration(Calibration, calibration) if calibration else None
     covered = record and record.domain["force_N"][1]
@@ -157,11 +157,11 @@ def _picture(recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None) -
 def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | None], as_json: bool) -> Path | None:
     """Refuse impossible outputs; returns the path of the summary, None if standard output has the estimates."""
     from papilla.core.files import sidecar
-    from papilla.core.pipes import PIPE
+    from papilla.core.pipes import PIPE_NAME
 
-    if out == PIPE and as_json:
+    if out == PIPE_NAME and as_json:
         raise InputError("--out - and --json both want standard output: give one of them")
-    beside = None if out == PIPE else sidecar(out, "summary.json")
+    beside = None if out == PIPE_NAME else sidecar(out, "summary.json")
     keep_inputs(inputs, [path for path in (beside and out, beside, *pictures) if path is not None])
     return beside
 
@@ -216,19 +216,20 @@ def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
 class DepthModulus:
     """Fills the columns of the modulus, and tells the pipeline, which does not compute them, that they exist.
 
-    calibration : its file, with `SWEEP` in the same folder. Raises `InputError` without a calibration, and for a log
-    without a force.
-    """
+    calibration : its file, with `SWEEP_FILE` in the same folder. Raises `InputError` without a calibration, and for a
+    log without a force."""
 
     def __init__(self, calibration: Path | None, recorded: "TimeLogFile", pipeline: "Pipeline"):
         from papilla.estimators.methods import depth_method
         from papilla.logs import read_presses
 
         if calibration is None or "force_N" not in recorded.optional:
-            raise InputError(f"--softness force-depth needs --calibration with its {SWEEP}, and force_N in the log")
-        sweep = read_presses(calibration.with_name(SWEEP))
+            raise InputError(
+                f"--softness force-depth needs --calibration with its {SWEEP_FILE}, and force_N in the log"
+            )
+        sweep = read_presses(calibration.with_name(SWEEP_FILE))
         if sweep.indentation_mm is None:
-            raise InputError(f"{calibration.with_name(SWEEP)} has no column indentation_mm")
+            raise InputError(f"{calibration.with_name(SWEEP_FILE)} has no column indentation_mm")
         self._model = depth_method("force-depth", sweep.force_N, sweep.modulus_MPa, sweep.indentation_mm)
         self._errors = self._model.errors_of(recorded.noise["indentation_mm"], recorded.noise["force_N"])
         names = ("t_s", *recorded.gauge_names, *recorded.optional)

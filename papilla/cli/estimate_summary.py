@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from papilla.logs import TimeLogFile
     from papilla.view.log_picture import LogPicture
 
-HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
-REMARKS = 3
+SUMMARY_HEADS = ("quantity", "last value", "95 % interval", "ok", "why not the others")
+MOST_REMARKS = 3
 """Largest number of remarks on the terminal; the file next to the estimates has all."""
-REASONS = 2
+MOST_REASONS = 2
 """Number of codes, the most frequent ones, that explain rows without an answer for a quantity."""
-SIGMAS = 1.96
+INTERVAL_SIGMAS = 1.96
 """Half width of a 95 % interval, in standard deviations."""
-LAST = {
+LAST_ANSWERS = {
     "last_answer": ("modulus", "MPa", ("modulus_MPa", "modulus_sigma_MPa")),
     "last_frequency": ("frequency", "Hz", ("frequency_Hz",)),
     "last_wavelength": ("wavelength", "mm", ("wavelength_mm", "wavelength_sigma_mm")),
@@ -34,7 +34,7 @@ LAST = {
 }
 """Keys of the last answers: quantity, unit and columns; each value is from the last row whose status is ok for the
 quantity."""
-ADVICE = {
+QUANTITY_ADVICE = {
     "modulus": "state the thickness (--thickness), press harder and hold the press",
     "wavelength": "slide over a longer path at changing speed, which separates a texture from hum and motors, and look "
     "at the units of t_s, velocity_mm_s and position_mm",
@@ -43,7 +43,7 @@ ADVICE = {
 """Advice if no row of a quantity is ok."""
 FREQUENCY_ALONE = "frequency alone"
 CONSTANT_SPEED = "ok, constant speed"
-ALIKE = 0.02
+ALIKE_WAVELENGTHS = 0.02
 """Relative difference of wavelength up to which a row agrees with a line of the whole log."""
 
 LONGEST_ROWS = 2**19  # Number of rows in which spectral lines are searched at once: 9 minutes at 1 kHz
@@ -62,7 +62,7 @@ def show(summary: dict, notes: Sequence[str], as_json: bool) -> None:
         print_json(summary) if as_json else print_summary(summary)
     for text in (*notes, *_first(summary)):
         say(text)
-    if (more := summary["remarks"] - REMARKS) > 0:
+    if (more := summary["remarks"] - MOST_REMARKS) > 0:
         say(f"{more} more remarks" + (f" in {summary['summary']}" if summary["summary"] else ""))
 
 
@@ -71,7 +71,7 @@ def print_summary(summary: dict) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    table = Table(*HEADS, box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(*SUMMARY_HEADS, box=SIMPLE_HEAD, pad_edge=False)
     for column in table.columns[:4]:
         column.no_wrap = True
     show_table(table, [*_results(summary), *_lines(summary)])
@@ -108,7 +108,7 @@ def write_pictures(
             .render(
                 log=summary["log"],
                 counts=_counts(summary),
-                heads=HEADS,
+                heads=SUMMARY_HEADS,
                 rows=rows,
                 remarks=_first(summary),
                 legend=legend(summary),
@@ -121,7 +121,7 @@ def write_pictures(
 
 def _first(summary: dict) -> list[str]:
     """The remarks that are shown on the terminal."""
-    return summary["messages"][: min(REMARKS, summary["remarks"])]
+    return summary["messages"][: min(MOST_REMARKS, summary["remarks"])]
 
 
 def _counts(summary: dict) -> str:
@@ -148,7 +148,7 @@ def legend(summary: dict) -> list[str]:
 def _results(summary: dict) -> list[tuple[str, ...]]:
     """One row for each quantity, two for friction."""
     rows: list[tuple[str, ...]] = []
-    for key, (quantity, unit, names) in LAST.items():
+    for key, (quantity, unit, names) in LAST_ANSWERS.items():
         found, why = summary[key] or {}, _why_not(summary, quantity)
         parts = ("kinetic friction", "static friction") if quantity == "friction" and found else (quantity,)
         for part, (value_name, sigma_name) in zip(
@@ -156,7 +156,11 @@ def _results(summary: dict) -> list[tuple[str, ...]]:
         ):
             value, sigma = found.get(value_name, math.nan), found.get(sigma_name, math.nan)
             shown = f"{value:.4g} {unit}".strip() if value == value else "-"
-            interval = f"{value - SIGMAS * sigma:.4g} to {value + SIGMAS * sigma:.4g}" if sigma == sigma else ""
+            interval = (
+                f"{value - INTERVAL_SIGMAS * sigma:.4g} to {value + INTERVAL_SIGMAS * sigma:.4g}"
+                if sigma == sigma
+                else ""
+            )
             rows.append((part, shown, interval, _share(summary["ok_rows"][quantity], summary), why))
     return rows
 
@@ -167,7 +171,7 @@ def _why_not(summary: dict, quantity: str) -> str:
     reasons = [(code, rows) for code, rows in codes if not code.startswith("ok") and code != FREQUENCY_ALONE]
     if reasons and reasons[0][1] == summary["rows"]:
         return reasons[0][0]
-    return ", ".join(f"{code} {_share(rows, summary)}" for code, rows in reasons[:REASONS])
+    return ", ".join(f"{code} {_share(rows, summary)}" for code, rows in reasons[:MOST_REASONS])
 
 
 def _lines(summary: dict) -> list[tuple[str, ...]]:
@@ -176,8 +180,8 @@ def _lines(summary: dict) -> list[tuple[str, ...]]:
         (
             "line of the log",
             f"{line['wavelength_mm']:.5g} mm",
-            f"{line['wavelength_mm'] - SIGMAS * line['wavelength_sigma_mm']:.6g} to "
-            f"{line['wavelength_mm'] + SIGMAS * line['wavelength_sigma_mm']:.6g}",
+            f"{line['wavelength_mm'] - INTERVAL_SIGMAS * line['wavelength_sigma_mm']:.6g} to "
+            f"{line['wavelength_mm'] + INTERVAL_SIGMAS * line['wavelength_sigma_mm']:.6g}",
             _share(line["ok_rows"], summary),
             f"strength {line['strength']:.3g}"
             + (f", harmonic {line['harmonic']} of {line['fundamental_mm']:.4g} mm" if line["harmonic"] > 1 else ""),
@@ -206,9 +210,9 @@ class Summary:
         self._numbers: defaultdict[tuple[str, str, str], int] = defaultdict()
         self._numbers.default_factory = self._numbers.__len__
         self._counts = Counter[int]()
-        self._answered = {names[0]: 0 for *_, names in LAST.values()}
+        self._answered = {names[0]: 0 for *_, names in LAST_ANSWERS.values()}
         self._wavelengths: Counter[int] = Counter()
-        self._last: dict[str, dict | None] = dict.fromkeys(LAST)
+        self._last: dict[str, dict | None] = dict.fromkeys(LAST_ANSWERS)
         self.rows = self._kept = 0
         self.spectrum: LineSpectrum | None = None
 
@@ -220,7 +224,7 @@ class Summary:
         codes = zip(answer.modulus_status, answer.wavelength_status, answer.friction_status, strict=True)
         numbers = np.fromiter(map(self._numbers.__getitem__, codes), int, len(block))
         self._counts.update(numbers.tolist())
-        for key, (quantity, _, names) in LAST.items():
+        for key, (quantity, _, names) in LAST_ANSWERS.items():
             values = np.asarray(getattr(answer, names[0]))
             known = values == values
             self._answered[names[0]] += int(known.sum())
@@ -230,7 +234,7 @@ class Summary:
                 last = {name: float(getattr(answer, name)[usable[-1]]) for name in names}
                 self._last[key] = {"t_s": float(block[usable[-1], 0])} | last
             if quantity == "wavelength":
-                found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE), return_counts=True)
+                found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE_WAVELENGTHS), return_counts=True)
                 self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
         if self._moves:
             self._tail.append(block)
@@ -255,7 +259,7 @@ class Summary:
     def check(self) -> None:
         """Raise `InputError` if no row has an answer and a column seems to be in another unit."""
         sizes = self._log.report.sizes
-        ok = any(self._usable(quantity, own) for quantity, *_ in LAST.values() for own in self._numbers)
+        ok = any(self._usable(quantity, own) for quantity, *_ in LAST_ANSWERS.values() for own in self._numbers)
         if sizes and not ok:
             raise InputError(f"{self._log.path}: no row has an answer that is ok; {sizes[0]}")
 
@@ -263,7 +267,7 @@ class Summary:
         """The summary: JSON keys and their values. `messages` are all messages, the most important first; the first
         `remarks` of them contain advice."""
         report, status = self._log.report, Counter[str]()
-        statuses = {quantity: Counter[str]() for quantity, *_ in LAST.values()}
+        statuses = {quantity: Counter[str]() for quantity, *_ in LAST_ANSWERS.values()}
         own = dict.fromkeys(statuses, 0)
         for codes, number in self._numbers.items():
             count = self._counts[number]
@@ -300,7 +304,7 @@ class Summary:
     def _unanswered(self, ok_rows: dict[str, int], statuses: dict[str, Counter[str]]) -> list[str]:
         """A line for each running quantity that is ok in no row: the most frequent reason, and advice."""
         remarks = []
-        for quantity, advice in ADVICE.items():
+        for quantity, advice in QUANTITY_ADVICE.items():
             if statuses[quantity] and not ok_rows[quantity] and quantity not in self._pipeline.off:
                 why = self._pipeline.legend[quantity][statuses[quantity].most_common(1)[0][0]]
                 remarks.append(f"{quantity}: no row is ok, most often because: {why}. To do: {advice}")
@@ -349,7 +353,9 @@ class Summary:
                 "harmonic": line.harmonic,
                 "fundamental_mm": line.fundamental_mm,
                 "gauges": [names[number] for number in line.channels],
-                "ok_rows": sum(self._wavelengths[round(math.log(line.fundamental_mm) / ALIKE) + k] for k in (-1, 0, 1)),
+                "ok_rows": sum(
+                    self._wavelengths[round(math.log(line.fundamental_mm) / ALIKE_WAVELENGTHS) + k] for k in (-1, 0, 1)
+                ),
             }
             for line in found.lines
         ]
@@ -359,26 +365,26 @@ class Summary:
         """Position (n,) in mm along the path, from the rows' velocity or position."""
         import numpy as np
 
-        from papilla.core.rows import BLOCK
+        from papilla.core.rows import BLOCK_ROWS
         from papilla.estimators.pipeline import path
         from papilla.estimators.pipeline.clock import Clock
 
         clock, names = Clock(self._log.sample_rate_Hz), ("velocity_mm_s", "position_mm")
         at = [self._columns.index(name) if name in self._columns else None for name in names]
         place = np.empty(len(rows))
-        for first in range(0, len(rows), BLOCK):
+        for first in range(0, len(rows), BLOCK_ROWS):
             # Numbers of Python take four times the memory of an array
-            part = rows[first : first + BLOCK]
+            part = rows[first : first + BLOCK_ROWS]
             moved = (None if column is None else part[:, column].tolist() for column in at)
-            place[first : first + BLOCK] = path(clock, part[:, 0].tolist(), *moved)
+            place[first : first + BLOCK_ROWS] = path(clock, part[:, 0].tolist(), *moved)
         return place
 
 
 def _of_lines(lines: list[dict], wavelengths: tuple[float, float] | None) -> list[str]:
     """Doubts about the lines of the whole log, and advice."""
-    from papilla.estimators.pipeline.pipeline import DEFAULT_RANGE_MM
+    from papilla.estimators.pipeline.pipeline import DEFAULT_WAVELENGTHS_MM
 
-    remarks, (low, high) = [], DEFAULT_RANGE_MM
+    remarks, (low, high) = [], DEFAULT_WAVELENGTHS_MM
     if wavelengths is None and lines and not low <= (strongest := lines[0]["wavelength_mm"]) <= high:
         remarks.append(
             f"the strongest line, {strongest:.3g} mm, is outside the {low:g} to {high:g} mm of the rows: give "

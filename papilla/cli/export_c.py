@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import Literal
 
 from papilla.cli.options import argument, keep_inputs, option
-from papilla.cli.output import Answer, tell
+from papilla.cli.output import CommandResult, tell
 
 
 def export_c(
     calibration: Path = argument(..., "Calibration to export.", metavar="CALIBRATION.json"),
     out: Path = option(..., "Header to write (C99 and C++).", metavar="FILE.h"),
     real: Literal["double", "float"] = option("double", "Type of its numbers."),
-) -> Answer:
+) -> CommandResult:
     """Write the modulus with sigma, 95 % interval and status as C code: five coefficients, with checks of their
     ranges."""
     from papilla.calibration import Calibration
@@ -21,4 +21,4 @@ def export_c(
 
     keep_inputs([calibration], [out])
     write_text(out, c_header(Calibration.load(calibration), real))
-    return Answer({"header": str(out), "real": real}, partial(tell, f"Wrote {out}"))
+    return CommandResult({"header": str(out), "real": real}, partial(tell, f"Wrote {out}"))

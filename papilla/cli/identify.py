@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.options import (
-    PROCESSES,
+    DEFAULT_PROCESSES,
     FingerOption,
     FrictionOption,
     MapOption,
@@ -23,19 +23,19 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, Answer, print_table, progress, tell
+from papilla.cli.output import CHECK_FAILED, CommandResult, print_table, progress, tell
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
-    from papilla.identification import Diagnosis, Identification, Noise
+    from papilla.identification import Diagnosis, Identification, PressNoise
     from papilla.identification.suggest import Suggestion
     from papilla.logs import PressLog
     from papilla.model.finger import Finger
     from papilla.model.specimen import Specimen
 
 _UNITS = {"_MPa": "MPa", "_modulus": "MPa", "_mm": "mm", "_deg": "deg", "_microstrain": "µε"}
-MOST_NAMED = 4
+MOST_PRINTED_EXPLANATIONS = 4
 """Largest number of explanations that are printed; the JSON has all."""
 
 
@@ -84,7 +84,7 @@ class SuggestOptions:
             found.append((number(what, x), number(what, y)))
         return found
 
-    def protocol(self, design: "Finger", specimen: "Specimen", noise: "Noise") -> dict:
+    def protocol(self, design: "Finger", specimen: "Specimen", noise: "PressNoise") -> dict:
         """The first presses for a finger of which only the design is known, as plain values."""
         moduli = self.read_moduli()
         if not moduli:
@@ -129,7 +129,7 @@ def identify(
         metavar="OLD.toml",
     ),
     log_map: MapOption = None,
-) -> Answer:
+) -> CommandResult:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and doubts.
 
     Every command accepts the design file that is written; calibrate includes its uncertainty. --suggest proposes the
@@ -141,7 +141,7 @@ def identify(
     rubbing, held = read_friction(friction), _held(fix or [])
     further.check(log, **given)
     from papilla.core.files import check_writable, replacing_set
-    from papilla.identification import Noise, diagnose, record
+    from papilla.identification import PressNoise, diagnose, record
     from papilla.identification import identify as fit
     from papilla.identification.page import write_identification
 
@@ -149,10 +149,10 @@ def identify(
     design = design_of(finger)
     keep_inputs([log, finger, *surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
-    stated = Noise(readings_microstrain=noise, force=force_error)
+    stated = PressNoise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)
-        return Answer(protocol, partial(_print_suggestion, protocol))
+        return CommandResult(protocol, partial(_print_suggestion, protocol))
     presses = read_press_log(log, False, mixed=touched, log_map=log_map)
     if relaxation is not None and presses.t_s is None:
         raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
@@ -161,7 +161,9 @@ def identify(
     with progress() as shown:
         with about(log):
             bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
-            found = fit(presses, design, free=free or (), fix=held, **bench, processes=PROCESSES, progress=shown.line)
+            found = fit(
+                presses, design, free=free or (), fix=held, **bench, processes=DEFAULT_PROCESSES, progress=shown.line
+            )
         shown.line("what to doubt")
         diagnosis = diagnose(found)
         silicone, kept = _relaxation_of(log, found, relaxation, log_map)
@@ -176,7 +178,7 @@ def identify(
                 write_identification(files[-1], found, diagnosis)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
     summary = summary_of(found, diagnosis) | {"specimen": describe(pressed[0])} | written | besides
-    return Answer(summary, partial(_print, summary))
+    return CommandResult(summary, partial(_print, summary))
 
 
 def _held(fix: list[str]) -> dict[str, float]:
@@ -314,7 +316,7 @@ def _print_relaxation(summary: dict) -> None:
         tell(f"Doubt: {doubt}.")
 
 
-def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object) -> Answer:
+def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object) -> CommandResult:
     """Compare the presses of a log with a stored identification; exit code 1 means "recalibrate"."""
     if log is None:
         raise InputError("--compare needs the log of the new presses")
@@ -333,7 +335,7 @@ def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object
 
     def show() -> None:
         tell(f"{found.verdict}.")
-        for one in found.changes[:MOST_NAMED] if not found.same else ():
+        for one in found.changes[:MOST_PRINTED_EXPLANATIONS] if not found.same else ():
             tell(f"{one.words} would explain {one.chi_square:.3g} of it.")
 
-    return Answer(facts, show, 0 if found.same else CHECK_FAILED)
+    return CommandResult(facts, show, 0 if found.same else CHECK_FAILED)

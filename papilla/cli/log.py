@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import Any
 
 from papilla.cli.options import argument, keep_inputs, option
-from papilla.cli.output import Answer, say, show_table, tell
+from papilla.cli.output import CommandResult, say, show_table, tell
 
 
 def map(
     file: Path = argument(..., "Log as a lab writes it (CSV, TSV, .gz).", metavar="FILE"),
     out: Path = option(..., "Map to write (TOML); estimate, identify and calibrate take it by --map."),
-) -> Answer:
+) -> CommandResult:
     """Propose for each column of a log its meaning and unit, with the reason; no command uses the map before you pass
     it on."""
     from rich.table import Table
@@ -31,4 +31,4 @@ def map(
             say(question)
         tell(f"Wrote {out}: check it, then give it by --map, or leave it beside the log as log_map.toml")
 
-    return Answer(facts | {"open_questions": list(found.open_questions)}, show)
+    return CommandResult(facts | {"open_questions": list(found.open_questions)}, show)

@@ -26,7 +26,15 @@ from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
-from papilla.cli.output import BAD_INPUT, BROKEN_PIPE, INTERNAL, INTERRUPTED, TERMINATED, Answer, plain
+from papilla.cli.output import (
+    BROKEN_PIPE,
+    EXIT_BAD_INPUT,
+    EXIT_INTERNAL,
+    EXIT_INTERRUPTED,
+    EXIT_TERMINATED,
+    CommandResult,
+    plain,
+)
 from papilla.cli.press import press
 from papilla.cli.slide import slide
 from papilla.cli.texture import classify, train
@@ -34,7 +42,7 @@ from papilla.cli.verify import verify
 from papilla.cli.view import view
 from papilla.core.errors import InputError, PapillaError
 
-TRACEBACK = "PAPILLA_TRACEBACK"
+TRACEBACK_VARIABLE = "PAPILLA_TRACEBACK"
 """Environment variable that, if set, adds the traceback to the message of an internal error."""
 
 app = typer.Typer(
@@ -45,7 +53,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-COMMANDS: dict[str, tuple[Callable[..., Answer | None], ...]] = {
+COMMANDS: dict[str, tuple[Callable[..., CommandResult | None], ...]] = {
     "": (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench),
     "log": (map_log,),
     "texture": (train, classify),
@@ -55,12 +63,12 @@ HELP = {
     "log": "Logs of other programs: what their columns are.",
     "texture": "Classify textures: train on logs of known ones, classify others.",
 }
-BROUGHT = "papilla.commands"
+BROUGHT_COMMANDS_GROUP = "papilla.commands"
 """Group of entry points by which other rooms and packages bring commands: each names an object with `GROUP` ("" for
 none), `HELP` of the group and `COMMANDS`, a tuple of functions."""
 
 
-def _add(group: str, help_: str, commands: tuple[Callable[..., Answer | None], ...]) -> None:
+def _add(group: str, help_: str, commands: tuple[Callable[..., CommandResult | None], ...]) -> None:
     """Add commands to `papilla`, or to a group of it."""
     target = typer.Typer(help=help_, no_args_is_help=True) if group else app
     for command in commands:
@@ -71,7 +79,7 @@ def _add(group: str, help_: str, commands: tuple[Callable[..., Answer | None], .
 
 for _name, _commands in COMMANDS.items():
     _add(_name, HELP.get(_name, ""), _commands)
-for _entry in sorted(entry_points(group=BROUGHT), key=attrgetter("name")):
+for _entry in sorted(entry_points(group=BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
     _more = _entry.load()
     _add(_more.GROUP, _more.HELP, _more.COMMANDS)
 
@@ -98,11 +106,11 @@ def run(arguments: list[str] | None = None) -> None:
 
     0 done, 1 a check failed, 2 bad input, 70 an error of papilla's own (each one line on stderr), 130 interrupted.
     """
-    from papilla.core.workers import THREADS
+    from papilla.core.workers import THREAD_VARIABLES
 
     _open_what_is_closed()
     # A command's matrices are small: a second thread doubles the processor time of a press without saving time
-    for name in THREADS:
+    for name in THREAD_VARIABLES:
         os.environ.setdefault(name, "1")
     with suppress(ValueError):  # Only the main thread can handle signals
         signal.signal(signal.SIGTERM, _terminate)
@@ -139,7 +147,7 @@ def _exit_code(arguments: list[str]) -> int:
         if any("\0" in argument for argument in arguments):
             raise InputError("an argument holds a NUL character, which no file name can")
         code = app(arguments, prog_name="papilla", standalone_mode=False)
-        if code == INTERRUPTED:
+        if code == EXIT_INTERRUPTED:
             raise KeyboardInterrupt
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
@@ -151,10 +159,10 @@ def _exit_code(arguments: list[str]) -> int:
         return _refuse(f"not enough memory for this job ({str(error) or 'no detail'})")
     except (KeyboardInterrupt, typer.Abort):
         print("papilla: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return EXIT_INTERRUPTED
     except _Terminated:
         print("papilla: terminated", file=sys.stderr)
-        return TERMINATED
+        return EXIT_TERMINATED
     except (BrokenPipeError, SystemExit) as left:
         if isinstance(left, SystemExit) and not left.code:  # typer has printed the completion for a shell
             return 0
@@ -180,13 +188,13 @@ def _terminate(*_signal: object) -> None:
 
 def _report_internal(error: Exception) -> int:
     """One line for an unexpected error and, on request, the traceback."""
-    if os.environ.get(TRACEBACK):
+    if os.environ.get(TRACEBACK_VARIABLE):
         traceback.print_exception(error)
     *_, last = traceback.extract_tb(error.__traceback__)
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     place = f"{Path(last.filename).name}, line {last.lineno}"
-    _refuse(f"internal error: {what} ({place}); please report it with what {TRACEBACK}=1 adds to this line")
-    return INTERNAL
+    _refuse(f"internal error: {what} ({place}); please report it with what {TRACEBACK_VARIABLE}=1 adds to this line")
+    return EXIT_INTERNAL
 
 
 def _drop_output() -> None:
@@ -201,4 +209,4 @@ def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
 
 def _refuse(message: str) -> int:
     print("papilla:", plain(message), file=sys.stderr)
-    return BAD_INPUT
+    return EXIT_BAD_INPUT

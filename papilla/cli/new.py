@@ -4,25 +4,29 @@ from pathlib import Path
 from typing import Literal
 
 from papilla.cli.options import argument, option
-from papilla.cli.output import Answer, tell
+from papilla.cli.output import CommandResult, tell
 from papilla.core.errors import InputError
 
 Shape = Literal["dome", "slab", "surfaces"]
 
-SURFACES = {"outer": "skin.stl", "interface": "interface.stl", "bone": "bone.stl"}
+SURFACE_FILES = {"outer": "skin.stl", "interface": "interface.stl", "bone": "bone.stl"}
 """Surfaces of the commented design: those of the default finger, and their files."""
 
 
 def new(
     file: Path = argument(..., "Design file to write (TOML).", metavar="FILE"),
     shape: Shape = option("dome", "Half ellipsoid, extruded section, or three surface files, which are written too."),
-) -> Answer:
+) -> CommandResult:
     """Write a commented design file to start from; nothing is overwritten."""
     from papilla.core.files import replacing_set
     from papilla.core.outside import read_text
     from papilla.model.finger import DEFAULT_FINGER, Finger
 
-    own = {} if shape != "surfaces" else {getattr(Finger.default().shape, key): name for key, name in SURFACES.items()}
+    own = (
+        {}
+        if shape != "surfaces"
+        else {getattr(Finger.default().shape, key): name for key, name in SURFACE_FILES.items()}
+    )
     written = [file, *map(file.with_name, own.values())]
     for path in written:
         if path.exists() or path.is_symlink():
@@ -40,4 +44,4 @@ def new(
         tell(f"Wrote {', '.join(map(str, written))}")
         tell(f"Try it: papilla press --finger {file} --modulus 0.51 --force 0.588")
 
-    return Answer(facts, show)
+    return CommandResult(facts, show)

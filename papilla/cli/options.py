@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
-from papilla.cli.output import Answer, print_json, say
+from papilla.cli.output import CommandResult, print_json, say
 from papilla.core.checks import positive
 from papilla.core.errors import InputError
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from papilla.model.finger import Finger
     from papilla.model.specimen import Friction, Specimen
 
-PROCESSES = min(2, os.cpu_count() or 1)
+DEFAULT_PROCESSES = min(2, os.cpu_count() or 1)
 """Number of processes for long jobs; each takes up to 1 GB."""
 
 
@@ -82,13 +82,13 @@ MapOption = Annotated[
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
 
 
-def grouped(command: Callable[..., Answer | None]) -> Callable[..., None]:
+def grouped(command: Callable[..., CommandResult | None]) -> Callable[..., None]:
     """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own.
 
     A command that returns an `Answer` also has `--json`, which prints its facts and its seconds instead.
     """
     hints, parameters = get_type_hints(command, include_extras=True), []
-    answers = hints.get("return") is Answer
+    answers = hints.get("return") is CommandResult
     groups: dict[str, Any] = {}
     for name, parameter in signature(command).parameters.items():
         kind = hints[name]
@@ -169,12 +169,12 @@ def given(context: typer.Context, names: Iterable[str]) -> list[str]:
 
 def read_friction(text: str | None) -> "Friction | None":
     """The friction for an option's text, None if it is not given; raises `InputError`."""
-    from papilla.model.specimen import STICK, friction_coefficient
+    from papilla.model.specimen import STICK_WORD, friction_coefficient
 
     if text is None:
         return None
     friction: Friction = (
-        text if text == STICK else number(f'friction must be a number of at least 0 or "{STICK}"', text)
+        text if text == STICK_WORD else number(f'friction must be a number of at least 0 or "{STICK_WORD}"', text)
     )
     friction_coefficient(friction)
     return friction

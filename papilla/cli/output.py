@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from papilla.core import seams
 from papilla.core.errors import one_line as plain
 
-CHECK_FAILED, BAD_INPUT, INTERNAL, INTERRUPTED, BROKEN_PIPE, TERMINATED = 1, 2, 70, 130, 141, 143
+CHECK_FAILED, EXIT_BAD_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED, BROKEN_PIPE, EXIT_TERMINATED = 1, 2, 70, 130, 141, 143
 """Exit codes besides 0 (done)."""
 REPEAT_S = 5.0
 """Seconds after which a long stage reports again, in a pipe or file, that it is running."""
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 
-class Answer(NamedTuple):
+class CommandResult(NamedTuple):
     """Result of a command: plain values for `--json`, the function that prints them for a reader, and the exit code."""
 
     facts: Mapping[str, Any]

@@ -19,7 +19,7 @@ from papilla.cli.options import (
     scene_of,
     surface_files,
 )
-from papilla.cli.output import Answer, print_table, progress, tell
+from papilla.cli.output import CommandResult, print_table, progress, tell
 from papilla.core.checks import place, positive
 from papilla.core.errors import FileFormatError, InputError
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Fidelity = Literal["auto", "hertz", "contact", "finite"]
 
-RATE_HZ = 1000
+PRESS_RATE_HZ = 1000
 AIR_S, LOADING_S, HELD_S = 0.2, 0.5, 0.5
 """Durations: the air gives the estimators the zero of the gauges; a hand loads a finger in about half a second."""
 LIGHTEST_N = 0.01
@@ -53,7 +53,7 @@ def press(
     export: Path | None = option(
         None, "Field to write as well: displacement, strain and stress for ParaView.", metavar="FILE.vtu"
     ),
-) -> Answer:
+) -> CommandResult:
     """Press a specimen on the finger: indentation, contact, gauge readings.
 
     Give the force or the indentation.
@@ -90,7 +90,7 @@ def press(
                 write_field(export, design, reduced, found, shown.line)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     facts = {**found.to_json(), **named} | {name: str(path) for name, path in written.items()}
-    return Answer(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
+    return CommandResult(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
 
 
 def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[str, Path]:
@@ -116,9 +116,9 @@ def _finite(
     """The press on the whole mesh, which sticks if neither the option nor the bench states a friction."""
     from papilla.fem.finite import press_finite
     from papilla.mesh import build
-    from papilla.model.specimen import STICK
+    from papilla.model.specimen import STICK_WORD
 
-    friction = next(one for one in (rubbing, design.bench.friction, STICK) if one is not None)
+    friction = next(one for one in (rubbing, design.bench.friction, STICK_WORD) if one is not None)
     return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
 
 
@@ -165,8 +165,8 @@ def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"
 
     from papilla.core.tables import write_table
 
-    count, loading = round((AIR_S + LOADING_S + HELD_S) * RATE_HZ), round(LOADING_S * RATE_HZ)
-    time = np.arange(count) / RATE_HZ
+    count, loading = round((AIR_S + LOADING_S + HELD_S) * PRESS_RATE_HZ), round(LOADING_S * PRESS_RATE_HZ)
+    time = np.arange(count) / PRESS_RATE_HZ
     force = whole.force * np.clip((time - AIR_S) / LOADING_S, 0.0, 1.0)
     force[force < LIGHTEST_N] = 0.0
     rows = np.zeros((count, 1 + len(whole.reading)))

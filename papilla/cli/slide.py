@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from papilla.cli.options import FingerOption, SceneOption, design_of, keep_inputs, option, scene_of, surface_files
-from papilla.cli.output import Answer, finite, print_table, progress, tell
+from papilla.cli.output import CommandResult, finite, print_table, progress, tell
 from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from papilla.fem.sliding.tying import Tie
     from papilla.model.textures import Texture
 
-SCHEMA = "papilla.slide/1"
-DEPTH_MM, FORCE_N = 0.5, 0.3
+SLIDE_SCHEMA = "papilla.slide/1"
+DEPTH_MM, DEFAULT_SLIDE_FORCE_N = 0.5, 0.3
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def slide(
     finger: FingerOption = None,
     scene: SceneOption = None,
     movie: Path | None = option(None, "Moving picture of the section to write as well (GIF)."),
-) -> Answer:
+) -> CommandResult:
     """Slide the finger over a grating or a measured profile: gauge signals as `papilla estimate` reads them.
 
     Give --groove and --ridge or --profile; --speed and --seconds or --motion; --force or --press-depth.
@@ -114,7 +114,7 @@ def slide(
         raise InputError(f"--seed must be at least 0, got {seed}")
     if force is not None and press_depth is not None:
         raise InputError("give one of --force and --press-depth, not both")
-    force = FORCE_N if press_depth is None and force is None else force
+    force = DEFAULT_SLIDE_FORCE_N if press_depth is None and force is None else force
     check_writable(out.parent)
     moved = moving.moved(texture, patch_half_width(design) / 2)
     with progress() as shown:
@@ -135,7 +135,7 @@ def slide(
         from papilla.view.slide_movie import write_slide_movie
 
         write_slide_movie(movie, design, texture, found)
-    return Answer(facts, partial(_print, facts))
+    return CommandResult(facts, partial(_print, facts))
 
 
 def _facts(found: "Slide", texture: "Texture") -> dict:
@@ -147,7 +147,7 @@ def _facts(found: "Slide", texture: "Texture") -> dict:
     measured = isinstance(texture, MeasuredProfile)
     same = ("status", "friction", "dynamics", "why", "loss_factor", "loss_from", "first_mode_Hz", "highest_Hz")
     return {name: getattr(found, name) for name in (*same, "energy_error", "in_groove_mm", "seconds")} | {
-        "schema": SCHEMA,
+        "schema": SLIDE_SCHEMA,
         "texture": {"kind": "profile", "span_mm": list(texture.span)}
         if measured
         else {"kind": "grating", **vars(texture)},
@@ -174,9 +174,9 @@ def _at_rest(tied: "Tie | None") -> dict | None:
     """The press in three dimensions to which the section is tied, and the section's own part of it."""
     if tied is None:
         return None
-    from papilla.fem.sliding.tying import FLAT
+    from papilla.fem.sliding.tying import RIGID_FLAT
 
-    return tied.press.to_json() | scene_of(FLAT, tied.press) | {"added_microstrain": tied.lacking.tolist()}
+    return tied.press.to_json() | scene_of(RIGID_FLAT, tied.press) | {"added_microstrain": tied.lacking.tolist()}
 
 
 def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from papilla.cli.options import MapOption, argument, keep_inputs, option
-from papilla.cli.output import Answer, print_table, tell
+from papilla.cli.output import CommandResult, print_table, tell
 from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def train(
     wavelengths: tuple[float, float] = option((1.0, 50.0), "Wavelengths (mm) that count.", metavar="LO HI"),
     bands: int = option(8, "Bands of wavelength."),
     log_map: MapOption = None,
-) -> Answer:
+) -> CommandResult:
     """Train on logs with velocity or position, at least two for each label: at two speeds, or two repetitions."""
     from papilla.estimators.texture import Features, train
 
@@ -37,14 +37,14 @@ def train(
         print_table([(f"{name}, {left_out} left out", f"{share:.3f}", "right") for name, share in shares])
         tell(f"Wrote {out}")
 
-    return Answer(found, show)
+    return CommandResult(found, show)
 
 
 def classify(
     log: Path = argument(..., "Log with velocity or position.", metavar="LOG.csv"),
     model: Path = option(..., "Model file of `papilla texture train`."),
     log_map: MapOption = None,
-) -> Answer:
+) -> CommandResult:
     """Classify a log, window by window and as a whole; "unknown" if it resembles no training texture."""
     from papilla.estimators.texture import TextureModel
 
@@ -54,7 +54,7 @@ def classify(
     found = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
     found |= {"squared_distance": distances.min(axis=1).tolist(), "limit": known.limit}
     rows = [("texture", most, ""), ("share of windows", f"{found['share']:.2f}", f"of {len(labels)}")]
-    return Answer(found, partial(print_table, rows))
+    return CommandResult(found, partial(print_table, rows))
 
 
 def _named(text: str) -> tuple[str, Path]:

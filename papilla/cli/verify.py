@@ -4,13 +4,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from papilla.cli.options import option
-from papilla.cli.output import CHECK_FAILED, Answer, progress, say, show_table
+from papilla.cli.output import CHECK_FAILED, CommandResult, progress, say, show_table
 
 if TYPE_CHECKING:
     from papilla.verify import Case
 
 
-def verify(only: list[str] | None = option(None, "Run this family of cases alone (may be repeated).")) -> Answer:
+def verify(only: list[str] | None = option(None, "Run this family of cases alone (may be repeated).")) -> CommandResult:
     """Check papilla against closed forms, exact solutions, second methods and hard cases.
 
     Each case has a bound; exit code 1 means that a case exceeds its bound.
@@ -31,11 +31,11 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
     return answer_of(cases, skipped)
 
 
-def answer_of(cases: "list[Case]", skipped: list[str]) -> Answer:
+def answer_of(cases: "list[Case]", skipped: list[str]) -> CommandResult:
     """The JSON, the table and the exit code of cases and of the families that were skipped."""
     passed = all(case.passed for case in cases)
     facts = {"passed": passed, "cases": [case_keys(case) for case in cases], "skipped": skipped}
-    return Answer(facts, partial(_print, cases), 0 if passed else CHECK_FAILED)
+    return CommandResult(facts, partial(_print, cases), 0 if passed else CHECK_FAILED)
 
 
 def case_keys(case: "Case") -> dict[str, Any]:

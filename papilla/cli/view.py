@@ -17,7 +17,7 @@ from papilla.cli.options import (
     scene_of,
     surface_files,
 )
-from papilla.cli.output import Answer, progress, tell
+from papilla.cli.output import CommandResult, progress, tell
 from papilla.cli.press import write_field
 from papilla.core.checks import positive
 from papilla.core.errors import FileFormatError, InputError
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 What = Literal["strain", "contact", "receptive"]
 Component = Literal["xx", "yy", "zz", "xy", "yz", "xz", "mises"]
 
-SHOWN_MODULUS_MPA, SHOWN_FORCE_N = 0.51, 0.588
+VIEWED_MODULUS_MPA, VIEWED_FORCE_N = 0.51, 0.588
 """The default scene: 60 gf on the middle one of the published specimens."""
 
 SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8)
@@ -57,7 +57,7 @@ def view(
     gauge: str | None = option(None, "Gauge of a receptive field.  [default: maps of all]"),
     finger: FingerOption = None,
     size_mm: SizeOption = None,
-) -> Answer:
+) -> CommandResult:
     """Draw the strain field of a press, its contact pressure, or the receptive fields of the gauges."""
     given = {"html": html, "export": export, "component": component}
     _refuse_idle(what, specimen, given, {"modulus": modulus, "beside": beside, "force": force}, gauge)
@@ -86,8 +86,8 @@ def view(
             pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=shown.line)
             facts["gauge"] = gauge or [one.name for one in design.gauges]
         else:
-            moduli = [SHOWN_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
-            load = SHOWN_FORCE_N if force is None else positive("--force (N)", force)
+            moduli = [VIEWED_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
+            load = VIEWED_FORCE_N if force is None else positive("--force (N)", force)
             touched = [specimen.of(one, design) for one in moduli]
             reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown.line)
             facts |= _draw(what, component, targets, design, reduced, touched, load, shown.line)
@@ -98,7 +98,7 @@ def view(
             tell(f"Pressed on: {facts['physics']}")
         tell(f"Wrote {', '.join(map(str, written))}")
 
-    return Answer(facts, show)
+    return CommandResult(facts, show)
 
 
 def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None) -> None:
@@ -126,12 +126,12 @@ def _draw(
 ) -> dict[str, Any]:
     """Press the touched specimens and write the files whose paths are not None; returns the press as plain values."""
     from papilla import view as pictures
-    from papilla.view.style import STRAIN
+    from papilla.view.style import STRAIN_QUANTITY
 
     first, *others = ((pictures.shown(reduced, one, force=force), one) for one in touched)
     press, specimen = first
     other = others[0] if others else None
-    kind: Any = {"shown": component or STRAIN, "progress": say}
+    kind: Any = {"shown": component or STRAIN_QUANTITY, "progress": say}
     if (path := targets["screenshot"]) is not None:
         if what == "contact":
             pictures.contact(path, reduced, press, specimen, other)

@@ -39,14 +39,14 @@ from papilla.core.errors import FileAccessError, FileFormatError, InputError, No
 from papilla.core.files import check_writable, replacing
 from papilla.core.outside import check_own, own_bytes, read_arrays, read_bytes, reason
 
-ENVIRONMENT, PATIENCE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
-"""Environment variables: the folder of the cache, and what replaces `PATIENCE_S`."""
+CACHE_VARIABLE, PATIENCE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
+"""Environment variables: the folder of the cache, and what replaces `LOCK_PATIENCE_S`."""
 
-PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
+LOCK_PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
 """Times (s) for which another process may hold an entry: after the first this process says that it waits, after the
 second it computes the entry itself."""
 
-PACKAGES = {
+DISTRIBUTION_NAMES = {
     "numpy": "numpy",
     "scipy": "scipy",
     "skfem": "scikit-fem",
@@ -58,7 +58,7 @@ PACKAGES = {
 """Packages that influence results, by the name that is imported. Their versions count for the code that imports them.
 pytetwild is not among them: it only makes meshes, and results depend on the content of the mesh."""
 
-PRIVATE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
+PRIVATE_FILE, PRIVATE_FOLDER = stat.S_IRUSR | stat.S_IWUSR, stat.S_IRWXU
 """Permissions of an entry and of its folder: the user's alone."""
 
 SECRET_BYTES = 32
@@ -78,10 +78,9 @@ def key(maker: str, *values: object) -> str:
     """The key of a result that the module `maker` (its `__name__`) computes from `values`.
 
     The key contains the code of `maker` and of every papilla module that it imports, directly or indirectly, at the top
-    or in a function, without docstrings, comments and formatting; the versions of those `PACKAGES` that this code
-    imports; and the values: numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these.
-    Raises `InputError` for other values.
-    """
+    or in a function, without docstrings, comments and formatting; the versions of those `DISTRIBUTION_NAMES` that this
+    code imports; and the values: numbers, text, bytes, arrays, None, dataclasses, and tuples, lists and dicts of these.
+    Raises `InputError` for other values."""
     return _hash(_code(maker), [_content(value) for value in values])
 
 
@@ -92,39 +91,39 @@ def versioned_key(name: str, version: int, *values: object) -> str:
 
 def folder() -> Path:
     """The cache's folder (it need not exist)."""
-    chosen = os.environ.get(ENVIRONMENT)
+    chosen = os.environ.get(CACHE_VARIABLE)
     return Path(chosen or user_cache_dir("papilla", appauthor=False))
 
 
-def entry(kind: str, key: str) -> Path:
+def entry(category: str, key: str) -> Path:
     """The file of an entry (it need not exist)."""
-    return folder() / kind / f"{key}.entry"
+    return folder() / category / f"{key}.entry"
 
 
-def fetch(kind: str, key: str, make: Callable[[], Arrays], give_up_s: float = GIVE_UP_S) -> dict[str, np.ndarray]:
+def fetch(category: str, key: str, make: Callable[[], Arrays], give_up_s: float = GIVE_UP_S) -> dict[str, np.ndarray]:
     """The arrays of entry `key` of `kind`. If there is no such entry, `make()` computes them and they are stored.
 
     A second process that asks for the same entry waits for the first, at most `give_up_s`. A damaged entry causes a
     warning and is computed again. Raises whatever `make` raises, and stores nothing then. Arrays of Python objects are
     refused (no pickle).
     """
-    found = find(kind, key)
-    if found is None:
-        with _locked(entry(kind, key), give_up_s):
-            found = find(kind, key, report=True)
-            if found is None:
-                found = {name: np.asarray(array) for name, array in make().items()}
-                keep(kind, key, found)
-    return found
+    arrays = find(category, key)
+    if arrays is None:
+        with _locked(entry(category, key), give_up_s):
+            arrays = find(category, key, report=True)
+            if arrays is None:
+                arrays = {name: np.asarray(array) for name, array in make().items()}
+                keep(category, key, arrays)
+    return arrays
 
 
 def entries() -> dict[Path, int]:
     """The files of all entries, of papilla's present code or an older one, and their sizes in bytes."""
-    found = {}
+    sizes = {}
     for path in sorted(folder().glob("*/*.entry")):
         with suppress(OSError):  # Another process may remove it
-            found[path] = path.stat().st_size
-    return found
+            sizes[path] = path.stat().st_size
+    return sizes
 
 
 def secret_file() -> Path:
@@ -154,12 +153,12 @@ def clean() -> None:
             raise FileAccessError(f"cannot remove cache entry {path}: {reason(error)}") from error
 
 
-def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
+def find(category: str, key: str, report: bool = False) -> dict[str, np.ndarray] | None:
     """The arrays of an entry; None if it is missing, sealed with another secret, or damaged.
 
     report : a damaged one causes a warning.
     """
-    path = entry(kind, key)
+    path = entry(category, key)
     try:
         _check_own(path)
         content = own_bytes(path)
@@ -170,7 +169,7 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
     except OSError:
         return None
     line, end, body = content.partition(b"\n")
-    if hmac.compare_digest(line + end, _seal(secret, kind, key, body)):
+    if hmac.compare_digest(line + end, _seal(secret, category, key, body)):
         with suppress(FileFormatError):
             return read_arrays(io.BytesIO(body), f"cache entry {path}")
     stated = _SEAL.fullmatch(line + end)
@@ -179,16 +178,16 @@ def find(kind: str, key: str, report: bool = False) -> dict[str, np.ndarray] | N
     return None
 
 
-def keep(kind: str, key: str, arrays: Arrays) -> None:
+def keep(category: str, key: str, arrays: Arrays) -> None:
     """Write an entry, replacing an older one. If the cache cannot be written, a process warns once."""
     buffer = io.BytesIO()
     np.savez_compressed(buffer, allow_pickle=False, **arrays)
-    body, path = buffer.getvalue(), entry(kind, key)
+    body, path = buffer.getvalue(), entry(category, key)
     try:
         _make_folders(path)
-        seal = _seal(_secret(secret_file()), kind, key, body)
+        seal = _seal(_secret(secret_file()), category, key, body)
         with replacing(path) as temporary:
-            temporary.touch(PRIVATE)
+            temporary.touch(PRIVATE_FILE)
             temporary.write_bytes(seal + body)
     except NoSecretError as error:
         _go_on_without(error)
@@ -196,10 +195,10 @@ def keep(kind: str, key: str, arrays: Arrays) -> None:
         _go_on_without(error.__cause__ or error)
 
 
-def _seal(secret: bytes, kind: str, key: str, body: bytes) -> bytes:
+def _seal(secret: bytes, category: str, key: str, body: bytes) -> bytes:
     """First line of an entry: the name of the secret, and a hash, keyed by it, of kind, key and body, so that no entry
     can stand for another."""
-    seal = hmac.new(secret, f"{kind} {key}\n".encode() + body, hashlib.sha256)
+    seal = hmac.new(secret, f"{category} {key}\n".encode() + body, hashlib.sha256)
     return _name(secret) + b" " + seal.hexdigest().encode() + b"\n"
 
 
@@ -218,10 +217,10 @@ def _secret(path: Path) -> bytes:
     try:
         if not path.exists():
             path.parent.mkdir(mode=PRIVATE_FOLDER, parents=True, exist_ok=True)
-            with FileLock(f"{path}.lock", mode=PRIVATE, timeout=_patience_s()):
+            with FileLock(f"{path}.lock", mode=PRIVATE_FILE, timeout=_patience_s()):
                 if not path.exists():
                     with replacing(path) as temporary:
-                        temporary.touch(PRIVATE)
+                        temporary.touch(PRIVATE_FILE)
                         temporary.write_bytes(secrets.token_bytes(SECRET_BYTES))
         secret = own_bytes(path, "the secret", SECRET_BYTES, private=True)
     except (OSError, NotImplementedError, FileFormatError) as error:
@@ -233,7 +232,7 @@ def _secret(path: Path) -> bytes:
 
 def _patience_s() -> float:
     """Seconds to wait without a word; raises `InputError` if the environment has no number."""
-    stated = os.environ.get(PATIENCE) or PATIENCE_S
+    stated = os.environ.get(PATIENCE) or LOCK_PATIENCE_S
     try:
         return float(stated)
     except ValueError as error:
@@ -243,7 +242,7 @@ def _patience_s() -> float:
 @contextmanager
 def _locked(path: Path, give_up_s: float) -> Iterator[None]:
     """Hold the lock of an entry during a block; the block runs without it if the lock cannot be had."""
-    lock = FileLock(f"{path}.lock", mode=PRIVATE)
+    lock = FileLock(f"{path}.lock", mode=PRIVATE_FILE)
     try:
         _make_folders(path)
         try:
@@ -280,9 +279,9 @@ def _go_on_without(error: BaseException) -> None:
     place = str(folder())
     if place not in _warned:
         _warned.add(place)
-        advice = f"make room there, or set {ENVIRONMENT} to another folder"
+        advice = f"make room there, or set {CACHE_VARIABLE} to another folder"
         if isinstance(error, NotOwnError):
-            advice = f"set {ENVIRONMENT} to a folder that only you can write to, or empty this one and chmod go-w it"
+            advice = f"set {CACHE_VARIABLE} to a folder that only you can write to, or empty this one and chmod go-w it"
         elif isinstance(error, NoSecretError):
             advice = f"make {secret_file().parent} a folder of yours that you can write to, or remove a broken secret"
         message = f"cannot use the cache folder {place} ({reason(error)}): going on without it; {advice}"
@@ -297,17 +296,18 @@ def _code(maker: str) -> str:
     """
     if _file(maker) is None:
         raise InputError(f"{maker} is no module of papilla: a cached result must name the module that computes it")
-    found = fetch("code", _hash(maker, _sources(), sys.version_info[:2]), lambda: _meaning(maker))
-    return repr((str(found["code"]), [(name, _version(name)) for name in found["packages"].tolist()]))
+    meaning = fetch("code", _hash(maker, _sources(), sys.version_info[:2]), lambda: _meaning(maker))
+    return repr((str(meaning["code"]), [(name, _version(name)) for name in meaning["packages"].tolist()]))
 
 
 def _meaning(maker: str) -> Arrays:
-    """Hash of the code of `maker` and of every papilla module that it imports, and the `PACKAGES` among the imports."""
+    """Hash of the code of `maker` and of every papilla module that it imports, and the `DISTRIBUTION_NAMES` among the
+    imports."""
     reached, waiting, packages = {}, [maker], set()
     while waiting:
         name = waiting.pop()
         if (file := _file(name)) is None:
-            packages |= {PACKAGES[top] for top in [name.split(".")[0]] if top in PACKAGES}
+            packages |= {DISTRIBUTION_NAMES[top] for top in [name.split(".")[0]] if top in DISTRIBUTION_NAMES}
         elif name not in reached:
             reached[name], imported = _parsed(name, file, _sources()[file])
             waiting += imported
@@ -349,7 +349,7 @@ def _file(module: str) -> str | None:
 def _sources() -> dict[str, str]:
     """Hash of each file of papilla's code, by its path."""
     folders = [_ROOT / name for name in _PACKAGES]
-    files = sorted(file for folder in folders for kind in ("*.py", "*.pyi") for file in folder.rglob(kind))
+    files = sorted(file for folder in folders for pattern in ("*.py", "*.pyi") for file in folder.rglob(pattern))
     return {file.relative_to(_ROOT).as_posix(): hashlib.sha256(read_bytes(file)).hexdigest() for file in files}
 
 

@@ -10,7 +10,7 @@ from papilla.core.errors import InputError
 SIZE_OPTION = "--size-mm of press, calibrate and view"
 """Name of the element size `size_mm` on the command line; messages that advise another size name both."""
 
-ROUNDING = 1e-9
+ROUNDING_SHARE = 1e-9
 """Share by which a number may exceed a bound that it should meet exactly: more than the rounding of a few thousand
 operations, less than any tolerance of manufacture."""
 
@@ -61,23 +61,23 @@ def rising(name: str, value: Any) -> tuple[float, float]:
     return low, high
 
 
-LONGEST_NAME = 200
+LONGEST_NAME_LETTERS = 200
 """Most letters of a name: of a finger, a gauge, a study."""
 
 
 def name(what: str, value: Any) -> str:
-    """A name: text of 1 to `LONGEST_NAME` letters on one line, without control characters and marks of direction, by
-    which it could change what stands around it. Letters of every script may be in it, and every sign."""
-    if not isinstance(value, str) or not 1 <= len(value) <= LONGEST_NAME:
+    """A name: text of 1 to `LONGEST_NAME_LETTERS` letters on one line, without control characters and marks of
+    direction, by which it could change what stands around it. Letters of every script may be in it, and every sign."""
+    if not isinstance(value, str) or not 1 <= len(value) <= LONGEST_NAME_LETTERS:
         length = f"{len(value)} letters" if isinstance(value, str) else reprlib.repr(value)
-        raise InputError(f"{what} must be a text of 1 to {LONGEST_NAME} letters, got {length}")
+        raise InputError(f"{what} must be a text of 1 to {LONGEST_NAME_LETTERS} letters, got {length}")
     for letter in value:
         if not letter.isprintable() and category(letter) != "Zs":
             raise InputError(f"{what} has {letter!r} in it, which cannot be printed: {reprlib.repr(value)}")
     return value
 
 
-LARGEST = 1e12
+LARGEST_READING = 1e12
 """Largest sample that counts as a reading, in any unit. Its fourth power is still a finite float."""
 
 
@@ -87,14 +87,16 @@ def place(name: str, value: "Sequence[float]") -> tuple[float, float]:
         x, y = value
     except (TypeError, ValueError):
         raise InputError(f"{name} must be two numbers (x, y) in mm, got {value!r}") from None
-    return within(f"{name} x (mm)", x, -LARGEST, LARGEST), within(f"{name} y (mm)", y, -LARGEST, LARGEST)
+    return within(f"{name} x (mm)", x, -LARGEST_READING, LARGEST_READING), within(
+        f"{name} y (mm)", y, -LARGEST_READING, LARGEST_READING
+    )
 
 
 def believable(values: "np.ndarray") -> "np.ndarray":
-    """Samples with NaN where |value| is infinite or greater than `LARGEST`."""
+    """Samples with NaN where |value| is infinite or greater than `LARGEST_READING`."""
     import numpy as np
 
-    return np.where(np.abs(values) <= LARGEST, values, np.nan)
+    return np.where(np.abs(values) <= LARGEST_READING, values, np.nan)
 
 
 def poisson(name: str, value: Any) -> float:

@@ -2,28 +2,30 @@
 
 import re
 
-LONGEST_LINE = 2000
+LONGEST_MESSAGE_LINE = 2000
 """Largest number of characters shown of a line: longer ones quote a damaged file, and would hide the message."""
 MESSAGE_LEFT = 1900
 """Number of characters that are left of a longer message: with the words on what was left out it is no longer line."""
 
 
-def one_line(text: str, left: int = LONGEST_LINE) -> str:
+def one_line(text: str, characters: int = LONGEST_MESSAGE_LINE) -> str:
     """A text as one line: control characters, by which a name could take over the terminal, become visible escapes, and
-    of one of more than `LONGEST_LINE` characters all but `left` are left out in the middle."""
+    of one of more than `LONGEST_MESSAGE_LINE` characters all but `left` are left out in the middle."""
     text = re.sub(r"[\r\n\t]+\s*", " ", text).strip()
     if not text.isprintable():
         text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text)
-    if len(text) <= LONGEST_LINE:
+    if len(text) <= LONGEST_MESSAGE_LINE:
         return text
-    return f"{text[: left // 2]} ... ({len(text) - left} characters) ... {text[-(left // 2) :]}"
+    return f"{text[: characters // 2]} ... ({len(text) - characters} characters) ... {text[-(characters // 2) :]}"
 
 
 class PapillaError(Exception):
     """Root of all errors that papilla raises; the message is one line, whatever it quotes."""
 
     def __init__(self, *parts: object) -> None:
-        super().__init__(*(one_line(part, MESSAGE_LEFT) if isinstance(part, str) else part for part in parts))
+        super().__init__(
+            *(one_line(argument, MESSAGE_LEFT) if isinstance(argument, str) else argument for argument in parts)
+        )
 
 
 class InputError(PapillaError, ValueError):

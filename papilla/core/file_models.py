@@ -13,13 +13,13 @@ from pydantic_core import PydanticCustomError
 from papilla.core.errors import InputError
 from papilla.core.tables import closest
 
-RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
+STRICT_RULES = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
 """An integer is accepted for a float; text and booleans are not."""
 
 KEY_LETTERS = 100
 """Most letters of a key that are printed."""
 
-UNKNOWN = "unknown_key"
+UNKNOWN_KEY = "unknown_key"
 """Type of the error on a key that a table does not have."""
 
 
@@ -48,7 +48,7 @@ def table(
     keys: Mapping[str, Any],
     constants: Mapping[str, Any] = MappingProxyType({}),
     *,
-    known: bool = False,
+    strict_keys: bool = False,
 ) -> Any:
     """The type of a table in a file; validation returns `makes(**keys)`.
 
@@ -56,20 +56,20 @@ def table(
     other keys. An `InputError` of `makes` is reported as an error of the table.
     """
     fixed: dict[str, Any] = {key: (_one_of(value), value) for key, value in constants.items()}
-    given: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
-    model: Any = create_model(makes.__name__, __config__=RULES, **fixed, **given)
-    made = AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))
-    if not known:
-        return Annotated[model, made]
+    declared: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
+    model: Any = create_model(makes.__name__, __config__=STRICT_RULES, **fixed, **declared)
+    maker = AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))
+    if not strict_keys:
+        return Annotated[model, maker]
     names = [field.alias or name for name, field in model.model_fields.items()]
-    return Annotated[model, BeforeValidator(partial(_refuse_unknown, names)), made]
+    return Annotated[model, BeforeValidator(partial(_refuse_unknown, names)), maker]
 
 
-def _refuse_unknown(known: Sequence[str], given: Any) -> Any:
-    for key in given if isinstance(given, dict) else ():
-        if key not in known:
-            raise PydanticCustomError(UNKNOWN, "unknown key", {"key": key, "near": closest(str(key), known)})
-    return given
+def _refuse_unknown(names: Sequence[str], content: Any) -> Any:
+    for key in content if isinstance(content, dict) else ():
+        if key not in names:
+            raise PydanticCustomError(UNKNOWN_KEY, "unknown key", {"key": key, "near": closest(str(key), names)})
+    return content
 
 
 def _one_of(value: Any) -> Any:
@@ -84,8 +84,8 @@ def _same(expected: Any, value: Any) -> Any:
 
 def first_of(error: ValidationError) -> Mapping[str, Any]:
     """The most helpful error of a validation: for a misspelt key, "unknown key" is more helpful than "key missing"."""
-    first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN)
-    return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN else first
+    first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN_KEY)
+    return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN_KEY else first
 
 
 def _shown(key: str) -> str:
@@ -98,15 +98,15 @@ def in_words(problem: Mapping[str, Any], tags: tuple[str, ...] = ()) -> str:
 
     tags : names that pydantic inserts into the location of an error, after its first key, although they are no keys.
     """
-    first, *inside = (part if isinstance(part, int) else _shown(part) for part in problem["loc"] or ("",))
-    places = (first, *(part for part in inside if part not in tags))
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in places).removeprefix(".")
-    if problem["type"] == UNKNOWN:
+    first, *inside = (step if isinstance(step, int) else _shown(step) for step in problem["loc"] or ("",))
+    places = (first, *(step for step in inside if step not in tags))
+    key = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in places).removeprefix(".")
+    if problem["type"] == UNKNOWN_KEY:
         near = problem["ctx"]["near"]
         return f"unknown key {key}" + (f"; did you mean {near}?" if near else "")
     if problem["type"] == "missing":
         return f"key {key} is missing"
-    said = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
-    said = said.replace("a valid dictionary or object to extract fields from", "a table")
-    said = f"{key} {said}" if said.startswith("must") else f"{key}: {said}" if key else said
-    return said if problem["type"] == "value_error" else f"{said}, got {reprlib.repr(problem['input'])}"
+    message = problem["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    message = message.replace("a valid dictionary or object to extract fields from", "a table")
+    message = f"{key} {message}" if message.startswith("must") else f"{key}: {message}" if key else message
+    return message if problem["type"] == "value_error" else f"{message}, got {reprlib.repr(problem['input'])}"

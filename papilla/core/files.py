@@ -155,11 +155,11 @@ def scratch(purpose: str) -> Iterator[Path]:
 
 def sweep(folder: Path) -> None:
     """Remove from `folder` the temporary files and folders of this user's processes that have ended."""
-    with suppress(OSError), os.scandir(folder) as found:
-        for item in found:
-            made = _TEMPORARY.fullmatch(item.name)
+    with suppress(OSError), os.scandir(folder) as entries:
+        for item in entries:
+            temporary = _TEMPORARY.fullmatch(item.name)
             with suppress(OSError):
-                if made is None or not _left_behind(made[1], made[2], item.stat(follow_symlinks=False)):
+                if temporary is None or not _left_behind(temporary[1], temporary[2], item.stat(follow_symlinks=False)):
                     continue
                 if item.is_dir(follow_symlinks=False):
                     shutil.rmtree(item.path, ignore_errors=True)

@@ -8,8 +8,8 @@ patch nodes. With p parities (even and odd parts of a load) to factorise it need
     OVERHEAD + ASSEMBLY c + p (FACTOR n^(4/3) + SCRATCH n) + PAIRS k^2.
 
 n^(4/3) is the fill of nested dissection in three dimensions (George 1973, doi:10.1137/0710032). On the default finger
-the formula is within a factor of `SPREAD` of the growth of the peak resident memory of a separate process
-(`tests/fem/reduction/test_memory.py` repeats the rows of 0.7 mm):
+the formula is within a factor of `MEASURED_MEMORY_RATIO` of the growth of the peak resident memory of a separate
+process (`tests/fem/reduction/test_memory.py` repeats the rows of 0.7 mm):
 
 | size_mm, place | tetrahedra | measured GB | formula / measured |
 |---|---|---|---|
@@ -26,33 +26,33 @@ from papilla.core import seams
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MemoryEstimateError
 
-OVERHEAD, ASSEMBLY, FACTOR, SCRATCH, PAIRS = 60e6, 25e3, 190, 2300, 800
+OVERHEAD_BYTES, ASSEMBLY_BYTES, FACTOR_BYTES, SCRATCH_BYTES, PAIR_BYTES = 60e6, 25e3, 190, 2300, 800
 
 FINITE_ASSEMBLY = 30e3
 """Replaces ASSEMBLY for a press at finite strain, which computes the tangents of all cells at once."""
 
-SPREAD = 1.4  # Largest ratio of the measured memory to that of the formula
-UNKNOWNS_PER_CELL, COLUMNS = 4.8, 0.4
+MEASURED_MEMORY_RATIO = 1.4  # Largest ratio of the measured memory to that of the formula
+UNKNOWNS_PER_CELL, PATCH_COLUMNS = 4.8, 0.4
 """n / c, and k / c^(2/3), of Taylor-Hood elements on meshes of the default finger."""
 
-GIB = 2**30
+BYTES_PER_GIB = 2**30
 
 
 def reduction_bytes(cells: float, unknowns: float, columns: float, parities: int = 1) -> float:
     """Peak memory (bytes) of assembling, factorising for `parities` and condensing to `columns` patch nodes."""
-    factors = parities * (FACTOR * unknowns ** (4 / 3) + SCRATCH * unknowns)
-    return OVERHEAD + ASSEMBLY * cells + factors + PAIRS * columns**2
+    factors = parities * (FACTOR_BYTES * unknowns ** (4 / 3) + SCRATCH_BYTES * unknowns)
+    return OVERHEAD_BYTES + ASSEMBLY_BYTES * cells + factors + PAIR_BYTES * columns**2
 
 
 def finite_bytes(cells: float, unknowns: float, columns: float) -> float:
     """Peak memory (bytes) of a press at finite strain: one parity, and the stored response to all patch columns."""
-    factor = FACTOR * unknowns ** (4 / 3) + SCRATCH * unknowns
-    return OVERHEAD + FINITE_ASSEMBLY * cells + factor + 8 * unknowns * columns
+    factor = FACTOR_BYTES * unknowns ** (4 / 3) + SCRATCH_BYTES * unknowns
+    return OVERHEAD_BYTES + FINITE_ASSEMBLY * cells + factor + 8 * unknowns * columns
 
 
 def least_bytes(cells: float) -> float:
     """Peak memory (bytes) of the cheapest use of a mesh with `cells` tetrahedra in its cell: a press at the apex."""
-    return reduction_bytes(cells, UNKNOWNS_PER_CELL * cells, COLUMNS * cells ** (2 / 3))
+    return reduction_bytes(cells, UNKNOWNS_PER_CELL * cells, PATCH_COLUMNS * cells ** (2 / 3))
 
 
 def refuse_reduction(cells: int, unknowns: int, columns: int, parities: int, size_mm: float) -> None:
@@ -88,8 +88,8 @@ def refuse_beyond(needed: float, job: str, advice: Callable[[int], str]) -> None
     """Raise `MemoryEstimateError` if `job` needs more bytes than are free; `advice(free)` says what would fit."""
     free = available_bytes()
     if free is not None and needed > free:
-        found = f"{job} needs about {in_gib(needed)} of memory, {in_gib(free)} are free"
-        raise MemoryEstimateError(f"{found}: {advice(free)}")
+        shortage = f"{job} needs about {in_gib(needed)} of memory, {in_gib(free)} are free"
+        raise MemoryEstimateError(f"{shortage}: {advice(free)}")
 
 
 def _coarser(size_mm: float, needed: Callable[[float], float], free: int) -> str:
@@ -105,7 +105,7 @@ def _coarser(size_mm: float, needed: Callable[[float], float], free: int) -> str
 
 def in_gib(number: float) -> str:
     """Bytes as text in GiB, with two digits."""
-    return f"{number / GIB:.2g} GiB" if number < 99.5 * GIB else f"{number / GIB:.0f} GiB"
+    return f"{number / BYTES_PER_GIB:.2g} GiB" if number < 99.5 * BYTES_PER_GIB else f"{number / BYTES_PER_GIB:.0f} GiB"
 
 
 def available_bytes() -> int | None:

@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-MIB = 2**20
+BYTES_PER_MIB = 2**20
 
-DESIGN_BYTES = 4 * MIB
+DESIGN_BYTES = 4 * BYTES_PER_MIB
 """Most bytes of a file that a person writes (TOML): the largest of the examples has 8 kB."""
 KEY_BYTES = 4096
 """Most bytes of a file with a key: 32 random bytes have 64 hexadecimal digits."""
-DOCUMENT_BYTES = 256 * MIB
+DOCUMENT_BYTES = 256 * BYTES_PER_MIB
 """Most bytes of a document that papilla writes (JSON): a calibration has 0.3 MB."""
-BINARY_BYTES = 4096 * MIB
+BINARY_BYTES = 4096 * BYTES_PER_MIB
 """Most bytes of a binary file, packed or unpacked: a surface of 40 million triangles, a thousand reduced fingers."""
 LOG_BYTES = 2**40
 """Most bytes of a log of which only wanted columns are read (Parquet, bags): a bag of a day of cameras has 1e12."""
 PACKED_TIMES = 700
 """Most bytes that a packed byte of a log may become: a log that repeats one row has 500, a bomb of zeros 1030."""
-PATH_LETTERS = 400
+PRINTED_PATH_LETTERS = 400
 """Most letters of a path that are printed."""
 NUMBER_DIGITS = 400
 """Most digits of a whole number (JSON, TOML): the largest float has 309; time grows with the square of their number."""
@@ -82,7 +82,9 @@ def _content(
             if check is not None:
                 check(os.fstat(file.fileno()))
             # In pieces, because `read` takes as much memory as it is allowed to read
-            while len(content) <= most_bytes and (piece := file.read(min(MIB, most_bytes + 1 - len(content)))):
+            while len(content) <= most_bytes and (
+                piece := file.read(min(BYTES_PER_MIB, most_bytes + 1 - len(content)))
+            ):
                 content += piece
     except NotOwnError:
         raise
@@ -217,7 +219,9 @@ def repeatable_stream(path: Path) -> IO[bytes]:
     try:
         with stream, gzip.open(stream) if packed else stream as once:
             return _copied(
-                once, path, max(64 * MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None
+                once,
+                path,
+                max(64 * BYTES_PER_MIB, PACKED_TIMES * os.fstat(stream.fileno()).st_size) if packed else None,
             )
     except (EOFError, zlib.error) as error:
         raise FileAccessError(f"cannot read {path}: not a whole gzip file ({error})") from error
@@ -231,7 +235,7 @@ def _copied(source: Any, path: Path, most_bytes: int | None) -> IO[bytes]:
 
     target, size = tempfile.TemporaryFile(), 0  # noqa: SIM115 - the reader closes it
     try:
-        while piece := source.read(MIB):
+        while piece := source.read(BYTES_PER_MIB):
             size += len(piece)
             if most_bytes is not None and size > most_bytes:
                 raise FileFormatError(f"{path} is no packed log: it unpacks to more than {PACKED_TIMES} times its size")
@@ -264,15 +268,15 @@ def read_arrays(
         if hasattr(source, "seek"):
             source.seek(0)
         with np.load(source, allow_pickle=False) as arrays:
-            found = {key: arrays[key] for key in arrays.files}
+            loaded = {key: arrays[key] for key in arrays.files}
         # NumPy returns the bytes of a member that is no array
-        if strange := next((key for key, array in found.items() if not isinstance(array, np.ndarray)), None):
+        if strange := next((key for key, array in loaded.items() if not isinstance(array, np.ndarray)), None):
             raise FileFormatError(f"{name} is no file of arrays that papilla wrote: {strange!r} is no array")
-        for array in found.values():
+        for array in loaded.values():
             # A text holds code points, which NumPy does not check
             if array.dtype.kind == "U" and array.size and array.reshape(-1).view(np.uint32).max() > sys.maxunicode:
                 raise InputError("a text has a letter that is none")
-        return found
+        return loaded
     except FileFormatError:
         raise
     except OSError as error:
@@ -283,7 +287,7 @@ def read_arrays(
 
 
 def message_decoder(
-    kind: type[Kind] | Any, most_bytes: int, dec_hook: Callable | None = None
+    target: type[Kind] | Any, most_bytes: int, dec_hook: Callable | None = None
 ) -> Callable[[bytes], Any]:
     """A function that decodes MessagePack of at most `most_bytes` into values of `kind`, whose type states bounds.
 
@@ -291,7 +295,7 @@ def message_decoder(
     """
     import msgspec
 
-    decode = msgspec.msgpack.Decoder(kind, dec_hook=dec_hook).decode
+    decode = msgspec.msgpack.Decoder(target, dec_hook=dec_hook).decode
 
     def bounded(data: bytes) -> Any:
         if len(data) > most_bytes:
@@ -317,10 +321,10 @@ def check_own(path: Path, status: os.stat_result | None = None) -> None:
             return
     else:
         statuses = [status]
-    for one in statuses:
-        if one.st_uid != os.geteuid():
+    for place_status in statuses:
+        if place_status.st_uid != os.geteuid():
             raise NotOwnError(f"{path} belongs to another user")
-        if not stat.S_ISLNK(one.st_mode) and one.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        if not stat.S_ISLNK(place_status.st_mode) and place_status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             raise NotOwnError(f"others can write to {path}")
 
 
@@ -375,21 +379,25 @@ def datagram_socket(family: int, address: tuple, keyed: bool) -> "socket.socket"
             f"listening at {address[0]}, which other machines reach, needs a key (--key-file): without one, anybody "
             "there can send messages; 127.0.0.1 needs none"
         )
-    made = socket.socket(family, socket.SOCK_DGRAM)
+    listener = socket.socket(family, socket.SOCK_DGRAM)
     try:
-        made.bind(address)
+        listener.bind(address)
     except OSError:
-        made.close()
+        listener.close()
         raise
-    made.setblocking(False)
-    return made
+    listener.setblocking(False)
+    return listener
 
 
 def shown(path: object) -> str:
     """A path as it is printed: in one line, the middle of a long one left out."""
     text = "".join(sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in str(path))
     text = text.replace("\\x00", "\\0")
-    return text if len(text) <= PATH_LETTERS else f"{text[: PATH_LETTERS // 2]}...{text[-PATH_LETTERS // 2 :]}"
+    return (
+        text
+        if len(text) <= PRINTED_PATH_LETTERS
+        else f"{text[: PRINTED_PATH_LETTERS // 2]}...{text[-PRINTED_PATH_LETTERS // 2 :]}"
+    )
 
 
 def reason(error: BaseException) -> str:

@@ -12,20 +12,21 @@ from typing import IO
 
 from papilla.core.errors import FileFormatError
 
-PIPE = Path("-")
+PIPE_NAME = Path("-")
 """The name of standard input, or output, where a file is expected."""
 
-CHUNK = 2**16
-LONGEST_LINE = 2**18
+PIPE_CHUNK_BYTES = 2**16
+LONGEST_TABLE_LINE = 2**18
 """Most bytes of a line of a table: 1000 columns of 260 characters. A file without line ends is no table."""
 
 
 def _too_long(path: Path, line: int) -> FileFormatError:
-    return FileFormatError(f"{path}, line {line}: longer than {LONGEST_LINE} bytes; this is no table")
+    return FileFormatError(f"{path}, line {line}: longer than {LONGEST_TABLE_LINE} bytes; this is no table")
 
 
 class ShortLines(io.BufferedIOBase):
-    """The bytes of a file, for a decoder of text; raises `FileFormatError` at a line of more than `LONGEST_LINE`."""
+    """The bytes of a file, for a decoder of text; raises `FileFormatError` at a line of more than
+    `LONGEST_TABLE_LINE`."""
 
     def __init__(self, source: IO[bytes], path: Path):
         self._source, self._path = source, path
@@ -48,19 +49,19 @@ class ShortLines(io.BufferedIOBase):
         """The place in the file."""
         return self._source.tell()
 
-    def read1(self, size: int = CHUNK) -> bytes:
+    def read1(self, size: int = PIPE_CHUNK_BYTES) -> bytes:
         """The next bytes, `size` of them or less."""
         content = self._source.read(size)
         last_end = max(content.rfind(b"\n"), content.rfind(b"\r"))
         self._length = self._length + len(content) if last_end < 0 else len(content) - last_end - 1
         self._lines += content.count(b"\n")
-        if self._length > LONGEST_LINE:
+        if self._length > LONGEST_TABLE_LINE:
             raise _too_long(self._path, self._lines + 1)
         return content
 
-    def read(self, size: int | None = CHUNK) -> bytes:
-        """The next bytes, `size` of them or less, and never more than `CHUNK`."""
-        return self.read1(min(size or CHUNK, CHUNK))
+    def read(self, size: int | None = PIPE_CHUNK_BYTES) -> bytes:
+        """The next bytes, `size` of them or less, and never more than `PIPE_CHUNK_BYTES`."""
+        return self.read1(min(size or PIPE_CHUNK_BYTES, PIPE_CHUNK_BYTES))
 
     def line_without_text(self) -> int:
         """Number of the first line that is not UTF-8; of the last one if all are."""
@@ -84,7 +85,7 @@ class ShortLines(io.BufferedIOBase):
 class LiveText:
     """Lines of a pipe as they come; until `once` is called, `seek(0)` begins again.
 
-    Raises `FileFormatError` for a line of more than `LONGEST_LINE`.
+    Raises `FileFormatError` for a line of more than `LONGEST_TABLE_LINE`.
     """
 
     def __init__(self, descriptor: int | None = None):
@@ -139,13 +140,13 @@ class LiveText:
         raise StopIteration
 
     def _read(self) -> None:
-        data = os.read(self._descriptor, CHUNK)
+        data = os.read(self._descriptor, PIPE_CHUNK_BYTES)
         text = self._rest + self._decoder.decode(data, not data)
         *lines, self._rest = text.split("\n")
         self._ready += [line + "\n" for line in lines]
         self._lines += len(lines)
-        if len(self._rest) > LONGEST_LINE:
-            raise _too_long(PIPE, self._lines + 1)
+        if len(self._rest) > LONGEST_TABLE_LINE:
+            raise _too_long(PIPE_NAME, self._lines + 1)
         if not data:
             self._ended = True
             if self._rest:

@@ -12,9 +12,9 @@ import numpy as np
 from papilla.core.errors import FileFormatError
 from papilla.core.memory import refuse_beyond
 
-BLOCK = 8192  # Number of rows that are read at once
+BLOCK_ROWS = 8192  # Number of rows that are read at once
 CELL_BYTES = 40  # Memory of a number in a table that is read as a whole: itself, and four copies at times
-LONGEST_NAME = 1000
+LONGEST_CELL = 1000
 """Most characters of a column's name, and of a cell of text: a longer one is an unclosed quote or no table."""
 
 
@@ -35,9 +35,9 @@ class Table:
     lines: np.ndarray
     called: Mapping[str, str] = field(default_factory=dict)
 
-    def fault(self, row: int, column: str, problem: str) -> FileFormatError:
+    def fault(self, index: int, column: str, problem: str) -> FileFormatError:
         """The error for one cell, naming file, line and column."""
-        place = f"{self.path}, line {self.lines[row]}, column {self.called.get(column, column)}"
+        place = f"{self.path}, line {self.lines[index]}, column {self.called.get(column, column)}"
         return FileFormatError(f"{place}: {problem}")
 
     def __len__(self) -> int:
@@ -68,7 +68,7 @@ class Reader(ABC):
         """Remarks for the user, a sentence each."""
 
     @abstractmethod
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows as tables of `size` rows or less, from the first on; raises `FileFormatError`."""
 
     def want(self, wanted: Callable[[str], bool], words: tuple[str, ...] = ()) -> None:
@@ -100,12 +100,12 @@ class Reader(ABC):
 
 
 def check_names(place: str, names: Sequence[str]) -> None:
-    """Raise `FileFormatError` for a name that occurs twice, or that is longer than `LONGEST_NAME`."""
+    """Raise `FileFormatError` for a name that occurs twice, or that is longer than `LONGEST_CELL`."""
     seen: set[str] = set()
     for name in names:
-        if len(name) > LONGEST_NAME:
+        if len(name) > LONGEST_CELL:
             raise FileFormatError(
-                f"{place}: a column's name has {len(name)} characters; at most {LONGEST_NAME} are one"
+                f"{place}: a column's name has {len(name)} characters; at most {LONGEST_CELL} are one"
             )
         if name in seen:
             raise FileFormatError(f"{place}: column {name} occurs twice")
@@ -114,12 +114,12 @@ def check_names(place: str, names: Sequence[str]) -> None:
 
 def text_cells(path: Path, name: str, cells: Iterable[object]) -> np.ndarray:
     """Cells of a column as texts without the spaces around them; raises what `check_text` raises."""
-    found = ["" if cell is None else str(cell).strip() for cell in cells]
-    check_text(path, name, max(map(len, found), default=0))
-    return np.array(found)
+    texts = ["" if cell is None else str(cell).strip() for cell in cells]
+    check_text(path, name, max(map(len, texts), default=0))
+    return np.array(texts)
 
 
 def check_text(path: Path, name: str, longest: int) -> None:
-    """Raise `FileFormatError` for a column with a text of more than `LONGEST_NAME` characters."""
-    if longest > LONGEST_NAME:
-        raise FileFormatError(f"{path}, column {name}: a text of {longest} characters; at most {LONGEST_NAME} are one")
+    """Raise `FileFormatError` for a column with a text of more than `LONGEST_CELL` characters."""
+    if longest > LONGEST_CELL:
+        raise FileFormatError(f"{path}, column {name}: a text of {longest} characters; at most {LONGEST_CELL} are one")

@@ -11,14 +11,14 @@ from papilla.core.errors import FileFormatError
 from papilla.core.files import write_text
 from papilla.core.outside import read_json
 
-CHECKSUM = "content_sha256"
+CHECKSUM_KEY = "content_sha256"
 NO_CHECKSUM = "the file has no checksum, so papilla cannot say whether it was edited"
-EDITED = "the file was changed after papilla wrote it: its checksum does not match, so its answers may be wrong"
+EDITED_MESSAGE = "the file was changed after papilla wrote it: its checksum does not match, so its answers may be wrong"
 
 
 def write_sealed(document: dict[str, Any], path: Path) -> None:
     """Write a document and its checksum atomically; raises `FileAccessError`."""
-    text = json.dumps(document | {CHECKSUM: checksum(document)}, indent=1, allow_nan=False, ensure_ascii=False)
+    text = json.dumps(document | {CHECKSUM_KEY: checksum(document)}, indent=1, allow_nan=False, ensure_ascii=False)
     # Write each innermost list of numbers on one line: a row of coefficients is one line.
     text = re.sub(r"\[\s+([^\[\]{}\"]*?)\s+\]", lambda match: "[" + " ".join(match[1].split()) + "]", text)
     write_text(path, text + "\n")
@@ -33,10 +33,10 @@ def read_sealed(path: Path, schema: str, what: str) -> tuple[dict[str, Any], str
     stated = document.get("schema") if isinstance(document, dict) else None
     if stated != schema:
         raise FileFormatError(f"{path}: the schema is {reprlib.repr(stated)}, this version of papilla reads {schema!r}")
-    seal = document.pop(CHECKSUM, None)
+    seal = document.pop(CHECKSUM_KEY, None)
     if seal == checksum(document):
         return document, ""
-    return document, NO_CHECKSUM if seal is None else EDITED
+    return document, NO_CHECKSUM if seal is None else EDITED_MESSAGE
 
 
 def checksum(document: dict[str, Any]) -> str:

@@ -14,11 +14,11 @@ import numpy as np
 from papilla.core.errors import InputError
 from papilla.core.outside import shipped, toml
 
-WITHIN = 1.5
+DRAW_FACTOR = 1.5
 """Factor by which a parameter is drawn larger or smaller if its rule has no `within`."""
 
 
-class Record(dict[str, Any]):
+class SettingsTable(dict[str, Any]):
     """A table of a file, whose values are attributes too: a table in it is a record, a list a tuple."""
 
     def __init__(self, table: Mapping[str, Any]) -> None:
@@ -30,19 +30,19 @@ class Record(dict[str, Any]):
         raise AttributeError(f"the table has no {name!r}; it has {', '.join(self)}")
 
     def __reduce__(self) -> tuple:
-        return Record, (dict(self),)
+        return SettingsTable, (dict(self),)
 
 
 def _frozen(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return tuple(map(_frozen, value))
-    return Record(value) if isinstance(value, dict) else value
+    return SettingsTable(value) if isinstance(value, dict) else value
 
 
-def parameters(module: str) -> Record:
+def parameters(module: str) -> SettingsTable:
     """The table of a module (`__name__`)."""
     package, _, name = module.rpartition(".")
-    return Record(tables(package)[name])
+    return SettingsTable(tables(package)[name])
 
 
 @lru_cache
@@ -69,7 +69,7 @@ def drawn(table: Mapping[str, Any], rng: np.random.Generator, *, vary: bool = Tr
 def _value(rule: Mapping[str, Any], rng: np.random.Generator, vary: bool, before: Mapping[str, Any]) -> Any:
     match rule:
         case {"about": value, **rest}:
-            return value * rest.get("within", WITHIN) ** rng.uniform(-1, 1) if vary else value
+            return value * rest.get("within", DRAW_FACTOR) ** rng.uniform(-1, 1) if vary else value
         case {"uniform": (low, high), **rest}:
             return rng.uniform(low, high, rest.get("count"))
         case {"log_uniform": (low, high)}:

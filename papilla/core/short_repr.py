@@ -25,7 +25,7 @@ def _shown(value: Any) -> str:
 def html_table(title: str, rows: Iterable[Sequence[object]], heads: Sequence[object] = ()) -> str:
     """A title and a table below it, for `_repr_html_`; a number is shown with five digits, text is escaped."""
     lines = [f"<tr>{''.join(f'<th>{_cell(head)}</th>' for head in heads)}</tr>"] if heads else []
-    lines += [f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows]
+    lines += [f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in values)}</tr>" for values in rows]
     return f"<b>{escape(title)}</b><table>{''.join(lines)}</table>"
 
 

@@ -17,11 +17,11 @@ import numpy as np
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
 from papilla.core.outside import repeatable_stream
-from papilla.core.pipes import LONGEST_LINE, PIPE, LiveText, ShortLines
-from papilla.core.rows import BLOCK, Reader, Table, check_names, text_cells
+from papilla.core.pipes import LONGEST_TABLE_LINE, PIPE_NAME, LiveText, ShortLines
+from papilla.core.rows import BLOCK_ROWS, Reader, Table, check_names, text_cells
 
-CUT_OFF = "the last line has no line end: if the file was cut off, its last number may be too short"
-DELIMITERS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
+CUT_OFF_MESSAGE = "the last line has no line end: if the file was cut off, its last number may be too short"
+DELIMITER_WORDS = {",": "commas", ";": "semicolons", "\t": "tabs", " ": "spaces"}
 COMMA_NUMBER = re.compile(r"[-+]?[0-9]*,[0-9]+([eE][-+]?[0-9]+)?")
 _AROUND_UNITS, _NUMBER = ' \t\r\n"[]()', re.compile(r"[-+.]*[0-9].*|nan|[-+]?inf", re.IGNORECASE)
 MAX_COLUMNS = 1000  # More columns are refused
@@ -60,7 +60,7 @@ class TableReader(Reader):
         is_unit: Callable[[str], bool] = lambda cell: False,
     ):
         self.path, self._skipped = Path(path), header_line - 1
-        self.live = self.path == PIPE
+        self.live = self.path == PIPE_NAME
         self._raw: Any = None if self.live else ShortLines(repeatable_stream(self.path), self.path)
         self._text: Any = LiveText() if self.live else io.TextIOWrapper(self._raw, encoding="utf-8-sig", newline="")
         try:
@@ -82,7 +82,7 @@ class TableReader(Reader):
     def notes(self) -> tuple[str, ...]:
         """Remarks for the user about the file, a sentence each."""
         ignored = f"ignored columns: {', '.join(self.ignored)}" if self.ignored else ""
-        return tuple(note for note in (self._written, ignored, CUT_OFF if self._cut_off else "") if note)
+        return tuple(note for note in (self._written, ignored, CUT_OFF_MESSAGE if self._cut_off else "") if note)
 
     @property
     def _used(self) -> list[int]:
@@ -92,7 +92,7 @@ class TableReader(Reader):
     def __exit__(self, *_error: object) -> None:
         self._text.close()
 
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows as tables of `size` rows or less, from the first on.
 
         Empty cells and `nan` become NaN, `inf` stays infinite; the caller decides what these mean. Raises
@@ -130,17 +130,18 @@ class TableReader(Reader):
         """Blocks of rows from `csv.reader`; `before` lines precede its first one."""
         with self._faults(rows, before):
             while taken := [
-                (self._whole_row(row, rows.line_num + before), rows.line_num + before) for row in self._some(rows, size)
+                (self._whole_row(cells, rows.line_num + before), rows.line_num + before)
+                for cells in self._some(rows, size)
             ]:
-                if kept := [item for item in taken if item[0]]:
-                    yield self._table(*zip(*kept, strict=True))
+                if filled := [item for item in taken if item[0]]:
+                    yield self._table(*zip(*filled, strict=True))
 
-    def _whole_row(self, row: list[str], line: int) -> list[str]:
+    def _whole_row(self, cells: list[str], line: int) -> list[str]:
         """A row with a cell for each column, or an empty one; raises `FileFormatError` for another one."""
-        if row and len(row) != len(self.header):
-            problem = f"{len(row)} cells where the header has {len(self.header)} columns"
+        if cells and len(cells) != len(self.header):
+            problem = f"{len(cells)} cells where the header has {len(self.header)} columns"
             raise FileFormatError(f"{self.path}, line {line}: {problem}")
-        return row
+        return cells
 
     def _plain(self, lines: list[str]) -> np.ndarray | None:
         """Wanted columns (columns, rows) of lines with a number in each cell, else None.
@@ -164,8 +165,8 @@ class TableReader(Reader):
 
     def _some(self, rows: Iterator[list[str]], size: int) -> Iterator[list[str]]:
         """The next rows, at most `size`; from standard input those that are available, at least one."""
-        for count, row in enumerate(rows, 1):
-            yield row
+        for count, cells in enumerate(rows, 1):
+            yield cells
             if count == size or self.live and not self._text.pending():
                 return
 
@@ -176,7 +177,7 @@ class TableReader(Reader):
         the units in the row below the header, none if that is a row of numbers."""
         header, first = self._rows_of_text(2)
         if delimiter is None:
-            names, cells = (re.sub('"[^"]*"', "", row) for row in (header, first))
+            names, cells = (re.sub('"[^"]*"', "", text) for text in (header, first))
             marks = [mark for mark in ",;\t" if mark in names] or [","]
             delimiter = next((mark for mark in marks if names.count(mark) == cells.count(mark)), marks[0])
         units = [cell.strip(_AROUND_UNITS) for cell in first.split(delimiter)]
@@ -187,7 +188,7 @@ class TableReader(Reader):
         if decimal is None:
             german = delimiter != "," and any(COMMA_NUMBER.fullmatch(cell.strip()) for cell in first.split(delimiter))
             decimal = "," if german else "."
-        notes = [f"cells are separated by {DELIMITERS[delimiter]}"] if delimiter != "," else []
+        notes = [f"cells are separated by {DELIMITER_WORDS[delimiter]}"] if delimiter != "," else []
         notes += ["decimal commas"] if decimal == "," else []
         return ", ".join(notes), delimiter, decimal, units
 
@@ -197,10 +198,10 @@ class TableReader(Reader):
             self._to_header()
             rows = []
             for _ in range(count):
-                row = line = self._text.readline()
-                while line and row.count('"') % 2 and len(row) < LONGEST_LINE:
-                    row += (line := self._text.readline())
-                rows.append(row)
+                text = line = self._text.readline()
+                while line and text.count('"') % 2 and len(text) < LONGEST_TABLE_LINE:
+                    text += (line := self._text.readline())
+                rows.append(text)
         return rows
 
     def _to_header(self) -> None:
@@ -233,13 +234,13 @@ class TableReader(Reader):
 
     def _text_fault(self, rows: tuple[list[str], ...], lines: tuple[int, ...]) -> FileFormatError:
         """The error for the first used cell that is not a number."""
-        for row, line in zip(rows, lines, strict=True):
-            for number in (one for one in self._used if self.header[one] not in self._words):
+        for cells, line in zip(rows, lines, strict=True):
+            for number in (index for index in self._used if self.header[index] not in self._words):
                 try:
-                    _number(self._point(row[number]))
+                    _number(self._point(cells[number]))
                 except ValueError:
                     place = f"{self.path}, line {line}, column {self.header[number]}"
-                    return FileFormatError(f"{place}: expected a number, got {row[number][:40]!r}")
+                    return FileFormatError(f"{place}: expected a number, got {cells[number][:40]!r}")
         raise AssertionError("every cell is a number")
 
     def _numbers(self, cells: Sequence[str]) -> np.ndarray:
@@ -280,7 +281,7 @@ def table_writer(path: str | Path, names: Iterable[str]) -> Iterator[Callable[[I
     Floats are written as the shortest text that reads back bit for bit, NaN as an empty cell. Raises `FileAccessError`
     if the file cannot be written. `-` is standard output, which gets each block at once.
     """
-    if Path(path) == PIPE:
+    if Path(path) == PIPE_NAME:
         writer = csv.writer(sys.stdout, lineterminator="\n")
         writer.writerow(names)
 
@@ -305,9 +306,9 @@ def write_table(path: str | Path, columns: Mapping[str, Sequence | np.ndarray]) 
         write(columns.values())
 
 
-def closest(name: str, known: Sequence[str]) -> str | None:
+def closest(name: str, names: Sequence[str]) -> str | None:
     """The known column name that `name` is probably a misspelling of, or None."""
-    folded = {candidate.lower(): candidate for candidate in known}
+    folded = {candidate.lower(): candidate for candidate in names}
     match = difflib.get_close_matches(name.lower(), folded, n=1, cutoff=0.8)
     return folded[match[0]] if match else None
 

@@ -21,10 +21,10 @@ Say = Callable[[str], None]
 Start = Callable[..., Callable[[], Any]]
 """start(function, *arguments) begins `function(*arguments, say)` and returns a function that waits for its result."""
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
+THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 """Environment variables that say how many threads the numerical libraries of a new process may use."""
 
-TRIES = 4
+MOST_TRIES = 4
 """Number of times that a job is begun whose process is killed each time: once, and three times more."""
 
 _lines: Any = None
@@ -62,7 +62,7 @@ class Processes:
     is opened.
 
     A process that is killed, as by the system when memory runs out, is replaced, and its job begins again; a job whose
-    process was killed `TRIES` times raises `WorkerKilledError`. Each process does one job at a time.
+    process was killed `MOST_TRIES` times raises `WorkerKilledError`. Each process does one job at a time.
 
     begin, arguments : a function that each process calls first. fresh : a new process for each job.
     """
@@ -98,7 +98,7 @@ class Processes:
         """The result of a job, in a thread of its own, which waits for the process."""
         from concurrent.futures import BrokenExecutor
 
-        for _ in range(TRIES):
+        for _ in range(MOST_TRIES):
             process = self._idle.get()
             try:
                 process = process or self._started()
@@ -114,7 +114,7 @@ class Processes:
                     process = None
                 self._idle.put(process)
         raise WorkerKilledError(
-            f"a worker process was killed {TRIES} times, the last time while it began its job again"
+            f"a worker process was killed {MOST_TRIES} times, the last time while it began its job again"
         )
 
     def _started(self) -> "ProcessPoolExecutor":
@@ -138,8 +138,8 @@ class Processes:
 def one_thread_each() -> Iterator[None]:
     """Processes that are started in this block compute with one thread each: with two of two threads each, a
     calibration took half as long again."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
     try:
         yield
     finally:
@@ -152,9 +152,9 @@ def counted(say: Say, name: str) -> Callable[[int, int], None]:
     """A function of (done, total) that reports how much is done, and about how long the rest takes."""
     began = seams.now_s()
 
-    def step(done: int, total: int) -> None:
-        left = (seams.now_s() - began) * (total - done) / done
-        say(f"{name}: {done} of {total}" + (f", about {left:.0f} s left" if done < total else ""))
+    def step(finished: int, total: int) -> None:
+        seconds_left = (seams.now_s() - began) * (total - finished) / finished
+        say(f"{name}: {finished} of {total}" + (f", about {seconds_left:.0f} s left" if finished < total else ""))
 
     return step
 

@@ -11,16 +11,16 @@ from time import process_time
 from papilla import __version__
 from papilla.core import cache, checks
 from papilla.core.errors import InputError, PapillaError
-from papilla.design.geometry import SCENES, SPENT, MakesMap, geometry_map, with_sites
+from papilla.design.geometry import STAGE_SCENES, STAGE_SECONDS, MakesMap, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
-from papilla.design.objectives import OBJECTIVES
+from papilla.design.objectives import OBJECTIVES_BY_NAME
 from papilla.design.places import Places
-from papilla.design.scene import Scene
+from papilla.design.scene import DesignScene
 from papilla.design.texts import line, short
 from papilla.model.finger import Finger
 
-OK = "ok"
-SHA256 = re.compile("[0-9a-f]{64}")
+STATUS_OK = "ok"
+SHA256_PATTERN = re.compile("[0-9a-f]{64}")
 
 
 STATUS_LETTERS = 2000
@@ -28,7 +28,7 @@ STATUS_LETTERS = 2000
 
 
 @dataclass(frozen=True)
-class Record:
+class JudgedDesign:
     """Result of a design: objective -> value, "ok" or the reason for failure, and the `sha256` of the finger that was
     judged; empty if these values of the parameters make no finger."""
 
@@ -37,7 +37,7 @@ class Record:
     finger_sha256: str = ""
 
     @classmethod
-    def failed(cls, why: object, finger_sha256: str = "") -> "Record":
+    def failed(cls, why: object, finger_sha256: str = "") -> "JudgedDesign":
         """The record of a design without an answer."""
         return cls({}, short(line(why), STATUS_LETTERS) or "no reason is known", finger_sha256)
 
@@ -49,10 +49,10 @@ class Record:
             or not 0 < len(self.status) <= STATUS_LETTERS
         ):
             raise InputError(f"its status is no line of at most {STATUS_LETTERS} letters")
-        judged = isinstance(self.finger_sha256, str) and SHA256.fullmatch(self.finger_sha256)
-        if not judged and (self.status == OK or self.finger_sha256 != ""):
+        judged = isinstance(self.finger_sha256, str) and SHA256_PATTERN.fullmatch(self.finger_sha256)
+        if not judged and (self.status == STATUS_OK or self.finger_sha256 != ""):
             raise InputError("the finger that was judged has no sha256")
-        expected = set(asked) if self.status == OK else set()
+        expected = set(asked) if self.status == STATUS_OK else set()
         if not isinstance(self.found, dict) or set(self.found) != expected:
             raise InputError(f"with the status {short(self.status)!r} it must have {len(expected)} values, those of "
                              f"{', '.join(sorted(expected)) or 'no objective'}")  # fmt: skip
@@ -68,7 +68,7 @@ class Batch:
     fingers: tuple[Finger, ...]
     base: Finger
     places: Places
-    scene: Scene
+    scene: DesignScene
     asked: tuple[str, ...]
     version: str
     geometry: MakesMap = geometry_map
@@ -79,7 +79,7 @@ class Done:
     """Records of a batch; the version that made them, processor seconds by stage of `geometry`, and the largest memory
     of the worker (MB) so far."""
 
-    records: tuple[Record, ...]
+    records: tuple[JudgedDesign, ...]
     version: str
     spent: dict[str, float]
     memory_MB: float
@@ -94,7 +94,7 @@ def check_done(done: object, batch: Batch) -> None:
     if not isinstance(done.records, tuple) or len(done.records) != len(batch.fingers):
         raise InputError(f"a worker did not send one record for each of {len(batch.fingers)} designs")
     for record, finger in zip(done.records, batch.fingers, strict=True):
-        if not isinstance(record, Record):
+        if not isinstance(record, JudgedDesign):
             raise InputError(f"a worker sent {short(line(type(record).__name__))} as a record")
         try:
             record.check(batch.asked)
@@ -125,25 +125,25 @@ def evaluate(batch: Batch) -> Done:
     if batch.version != version():
         return Done((), version(), {}, 0.0)
     began = process_time()
-    SPENT.clear()
+    STAGE_SECONDS.clear()
     try:
         first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
         known = batch.geometry(first, batch.places, base)
     except PapillaError as error:
-        records = [Record.failed(error, finger.sha256) for finger in batch.fingers]
-        return Done(tuple(records), version(), dict(SPENT), _memory_MB())
+        records = [JudgedDesign.failed(error, finger.sha256) for finger in batch.fingers]
+        return Done(tuple(records), version(), dict(STAGE_SECONDS), _memory_MB())
     records = [judged(DesignInScene(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
-    rest = process_time() - began - sum(SPENT.values())
-    return Done(tuple(records), version(), {**SPENT, SCENES: rest}, _memory_MB())
+    rest = process_time() - began - sum(STAGE_SECONDS.values())
+    return Done(tuple(records), version(), {**STAGE_SECONDS, STAGE_SCENES: rest}, _memory_MB())
 
 
-def judged(design: DesignInScene, asked: Sequence[str]) -> Record:
+def judged(design: DesignInScene, asked: Sequence[str]) -> JudgedDesign:
     """The objectives of a design, or the reason for failure."""
     try:
-        found = {name: checks.finite(name, OBJECTIVES[name].of(design)) for name in asked}
+        found = {name: checks.finite(name, OBJECTIVES_BY_NAME[name].of(design)) for name in asked}
     except PapillaError as error:
-        return Record.failed(error, design.finger.sha256)
-    return Record(found, OK, design.finger.sha256)
+        return JudgedDesign.failed(error, design.finger.sha256)
+    return JudgedDesign(found, STATUS_OK, design.finger.sha256)
 
 
 def _memory_MB() -> float:

@@ -19,17 +19,17 @@ from papilla.core.errors import PapillaError
 from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
 from papilla.design.in_scene import DesignInScene
-from papilla.design.scene import Scene, rms_or_worst, sigma_from_gauges, sigma_from_sd
+from papilla.design.scene import DesignScene, rms_or_worst, sigma_from_gauges, sigma_from_sd
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, friction_coefficient
+from papilla.model.specimen import STICK_WORD, friction_coefficient
 
 SMALL_MM = 13.0
 """Height or half breadth below which a finger gets a finer mesh than 0.7 mm, in proportion."""
-WITHIN = 0.10
+CONFIRMED_DIFFERENCE = 0.10
 """Largest relative difference between predicted and calibrated sigma in a confirmation."""
 
 
@@ -40,7 +40,7 @@ class Confirmed:
     name: str
     predicted: dict[str, np.ndarray]
     calibrated: dict[str, np.ndarray]
-    scene: Scene
+    scene: DesignScene
     failed: str = ""
 
     def both(self, channel: str) -> tuple[float, float]:
@@ -56,7 +56,7 @@ class Confirmed:
         for channel in self.predicted:
             predicted, calibrated = self.both(channel)
             off = predicted / calibrated - 1
-            verdict = "within 10 %" if abs(off) <= WITHIN else f"off by {PER_CENT * off:+.0f} %"
+            verdict = "within 10 %" if abs(off) <= CONFIRMED_DIFFERENCE else f"off by {PER_CENT * off:+.0f} %"
             said.append(f"{channel}: predicted {predicted:.3g}, calibrated {calibrated:.3g} ({verdict})")
         return f"{self.name}: " + "; ".join(said)
 
@@ -71,10 +71,10 @@ def confirm(name: str, design: DesignInScene, processes: int, say: Callable[[str
     return Confirmed(name, predicted, calibrated, design.scene)
 
 
-def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callable[[str], None]) -> Calibration:
+def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, say: Callable[[str], None]) -> Calibration:
     """The calibration of a finger with the friction that a scene states."""
     stated = None if scene.unknown.friction == "unknown" else scene.unknown.friction
-    friction = STICK if stated is None else stated
+    friction = STICK_WORD if stated is None else stated
     finger = replace(finger, bench=replace(finger.bench, friction=None))
     ends = (False, True) if stated is None else ends_of(friction_coefficient(friction))
     with workers(processes, say) as start:
@@ -94,6 +94,6 @@ def calibrated_finger(finger: Finger, scene: Scene, processes: int, say: Callabl
     return fit(presses, others, frictionless=free, friction_known=stated is not None, strain=error)
 
 
-def sigmas_of(calibration: Calibration, scene: Scene) -> dict[str, np.ndarray]:
+def sigmas_of(calibration: Calibration, scene: DesignScene) -> dict[str, np.ndarray]:
     """Sigma (f, m) of ln E over a scene by a calibration, from S_d and from all gauges."""
     return {"S_d": sigma_from_sd(calibration, scene), "all gauges": sigma_from_gauges(calibration, scene)}

@@ -1,9 +1,9 @@
 """Formulas of couplings, such as "outer.modulus_MPa / 4".
 
-A formula has numbers, names of parameters, + - * /, minus before a term, ** and the `FUNCTIONS`; nothing else. Python's
-parser makes a tree of its text, whose nodes are turned into functions here: no code is compiled, and the same values
-always give the same number. All numbers are floats, so a power has bounded operands, and every step must stay finite.
-"""
+A formula has numbers, names of parameters, + - * /, minus before a term, ** and the `FORMULA_FUNCTIONS`; nothing else.
+Python's parser makes a tree of its text, whose nodes are turned into functions here: no code is compiled, and the same
+values always give the same number. All numbers are floats, so a power has bounded operands, and every step must stay
+finite."""
 
 import ast
 import math
@@ -15,15 +15,15 @@ from functools import lru_cache
 from papilla.core.errors import InputError
 from papilla.design.texts import line, short
 
-LETTERS, NODES, DEPTH = 2000, 400, 100
+MOST_FORMULA_LETTERS, MOST_FORMULA_NODES, MOST_FORMULA_DEPTH = 2000, 400, 100
 """Most letters of a formula, numbers, names and operations in it, and operations inside each other."""
-DIGITS = 15
+MOST_ROUND_DIGITS = 15
 """Most digits to which `round` rounds: a float has no more."""
 
 Values = Mapping[str, float]
 Step = Callable[[Values], float]
 
-OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
+FORMULA_OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
@@ -33,17 +33,17 @@ OPERATIONS: dict[type[ast.operator], Callable[[float, float], float]] = {
 
 
 def _rounded(value: float, digits: float = 0.0) -> float:
-    if digits not in range(DIGITS + 1):
-        raise InputError(f"round takes 0 to {DIGITS} digits, got {digits:g}")
+    if digits not in range(MOST_ROUND_DIGITS + 1):
+        raise InputError(f"round takes 0 to {MOST_ROUND_DIGITS} digits, got {digits:g}")
     return round(value, int(digits))
 
 
-FUNCTIONS: dict[str, tuple[Callable[..., float], range]] = {
+FORMULA_FUNCTIONS: dict[str, tuple[Callable[..., float], range]] = {
     "sqrt": (math.sqrt, range(1, 2)),
     "abs": (abs, range(1, 2)),
     "round": (_rounded, range(1, 3)),
-    "min": (min, range(2, NODES)),
-    "max": (max, range(2, NODES)),
+    "min": (min, range(2, MOST_FORMULA_NODES)),
+    "max": (max, range(2, MOST_FORMULA_NODES)),
 }
 """The functions of formulas, and how many values they take."""
 
@@ -80,22 +80,22 @@ def _reason(error: BaseException) -> str:
 @lru_cache(maxsize=1000)
 def _read(formula: str) -> tuple[Step, list[str]]:
     """A formula as a function of the values of parameters, and the names that it uses."""
-    if len(formula) > LETTERS:
-        raise InputError(f"it has {len(formula)} letters; at most {LETTERS} are read")
+    if len(formula) > MOST_FORMULA_LETTERS:
+        raise InputError(f"it has {len(formula)} letters; at most {MOST_FORMULA_LETTERS} are read")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
         tree = ast.parse(formula.strip(), mode="eval")
     count = sum(isinstance(node, ast.expr) for node in ast.walk(tree))
-    if count > NODES:
-        raise InputError(f"it has {count} numbers, names and operations; at most {NODES} are allowed")
+    if count > MOST_FORMULA_NODES:
+        raise InputError(f"it has {count} numbers, names and operations; at most {MOST_FORMULA_NODES} are allowed")
     names: list[str] = []
-    return _step(tree.body, names, DEPTH), names
+    return _step(tree.body, names, MOST_FORMULA_DEPTH), names
 
 
 def _step(node: ast.expr, names: list[str], depth: int) -> Step:
     """A node of the tree as a function of the values, which raises `ArithmeticError` unless its number is finite."""
     if not depth:
-        raise InputError(f"more than {DEPTH} operations stand inside each other")
+        raise InputError(f"more than {MOST_FORMULA_DEPTH} operations stand inside each other")
     step = _of(node, names, depth - 1)
 
     def finite(values: Values) -> float:
@@ -118,16 +118,16 @@ def _of(node: ast.expr, names: list[str], depth: int) -> Step:
         case ast.UnaryOp(op=ast.USub(), operand=operand):
             one = _step(operand, names, depth)
             return lambda values: -one(values)
-        case ast.BinOp(left=left, op=sign, right=right) if operation := OPERATIONS.get(type(sign)):
+        case ast.BinOp(left=left, op=sign, right=right) if operation := FORMULA_OPERATIONS.get(type(sign)):
             first, second = _step(left, names, depth), _step(right, names, depth)
             return lambda values: operation(first(values), second(values))
-        case ast.Call(func=ast.Name(id=called), args=given, keywords=[]) if called in FUNCTIONS:
-            function, counts = FUNCTIONS[called]
+        case ast.Call(func=ast.Name(id=called), args=given, keywords=[]) if called in FORMULA_FUNCTIONS:
+            function, counts = FORMULA_FUNCTIONS[called]
             if len(given) not in counts:
                 raise InputError(f"{called} takes {counts[0]}{' or more' * (len(counts) > 1)} values, got {len(given)}")
             each = [_step(argument, names, depth) for argument in given]
             return lambda values: float(function(*(argument(values) for argument in each)))
-    allowed = "numbers, names of parameters, + - * / **, " + " ".join(FUNCTIONS)
+    allowed = "numbers, names of parameters, + - * / **, " + " ".join(FORMULA_FUNCTIONS)
     raise InputError(f"{short(line(ast.unparse(node)), 30)!r} may not stand in a formula; allowed are {allowed}")
 
 

@@ -21,30 +21,30 @@ from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.workers import workers
-from papilla.design.places import FOIL, Places
-from papilla.fem.finite.strain_tables import SIZE, SPANNING, begin_large_strain
+from papilla.design.places import FOIL_SIZES, Places
+from papilla.fem.finite.strain_tables import RELATIVE_ELEMENT_SIZE, SPANNING_LAYER_RATIOS, begin_large_strain
 from papilla.fem.pressing.large_strain import FIRST_GAUGE, LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.response import Response, response
-from papilla.fem.reduction.family import RATIOS, family
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, family
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.mesh import build
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger, Gauge, Layer
-from papilla.model.specimen import STICK
+from papilla.model.specimen import STICK_WORD
 
 Say = Callable[[str], None]
-KEPT = 4
+CACHED_GEOMETRIES = 4
 """Number of geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
 MESHED_DEG = (-40.0, -20.0, 0.0, 20.0, 40.0)
 """Places around which the mesh is fine: those of the default finger."""
 STANDARD_MM = 20.0
 """Height or half breadth of the finger on which large strain is measured: that of the default finger."""
-ENDS = (0.0, STICK)
+FRICTION_ENDS = (0.0, STICK_WORD)
 """Frictions of the two responses."""
-GEOMETRY, RATIO, GAUGES, SCENES = "geometry", "ratio", "gauges", "scenes"
+STAGE_GEOMETRY, STAGE_RATIO, STAGE_GAUGES, STAGE_SCENES = "geometry", "ratio", "gauges", "scenes"
 """Stages of a worker: mesh and reductions; presses and the polynomial through them; sums over sites; surfaces and
 touches."""
-SPENT: defaultdict[str, float] = defaultdict(float)
+STAGE_SECONDS: defaultdict[str, float] = defaultdict(float)
 """Processor seconds of this process in each stage but the last, since a batch began; time that other programs use on a
 busy machine does not count."""
 
@@ -56,7 +56,7 @@ def spent_on(stage: str) -> Iterator[None]:
     try:
         yield
     finally:
-        SPENT[stage] += process_time() - began
+        STAGE_SECONDS[stage] += process_time() - began
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +71,14 @@ class GeometryMap:
         """The responses for the gauges of a finger of this geometry; raises `InputError` for moduli outside the
         range."""
         ratio = finger.outer.modulus / finger.inner.modulus
-        if not RATIOS[0] * (1 - checks.ROUNDING) <= ratio <= RATIOS[1] * (1 + checks.ROUNDING):
-            raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {RATIOS[0]:g} to {RATIOS[1]:g}")
+        if (
+            not MODULUS_RATIO_ENDS[0] * (1 - checks.ROUNDING_SHARE)
+            <= ratio
+            <= MODULUS_RATIO_ENDS[1] * (1 + checks.ROUNDING_SHARE)
+        ):
+            raise InputError(
+                f"outer over inner modulus is {ratio:.3g}: a study covers {{:g}} to {{:g}}".format(*MODULUS_RATIO_ENDS)
+            )
         weights = self.places.weights(finger.gauges, finger.shape)
         return _summed(self.ends[0], weights), _summed(self.ends[1], weights)
 
@@ -94,7 +100,7 @@ def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
     """A table whose sites (s) are combined to gauges (g) by weights (s, g)."""
 
     def gauges(found: np.ndarray) -> np.ndarray:
-        felt = found[:, FIRST_GAUGE:].reshape(len(found), len(QUANTITIES), -1) @ weights
+        felt = found[:, FIRST_GAUGE:].reshape(len(found), len(GAUGE_QUANTITIES), -1) @ weights
         return np.hstack([found[:, :FIRST_GAUGE], felt.reshape(len(found), -1)])
 
     return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
@@ -102,9 +108,9 @@ def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
 
 def _summed(found: Response, weights: np.ndarray) -> Response:
     """A response whose sites (s) are combined to gauges (g) by weights (s, g)."""
-    first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(QUANTITIES), len(weights))
+    first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(GAUGE_QUANTITIES), len(weights))
     felt = (sites @ weights).reshape(len(first), -1)
-    error = np.sqrt((found.error[1:].reshape(len(QUANTITIES), -1) ** 2) @ weights**2).ravel()
+    error = np.sqrt((found.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
     return replace(
         found,
         coefficients=np.hstack([first, felt]),
@@ -131,25 +137,25 @@ MakesMap = Callable[[Finger, Places, Finger | None], GeometryMap]
 """From a geometry, its places and the finger whose large strain is known to its map."""
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_GEOMETRIES)
 def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> GeometryMap:
     """The map of a design's geometry; from the cache the second time.
 
     design : from `with_sites`. base : the finger whose large strain is known, also from `with_sites`; None leaves large
     strain out. Raises what meshing, reducing and `response` raise.
     """
-    with spent_on(GEOMETRY):
+    with spent_on(STAGE_GEOMETRY):
         if base is not None:
             measure_base(base, 1, lambda line: None)  # Nothing to do if the client shares this cache
             borrow(design, base)
-        size = SIZE * narrowest_mm(design)
+        size = RELATIVE_ELEMENT_SIZE * narrowest_mm(design)
         # The mesh is fine at the gauges of a real finger, not at all places
         few = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
         relatives = family(design, size_mm=size, mesh=build(replace(design, gauges=few), size_mm=size))
         relatives.tangential_source()  # Stuck presses need it, and find it in the cache
-    with spent_on(RATIO):
+    with spent_on(STAGE_RATIO):
         block = design.bench.specimen(1.0)
-        free, stuck = (response(relatives, block, friction=friction) for friction in ENDS)
+        free, stuck = (response(relatives, block, friction=friction) for friction in FRICTION_ENDS)
     return GeometryMap(design, places, (free, stuck))
 
 
@@ -164,7 +170,7 @@ def measure_base(base: Finger, processes: int, say: Say) -> str:
         return ""
     like = _enlarged(base, STANDARD_MM / narrowest_mm(base))
     with workers(processes, say) as start:
-        note = begin_large_strain(like, (False, True), start, ratios=SPANNING, progress=say)()
+        note = begin_large_strain(like, (False, True), start, ratios=SPANNING_LAYER_RATIOS, progress=say)()
     borrow(base, like)
     return note
 
@@ -172,7 +178,7 @@ def measure_base(base: Finger, processes: int, say: Say) -> str:
 def _covered(finger: Finger) -> bool:
     """Whether large strain of a geometry is known at all ratios of moduli, without friction and stuck."""
     tables = known(finger.strain_sha256)
-    return all(at_ratio(tables, ratio, stuck) for ratio in SPANNING for stuck in (False, True))
+    return all(at_ratio(tables, ratio, stuck) for ratio in SPANNING_LAYER_RATIOS for stuck in (False, True))
 
 
 def _enlarged(finger: Finger, factor: float) -> Finger:
@@ -184,7 +190,7 @@ def _enlarged(finger: Finger, factor: float) -> Finger:
         sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in given.items()}
         return replace(of, **{name: tuple(one) if isinstance(one, list) else one for name, one in sizes.items()})
 
-    gauges = tuple(times(gauge, (*FOIL, "y_mm")) for gauge in finger.gauges)
+    gauges = tuple(times(gauge, (*FOIL_SIZES, "y_mm")) for gauge in finger.gauges)
     return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), ["patch_radius"])
 
 
@@ -199,6 +205,6 @@ def borrow(design: Finger, base: Finger) -> None:
 
 def _resized(table: LargeStrain, size: float) -> LargeStrain:
     """A table for a finger `size` times as large: lengths and curvatures change, strains and stresses do not."""
-    sites = (table.linear.shape[1] - FIRST_GAUGE) // len(QUANTITIES)
+    sites = (table.linear.shape[1] - FIRST_GAUGE) // len(GAUGE_QUANTITIES)
     scale = np.concatenate([[size, size**2, 1.0], np.ones(sites), np.full(sites, 1 / size)])
     return replace(table, force=table.force * size**2, linear=table.linear * scale, finite=table.finite * scale)

@@ -11,24 +11,24 @@ from papilla.calibration import GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.fitting.surface_fit import usable_part
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI
 from papilla.core.errors import InputError
-from papilla.core.units import TINY, UM_PER_MM, to_microstrain
-from papilla.design.geometry import GAUGES, STANDARD_MM, GeometryMap, gains_of, spent_on
-from papilla.design.scene import Scene, sigma_from_depth, sigma_from_gauges, sigma_from_sd
-from papilla.fem.finite.strain_tables import FORCES, MODULI
-from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, FURTHER, MARGIN
+from papilla.core.units import TINY_DIVISOR, UM_PER_MM, to_microstrain
+from papilla.design.geometry import STAGE_GAUGES, STANDARD_MM, GeometryMap, gains_of, spent_on
+from papilla.design.scene import DesignScene, sigma_from_depth, sigma_from_gauges, sigma_from_sd
+from papilla.fem.finite.strain_tables import BLOCK_MODULUS_RATIOS, TABLE_FORCES_MM2
+from papilla.fem.pressing.large_strain import CONTINUED_GAUGE, CONTINUED_SD, LARGEST_FORCE_RATIO, TABLE_LOG_MARGIN
 from papilla.fem.pressing.response import Response
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger
 
-DEPTH_ERROR = 0.005
+CALIBRATED_DEPTH_ERROR = 0.005
 """Relative one sigma of a calibrated indentation: mesh scatter, fit and large strain."""
-MESH = 0.0025
+MESH_SCATTER = 0.0025
 """One sigma by the scatter between meshes, relative to the part of a gauge's reading that is membrane strain: 0.1 to
 0.17 % at 0.6 N and up to 0.4 % at 0.05 N in calibrations of seven pairs of moduli, times 1.6 for a comparison of three
 meshes."""
-SWEPT = 6, 3
+SWEEP_STEPS = 6, 3
 """A calibration's sweep is thinned to every sixth force and every third modulus."""
-SOFTEST = MODULI[0]
+SOFTEST_MODULUS_RATIO = BLOCK_MODULUS_RATIOS[0]
 """Smallest ratio of a specimen's modulus to that of the inner layer for which large strain is measured; a calibration
 begins at the next modulus of its table."""
 
@@ -39,18 +39,18 @@ class DesignInScene:
 
     finger: Finger
     geometry: GeometryMap
-    scene: Scene
+    scene: DesignScene
 
     @cached_property
     def ends(self) -> tuple[Response, Response]:
         """The responses of its gauges without friction and stuck; raises `InputError` if they do not cover the
         scene."""
         outer, inner = self.moduli
-        with spent_on(GAUGES):
+        with spent_on(STAGE_GAUGES):
             found = self.geometry.of(self.finger)
         force, modulus = self.scene.grid
         softest = self.scene.modulus_MPa[0]
-        least = min((one for one in DEFAULT_MODULI if one >= SOFTEST * inner), default=math.inf)
+        least = min((one for one in DEFAULT_MODULI if one >= SOFTEST_MODULUS_RATIO * inner), default=math.inf)
         if found[0].large_strain and softest < least:
             begins = f"begins at {least:.3g} MPa" if least < math.inf else "has no specimen that is hard enough"
             raise InputError(
@@ -94,7 +94,7 @@ class DesignInScene:
     def sigma_depth(self) -> np.ndarray:
         """(f, m) the same from force and depth."""
         values = UM_PER_MM * self.depths
-        error = DEPTH_ERROR * float(_rms(self._ends(values / self.scene.grid[0])[0]))
+        error = CALIBRATED_DEPTH_ERROR * float(_rms(self._ends(values / self.scene.grid[0])[0]))
         return sigma_from_depth(SimpleNamespace(gauges=[self._channel("depth", values, error)]), self.scene)
 
     @cached_property
@@ -117,36 +117,38 @@ class DesignInScene:
         microstrain / N.
 
         Large strain is treated as in `papilla.calibration.fit`: the error of the tables and of presses beyond their
-        forces, relative to the rms of a gauge over the calibration's own sweep. Meshes: `MESH`.
+        forces, relative to the rms of a gauge over the calibration's own sweep. Meshes: `MESH_SCATTER`.
         """
         stuck = self.scene.unknown.friction != 0
         end, (outer, inner) = self.ends[stuck], self.moduli
         swept = np.array(self.scene.swept_N)
         if end.large_strain:
-            swept = swept[self._between_forces(swept, math.log(FURTHER))]
+            swept = swept[self._between_forces(swept, math.log(LARGEST_FORCE_RATIO))]
         # Errors are relative to means over a sweep; a thinner one has the same means.
-        force, modulus = (part.ravel() for part in np.meshgrid(swept[:: SWEPT[0]], DEFAULT_MODULI[:: SWEPT[1]]))
-        valid = (modulus >= SOFTEST * inner) & end.inside(force, modulus, outer, inner)
+        force, modulus = (
+            part.ravel() for part in np.meshgrid(swept[:: SWEEP_STEPS[0]], DEFAULT_MODULI[:: SWEEP_STEPS[1]])
+        )
+        valid = (modulus >= SOFTEST_MODULUS_RATIO * inner) & end.inside(force, modulus, outer, inner)
         if not valid.any():
             raise InputError("no press of a calibration of this finger lies within the range of the model")
         force, modulus = force[valid], modulus[valid]
         felt = end.felt(force, modulus, outer, inner).values
         parts = to_microstrain(felt * gains_of(self.finger)) / force[:, None, None]
         reading, membrane = parts.sum(axis=1), parts[:, 0]
-        continued = math.sqrt(np.mean(~self._between_forces(swept, MARGIN))) if end.large_strain else 0.0
+        continued = math.sqrt(np.mean(~self._between_forces(swept, TABLE_LOG_MARGIN))) if end.large_strain else 0.0
         table = self.geometry.strain_error(self.finger, stuck)
         deviation = reading - reading.mean(axis=1, keepdims=True)
         # S_d is the root of the mean square deviation: its relative change by a change of each gauge.
-        moved = np.linalg.norm(deviation * membrane, axis=1) / np.maximum((deviation**2).sum(axis=1), TINY)
-        of_sd = math.hypot(table, CONTINUED_SD * continued, MESH * _rms(moved))
+        moved = np.linalg.norm(deviation * membrane, axis=1) / np.maximum((deviation**2).sum(axis=1), TINY_DIVISOR)
+        of_sd = math.hypot(table, CONTINUED_SD * continued, MESH_SCATTER * _rms(moved))
         strain = math.hypot(table, CONTINUED_GAUGE * continued)
-        return of_sd, np.hypot(strain * _rms(reading), MESH * _rms(membrane))
+        return of_sd, np.hypot(strain * _rms(reading), MESH_SCATTER * _rms(membrane))
 
     def _between_forces(self, force: np.ndarray, beyond: float) -> np.ndarray:
         """Whether forces (N) lie within those of the tables of large strain, or at most `beyond` outside in the
         logarithm."""
         scaled = np.log(force / (self.finger.inner.modulus * (narrowest_mm(self.finger) / STANDARD_MM) ** 2))
-        return (scaled >= math.log(FORCES[0]) - beyond) & (scaled <= math.log(FORCES[-1]) + beyond)
+        return (scaled >= math.log(TABLE_FORCES_MM2[0]) - beyond) & (scaled <= math.log(TABLE_FORCES_MM2[-1]) + beyond)
 
     @property
     def moduli(self) -> tuple[float, float]:

@@ -15,10 +15,10 @@ import scipy.sparse as sp
 
 from papilla.core.errors import InputError
 from papilla.core.units import to_microstrain
-from papilla.design.geometry import ENDS, MESHED_DEG
+from papilla.design.geometry import FRICTION_ENDS, MESHED_DEG
 from papilla.design.places import Places, foil_of, half_length
-from papilla.design.scene import Scene
-from papilla.fem.finite.strain_tables import SIZE
+from papilla.design.scene import DesignScene
+from papilla.fem.finite.strain_tables import RELATIVE_ELEMENT_SIZE
 from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.off_apex import MovedContact, on_each_side
 from papilla.fem.pressing.response import LogPolynomial
@@ -30,9 +30,9 @@ from papilla.model.finger import Finger, Gauge
 
 STEP_MM = 0.5
 """Half the distance of the two touches whose difference gives the slope by the place."""
-DEGREES, TOTAL = (3, 5), 1.5
+PRESS_DEGREES, PRESS_TOTAL_DEGREE = (3, 5), 1.5
 """Degrees of the polynomial in ln force and ln modulus for the presses of a scene."""
-DIRECTIONS_DEG = (0.0, 90.0)
+INFLUENCE_DIRECTIONS_DEG = (0.0, 90.0)
 """Directions along which gauges may lie."""
 
 
@@ -51,23 +51,23 @@ class Influence:
     force_N: np.ndarray
 
 
-def influence(finger: Finger, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Influence:
+def influence(finger: Finger, scene: DesignScene, say: Callable[[str], None] = lambda line: None) -> Influence:
     """The influence for a finger in a scene, touched at the apex and at `scene.place_mm` beside it in x and y.
 
     Raises `InputError` if a press of the scene leaves the range of the model.
     """
     foil = foil_of(finger.gauges)
     whole = replace(Places.whole(foil), turned=True)
-    quarter = [one for one in whole.gauges(finger.shape) if one.direction_deg in DIRECTIONS_DEG]
+    quarter = [one for one in whole.gauges(finger.shape) if one.direction_deg in INFLUENCE_DIRECTIONS_DEG]
     first = finger.gauges[0]
     quarter = [replace(one, membrane_gain=first.membrane_gain, lever_mm=first.lever_mm) for one in quarter]
     meshed = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
-    size = SIZE * narrowest_mm(finger)
+    size = RELATIVE_ELEMENT_SIZE * narrowest_mm(finger)
     mesh = build(replace(finger, gauges=meshed), size_mm=size, progress=say)
     model = FingerModel(replace(finger, gauges=tuple(quarter)), mesh)
     say("reducing the finger")
     reduced = model.reduce()
-    tractions = [_tractions(reduced, finger, scene, friction, say) for friction in ENDS]
+    tractions = [_tractions(reduced, finger, scene, friction, say) for friction in FRICTION_ENDS]
     say(f"gauges at {len(quarter)} places")
     functionals = gauge_functionals(model.finger, model.surfaces["interface"])
     mixing = sp.hstack([sp.diags(row) for row in gauge_weights(model.finger)])
@@ -82,7 +82,7 @@ def influence(finger: Finger, scene: Scene, say: Callable[[str], None] = lambda 
     return _everywhere(quarter, finger, scene, read, say)
 
 
-def _tractions(reduced, finger: Finger, scene: Scene, friction, say) -> np.ndarray:
+def _tractions(reduced, finger: Finger, scene: DesignScene, friction, say) -> np.ndarray:
     """(n, 3, nodes) tractions of the presses of the scene's grid."""
     say("presses of the scene" + (", stuck" if friction else ""))
     forces, moduli = (np.unique(part) for part in scene.grid)
@@ -94,13 +94,13 @@ def _tractions(reduced, finger: Finger, scene: Scene, friction, say) -> np.ndarr
     return np.moveaxis(table.reshape(len(moduli), len(forces), *table.shape[1:]), 1, 0).reshape(table.shape)
 
 
-def _everywhere(quarter: list[Gauge], finger: Finger, scene: Scene, read, say) -> Influence:
+def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, say) -> Influence:
     """The influence of gauges in all quarters, from touches in all quarters of gauges in one quarter."""
     force, modulus = scene.grid
     limits = (force.min(), force.max()), (modulus.min(), modulus.max())
     # A reading over force is smooth in ln f and ln E: a polynomial, fitted to the presses of the grid, gives it and its
     # two slopes at the points of the scene.
-    polynomial = LogPolynomial(limits, DEGREES, TOTAL)
+    polynomial = LogPolynomial(limits, PRESS_DEGREES, PRESS_TOTAL_DEGREE)
     solve = np.linalg.pinv(polynomial.terms((force, modulus))[0])
     at = [part.ravel() for part in np.meshgrid(*scene.points, indexing="ij")]
     terms = polynomial.terms((at[0], at[1]))

@@ -24,16 +24,16 @@ from papilla.design.study import Study
 from papilla.design.texts import short
 from papilla.model.finger import Finger
 from papilla.view.page import either, environment, image, number
-from papilla.view.style import ACCENTS, FAINT, INK, MUTED, THIN, color_bar, plain_log, styled
+from papilla.view.style import ACCENT_COLORS, FAINT_COLOR, INK_COLOR, MUTED_COLOR, THIN_PT, color_bar, plain_log, styled
 
-MAP = (7, 9)
+MAP_SHAPE = (7, 9)
 """Number of forces and moduli of a map of sigma."""
-MOST_ROWS = 12
+MOST_FRONT_ROWS = 12
 """Largest number of designs of the front in the page's table; the CSV has all."""
-STAR, TITLE_LETTERS, TICKS, WIDE = 13, 18, 3, 5
+STAR_SIZE_PT, TITLE_LETTERS, PANEL_FORCE_TICKS, LOGARITHMIC_AXIS_RATIO = 13, 18, 3, 5
 """Size of a star in points; letters of a line of a panel's title; ticks of a panel's force; ratio of the ends of an
 axis from which it is logarithmic."""
-LEVELS = (1, 2, 5, 10, 20, 50, 100)
+SIGMA_LEVELS_PERCENT = (1, 2, 5, 10, 20, 50, 100)
 """Values of sigma of ln E in % at which colours change."""
 
 
@@ -109,7 +109,7 @@ def write_page(
     shown = [*best, (short(study.finger.name), study.finger)]
     figures = {"front": image(front_figure(results, outcome.base), "All designs over the first objectives")}
     if study.finger.gauges[1:]:
-        dense = replace(study.scene, forces=MAP[0], moduli=MAP[1])
+        dense = replace(study.scene, forces=MAP_SHAPE[0], moduli=MAP_SHAPE[1])
         mapped = [(name, replace(study.in_scene(finger), scene=dense)) for name, finger in shown]
         try:
             found = sigma_figure(*dense.points, [(name, one.sigma_gauges) for name, one in mapped])
@@ -125,7 +125,7 @@ def write_page(
         tally=outcome.tally,
         said=first_words(outcome),
         chosen=[(row, int(results.numbers[row])) for row in results.chosen],
-        front=rows[:MOST_ROWS].tolist(),
+        front=rows[:MOST_FRONT_ROWS].tolist(),
         on_front=len(rows),
         effects=[in_words(one) for one in results.effects if one.sure],
         figures=figures,
@@ -168,16 +168,23 @@ def front_figure(results: Results, base: dict[str, float]) -> Figure:
     with styled() as figure:
         axes = figure.subplots()
         ok, on = results.feasible, results.front
-        axes.plot(other[~ok], first[~ok], ".", color=FAINT, label="breaks a constraint")
-        axes.plot(other[ok], first[ok], ".", color=MUTED, label="designs")
+        axes.plot(other[~ok], first[~ok], ".", color=FAINT_COLOR, label="breaks a constraint")
+        axes.plot(other[ok], first[ok], ".", color=MUTED_COLOR, label="designs")
         if others:
-            axes.plot(other[on], first[on], "o", color=ACCENTS[0], label="Pareto front")
-            axes.plot([base[others[0].name]], [own], "s", color=INK, label=short(study.finger.name))
+            axes.plot(other[on], first[on], "o", color=ACCENT_COLORS[0], label="Pareto front")
+            axes.plot([base[others[0].name]], [own], "s", color=INK_COLOR, label=short(study.finger.name))
         else:
-            axes.axhline(own, color=INK, linewidth=THIN, label=short(study.finger.name))
-        axes.plot(other[results.chosen], first[results.chosen], "*", color=ACCENTS[1], markersize=STAR, label="chosen")
+            axes.axhline(own, color=INK_COLOR, linewidth=THIN_PT, label=short(study.finger.name))
+        axes.plot(
+            other[results.chosen],
+            first[results.chosen],
+            "*",
+            color=ACCENT_COLORS[1],
+            markersize=STAR_SIZE_PT,
+            label="chosen",
+        )
         for values, axis, scale in ((first, axes.yaxis, axes.set_yscale), (other, axes.xaxis, axes.set_xscale)):
-            if (values > 0).all() and values.max() > WIDE * values.min():
+            if (values > 0).all() and values.max() > LOGARITHMIC_AXIS_RATIO * values.min():
                 scale("log")
                 plain_log(axis)
         axes.set(xlabel=_named(others[0]) if others else study.free[0].name, ylabel=_named(goal))
@@ -187,21 +194,21 @@ def front_figure(results: Results, base: dict[str, float]) -> Figure:
 
 def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[tuple[str, np.ndarray]]) -> Figure:
     """Sigma (f, m) of ln E over force and modulus, one panel per design, with its name."""
-    levels = np.log10(LEVELS)
+    levels = np.log10(SIGMA_LEVELS_PERCENT)
     with styled() as figure:
         panels = figure.subplots(1, len(sigmas), sharey=True, squeeze=False)[0]
         for axes, (title, sigma) in zip(panels, sigmas, strict=True):
-            percent = np.clip(PER_CENT * sigma, LEVELS[0], LEVELS[-1])
+            percent = np.clip(PER_CENT * sigma, SIGMA_LEVELS_PERCENT[0], SIGMA_LEVELS_PERCENT[-1])
             shades = axes.contourf(forces, moduli, np.log10(percent).T, levels=levels, cmap="YlOrBr", extend="both")
             axes.set(xscale="log", yscale="log", xlabel="force (N)")
             axes.set_title(textwrap.fill(title, TITLE_LETTERS), fontsize="medium")
             plain_log(axes.yaxis)
-            ticks = np.geomspace(forces[0], forces[-1], TICKS)
+            ticks = np.geomspace(forces[0], forces[-1], PANEL_FORCE_TICKS)
             axes.set_xticks(ticks, [f"{tick:.2g}" for tick in ticks])
             axes.xaxis.set_minor_locator(NullLocator())
         panels[0].set_ylabel("modulus of the specimen (MPa)")
         bar = color_bar(shades, panels, "sigma of ln E")
-        bar.set_ticks(list(levels), labels=[f"{level:g} %" for level in LEVELS])
+        bar.set_ticks(list(levels), labels=[f"{level:g} %" for level in SIGMA_LEVELS_PERCENT])
     return figure
 
 

@@ -1,4 +1,5 @@
-"""Objectives of studies: numbers that characterise a design in a scene, in `OBJECTIVES` by the name that studies use.
+"""Objectives of studies: numbers that characterise a design in a scene, in `OBJECTIVES_BY_NAME` by the name that
+studies use.
 
 An objective is a function of a `DesignInScene` and a row of the table at the end.
 """
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from papilla.calibration import IDENTIFIABLE, NORMAL_FACTOR
+from papilla.calibration import IDENTIFIABLE_SIGMA, NORMAL_FACTOR
 from papilla.core.errors import InputError
 from papilla.design.geometry import geometry_map
 from papilla.design.in_scene import DesignInScene
@@ -18,14 +19,14 @@ from papilla.design.parameters import made
 from papilla.design.places import moved
 from papilla.design.scene import rms_or_worst
 
-LESS, MORE = 1.0, -1.0
+LESS_IS_BETTER, MORE_IS_BETTER = 1.0, -1.0
 """Whether less or more of an objective is better: a factor that makes smaller values better."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """A number that characterises a design in a scene: sign (`LESS` or `MORE` is better), unit, description, smallest
-    number of gauges, and function."""
+    """A number that characterises a design in a scene: sign (`LESS_IS_BETTER` or `MORE_IS_BETTER` is better), unit,
+    description, smallest number of gauges, and function."""
 
     name: str
     sign: float
@@ -50,7 +51,7 @@ def force_at_depth(design: DesignInScene) -> float:
 
 def identifiable_share(design: DesignInScene) -> float:
     """Share of the points of the scene whose sigma is below that of `SoftnessStatus.NOT_IDENTIFIABLE`."""
-    return float(np.mean(design.sigma_sd < IDENTIFIABLE))
+    return float(np.mean(design.sigma_sd < IDENTIFIABLE_SIGMA))
 
 
 def largest_strain(design: DesignInScene) -> float:
@@ -112,23 +113,24 @@ def _over_scene(channel: str) -> Callable[[DesignInScene], float]:
 
 
 _SIGMA = "expected sigma of ln E from {} over the scene"
-OBJECTIVES = {
+OBJECTIVES_BY_NAME = {
     row[0]: Objective(*row)
     for row in (
-        ("force_at_depth", LESS, "N", "force on the hardest specimen at the scene's depth_mm, stuck", 1,
+        ("force_at_depth", LESS_IS_BETTER, "N", "force on the hardest specimen at the scene's depth_mm, stuck", 1,
          force_at_depth),
-        ("identifiable_share", MORE, "1", "share of the scene where S_d tells E to less than half of it", 2,
+        ("identifiable_share", MORE_IS_BETTER, "1", "share of the scene where S_d tells E to less than half of it", 2,
          identifiable_share),
-        ("largest_strain", LESS, "1", "largest strain of the interface, where gauges may lie, over the scene", 1,
-         largest_strain),
-        ("sigma_force_depth", LESS, "1", _SIGMA.format("force and indentation"), 1, _over_scene("sigma_depth")),
-        ("sigma_gauges", LESS, "1", _SIGMA.format("all gauges and force"), 2, _over_scene("sigma_gauges")),
-        ("sigma_sd", LESS, "1", _SIGMA.format("S_d and force"), 2, _over_scene("sigma_sd")),
-        ("signal_over_noise", MORE, "1", "least S_d over the scene over the noise of a sample of it", 2,
+        ("largest_strain", LESS_IS_BETTER, "1", "largest strain of the interface, where gauges may lie, over the scene",
+         1, largest_strain),
+        ("sigma_force_depth", LESS_IS_BETTER, "1", _SIGMA.format("force and indentation"), 1,
+         _over_scene("sigma_depth")),
+        ("sigma_gauges", LESS_IS_BETTER, "1", _SIGMA.format("all gauges and force"), 2, _over_scene("sigma_gauges")),
+        ("sigma_sd", LESS_IS_BETTER, "1", _SIGMA.format("S_d and force"), 2, _over_scene("sigma_sd")),
+        ("signal_over_noise", MORE_IS_BETTER, "1", "least S_d over the scene over the noise of a sample of it", 2,
          signal_over_noise),
-        ("specimens_told_apart", MORE, "1", "specimens whose 95 % intervals (all gauges) do not overlap", 2,
+        ("specimens_told_apart", MORE_IS_BETTER, "1", "specimens whose 95 % intervals (all gauges) do not overlap", 2,
          specimens_told_apart),
-        ("worst_over_tolerances", LESS, "1", "sigma_gauges, the worst over the scene's tolerances", 2,
+        ("worst_over_tolerances", LESS_IS_BETTER, "1", "sigma_gauges, the worst over the scene's tolerances", 2,
          worst_over_tolerances),
     )
 }  # fmt: skip

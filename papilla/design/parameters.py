@@ -8,12 +8,12 @@ from functools import partial
 from typing import Any
 
 from papilla.core.errors import InputError
-from papilla.design.texts import LETTERS, short
+from papilla.design.texts import MOST_PRINTED_LETTERS, short
 from papilla.model.finger import Dome, Finger, Gauge, Layer, Slab
 
 OF_GAUGE = ("angle_deg", "y_mm", "direction_deg", "membrane_gain", "lever_mm")
-SURFACES = ("outer", "interface", "bone")
-MOST_GAUGES = 16
+FINGER_SURFACES = ("outer", "interface", "bone")
+MOST_ROW_GAUGES = 16
 """Largest number of gauges in a row."""
 
 Change = Callable[[Finger, float], Finger]
@@ -27,8 +27,8 @@ def _shaped(finger: Finger, values: Mapping[str, float]) -> Finger:
     """
     shape: Any = finger.shape
     factor, skin = values.get("shape.scale", 1.0), values.get("shape.skin_mm")
-    axes = {name: [factor * one for one in getattr(shape, name)] for name in SURFACES}
-    for name in SURFACES:
+    axes = {name: [factor * one for one in getattr(shape, name)] for name in FINGER_SURFACES}
+    for name in FINGER_SURFACES:
         if name == "interface" and skin is not None:
             axes[name] = [one - skin for one in axes["outer"]]
         letters = _axes_of(finger)
@@ -59,8 +59,8 @@ def _layer(name: str, key: str, finger: Finger, value: float) -> Finger:
 def _row(finger: Finger, count: float) -> Finger:
     """A row of `count` gauges at y = 0, with the outermost gauge at its old place."""
     number = round(count)
-    if number != count or not 1 <= number <= MOST_GAUGES:
-        raise InputError(f"gauges.count must be a whole number from 1 to {MOST_GAUGES}, got {count:g}")
+    if number != count or not 1 <= number <= MOST_ROW_GAUGES:
+        raise InputError(f"gauges.count must be a whole number from 1 to {MOST_ROW_GAUGES}, got {count:g}")
     spread = max(abs(gauge.angle_deg or 0.0) for gauge in finger.gauges)
     first = replace(finger.gauges[0], x_mm=None, y_mm=0.0, direction_deg=0.0)
     return replace(finger, gauges=tuple(_placed(first, k, number, spread) for k in range(number)))
@@ -94,7 +94,7 @@ def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change 
 
     more : names that a study uses; those of gauges of a longer row count as known.
     """
-    of_shape = ["scale", "skin_mm", *(f"{name}.{x}_mm" for name in SURFACES for x in _axes_of(finger))]
+    of_shape = ["scale", "skin_mm", *(f"{name}.{x}_mm" for name in FINGER_SURFACES for x in _axes_of(finger))]
     if isinstance(finger.shape, Slab):
         of_shape.append("depth_mm")
     found: dict[str, Change | None] = {f"shape.{name}": None for name in of_shape}
@@ -106,7 +106,7 @@ def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change 
     found |= {"gauges.count": _row, "gauges.spread_deg": _spread}
     found |= {f"gauges.{key}": partial(_gauges, None, key) for key in ("membrane_gain", "lever_mm")}
     names = [gauge.name for gauge in finger.gauges]
-    names += [f"g{k + 1}" for k in range(MOST_GAUGES) if "gauges.count" in more and f"g{k + 1}" not in names]
+    names += [f"g{k + 1}" for k in range(MOST_ROW_GAUGES) if "gauges.count" in more and f"g{k + 1}" not in names]
     found |= {f"gauges.{name}.{key}": partial(_gauges, name, key) for name in names for key in OF_GAUGE}
     return found
 
@@ -132,5 +132,5 @@ def refuse_unknown(name: str, known: Iterable[str], where: str) -> None:
     """Raise `InputError` for a name that is not known, with the nearest one."""
     known = list(known)
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4) if len(name) <= LETTERS else ()
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4) if len(name) <= MOST_PRINTED_LETTERS else ()
         raise InputError(f"{where}: unknown {short(name)!r}" + (f", did you mean {near[0]!r}?" if near else ""))

@@ -23,31 +23,31 @@ from papilla.core.errors import InputError
 from papilla.core.files import check_writable, write_text
 from papilla.core.tables import write_table
 from papilla.design.influence import Influence, influence
-from papilla.design.scene import PRIOR, Scene
+from papilla.design.scene import PRIOR_SIGMA_LN_MODULUS, DesignScene
 from papilla.design.study import Study
-from papilla.estimators.softness.touch import RULES
+from papilla.estimators.softness.touch import TOUCH_RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 from papilla.model.finger import Finger
 from papilla.view.page import environment, image
-from papilla.view.style import ACCENTS, MUTED, mark_gauge, styled
+from papilla.view.style import ACCENT_COLORS, MUTED_COLOR, mark_gauge, styled
 
-EXCHANGES = 20
+MOST_EXCHANGES = 20
 """Largest number of rounds of exchange; two or three are usual."""
-STARTS = 14
+EXCHANGE_STARTS = 14
 """Number of candidates for the next gauge from which exchange starts, spread from the best to the worst: started from
 the best alone, it missed the optimum in one of 24 small problems."""
 GAUGE_ERROR = 0.004
 """Relative one sigma of a gauge in a calibration: mesh scatter, fit and large strain are 0.3 to 0.4 % of it on the
 default finger at 0.2 to 0.98 N."""
-FRICTION = 0.5
+FRICTION_SIGMA = 0.5
 """One sigma of friction, relative to the change without friction: two sigmas reach from stick to none."""
 MAP_IN = 5.6
 """Height of the picture of the places, inches."""
-KNOWN = 1e-9
+KNOWN_SIGMA = 1e-9
 """One sigma of an unknown that is known: next to zero, instead of one column less."""
 TOUCHING_MM = 1e-6
 """Rounding of the distance of foils that touch, which do not overlap."""
-UNKNOWN = {
+UNKNOWN_SCENES = {
     "friction and place unknown": (True, True),
     "place unknown": (False, True),
     "friction unknown": (True, False),
@@ -57,7 +57,7 @@ UNKNOWN = {
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class PlacementProblem:
     """Candidates of a scene: slopes (p, k, 6), own variances (p, k), information without gauges (p, 6, 6), and overlaps
     of foils (k, k)."""
 
@@ -84,7 +84,7 @@ class Problem:
         return np.linalg.inv(information)
 
 
-def problem(found: Influence, scene: Scene, *, friction: bool = True, place: bool = True) -> Problem:
+def problem(found: Influence, scene: DesignScene, *, friction: bool = True, place: bool = True) -> PlacementProblem:
     """The problem of a scene; friction, place : whether each is unknown."""
     doubts = scene.unknown.doubts
     by_modulus, by_force, free, x, y = found.slopes
@@ -92,18 +92,22 @@ def problem(found: Influence, scene: Scene, *, friction: bool = True, place: boo
     # A gain error is proportional to the reading; noise averages over the samples; a zero that was measured in the air
     # is known better than one that was not, but drifts.
     own = (GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2) * found.reading**2
-    own = own + scene.gauge_noise_microstrain**2 / scene.samples + (RULES.air_share * doubts.zero_microstrain) ** 2
-    offset = (RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
+    own = (
+        own + scene.gauge_noise_microstrain**2 / scene.samples + (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
+    )
+    offset = (TOUCH_RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
     force = doubts.force_gain**2 + offset / found.force_N**2
     place_mm = scene.place_mm * place
-    sigmas = np.tile([PRIOR, 0.0, FRICTION * friction, place_mm, place_mm, doubts.creep], (len(force), 1))
+    sigmas = np.tile(
+        [PRIOR_SIGMA_LN_MODULUS, 0.0, FRICTION_SIGMA * friction, place_mm, place_mm, doubts.creep], (len(force), 1)
+    )
     sigmas[:, 1] = np.sqrt(force)
-    prior = np.einsum("pi,ij->pij", 1 / np.maximum(sigmas, KNOWN) ** 2, np.eye(sigmas.shape[1]))
+    prior = np.einsum("pi,ij->pij", 1 / np.maximum(sigmas, KNOWN_SIGMA) ** 2, np.eye(sigmas.shape[1]))
     apart = np.linalg.norm(found.sites[:, None] - found.sites, axis=2)
-    return Problem(slopes, own, prior, apart < found.gauges[0].backing_mm[0] - TOUCHING_MM)
+    return PlacementProblem(slopes, own, prior, apart < found.gauges[0].backing_mm[0] - TOUCHING_MM)
 
 
-def place(one: Problem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
+def place(one: PlacementProblem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
     """The chosen candidates for 1 to `count` gauges, or as many as fit. among : (k,) allowed candidates."""
     allowed = np.ones(one.overlap.shape[0], bool) if among is None else among
     chosen: list[int] = []
@@ -112,16 +116,18 @@ def place(one: Problem, count: int, among: np.ndarray | None = None) -> list[lis
         after = np.where(allowed, one.better(chosen), np.inf)
         if not np.isfinite(after).any():
             break
-        starts = [k for k in after.argsort(kind="stable")[:: max(1, len(after) // STARTS)] if np.isfinite(after[k])]
+        starts = [
+            k for k in after.argsort(kind="stable")[:: max(1, len(after) // EXCHANGE_STARTS)] if np.isfinite(after[k])
+        ]
         tried = [exchanged(one, [*chosen, int(k)], allowed) for k in starts]
         chosen = min(tried, key=one.sigma)
         found.append(sorted(chosen))
     return found
 
 
-def exchanged(one: Problem, chosen: list[int], allowed: np.ndarray) -> list[int]:
+def exchanged(one: PlacementProblem, chosen: list[int], allowed: np.ndarray) -> list[int]:
     """A choice after every gauge in turn was moved to its best place, until none moves."""
-    for _ in range(EXCHANGES):
+    for _ in range(MOST_EXCHANGES):
         before = list(chosen)
         for k in range(len(chosen)):
             others = chosen[:k] + chosen[k + 1 :]
@@ -158,7 +164,7 @@ class Placed:
     @property
     def sentences(self) -> list[str]:
         """The results of the placement, as sentences."""
-        both, *known = UNKNOWN
+        both, *known = UNKNOWN_SCENES
         anywhere, row = self.sigma["anywhere"], self.sigma["in a row"][both]
         best = anywhere[both]
         most = min(len(best), len(row))
@@ -180,7 +186,7 @@ def place_gauges(study: Study, count: int, out: Path, say: Callable[[str], None]
     found = influence(finger, study.scene, say)
     row = np.array([one.y_mm == 0 and one.direction_deg == 0 for one in found.gauges])
     say("choosing places")
-    unknown = {name: problem(found, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN.items()}
+    unknown = {name: problem(found, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN_SCENES.items()}
     hardest = next(iter(unknown.values()))
     sets, rows = place(hardest, count), place(hardest, count, row)
     sigma = {
@@ -208,11 +214,11 @@ def sigma_figure(placed: Placed) -> Figure:
     """Sigma of ln E against the number of gauges, anywhere and in a row."""
     with styled() as figure:
         axes = figure.subplots()
-        for color, name in zip(ACCENTS, UNKNOWN, strict=False):
+        for color, name in zip(ACCENT_COLORS, UNKNOWN_SCENES, strict=False):
             for kind, style, label in (("anywhere", "o-", name), ("in a row", "o--", None)):
                 values = placed.sigma[kind][name]
                 axes.plot(range(1, len(values) + 1), values, style, color=color, label=label)
-        axes.plot([], [], "--", color=MUTED, label="in a row at y = 0")
+        axes.plot([], [], "--", color=MUTED_COLOR, label="in a row at y = 0")
         axes.set(xlabel="gauges", ylabel="sigma of ln E (rms over the scene)", ylim=(0, None))
         axes.set_xticks(range(1, len(placed.sets) + 1))
         axes.legend()
@@ -223,7 +229,7 @@ def places_figure(placed: Placed) -> Figure:
     """The chosen gauges from above, in the plane of x and y."""
     with styled(height=MAP_IN) as figure:
         axes = figure.subplots()
-        axes.plot(*placed.found.sites[:, :2].T, ",", color=MUTED)
+        axes.plot(*placed.found.sites[:, :2].T, ",", color=MUTED_COLOR)
         for k in placed.sets[-1]:
             gauge, site = placed.found.gauges[k], placed.found.sites[k, :2]
             half = gauge.length_mm / 2 * np.array([1.0, 0.0] if gauge.direction_deg == 0 else [0.0, 1.0])

@@ -27,8 +27,8 @@ ANGLE_STEP_DEG, FARTHEST_DEG = 4.0, 64.0
 apart."""
 SHARE_STEP, FARTHEST_SHARE = 0.075, 0.6
 """y of the sites over the half length of the interface, with similar steps."""
-DIRECTIONS_DEG = (0.0, 45.0, 90.0)
-FOIL = ("length_mm", "width_mm", "backing_mm")
+PLACE_DIRECTIONS_DEG = (0.0, 45.0, 90.0)
+FOIL_SIZES = ("length_mm", "width_mm", "backing_mm")
 
 
 @dataclass(frozen=True)
@@ -65,11 +65,11 @@ class Places:
     @property
     def directions(self) -> tuple[float, ...]:
         """Directions of the gauges at a site, in degrees."""
-        return DIRECTIONS_DEG if self.turned else DIRECTIONS_DEG[:1]
+        return PLACE_DIRECTIONS_DEG if self.turned else PLACE_DIRECTIONS_DEG[:1]
 
     def gauges(self, shape: Shape) -> tuple[Gauge, ...]:
         """A gauge for each site and direction: angle by angle, then y, then direction."""
-        sizes = dict(zip(FOIL, self.foil, strict=True))
+        sizes = dict(zip(FOIL_SIZES, self.foil, strict=True))
         sites = self.own or [(a, s, d) for a in self.angles for s in self.shares for d in self.directions]
         return tuple(
             Gauge(f"s{k}", angle_deg=a, y_mm=s * half_length(shape), direction_deg=d, **sizes)
@@ -84,7 +84,7 @@ class Places:
         found = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
         for k, gauge in enumerate(gauges):
             angle, share = angle_of(gauge, shape), gauge.y_mm / half_length(shape)
-            if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + checks.ROUNDING:
+            if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + checks.ROUNDING_SHARE:
                 limits = f"{self.angles[-1]:g} degrees and {self.shares[-1] * half_length(shape):.3g} mm of y"
                 raise InputError(f"gauge {gauge.name} lies outside the places that a study covers, {limits}")
             turn = math.radians(gauge.direction_deg)
@@ -121,7 +121,7 @@ def angle_of(gauge: Gauge, shape: Shape) -> float:
 def foil_of(gauges: Iterable[Gauge]) -> tuple:
     """Grid length, width and backing, which all gauges share; raises `InputError` if they differ or if a gauge was
     moved."""
-    foils = {tuple(getattr(gauge, name) for name in FOIL) for gauge in gauges}
+    foils = {tuple(getattr(gauge, name) for name in FOIL_SIZES) for gauge in gauges}
     if len(foils) != 1:
         raise InputError("the gauges of a study's finger must have one length_mm, width_mm and backing_mm")
     if any(any(gauge.moved_mm) for gauge in gauges):

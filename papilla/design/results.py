@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 from scipy.special import stdtrit
 
-from papilla.calibration import LEVEL
+from papilla.calibration import INTERVAL_PROBABILITY
 from papilla.core.errors import InputError, SolverError
 from papilla.core.files import replacing
 from papilla.core.units import PER_CENT
-from papilla.design.batch import OK, Record, judged
+from papilla.design.batch import STATUS_OK, JudgedDesign, judged
 from papilla.design.confirming import Confirmed
-from papilla.design.geometry import GAUGES, GEOMETRY, RATIO, SCENES
+from papilla.design.geometry import STAGE_GAUGES, STAGE_GEOMETRY, STAGE_RATIO, STAGE_SCENES
 from papilla.design.running import Tally
 from papilla.design.store import Store
 from papilla.design.study import Study
@@ -27,13 +27,13 @@ from papilla.design.texts import short
 from papilla.logs.frames import estimates_writer
 from papilla.model.finger import Finger
 
-CHOSEN = 3
+CHOSEN_DESIGNS = 3
 """Number of designs for which a file is written: the best in the first objective."""
-SAME = 0.05
+DISTINCT_RANGE_SHARE = 0.05
 """Share of its range by which two chosen designs differ in at least one parameter."""
-BLOCK = 2000
+ROWS_AT_ONCE = 2000
 """Number of rows that are written at once."""
-AGAIN = 1e-6
+REJUDGED_DIFFERENCE = 1e-6
 """Largest relative difference between a stored value and that of the design when it is judged again."""
 MANY_FAILED = 0.1
 """Share of failed designs above which a study mentions it first."""
@@ -79,7 +79,7 @@ class Results:
         failures: dict[int, str] = {}
         rows = []
         for number, free, record in store.rows(study):
-            if record.status != OK:
+            if record.status != STATUS_OK:
                 failures[number] = record.status
                 continue
             asked = [record.found[name] for name in study.asked]
@@ -122,9 +122,9 @@ class Results:
         shares = np.array([[one.share(v) for one, v in zip(self.study.free, row, strict=True)] for row in self.free])
         found: list[int] = []
         for row in rows[np.argsort(self.costs[rows, 0], kind="stable")].tolist():
-            if all(np.abs(shares[row] - shares[other]).max() > SAME for other in found):
+            if all(np.abs(shares[row] - shares[other]).max() > DISTINCT_RANGE_SHARE for other in found):
                 found.append(row)
-            if len(found) == CHOSEN:
+            if len(found) == CHOSEN_DESIGNS:
                 break
         return found
 
@@ -143,8 +143,10 @@ class Results:
                 raise store.fault(number, "its record is of another finger than its parameters make")
             again = judged(self.study.in_scene(finger), self.study.asked)
             for name, stored in zip(self.study.asked, self.found[row].tolist(), strict=True):
-                if again.status != OK or not math.isclose(again.found[name], stored, rel_tol=AGAIN):
-                    now = f"{again.found[name]:.7g}" if again.status == OK else f"no value ({again.status})"
+                if again.status != STATUS_OK or not math.isclose(
+                    again.found[name], stored, rel_tol=REJUDGED_DIFFERENCE
+                ):
+                    now = f"{again.found[name]:.7g}" if again.status == STATUS_OK else f"no value ({again.status})"
                     raise store.fault(number, f"{name} is {stored:.7g} there, and {now} when it is judged again")
 
     def save_finger(self, row: int, path: Path) -> None:
@@ -167,7 +169,7 @@ class Results:
             return []
         terms = np.column_stack([np.ones(len(shares)), shares])
         inverse = np.linalg.pinv(terms.T @ terms)
-        half = float(stdtrit(freedom, 0.5 + LEVEL / 2))
+        half = float(stdtrit(freedom, 0.5 + INTERVAL_PROBABILITY / 2))
         found = []
         for goal in self.study.objectives:
             values = self.values(goal.name)
@@ -192,16 +194,16 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
     names = ["design", *free_names, *study.asked, "feasible", "front", "finger_sha256", "status"]
     on_front, rows = set(front), store.rows(study)
 
-    def cells(number: int, free: dict[str, float], record: Record) -> list:
+    def cells(number: int, free: dict[str, float], record: JudgedDesign) -> list:
         found = [record.found.get(name, float("nan")) for name in study.asked]
-        feasible = record.status == OK and study.feasible(record.found)
+        feasible = record.status == STATUS_OK and study.feasible(record.found)
         given = [free[name] for name in free_names]
         return [number, *given, *found, feasible, number in on_front, record.finger_sha256, record.status]
 
     paths = [path, path.with_suffix(".parquet")][: 1 + bool(find_spec("pyarrow"))]
     with ExitStack() as opened:
         writes = [opened.enter_context(estimates_writer(one, names)) for one in paths]
-        while block := list(islice(rows, BLOCK)):
+        while block := list(islice(rows, ROWS_AT_ONCE)):
             *numbers, fingers, status = zip(*(cells(*row) for row in block), strict=True)
             columns = [np.array(column) * 1 for column in numbers]
             for write in writes:
@@ -268,8 +270,8 @@ def summary(outcome: Outcome) -> dict:
         ],
         "cost": {
             "seconds": tally.seconds,
-            "seconds_geometry": tally.spent[GEOMETRY] + tally.spent[RATIO],
-            "seconds_designs": tally.spent[GAUGES] + tally.spent[SCENES],
+            "seconds_geometry": tally.spent[STAGE_GEOMETRY] + tally.spent[STAGE_RATIO],
+            "seconds_designs": tally.spent[STAGE_GAUGES] + tally.spent[STAGE_SCENES],
             "processor_seconds": dict(tally.spent),
             "workers": tally.workers,
             "worker_memory_MB": tally.memory_MB,

@@ -19,9 +19,9 @@ from time import perf_counter
 
 from papilla.core import cache
 from papilla.core.errors import InputError, SolverError, WorkerKilledError
-from papilla.core.workers import TRIES, Processes, one_thread_each
+from papilla.core.workers import MOST_TRIES, Processes, one_thread_each
 from papilla.design import sampling
-from papilla.design.batch import OK, Batch, Done, Record, check_done, evaluate, judged, version
+from papilla.design.batch import STATUS_OK, Batch, Done, JudgedDesign, check_done, evaluate, judged, version
 from papilla.design.cluster import Scheduler, cluster
 from papilla.design.geometry import measure_base, with_sites
 from papilla.design.in_scene import DesignInScene
@@ -29,12 +29,12 @@ from papilla.design.sampling import Values
 from papilla.design.store import Store
 from papilla.design.study import Study, probes
 
-BATCH = 50
+DESIGNS_PER_BATCH = 50
 """Number of designs in a batch: 0.5 to 1 s of work, compared with 8 ms that a task costs in Dask; a killed client loses
 the batches in progress."""
-AHEAD = 2
+BATCHES_PER_WORKER = 2
 """Number of batches in progress for each worker."""
-TRIED = 5
+PRICED_DESIGNS = 5
 """Number of designs whose cost is measured for an estimate."""
 
 Stage = Callable[[str, int, int], None]
@@ -139,14 +139,14 @@ class _Runner:
 
     def __post_init__(self) -> None:
         study, self.place = self.study, self.study.places
-        self.records: dict[int, Record] | None = {} if study.sampler.kind == "optimise" else None
+        self.records: dict[int, JudgedDesign] | None = {} if study.sampler.kind == "optimise" else None
         self.total = sampling.count(study)[0]
         self.began = perf_counter()
         # Of all its designs: the client would spend a millisecond on each
         self.shared = cache.key("papilla.design.batch", study.finger.sha256, study.scene, study.asked, self.place)
 
     def run(self, groups: Iterable[list[Values]]) -> None:
-        """Store the records of designs; at most `AHEAD` batches a worker are in flight.
+        """Store the records of designs; at most `BATCHES_PER_WORKER` batches a worker are in flight.
 
         The records of designs that an optimiser asks for are kept, too.
         """
@@ -154,7 +154,7 @@ class _Runner:
         try:
             for rows, batch in self._interleaved(groups):
                 flight[self.pool.executor.submit(evaluate, batch)] = rows, batch
-                while len(flight) >= AHEAD * self.pool.workers:
+                while len(flight) >= BATCHES_PER_WORKER * self.pool.workers:
                     self._take(flight)
             while flight:
                 self._take(flight)
@@ -168,14 +168,16 @@ class _Runner:
         assert self.records is not None
         goal, scores = self.study.objectives[0], []
         for record in (self.records[first + k] for k in range(len(designs))):
-            if record.status != OK:
-                scores.append(sampling.FAILED)
+            if record.status != STATUS_OK:
+                scores.append(sampling.FAILED_SCORE)
                 continue
             beyond = sum(
                 max(one.least - record.found[name], record.found[name] - one.most, 0.0)
                 for name, one in self.study.limits.items()
             )
-            scores.append(goal.sign * record.found[goal.name] if not beyond else sampling.FAILED / 1000 * (1 + beyond))
+            scores.append(
+                goal.sign * record.found[goal.name] if not beyond else sampling.FAILED_SCORE / 1000 * (1 + beyond)
+            )
         return scores
 
     def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[Row], Batch]]:
@@ -188,7 +190,7 @@ class _Runner:
 
     def _batches(self, group: list[Values]) -> Iterator[tuple[list[Row], Batch]]:
         first, self.number = self.number, self.number + len(group)
-        size = min(BATCH, max(1, math.ceil(len(group) / self.pool.workers)))
+        size = min(DESIGNS_PER_BATCH, max(1, math.ceil(len(group) / self.pool.workers)))
         for start in range(0, len(group), size):
             yield from self._prepared(first + start, group[start : start + size])
 
@@ -200,7 +202,7 @@ class _Runner:
             try:
                 finger = study.finger_of(free)
             except InputError as error:
-                failed.append((number, free, cache.key(__name__, study.sha256, free), Record.failed(error)))
+                failed.append((number, free, cache.key(__name__, study.sha256, free), JudgedDesign.failed(error)))
                 continue
             key = hashlib.sha256(f"{finger.sha256} {self.shared}".encode()).hexdigest()
             tried.append(((number, free, key), finger))
@@ -227,8 +229,8 @@ class _Runner:
                 # By its name: the error of Dask, which may not be installed
                 if not isinstance(error, WorkerKilledError) and type(error).__name__ != "KilledWorker":
                     raise
-                why = f"its worker was killed {TRIES} times"
-                records = [Record.failed(why, finger.sha256) for finger in batch.fingers]
+                why = f"its worker was killed {MOST_TRIES} times"
+                records = [JudgedDesign.failed(why, finger.sha256) for finger in batch.fingers]
                 made = Done(tuple(records), version(), {}, 0.0)
             check_done(made, batch)
             self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
@@ -243,7 +245,7 @@ class _Runner:
         if self.records is not None:
             self.records |= {row[0]: row[3] for row in rows}
         self.tally.designs += len(rows)
-        self.tally.failed += sum(row[3].status != OK for row in rows)
+        self.tally.failed += sum(row[3].status != STATUS_OK for row in rows)
         done, fresh = self.tally.designs, self.tally.designs - self.tally.reused
         left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
         rest = f", about {left:.0f} s left" if fresh and done < self.total else ""
@@ -275,7 +277,7 @@ def price(study: Study, say: Callable[[str], None]) -> Price:
     measure_base(base, 1, say)
     say("reducing one geometry")
     began = perf_counter()
-    tried = [study.finger_of(free) for free in islice(probes(study), TRIED)]
+    tried = [study.finger_of(free) for free in islice(probes(study), PRICED_DESIGNS)]
     first = with_sites(tried[0], places)
     known = study.geometry(first, places, base)
     took = perf_counter() - began

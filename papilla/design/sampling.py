@@ -9,9 +9,9 @@ import numpy as np
 from papilla.design.study import Free, Study
 
 Values = dict[str, float]
-LAST = 1 - 1e-12
+LARGEST_RANGE_SHARE = 1 - 1e-12
 """Largest share of a range that an optimiser tries: at 1 a choice among values would leave them."""
-FAILED = 1e9
+FAILED_SCORE = 1e9
 """Score of a failed design for an optimiser; a design that violates a limit has at least a thousandth of it."""
 
 
@@ -56,9 +56,9 @@ def optimised(study: Study, score: Callable[[list[Values]], Sequence[float]]) ->
 
     differential_evolution(
         of,
-        [(0.0, LAST)] * len(free),
+        [(0.0, LARGEST_RANGE_SHARE)] * len(free),
         init=np.array([[one.share(value) for one, value in zip(free, row.values(), strict=True)]
-                       for row in _sobol(list(free), size, study.sampler.seed)]).clip(0, LAST),
+                       for row in _sobol(list(free), size, study.sampler.seed)]).clip(0, LARGEST_RANGE_SHARE),
         maxiter=max(1, left // size - 1),
         rng=study.sampler.seed,
         polish=False,

@@ -19,19 +19,19 @@ from papilla.calibration.fitting.sweep import DEFAULT_FORCES
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.units import UM_PER_MM
-from papilla.estimators.softness.channels import Doubts, GaugeSurfaces, SdSurface
+from papilla.estimators.softness.channels import Doubts, GaugeSurfaces, SdReading
 from papilla.estimators.softness.fitter import PRIOR_REACH, Fitter
-from papilla.estimators.softness.touch import RULES
+from papilla.estimators.softness.touch import TOUCH_RULES
 
-FORCES, MODULI = 10, 14
+GRID_FORCES, GRID_MODULI = 10, 14
 """Numbers of forces and of moduli of the grid: the fewest forces for cells of a spline, and steps of 0.2 in ln E."""
-MARGINS = 1.25, 1.05
+GRID_MARGINS = 1.25, 1.05
 """Factors by which the grid extends beyond the scene in force (which a sample may miss) and in modulus."""
 SWEPT_BEYOND = 1.05
 """How far beyond the largest force of the scene a calibration goes, at least."""
-MOST_SAMPLES = 10**6
+MOST_HELD_SAMPLES = 10**6
 """Most samples of a held force."""
-PRIOR = 1.0
+PRIOR_SIGMA_LN_MODULUS = 1.0
 """One sigma of ln E before a touch, which remains if a touch gives no information."""
 
 
@@ -62,7 +62,7 @@ class Tolerances:
 
 
 @dataclass(frozen=True)
-class Scene:
+class DesignScene:
     """Touches of specimens of some moduli (MPa) by some forces (N): each begins in the air and ends at a force that is
     held.
 
@@ -94,8 +94,8 @@ class Scene:
         for name in ("forces", "moduli"):
             if not 2 <= getattr(self, name) <= 40:
                 raise InputError(f"{name} must be from 2 to 40, got {getattr(self, name)}")
-        if self.samples > MOST_SAMPLES:
-            raise InputError(f"samples must be at most {MOST_SAMPLES}, got {self.samples}")
+        if self.samples > MOST_HELD_SAMPLES:
+            raise InputError(f"samples must be at most {MOST_HELD_SAMPLES}, got {self.samples}")
         for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
             checks.positive(name, getattr(self, name))
 
@@ -107,7 +107,7 @@ class Scene:
     @cached_property
     def grid(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces (n,) and moduli (n,) of the presses to which surfaces are fitted."""
-        axes = zip((self.force_N, self.modulus_MPa), MARGINS, (FORCES, MODULI), strict=True)
+        axes = zip((self.force_N, self.modulus_MPa), GRID_MARGINS, (GRID_FORCES, GRID_MODULI), strict=True)
         forces, moduli = (np.geomspace(low / margin, high * margin, n) for (low, high), margin, n in axes)
         each = np.meshgrid(forces, moduli, indexing="ij")
         return each[0].ravel(), each[1].ravel()
@@ -127,16 +127,16 @@ class Scene:
 
 @lru_cache(maxsize=8)
 def _solver(force_N: tuple[float, float], modulus_MPa: tuple[float, float]) -> SurfaceFit:
-    force, modulus = Scene(force_N, modulus_MPa).grid
+    force, modulus = DesignScene(force_N, modulus_MPa).grid
     return SurfaceFit(force, modulus, (table_resolution(force), table_resolution(modulus)))
 
 
-def rms_or_worst(scene: Scene, sigma: np.ndarray) -> float:
+def rms_or_worst(scene: DesignScene, sigma: np.ndarray) -> float:
     """One number for the sigmas over a scene: the worst or the rms."""
     return float(sigma.max()) if scene.over == "worst" else math.sqrt(float(np.mean(sigma**2)))
 
 
-def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
+def sigma_from_sd(calibration: Any, scene: DesignScene) -> np.ndarray:
     """Sigma (f, m) of ln E from S_d and force, over the points of a scene.
 
     calibration : a `Calibration`, or `DesignInScene.surfaces` of a design.
@@ -146,25 +146,25 @@ def sigma_from_sd(calibration: Any, scene: Scene) -> np.ndarray:
     doubts = scene.unknown.doubts
     doubts = replace(doubts, zero_microstrain=doubts.zero_microstrain / root)
     try:
-        surface = SdSurface(calibration)
+        surface = SdReading(calibration)
     except InputError:
-        return np.full([len(part) for part in scene.points], PRIOR)
+        return np.full([len(part) for part in scene.points], PRIOR_SIGMA_LN_MODULUS)
     return _over(scene, surface, scene.gauge_noise_microstrain / root, doubts)
 
 
-def sigma_from_gauges(calibration: Any, scene: Scene) -> np.ndarray:
+def sigma_from_gauges(calibration: Any, scene: DesignScene) -> np.ndarray:
     """The same from all gauges and force."""
     return _over(scene, GaugeSurfaces(calibration, False), scene.gauge_noise_microstrain, scene.unknown.doubts)
 
 
-def sigma_from_depth(depth: Any, scene: Scene) -> np.ndarray:
+def sigma_from_depth(depth: Any, scene: DesignScene) -> np.ndarray:
     """The same from force and indentation, as measured on a bench; `depth` has one "gauge" that reads micrometres."""
-    zero = UM_PER_MM * scene.depth_zero_mm / RULES.air_share
+    zero = UM_PER_MM * scene.depth_zero_mm / TOUCH_RULES.air_share
     doubts = replace(scene.unknown.doubts, gauge_gain=0.0, zero_microstrain=zero, beside_mm=0.0)
     return _over(scene, GaugeSurfaces(depth, False), UM_PER_MM * scene.depth_noise_mm, doubts)
 
 
-def _over(scene: Scene, surfaces: Any, noise: float, doubts: Doubts) -> np.ndarray:
+def _over(scene: DesignScene, surfaces: Any, noise: float, doubts: Doubts) -> np.ndarray:
     fitter = Fitter(surfaces, noise, scene.force_noise_N, doubts, None)
     forces, moduli = scene.points
     return np.array([[_at(fitter, math.log(f), math.log(e), scene.samples) for e in moduli] for f in forces])
@@ -175,7 +175,7 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     usable = getattr(fitter.surfaces, "usable", None)
     low, high = usable(ln_force) if usable else (nodes[0], nodes[-1])
     if not max(low, nodes[0]) <= ln_modulus <= min(high, nodes[-1]):
-        return PRIOR
+        return PRIOR_SIGMA_LN_MODULUS
     # The filter's unknown is h, a scale of ln E on which readings change along straight lines (`softness.fitter`). The
     # touch starts at its true h, so that the slopes are those of the true contact.
     curve = fitter.curve
@@ -183,7 +183,7 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     cell = min(int(place), len(curve.cubics) - 1)
     u, (p, q, r, s) = place - cell, curve.cubics[cell]
     h = p + u * (q + u * (r + u * s))
-    state = fitter.prior(RULES.air_share)
+    state = fitter.prior(TOUCH_RULES.air_share)
     mean = state.mean.copy()
     mean[0] = h
     state = state._replace(mean=mean, ln_force=ln_force, anchor=h)
@@ -193,4 +193,4 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     prior, after = (PRIOR_REACH * fitter.top) ** 2, float(learnt.covariance[0, 0])
     # What the touch added to the filter's own prior of h, in units of ln E, with this module's prior instead.
     information = max(1 / after - 1 / prior, 0.0) * fitter.ln_modulus(h)[1] ** 2
-    return 1 / math.sqrt(information + PRIOR**-2)
+    return 1 / math.sqrt(information + PRIOR_SIGMA_LN_MODULUS**-2)

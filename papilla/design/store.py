@@ -18,23 +18,23 @@ from papilla.core import checks
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, NotOwnError
 from papilla.core.files import check_writable
 from papilla.core.outside import json_value, own_database, reason
-from papilla.design.batch import Record
+from papilla.design.batch import JudgedDesign
 from papilla.design.study import Study
 from papilla.design.texts import line, short
 
-PATIENCE_S = 60.0
+TRANSACTION_PATIENCE_S = 60.0
 """Time that a transaction waits for one of another client, s."""
 MOST_BYTES = 2**20
 """Most bytes of a row or a cell; a row has 600."""
-COLUMNS = {"records": ("key", "found", "status", "finger_sha256"), "designs": ("study", "number", "free", "key")}
-TABLES = """
+STORE_COLUMNS = {"records": ("key", "found", "status", "finger_sha256"), "designs": ("study", "number", "free", "key")}
+CREATE_TABLES = """
 CREATE TABLE IF NOT EXISTS records (key TEXT PRIMARY KEY, found TEXT NOT NULL, status TEXT NOT NULL,
     finger_sha256 TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS designs (study TEXT, number INTEGER, free TEXT NOT NULL, key TEXT NOT NULL,
     PRIMARY KEY (study, number)) WITHOUT ROWID;
 """
 
-Row = tuple[int, dict[str, float], Record]
+Row = tuple[int, dict[str, float], JudgedDesign]
 """A design of a study: number, values of its free parameters, record."""
 
 
@@ -49,13 +49,13 @@ class Store:
         self.path, self.writes = path.absolute(), 0
         check_writable(path.parent)
         with self._faults():
-            self._connection = own_database(self.path, PATIENCE_S)
+            self._connection = own_database(self.path, TRANSACTION_PATIENCE_S)
             self._connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MOST_BYTES)
             self._connection.text_factory = bytes
             try:
                 self._connection.execute("PRAGMA journal_mode=WAL")
                 self._connection.execute("PRAGMA synchronous=NORMAL")
-                self._connection.executescript(TABLES)
+                self._connection.executescript(CREATE_TABLES)
                 self._check_columns()
             except BaseException:
                 self._connection.close()
@@ -70,7 +70,7 @@ class Store:
         with self._faults():
             return int(self._connection.execute("SELECT count(*) FROM designs WHERE study = ?", (study,)).fetchone()[0])
 
-    def known(self, numbers: Mapping[str, int], asked: Sequence[str]) -> dict[str, Record]:
+    def known(self, numbers: Mapping[str, int], asked: Sequence[str]) -> dict[str, JudgedDesign]:
         """The records in the store of these objectives, by key. numbers : key -> number of a design that needs it."""
         marks = ",".join("?" * len(numbers))
         query = f"SELECT key, found, status, finger_sha256 FROM records WHERE key IN ({marks})"
@@ -78,7 +78,7 @@ class Store:
             rows = self._connection.execute(query, list(numbers)).fetchall()
         return {(name := key.decode()): self._record(numbers[name], cells, asked) for key, *cells in rows}
 
-    def add(self, study: str, rows: Sequence[tuple[int, dict[str, float], str, Record]]) -> None:
+    def add(self, study: str, rows: Sequence[tuple[int, dict[str, float], str, JudgedDesign]]) -> None:
         """Add designs (number, values of free parameters, key, record) of a study in one transaction."""
         with self._faults(), self._transaction():
             self._connection.executemany(
@@ -118,21 +118,21 @@ class Store:
             raise self.fault(number, error) from error
         return free
 
-    def _record(self, number: int, cells: Sequence[object], asked: Sequence[str]) -> Record:
+    def _record(self, number: int, cells: Sequence[object], asked: Sequence[str]) -> JudgedDesign:
         """A record of its cells: values, status, sha256 of the finger."""
         found, *texts = cells
         try:
             if found is None:
                 raise InputError("its record is missing")
             status, sha256 = (_string(cell) for cell in texts)
-            record = Record(_value(found, "its values of objectives"), status, sha256)
+            record = JudgedDesign(_value(found, "its values of objectives"), status, sha256)
             record.check(asked)
         except InputError as error:
             raise self.fault(number, error) from error
         return record
 
     def _check_columns(self) -> None:
-        for table, columns in COLUMNS.items():
+        for table, columns in STORE_COLUMNS.items():
             rows = self._connection.execute("SELECT name FROM pragma_table_info(?)", (table,))
             if tuple(name.decode() for (name,) in rows) != columns:
                 raise FileFormatError(

@@ -10,30 +10,30 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from papilla.core.checks import ROUNDING
+from papilla.core.checks import ROUNDING_SHARE
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
 from papilla.design.formulas import coupled, names_of
 from papilla.design.geometry import MakesMap, geometry_map, with_sites
 from papilla.design.in_scene import DesignInScene
-from papilla.design.objectives import OBJECTIVES, Objective
+from papilla.design.objectives import OBJECTIVES_BY_NAME, Objective
 from papilla.design.parameters import made, of_geometry, parameters_of, refuse_unknown
 from papilla.design.places import Places, foil_of
-from papilla.design.scene import Scene, Tolerances, Unknowns
+from papilla.design.scene import DesignScene, Tolerances, Unknowns
 from papilla.design.texts import short
 from papilla.estimators.softness import Doubts
 from papilla.model.finger import SHIPPED_FINGERS, Finger
 
-ELSEWHERE = ("unknown", "tolerances")
+SCENE_TABLES = ("unknown", "tolerances")
 """Parts of a scene that are tables of their own in the file."""
-LEVELS = 5
+DEFAULT_GRID_LEVELS = 5
 """Number of values of a range in a grid, unless its table states `levels`."""
 MOST_DESIGNS, MOST_GEOMETRIES, MOST_SEED = 10**7, 10**4, 2**32 - 1
 """Most designs and geometries of a study, and the largest seed of its sampler."""
 MOST_VALUES, MOST_FREE, MOST_GIVEN, MOST_CONFIRMED = 1000, 50, 200, 10
 """Most values of a parameter in a grid, free parameters, fixed or coupled ones, and calibrations at the end."""
-NAME_LETTERS, PATH_LETTERS = 200, 1000
+STUDY_NAME_LETTERS, STUDY_PATH_LETTERS = 200, 1000
 """Most letters of a name or key, and of the name of a file, in a study file."""
 
 
@@ -68,7 +68,7 @@ class Free:
         """Whether the parameter may have a value, apart from rounding at the ends of the range."""
         if self.values:
             return value in self.values
-        beyond = ROUNDING * max(abs(self.low), abs(self.high))
+        beyond = ROUNDING_SHARE * max(abs(self.low), abs(self.high))
         return self.low - beyond <= value <= self.high + beyond
 
 
@@ -104,7 +104,7 @@ class Study:
     free: tuple[Free, ...]
     fixed: Mapping[str, float]
     couplings: Mapping[str, str]
-    scene: Scene
+    scene: DesignScene
     objectives: tuple[Objective, ...]
     limits: Mapping[str, Limit]
     sampler: Sampler
@@ -180,7 +180,7 @@ class _Range(_Model):
     low: float | None = None
     high: float | None = None
     log: bool | None = None
-    levels: int = Field(LEVELS, ge=2, le=MOST_VALUES)
+    levels: int = Field(DEFAULT_GRID_LEVELS, ge=2, le=MOST_VALUES)
     values: list[float] | None = Field(None, min_length=1, max_length=MOST_VALUES)
 
 
@@ -189,27 +189,29 @@ def _doubted(friction: Any, **doubts: Any) -> tuple[Any, Doubts]:
     return friction, Doubts(**doubts)
 
 
-_LIMIT = table(Limit, keys_of(Limit), known=True)
-_DOUBTS = table(_doubted, keys_of(Doubts) | {"friction": (Any, None)}, known=True)
-_SAMPLER = table(Sampler, keys_of(Sampler), known=True)
-_SCENE = table(Scene, {key: kind for key, kind in keys_of(Scene).items() if key not in ELSEWHERE}, known=True)
-_TOLERANCES = table(Tolerances, keys_of(Tolerances), known=True)
+_LIMIT = table(Limit, keys_of(Limit), strict_keys=True)
+_DOUBTS = table(_doubted, keys_of(Doubts) | {"friction": (Any, None)}, strict_keys=True)
+_SAMPLER = table(Sampler, keys_of(Sampler), strict_keys=True)
+_SCENE = table(
+    DesignScene, {key: kind for key, kind in keys_of(DesignScene).items() if key not in SCENE_TABLES}, strict_keys=True
+)
+_TOLERANCES = table(Tolerances, keys_of(Tolerances), strict_keys=True)
 
 
 class _File(_Model):
-    name: str = Field(min_length=1, max_length=NAME_LETTERS)
-    finger: str = Field("default", min_length=1, max_length=PATH_LETTERS)
-    objectives: list[str] = Field(min_length=1, max_length=len(OBJECTIVES))
+    name: str = Field(min_length=1, max_length=STUDY_NAME_LETTERS)
+    finger: str = Field("default", min_length=1, max_length=STUDY_PATH_LETTERS)
+    objectives: list[str] = Field(min_length=1, max_length=len(OBJECTIVES_BY_NAME))
     free: dict[str, list[float] | _Range] = Field(min_length=1, max_length=MOST_FREE)
     fixed: dict[str, float] = Field({}, max_length=MOST_GIVEN)
     couplings: dict[str, str] = Field({}, max_length=MOST_GIVEN)
     constraints: dict[str, _LIMIT] = {}  # type: ignore[valid-type]
-    scene: _SCENE = Scene()  # type: ignore[valid-type]
+    scene: _SCENE = DesignScene()  # type: ignore[valid-type]
     doubts: _DOUBTS = (None, Doubts())  # type: ignore[valid-type]
     tolerances: _TOLERANCES = Tolerances()  # type: ignore[valid-type]
     sampler: _SAMPLER = Sampler()  # type: ignore[valid-type]
     confirm: int = Field(0, ge=0, le=MOST_CONFIRMED)
-    store: str | None = Field(None, min_length=1, max_length=PATH_LETTERS)
+    store: str | None = Field(None, min_length=1, max_length=STUDY_PATH_LETTERS)
 
 
 def read_study(path: Path) -> Study:
@@ -236,9 +238,9 @@ def _check_names(content: dict) -> None:
     """Raise `InputError` for a key or a name that cannot be printed whole on one line."""
     for keys in (content, *(value for value in content.values() if isinstance(value, dict))):
         for key in keys:
-            if len(key) > NAME_LETTERS or not key.isprintable():
+            if len(key) > STUDY_NAME_LETTERS or not key.isprintable():
                 raise InputError(
-                    f"a key must have at most {NAME_LETTERS} letters, all printable, got {reprlib.repr(key)}"
+                    f"a key must have at most {STUDY_NAME_LETTERS} letters, all printable, got {reprlib.repr(key)}"
                 )
     name = content.get("name")
     if isinstance(name, str) and not name.isprintable():
@@ -262,7 +264,7 @@ def _study(file: _File, path: Path) -> Study:
     if len(set(file.objectives)) < len(file.objectives):
         raise InputError(f"objectives must differ, got {', '.join(map(short, file.objectives))}")
     for name in (*file.objectives, *file.constraints):
-        refuse_unknown(name, OBJECTIVES, "objectives" if name in file.objectives else "constraints")
+        refuse_unknown(name, OBJECTIVES_BY_NAME, "objectives" if name in file.objectives else "constraints")
     free = tuple(_free(name, given) for name, given in file.free.items())
     needed = {name for formula in file.couplings.values() for name in names_of(formula, "couplings")}
     fixed = {name: values[name] for name in needed if name not in names} | file.fixed
@@ -274,7 +276,7 @@ def _study(file: _File, path: Path) -> Study:
         fixed,
         file.couplings,
         _scene(file, finger),
-        tuple(OBJECTIVES[name] for name in file.objectives),
+        tuple(OBJECTIVES_BY_NAME[name] for name in file.objectives),
         file.constraints,
         file.sampler,
         file.confirm,
@@ -297,7 +299,7 @@ def _values_of(finger: Finger) -> dict[str, float]:
     return found
 
 
-def _scene(file: _File, finger: Finger) -> Scene:
+def _scene(file: _File, finger: Finger) -> DesignScene:
     friction, doubts = file.doubts  # type: ignore[attr-defined]
     if doubts.thickness_mm is None:
         doubts = replace(doubts, thickness_mm=float(finger.bench.thickness))
@@ -309,7 +311,7 @@ def _scene(file: _File, finger: Finger) -> Scene:
 def _free(name: str, given: "list[float] | _Range") -> Free:
     """A free parameter of `[low, high]`, or of a table with low and high, or with values."""
     one = (
-        _Range(low=given[0], high=given[1], levels=LEVELS, values=None)
+        _Range(low=given[0], high=given[1], levels=DEFAULT_GRID_LEVELS, values=None)
         if isinstance(given, list) and len(given) == 2
         else given
     )
@@ -348,7 +350,8 @@ def _check(study: Study) -> None:
         except InputError as error:
             raise InputError(f"the design {said}: {error}") from error
         if poor := next(
-            (OBJECTIVES[name] for name in study.asked if OBJECTIVES[name].gauges > len(finger.gauges)), None
+            (OBJECTIVES_BY_NAME[name] for name in study.asked if OBJECTIVES_BY_NAME[name].gauges > len(finger.gauges)),
+            None,
         ):
             raise InputError(f"{poor.name} needs {poor.gauges} gauges, the design {said} has {len(finger.gauges)}")
 

@@ -11,7 +11,7 @@ from papilla.core.status import Status
 STUCK_SAMPLES = 50
 """Number of repetitions of a reading, while another gauge moves, after which a gauge counts as stuck: dead, or at the
 end of its range."""
-BASE = 8
+FAULT_CODE_BASE = 8
 """Base of the integer that encodes the faults of all channels: one digit for each, the first gauge the lowest."""
 
 
@@ -27,20 +27,20 @@ class Fault(Status):
     SWAPPED = "swapped with another"
 
 
-MISSING, SATURATED, STUCK = map(int, (Fault.MISSING, Fault.SATURATED, Fault.STUCK))
+FAULT_MISSING, FAULT_SATURATED, FAULT_STUCK = map(int, (Fault.MISSING, Fault.SATURATED, Fault.STUCK))
 
 
 def pack(faults) -> int:
     """The faults of all channels as one integer."""
     code = 0
     for fault in reversed(faults):
-        code = code * BASE + fault
+        code = code * FAULT_CODE_BASE + fault
     return code
 
 
 def unpack(code: int, channels: int) -> list[Fault]:
     """The faults of all channels from such an integer, the first gauge's first."""
-    return [Fault(code // BASE**channel % BASE) for channel in range(channels)]
+    return [Fault(code // FAULT_CODE_BASE**channel % FAULT_CODE_BASE) for channel in range(channels)]
 
 
 def numbered(gauges: int) -> tuple[str, ...]:
@@ -104,7 +104,8 @@ class GaugeHealth:
         held = tuple([new if known else old for new, old, known in zip(readings, last, finite, strict=True)])
         faults = zip(readings, finite, counts, strict=True)
         found = tuple([
-            MISSING if not known else SATURATED if not -limit < new < limit else STUCK * (count == self._stuck)
+            FAULT_MISSING if not known else FAULT_SATURATED if not -limit < new < limit
+            else FAULT_STUCK * (count == self._stuck)
             for new, known, count in faults
         ])  # fmt: skip
         return (found if any(found) else ()), HealthState(held, counts)

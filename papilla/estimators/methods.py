@@ -14,7 +14,7 @@ from papilla.calibration import Calibration, SoftnessStatus
 from papilla.core.errors import InputError, MissingExtraError
 from papilla.estimators.softness import SoftnessEstimate
 
-SURFACES = ("gauges", "surface", "sd")
+SURFACES_METHOD = ("gauges", "surface", "sd")
 """The methods of papilla: by the calibrated surfaces of all gauges (old name "surface") or of S_d."""
 BY_SAMPLES, BY_DEPTH = "papilla.softness", "papilla.softness_by_depth"
 """Groups of entry points."""
@@ -52,11 +52,11 @@ def _brought(group: str) -> dict[str, EntryPoint]:
 
 def softness_names() -> tuple[str, ...]:
     """The names of all methods that take samples."""
-    return *SURFACES, *_brought(BY_SAMPLES)
+    return *SURFACES_METHOD, *_brought(BY_SAMPLES)
 
 
 def sample_method(name: str, calibration: Calibration, **noise: float) -> SampleMethod:
-    """The method of this name, which is not one of `SURFACES`; raises `InputError` for an unknown one."""
+    """The method of this name, which is not one of `SURFACES_METHOD`; raises `InputError` for an unknown one."""
     if name not in _brought(BY_SAMPLES):
         raise InputError(f"softness must be one of {', '.join(softness_names())}, got {name!r}")
     return _brought(BY_SAMPLES)[name].load()(calibration, **noise)

@@ -2,7 +2,7 @@
 long computations that are spread over many samples, so that none of them waits long.
 
 A long computation is a generator that yields after each piece of work. A generator cannot be copied or pickled, but a
-state must be: `Spread` remembers how many pieces are done, and a copy does them again when it goes on.
+state must be: `SpreadTask` remembers how many pieces are done, and a copy does them again when it goes on.
 """
 
 import copy
@@ -14,10 +14,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from papilla.core.checks import LARGEST, believable
+from papilla.core.checks import LARGEST_READING, believable
 from papilla.core.errors import InputError
 
-WHOLE = ("status", "gauges", "left_out", "channels")
+INTEGER_FIELDS = ("status", "gauges", "left_out", "channels")
 """Which values of an estimate are whole numbers."""
 
 Result = TypeVar("Result")
@@ -29,8 +29,8 @@ class Stream(ABC):
     """Base of estimators that remember one object, `_memory`; they define `columns`, `answer`, `_fresh` and `_take`.
 
     columns : names of the values of a sample, of which the last `optional` may be left out. answer : the NamedTuple of
-    an estimate; all but `WHOLE` and `texts`, which are words, are floats. What no sensor gives comes to `_take` as NaN.
-    """
+    an estimate; all but `INTEGER_FIELDS` and `texts`, which are words, are floats. What no sensor gives comes to
+    `_take` as NaN."""
 
     columns: tuple[str, ...]
     optional: ClassVar[int] = 0
@@ -86,7 +86,7 @@ class Stream(ABC):
         sample = sample if hasattr(sample, "__len__") else (sample,)
         if not len(self.columns) - self.optional <= len(sample) <= len(self.columns):
             raise InputError(f"a sample must be {self._sample()}, got {len(sample)} values")
-        return self._take(tuple([value if abs(value) <= LARGEST else math.nan for value in map(float, sample)]))
+        return self._take(tuple([value if abs(value) <= LARGEST_READING else math.nan for value in map(float, sample)]))
 
     def process(self, block):
         """Estimates after each row of a block (n, columns), or (n,) of single values, as arrays (n,); bit for bit
@@ -104,7 +104,7 @@ class Stream(ABC):
         names = self.answer._fields
         columns = zip(names, zip(*answers, strict=True) if answers else [()] * len(names), strict=True)
         return self.answer._make(
-            list(column) if name in self.texts else np.array(column, int if name in WHOLE else float)
+            list(column) if name in self.texts else np.array(column, int if name in INTEGER_FIELDS else float)
             for name, column in columns
         )
 
@@ -123,7 +123,7 @@ def completed(pieces: Pieces[Result]) -> Result:
             return end.value
 
 
-class Spread:
+class SpreadTask:
     """A computation under way. task : an object whose `run` returns its `Pieces`, and that does not change meanwhile;
     done : pieces that are done."""
 
@@ -133,7 +133,7 @@ class Spread:
 
     def __reduce__(self):
         """A copy starts the task again and repeats the pieces that are done: a generator cannot be copied."""
-        return Spread, (self.task, self.done)
+        return SpreadTask, (self.task, self.done)
 
     def advance(self, *owner: Any) -> Any:
         """Do the next piece of `task.run(*owner)`: the result after the last one, None before. The owner is what the

@@ -22,13 +22,13 @@ from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.sealed import read_sealed, write_sealed
 from papilla.estimators.spectral_bands import integral
 
-SCHEMA = "papilla.texture/1"
-UNKNOWN = "unknown"
-LEVEL = 0.98
+TEXTURE_SCHEMA = "papilla.texture/1"
+UNKNOWN_TEXTURE = "unknown"
+KNOWN_WINDOW_SHARE = 0.98
 """Share of windows of known textures, from runs that were not trained on, that must not be called unknown."""
-MARGIN = 1.1
+DISTANCE_LIMIT_MARGIN = 1.1
 """What the limit of the distance lies above that share, for there are few windows."""
-NEIGHBOURS = 3
+NEAREST_NEIGHBOURS = 3
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,10 @@ class TextureModel:
         expected = {"centre": (length,), "scale": (length,), "means": (count, length), "precision": (length, length)}
         for name, shape in expected.items():
             values = np.asarray(getattr(self, name))
-            if values.shape != shape or not (np.abs(values) <= checks.LARGEST).all():
-                raise InputError(f"{name} must be {shape} numbers of at most {checks.LARGEST:g}, got {values.shape}")
+            if values.shape != shape or not (np.abs(values) <= checks.LARGEST_READING).all():
+                raise InputError(
+                    f"{name} must be {shape} numbers of at most {checks.LARGEST_READING:g}, got {values.shape}"
+                )
         if not (np.asarray(self.scale) > 0).all():
             raise InputError("scale must be greater than 0")
         if not isinstance(self.limit, float) or not self.limit > 0:
@@ -151,7 +153,7 @@ class TextureModel:
         distances = self.distances(self.features.of(position_mm, rows))
         nearest = distances.argmin(axis=1)
         known = distances.min(axis=1) <= self.limit
-        return [self.labels[own] if ok else UNKNOWN for own, ok in zip(nearest, known, strict=True)], distances
+        return [self.labels[own] if ok else UNKNOWN_TEXTURE for own, ok in zip(nearest, known, strict=True)], distances
 
     def distances(self, features: np.ndarray) -> np.ndarray:
         """(windows, k) squared distances of features (windows, d)."""
@@ -161,12 +163,12 @@ class TextureModel:
     def save(self, path: str | Path) -> None:
         """Write the model as JSON with a checksum, whole or not at all; raises `FileAccessError`."""
         values = {name: own.tolist() for name, own in vars(self).items() if isinstance(own, np.ndarray)}
-        write_sealed({"schema": SCHEMA} | vars(self) | {"features": asdict(self.features)} | values, Path(path))
+        write_sealed({"schema": TEXTURE_SCHEMA} | vars(self) | {"features": asdict(self.features)} | values, Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> "TextureModel":
         """Read a model; raises `FileAccessError`, and `FileFormatError` for what is no model or was changed since."""
-        document, remark = read_sealed(Path(path), SCHEMA, "texture model")
+        document, remark = read_sealed(Path(path), TEXTURE_SCHEMA, "texture model")
         if remark:
             raise FileFormatError(f"{path}: {remark}")
         try:
@@ -207,8 +209,8 @@ def train(runs: Sequence[tuple], *, features: Features | None = None) -> Texture
     labels = np.repeat([str(run[0]) for run in runs], [len(own) for own in tables])
     groups = np.repeat([str(run[1]) for run in runs], [len(own) for own in tables])
     names = tuple(np.unique(labels).tolist())
-    if len(names) < 2 or UNKNOWN in names:
-        raise InputError(f"two labels at least, none of them {UNKNOWN!r}, got {', '.join(names)}")
+    if len(names) < 2 or UNKNOWN_TEXTURE in names:
+        raise InputError(f"two labels at least, none of them {UNKNOWN_TEXTURE!r}, got {', '.join(names)}")
     for group in np.unique(groups):
         if len(np.unique(labels[groups != group])) < len(names):
             raise InputError(f"without group {group} some label has no run: every label needs two groups at least")
@@ -220,7 +222,7 @@ def train(runs: Sequence[tuple], *, features: Features | None = None) -> Texture
     found["nearest neighbours"] = _neighbours(table, labels, groups)
     accuracy = {name: float(np.mean(answer == labels)) for name, answer in found.items()}
     channels = np.asarray(runs[0][3]).shape[1]
-    limit = MARGIN * float(np.quantile(distances.min(axis=1), LEVEL))
+    limit = DISTANCE_LIMIT_MARGIN * float(np.quantile(distances.min(axis=1), KNOWN_WINDOW_SHARE))
     return replace(whole, channels=channels, limit=limit, accuracy=accuracy)
 
 
@@ -249,5 +251,5 @@ def _neighbours(table: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> np
     from sklearn.preprocessing import StandardScaler
 
     fewest = len(table) - int(np.unique(groups, return_counts=True)[1].max())
-    nearest = make_pipeline(StandardScaler(), KNeighborsClassifier(min(NEIGHBOURS, fewest)))
+    nearest = make_pipeline(StandardScaler(), KNeighborsClassifier(min(NEAREST_NEIGHBOURS, fewest)))
     return cross_val_predict(nearest, table, labels, groups=groups, cv=LeaveOneGroupOut())

@@ -16,7 +16,7 @@ from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.layered import LayeredMesh
 
-VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
+VTK_TENSOR_ORDER = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 """Order in which VTK and ParaView keep a symmetric tensor: xx, yy, zz, xy, yz, xz."""
 
 
@@ -50,12 +50,12 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
         cell_pressure = _centroid_pressure(model, pressures[parity], cell_strain)
         for image in np.unique(vertex_image, axis=0):
             signs = parity_signs(parity, tuple(image))
-            here = (vertex_image == image).all(axis=1)
-            displacement[here] += solution[vertices][cell_vertex[here]] * signs
+            in_image = (vertex_image == image).all(axis=1)
+            displacement[in_image] += solution[vertices][cell_vertex[in_image]] * signs
             mirror = np.array([*image, 1])
-            here = (cell_image == image).all(axis=1)
-            strain[here] += cell_strain[cell_number[here]] * np.outer(signs, mirror)
-            pressure[here] += cell_pressure[cell_number[here]] * signs[2]
+            in_image = (cell_image == image).all(axis=1)
+            strain[in_image] += cell_strain[cell_number[in_image]] * np.outer(signs, mirror)
+            pressure[in_image] += cell_pressure[cell_number[in_image]] * signs[2]
     mu = np.array([lame(model.layers[number])[0] for number in mesh.layer.tolist()])
     stress = 2 * mu[:, None, None] * strain - pressure[:, None, None] * np.eye(3)
     return Field(mesh, displacement, strain, stress)
@@ -72,16 +72,16 @@ def save_field(field: Field, path: str | Path) -> None:
     if Path(path).suffix.lower() != ".vtu":
         raise FileFormatError(f"{path}: fields are written as .vtu files")
     tensors = {"strain": field.strain, "stress_MPa": field.stress}
-    cells = {name: [np.stack([of[:, i, j] for i, j in VOIGT], axis=1)] for name, of in tensors.items()}
+    cells = {name: [np.stack([of[:, i, j] for i, j in VTK_TENSOR_ORDER], axis=1)] for name, of in tensors.items()}
     cells["layer"] = [field.mesh.layer.astype(np.int32)]
-    whole = meshio.Mesh(
+    vtk_mesh = meshio.Mesh(
         field.mesh.points,
         [("tetra", field.mesh.tets)],
         point_data={"displacement_mm": field.displacement},
         cell_data=cells,
     )
     with replacing(path) as temporary:
-        meshio.vtu.write(str(temporary), whole, binary=True)
+        meshio.vtu.write(str(temporary), vtk_mesh, binary=True)
 
 
 @dataclass(frozen=True, eq=False)

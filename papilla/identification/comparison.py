@@ -15,37 +15,37 @@ import numpy as np
 from markupsafe import Markup
 
 from papilla import fem, view
-from papilla.calibration import IDENTIFIABLE, Calibration
-from papilla.calibration.fitting.sweep import SCENE
+from papilla.calibration import IDENTIFIABLE_SIGMA, Calibration
+from papilla.calibration.fitting.sweep import SHOWN_PRESS
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
 from papilla.core.tables import write_table
 from papilla.core.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
 from papilla.core.workers import Say
 from papilla.identification.bench import calibrate
-from papilla.identification.noise import Noise
+from papilla.identification.noise import PressNoise
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Finger
 from papilla.view.page import either, environment, image
 from papilla.view.pictures import receptive_of
 
-NOISE_MICROSTRAIN, FORCE_ERROR = Noise.readings_microstrain, Noise.force
+COMPARED_NOISE, FORCE_ERROR = PressNoise.readings_microstrain, PressNoise.force
 """Standard deviation of a reading (microstrain) and relative one of the force: what `papilla identify` finds for a
 typical bench."""
 
-POINTS = 40
+MODULUS_MAP_POINTS = 40
 """Forces and moduli of the map over which the uncertainty of E is compared."""
 
-STEP = 1.01
+SLOPE_MODULUS_RATIO = 1.01
 """Ratio of the moduli between which the slope of S_d is a difference quotient."""
 
-ALIKE = 0.03
+ALIKE_VALUE_DIFFERENCE = 0.03
 """Relative difference up to which two values are called alike: S_d differs by up to half of it between meshes."""
 
-BETTER, LARGER = ("is better", "is best"), ("has the larger one", "has the largest one")
+BETTER_WORDS, LARGER_WORDS = ("is better", "is best"), ("has the larger one", "has the largest one")
 """Said of the first of two, and of more. A larger S_d is no better by itself: a gain makes it larger, too."""
 
-TIMED = 50
+TIMED_COMPARISON_PRESSES = 50
 """Numbers of presses and answers whose median time is reported."""
 
 
@@ -59,7 +59,7 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Reach:
+class GaugeReach:
     """Response of a gauge to a small load: the largest response (microstrain per mN), its place (x, y in mm), and the
     area of the skin (mm2) where the response is at least half of it."""
 
@@ -71,7 +71,7 @@ class Reach:
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class CandidateFigures:
     """The figures of a candidate.
 
     sd_microstrain : at `SCENE`, NaN outside the calibration. slope : median of d ln S_d / d ln E. sigma : median of
@@ -88,7 +88,7 @@ class Row:
     identified: float
     answer_us: float
     press_ms: float | None
-    reach: tuple[Reach, ...]
+    reach: tuple[GaugeReach, ...]
     relative_sigma: np.ndarray
 
     def to_json(self) -> dict:
@@ -101,7 +101,7 @@ class Row:
 class Comparison:
     """Rows, the common domain (force_N and modulus_MPa of the maps), and verdicts in words."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[CandidateFigures, ...]
     force_N: np.ndarray
     modulus_MPa: np.ndarray
     verdicts: tuple[str, ...]
@@ -134,28 +134,32 @@ def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
     if max(lows) >= min(highs):
         ranges = ", ".join(f"{low:g}-{high:g}" for low, high in zip(lows, highs, strict=True))
         raise InputError(f"the calibrations share no {key}: they cover {ranges}")
-    inside = np.geomspace(max(lows), min(highs), 2 * POINTS + 1)
+    inside = np.geomspace(max(lows), min(highs), 2 * MODULUS_MAP_POINTS + 1)
     return inside[1::2]
 
 
-def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) -> Row:
+def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) -> CandidateFigures:
     progress(f"comparing {one.name}")
     calibration = one.calibration
     forces, moduli = np.meshgrid(force, modulus, indexing="ij")
     sd = calibration.predict(forces, moduli)
-    slope = np.log(calibration.predict(forces, moduli / STEP) / sd) / -np.log(STEP)
-    noise = {"sd_sigma": NOISE_MICROSTRAIN / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
+    slope = np.log(calibration.predict(forces, moduli / SLOPE_MODULUS_RATIO) / sd) / -np.log(SLOPE_MODULUS_RATIO)
+    noise = {"sd_sigma": COMPARED_NOISE / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
     found = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
         relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
-    answers = _timed(lambda: calibration.invert(float(sd[POINTS // 2, POINTS // 2]), float(force[POINTS // 2])))
-    return Row(
+    answers = _timed(
+        lambda: calibration.invert(
+            float(sd[MODULUS_MAP_POINTS // 2, MODULUS_MAP_POINTS // 2]), float(force[MODULUS_MAP_POINTS // 2])
+        )
+    )
+    return CandidateFigures(
         name=one.name,
         gauges=len(calibration.gauges),
-        sd_microstrain=float(calibration.predict(*SCENE)),
+        sd_microstrain=float(calibration.predict(*SHOWN_PRESS)),
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
-        identified=float((relative <= IDENTIFIABLE).mean()),
+        identified=float((relative <= IDENTIFIABLE_SIGMA).mean()),
         answer_us=US_PER_S * answers,
         press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
         reach=() if one.finger is None else _reach(one.finger, progress),
@@ -166,7 +170,7 @@ def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) 
 def _timed(call: Callable[[], object]) -> float:
     """Median seconds of a call."""
     seconds = []
-    for _ in range(TIMED):
+    for _ in range(TIMED_COMPARISON_PRESSES):
         began = perf_counter()
         call()
         seconds.append(perf_counter() - began)
@@ -174,12 +178,12 @@ def _timed(call: Callable[[], object]) -> float:
 
 
 def _press_time(finger: Finger) -> float:
-    reduced, (force, modulus) = fem.prepare(finger), SCENE
+    reduced, (force, modulus) = fem.prepare(finger), SHOWN_PRESS
     specimen = finger.bench.specimen(modulus)
     return _timed(lambda: fem.press(reduced, specimen, force=force))
 
 
-def _reach(finger: Finger, progress: Say) -> tuple[Reach, ...]:
+def _reach(finger: Finger, progress: Say) -> tuple[GaugeReach, ...]:
     fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
     points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
     corners = points[triangles]
@@ -192,16 +196,22 @@ def _reach(finger: Finger, progress: Say) -> tuple[Reach, ...]:
         share = np.abs(whole[triangles]).mean(axis=1) >= abs(whole[strongest]) / 2
         x, y, _ = points[strongest].tolist()
         per_mN = N_PER_MN * float(to_microstrain(whole[strongest]))
-        found.append(Reach(gauge.name, per_mN, x, y, float(areas[share].sum())))
+        found.append(GaugeReach(gauge.name, per_mN, x, y, float(areas[share].sum())))
     return tuple(found)
 
 
-def _verdicts(rows: Sequence[Row]) -> list[str]:
+def _verdicts(rows: Sequence[CandidateFigures]) -> list[str]:
     """Verdicts: which candidate is better in which quantity, a sentence each."""
     said = [
         _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
         _best(rows, "Share of the domain where E is identified", "identified", _percent),
-        _best(rows, f"S_d at {SCENE[0]:g} N on {SCENE[1]:g} MPa", "sd_microstrain", "{:,.0f} µε".format, win=LARGER),
+        _best(
+            rows,
+            f"S_d at {SHOWN_PRESS[0]:g} N on {SHOWN_PRESS[1]:g} MPa",
+            "sd_microstrain",
+            "{:,.0f} µε".format,
+            win=LARGER_WORDS,
+        ),
         _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
         _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
     ]
@@ -222,7 +232,13 @@ def _percent(share: float) -> str:
 
 
 def _best(
-    rows: Sequence[Row], what: str, key: str, words: Callable[[float], str], *, low: bool = False, win=BETTER
+    rows: Sequence[CandidateFigures],
+    what: str,
+    key: str,
+    words: Callable[[float], str],
+    *,
+    low: bool = False,
+    win=BETTER_WORDS,
 ) -> str:
     """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
     and of more."""
@@ -231,7 +247,11 @@ def _best(
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)
     if not ordered:
         return f"{what}: none of them has one."
-    near = [name for name in ordered if abs(values[name] - values[ordered[0]]) <= ALIKE * abs(values[ordered[0]])]
+    near = [
+        name
+        for name in ordered
+        if abs(values[name] - values[ordered[0]]) <= ALIKE_VALUE_DIFFERENCE * abs(values[ordered[0]])
+    ]
     if len(near) > 1:
         return f"{what}: {' and '.join(near)} are alike ({listed})."
     return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."
@@ -241,9 +261,9 @@ def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[C
     """Write the page of a comparison as one HTML file: no script, no link; raises `FileAccessError`."""
     axes = found.force_N, found.modulus_MPa
     sigmas = [row.relative_sigma for row in found.rows]
-    maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE) for sigma in sigmas]
+    maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE_SIGMA) for sigma in sigmas]
     text = environment("papilla.identification").get_template("comparison.html").render(
-        rows=found.rows, verdicts=found.verdicts, scene=SCENE, noise=NOISE_MICROSTRAIN, force_error=FORCE_ERROR,
+        rows=found.rows, verdicts=found.verdicts, scene=SHOWN_PRESS, noise=COMPARED_NOISE, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,
         maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],
         fields=[one.finger and _fields(one.finger, one.name) for one in candidates],

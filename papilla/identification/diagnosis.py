@@ -22,20 +22,20 @@ import numpy as np
 from scipy.optimize import brentq
 
 from papilla.core.units import PER_CENT
-from papilla.identification.fit import MISFIT, Identification, descend, starts_of
-from papilla.identification.parameters import MOVES, PARAMETERS, kind, physical
+from papilla.identification.fit import MISFIT_CHI_SQUARE, Identification, descend, starts_of
+from papilla.identification.parameters import CONTACT_MOVES, PARAMETERS_BY_NAME, kind, physical
 from papilla.identification.problem import Problem
 from papilla.model.parts import Identified
 
-NORMAL = 1.959964
+INTERVAL_HALF_WIDTH_SIGMAS = 1.959964
 """Half width of a 95 % interval, in standard deviations."""
 
 CLOSE_TO_BOUND = 1e-3
 """Share of the range between its bounds within which a parameter counts as being at a bound."""
 
-RATIO = "the ratio of the moduli"
+RATIO_WORDS = "the ratio of the moduli"
 
-STEP, STEPS, EXACT = 0.75, 12, 0.005
+PROFILE_STEP_SIGMAS, MOST_PROFILE_STEPS, PROFILE_END_ACCURACY = 0.75, 12, 0.005
 """Step, in standard deviations; largest number of steps on each side; and accuracy of an end, in standard
 deviations."""
 
@@ -43,20 +43,20 @@ PRIOR_DECIDES = 0.7
 """Ratio of the standard deviation after the fit to that of the prior, above which the prior rather than the presses
 determines the value."""
 
-CORRELATED = 0.95
+CORRELATED_PARAMETERS = 0.95
 """Correlation of two nonlinear parameters above which only a combination of them is determined."""
 
-POORLY = 0.15
+POORLY_KNOWN_SIGMA = 0.15
 """Standard deviation (relative, for logarithmic parameters) above which the interval is that of the profile
 likelihood."""
 
-INFLUENTIAL = 1.0
+INFLUENTIAL_PRESS_SIGMAS = 1.0
 """Change of a parameter, in standard deviations, when one press is left out, above which the press is named."""
 
-DEAD = 4.0
+DEAD_GAUGE_SIGMAS = 4.0
 """Range of a gauge's readings, in standard deviations of their noise, below which it does not follow the presses."""
 
-SWAPPED = 2 * math.log(1000)
+SWAPPED_CHI_SQUARE = 2 * math.log(1000)
 """Fall of chi-square, relative to chi-square per degree of freedom, above which two gauges count as swapped: the prior
 assumption is one swapped pair in a hundred logs of ten pairs each."""
 
@@ -65,7 +65,7 @@ IN_EACH_GAUGE = ("common_gain", "common_lever_mm")
 
 
 @dataclass(frozen=True)
-class Profile:
+class ParameterProfile:
     """The 95 % interval of a parameter (in its unit), where chi-square with all others fitted rises by 3.84.
 
     verdict : without the parameter's own prior, "bounded", "one-sided" or "flat": chi-square rises that far before the
@@ -103,7 +103,7 @@ class Diagnosis:
     status: str
     doubts: tuple[str, ...]
     intervals: dict[str, tuple[float, float]]
-    profiles: tuple[Profile, ...]
+    profiles: tuple[ParameterProfile, ...]
     influence: np.ndarray
     condition: float
 
@@ -113,10 +113,13 @@ def diagnose(found: Identification) -> Diagnosis:
     profiles = tuple(
         profile(found, name)
         for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
-        if not linear and sigma > POORLY and name != "stick_share"
+        if not linear and sigma > POORLY_KNOWN_SIGMA and name != "stick_share"
     )
     intervals = {
-        name: (physical(name, value - NORMAL * sigma), physical(name, value + NORMAL * sigma))
+        name: (
+            physical(name, value - INTERVAL_HALF_WIDTH_SIGMAS * sigma),
+            physical(name, value + INTERVAL_HALF_WIDTH_SIGMAS * sigma),
+        )
         for name, value, sigma in zip(found.names, found.vector.tolist(), found.sigma.tolist(), strict=True)
     }
     intervals |= {one.name: (one.lower, one.upper) for one in profiles}
@@ -134,7 +137,7 @@ def diagnose(found: Identification) -> Diagnosis:
         *_of_gauges(found),
         *(sentence for one in profiles for sentence in one.doubts),
     )
-    if largest.size and largest.max() > INFLUENTIAL:
+    if largest.size and largest.max() > INFLUENTIAL_PRESS_SIGMAS:
         row = int(largest.argmax())
         name = max(moved, key=lambda one: moved[one][row])
         doubts += (f"press {row + 1} alone moves {name} by about {largest[row]:.2g} of its standard deviations",)
@@ -156,7 +159,7 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
     problem = found.problem
     names, values, by_free = _recorded(found)
     covariance = by_free @ ((found.covariance + found.covariance.T) / 2) @ by_free.T
-    half = NORMAL * np.sqrt(np.diag(covariance))
+    half = INTERVAL_HALF_WIDTH_SIGMAS * np.sqrt(np.diag(covariance))
     intervals = dict(zip(names, zip(values - half, values + half, strict=True), strict=True)) | diagnosis.intervals
     return Identified(
         status=diagnosis.status,
@@ -166,7 +169,7 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
         zeros_microstrain=tuple(problem.each("zero_microstrain", found.values).tolist()),
         touch_down_mm=found.values["touch_down_mm"],
         parameters=names,
-        logarithmic=tuple(PARAMETERS[kind(name)].logarithmic for name in names),
+        logarithmic=tuple(PARAMETERS_BY_NAME[kind(name)].logarithmic for name in names),
         values=tuple(values.tolist()),
         lower=tuple(float(intervals[name][0]) for name in names),
         upper=tuple(float(intervals[name][1]) for name in names),
@@ -205,7 +208,7 @@ def influence_by_parameter(found: Identification) -> dict[str, np.ndarray]:
     model: for one log 0.45 instead of 0.93 standard deviations.
     """
     problem = found.problem
-    which = np.array([not PARAMETERS[kind(name)].each_gauge for name in found.names])
+    which = np.array([not PARAMETERS_BY_NAME[kind(name)].each_gauge for name in found.names])
     n, channels = problem.measured.shape
     if not which.any() or n < 2:
         return {}
@@ -260,10 +263,10 @@ def _of_the_presses(found: Identification) -> list[str]:
     return said
 
 
-def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[str]:
+def _of_the_fit(found: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
     """Doubts about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
     problem, ended = found.problem, at_bounds(found.problem, found.vector)
-    said = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO]
+    said = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
     if beyond := problem.beyond(found.vector):
         said.append(
             f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
@@ -274,7 +277,7 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
             said.append(f"the presses do not determine {name}: its prior decides")
     for name, known in problem.specimens.items():
         off = np.log(found.values[name] / problem.held[name]) / known.sigma
-        if abs(off) > NORMAL:
+        if abs(off) > INTERVAL_HALF_WIDTH_SIGMAS:
             said.append(
                 f"the specimen of {problem.held[name]:g} MPa came out at {found.values[name]:.3g}, {abs(off):.2g} of "
                 "the standard deviations that modulus_sigma_MPa states"
@@ -282,15 +285,17 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
     outside = np.flatnonzero(~problem.linear)
     for one, other in combinations(outside.tolist(), 2):
         together = found.covariance[one, other] / (found.sigma[one] * found.sigma[other])
-        if abs(together) > CORRELATED:
+        if abs(together) > CORRELATED_PARAMETERS:
             names = found.names[one], found.names[other]
-            wide = ": take their intervals 1.5 times as wide" if {kind(one) for one in names} <= {*MOVES} else ""
+            wide = (
+                ": take their intervals 1.5 times as wide" if {kind(one) for one in names} <= {*CONTACT_MOVES} else ""
+            )
             said.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
-    if found.freedom > 0 and found.chi_square / found.freedom > MISFIT:
+    if found.freedom > 0 and found.chi_square / found.freedom > MISFIT_CHI_SQUARE:
         excess = found.chi_square / found.freedom
         said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
     said += _swapped(found)
-    if found.rival is not None and found.rival < NORMAL**2:
+    if found.rival is not None and found.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
         said.append(f"another finger fits as well, chi-square only {found.rival:.2g} more: press other specimens too")
     return said
 
@@ -298,7 +303,7 @@ def _of_the_fit(found: Identification, profiles: tuple[Profile, ...]) -> list[st
 def _swapped(found: Identification) -> list[str]:
     """The pair of gauges, if any, whose readings fit far better swapped."""
     problem, names, costs = found.problem, found.problem.gauges, {}
-    if found.chi_square < SWAPPED:
+    if found.chi_square < SWAPPED_CHI_SQUARE:
         return []
     for one, other in combinations(range(len(problem.reading_names)), 2):
         order = np.arange(len(names))
@@ -310,7 +315,7 @@ def _swapped(found: Identification) -> list[str]:
     if not costs:
         return []
     (first, second), least = min(costs.items(), key=lambda pair: pair[1])
-    if found.chi_square - least < SWAPPED * max(1.0, least / max(found.freedom, 1.0)):
+    if found.chi_square - least < SWAPPED_CHI_SQUARE * max(1.0, least / max(found.freedom, 1.0)):
         return []
     return [f"{first} and {second} look swapped: chi-square would be {least:.3g} instead of {found.chi_square:.3g}"]
 
@@ -324,9 +329,9 @@ def _of_gauges(found: Identification) -> list[str]:
     gains = [np.inf] * len(problem.gauges) if problem.gains is None else problem.gains.tolist()
     for name, moved, gain in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), gains, strict=True):
         lever = f"lever_mm.{name}"
-        if moved < DEAD * problem.noise.readings_microstrain:
+        if moved < DEAD_GAUGE_SIGMAS * problem.noise.readings_microstrain:
             said.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
-        elif lever in found.names and found[lever][1] > PRIOR_DECIDES * PARAMETERS["lever_mm"].sigma * gain:
+        elif lever in found.names and found[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
             said.append(f"the presses do not separate lever and gain of {name}: the prior decides")
     return said
 
@@ -334,7 +339,11 @@ def _of_gauges(found: Identification) -> list[str]:
 def _backwards(found: Identification) -> list[str]:
     """Gauges with negative gain. This is a note, not a doubt, because their leads may be swapped."""
     gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
-    return [f"{gauge} reads backwards (gain {gain:.3g})" for gauge, gain, sigma in gains if gain + NORMAL * sigma < 0]
+    return [
+        f"{gauge} reads backwards (gain {gain:.3g})"
+        for gauge, gain, sigma in gains
+        if gain + INTERVAL_HALF_WIDTH_SIGMAS * sigma < 0
+    ]
 
 
 def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
@@ -349,13 +358,13 @@ def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -
     ]
 
 
-def profile(found: Identification, name: str) -> Profile:
+def profile(found: Identification, name: str) -> ParameterProfile:
     """The profile of a nonlinear parameter; each step costs a fit."""
     place = found.names.index(name)
     best, sigma = float(found.vector[place]), float(found.sigma[place])
     # If the model does not fit, the level grows with chi-square per degree of freedom, as the sigmas do.
     excess = found.chi_square / found.freedom if found.freedom > 0 else 1.0
-    level = NORMAL**2 * (excess if excess > MISFIT else 1.0)
+    level = INTERVAL_HALF_WIDTH_SIGMAS**2 * (excess if excess > MISFIT_CHI_SQUARE else 1.0)
     curve = _Curve(found, name)
     least = curve(best)
     ends = []
@@ -363,10 +372,10 @@ def profile(found: Identification, name: str) -> Profile:
         limit = float(side[place])
         curve.others = np.delete(found.vector, place)
         end = best
-        for k in range(1, STEPS + 1):
-            value = sign * min(sign * (best + sign * STEP * k * sigma), sign * limit)
+        for k in range(1, MOST_PROFILE_STEPS + 1):
+            value = sign * min(sign * (best + sign * PROFILE_STEP_SIGMAS * k * sigma), sign * limit)
             if curve(value, anywhere=True) - least > level:
-                end = brentq(lambda one: curve(one) - least - level, end, value, xtol=EXACT * sigma)
+                end = brentq(lambda one: curve(one) - least - level, end, value, xtol=PROFILE_END_ACCURACY * sigma)
                 break
             end = value
             if value == limit:
@@ -382,7 +391,7 @@ def profile(found: Identification, name: str) -> Profile:
     rises = [max(cost for value, cost in without.items() if sign * (value - best) >= 0) - low for sign in (-1, 1)]
     verdict = ("flat", "one-sided", "bounded")[sum(rise > level for rise in rises)]
     cut = sorted({name for end in ends for name in curve.at_bounds[end]})
-    return Profile(name, physical(name, ends[0]), physical(name, ends[1]), verdict, tuple(cut))
+    return ParameterProfile(name, physical(name, ends[0]), physical(name, ends[1]), verdict, tuple(cut))
 
 
 class _Curve:
@@ -420,4 +429,4 @@ def at_bounds(problem: Problem, vector: np.ndarray) -> list[str]:
         for name, close, linear in zip(problem.free, near, problem.linear, strict=True)
         if close and not linear and name != "stick_share"
     ]
-    return [*named, *([RATIO] if problem.beyond(vector) else [])]
+    return [*named, *([RATIO_WORDS] if problem.beyond(vector) else [])]

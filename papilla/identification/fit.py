@@ -17,11 +17,11 @@ from papilla.core.errors import InputError
 from papilla.core.short_repr import html_table
 from papilla.core.workers import Say
 from papilla.fem.reduction.family import with_moduli
-from papilla.identification.noise import Noise, estimated_noise
+from papilla.identification.noise import PressNoise, estimated_noise
 from papilla.identification.parameters import (
-    MOVES,
+    CONTACT_MOVES,
     OF_THE_LOG,
-    PARAMETERS,
+    PARAMETERS_BY_NAME,
     checked_values,
     kind,
     linear_last,
@@ -36,28 +36,28 @@ from papilla.model.finger import Finger
 from papilla.model.parts import Identified
 from papilla.model.specimen import Friction, Specimen
 
-ROUNDS = 10
+MOST_FITS = 10
 """Largest number of fits; each uses the weights that follow from the one before it."""
 
-SETTLED = 0.01
+SETTLED_CHANGE_SIGMAS = 0.01
 """Change of every parameter between two fits, in standard deviations, below which the fits end."""
 
-CONVERGED, MOST_STEPS = 1e-9, 60
+DESCENT_TOLERANCE, MOST_DESCENT_EVALUATIONS = 1e-9, 60
 """Relative tolerances and largest number of evaluations of a descent."""
 
-MARGIN = 1e-6
+START_BOUND_MARGIN = 1e-6
 """Share of the range between its bounds by which a start value lies inside."""
 
-ELSEWHERE = 0.05
+ANOTHER_MINIMUM_DISTANCE = 0.05
 """Difference of a nonlinear parameter (relative, for logarithmic ones) above which a minimum is another finger."""
 
 SAME_COST = 1e-3
 """Relative difference of costs up to which two fits have ended in the same minimum."""
 
-KEPT = 3
+CONTINUED_FITS = 3
 """Number of the best first fits that are continued to convergence."""
 
-MISFIT = 1.5
+MISFIT_CHI_SQUARE = 1.5
 """Chi-square per degree of freedom above which the model does not fit; all sigmas are then multiplied by its square
 root."""
 
@@ -67,10 +67,10 @@ MOST_FREED = 2
 LEAST_FALL = 0.3
 """Share by which each freed parameter must lower chi-square."""
 
-TRIED = 3
+TRIED_PARAMETERS = 3
 """Number of likely parameters of which each is tried."""
 
-ALIKE = 3.84
+ALIKE_CHI_SQUARE = 3.84
 """Difference of chi-square up to which two parameters explain the presses equally well: the 95 % quantile for one
 degree of freedom."""
 
@@ -94,12 +94,14 @@ class Identification:
     asked: str = ""
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS[kind(name)].each_gauge)
+        shown = ", ".join(
+            f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS_BY_NAME[kind(name)].each_gauge
+        )
         return f"<Identification from {len(self.problem.log)} presses: {shown}>"
 
     def _repr_html_(self) -> str:
         """Parameters with their standard deviations as a table, for notebooks."""
-        rows = [(name, *self[name], PARAMETERS[kind(name)].unit) for name in self.names]
+        rows = [(name, *self[name], PARAMETERS_BY_NAME[kind(name)].unit) for name in self.names]
         title = f"Identification from {len(self.problem.log)} presses"
         return html_table(title, rows, ("parameter", "value", "sigma (relative, for moduli and gains)", "unit"))
 
@@ -167,7 +169,7 @@ def identify(
     free: Sequence[str] = (),
     fix: Mapping[str, float] | None = None,
     specimen: Specimen | None = None,
-    noise: Noise | None = None,
+    noise: PressNoise | None = None,
     friction: Friction | None = None,
     size_mm: float | None = None,
     processes: int = 1,
@@ -207,12 +209,16 @@ def solve(problem: Problem, progress: Say | None = None) -> Identification:
     found = sorted((descend(first, start) for start in starts_of(first)), key=itemgetter(0))
     # Repeated presses tell the noise, but only with a model that already fits.
     first = replace(first, noise=estimated_noise(first, found[0][1]))
-    ends = [_followed(first, vector) for _, vector in _distinct(found)[:KEPT]]
+    ends = [_followed(first, vector) for _, vector in _distinct(found)[:CONTINUED_FITS]]
     ends.sort(key=itemgetter(0))
     cost, last, vector = ends[0]
     # Another minimum counts only if its nonlinear parameters differ; else it is the same finger found twice.
     outside = ~problem.linear
-    rivals = [one[0] - cost for one in ends[1:] if np.abs(one[2] - vector)[outside].max(initial=0.0) > ELSEWHERE]
+    rivals = [
+        one[0] - cost
+        for one in ends[1:]
+        if np.abs(one[2] - vector)[outside].max(initial=0.0) > ANOTHER_MINIMUM_DISTANCE
+    ]
     return _judged(last, vector, min(rivals, default=None))
 
 
@@ -222,8 +228,8 @@ def starts_of(problem: Problem) -> list[np.ndarray]:
     middle = problem.start[outside]
     kinds = [kind(name) for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
     # A parameter that is known well, or has a small effect, starts only at its prior
-    widths = np.diag([PARAMETERS[one].sigma for one in kinds])
-    widths = widths[[one not in (*MOVES, *OF_THE_LOG, "common_gain") for one in kinds]]
+    widths = np.diag([PARAMETERS_BY_NAME[one].sigma for one in kinds])
+    widths = widths[[one not in (*CONTACT_MOVES, *OF_THE_LOG, "common_gain") for one in kinds]]
     return [middle, *(middle + widths), *(middle - widths)]
 
 
@@ -242,10 +248,10 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
             known[outside.tobytes()] = problem.projected(outside)
         return known[outside.tobytes()]
 
-    margin = MARGIN * (high - low)
+    margin = START_BOUND_MARGIN * (high - low)
     begin = np.clip(start, low + margin, high - margin)
-    how: dict = dict.fromkeys(("xtol", "ftol", "gtol"), CONVERGED)
-    how |= {"x_scale": (high - low) / 4, "max_nfev": MOST_STEPS}
+    how: dict = dict.fromkeys(("xtol", "ftol", "gtol"), DESCENT_TOLERANCE)
+    how |= {"x_scale": (high - low) / 4, "max_nfev": MOST_DESCENT_EVALUATIONS}
     done = least_squares(lambda outside: at(outside)[0], begin, lambda outside: at(outside)[1], (low, high), **how)
     return 2 * float(done.cost), problem.solved(done.x)
 
@@ -261,12 +267,12 @@ def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.nda
 
 def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
     """Fit again, each time with the weights that follow from the last fit, until they no longer change the result."""
-    for _ in range(ROUNDS):
+    for _ in range(MOST_FITS):
         problem = problem.weighted(vector).downweighted(vector)
         before = vector
         cost, vector = descend(problem, vector[~problem.linear])
         sigma = np.sqrt(np.diag(_covariance(problem, vector)))
-        if np.abs((vector - before) / sigma).max() < SETTLED:
+        if np.abs((vector - before) / sigma).max() < SETTLED_CHANGE_SIGMAS:
             break
     return cost, problem, vector
 
@@ -292,7 +298,7 @@ def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identi
     used = float(np.trace(covariance @ (jacobian[:-priors].T @ jacobian[:-priors])))
     freedom = float(np.isfinite(problem.measured).sum()) - used
     chi_square = float((of_presses**2).sum())
-    if freedom > 0 and chi_square / freedom > MISFIT:
+    if freedom > 0 and chi_square / freedom > MISFIT_CHI_SQUARE:
         covariance = covariance * (chi_square / freedom)
     return Identification(problem, vector, covariance, chi_square, freedom, rival)
 
@@ -313,7 +319,7 @@ def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, p
     while _misfit(best) and len(names) < MOST_FREED:
         # Score test first: a whole fit for each candidate would take minutes.
         gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
-        likely = sorted(gains, key=lambda name: -gains[name])[:TRIED]
+        likely = sorted(gains, key=lambda name: -gains[name])[:TRIED_PARAMETERS]
         if progress is not None:
             progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
         tried = {name: _with_free(best, name) for name in likely}
@@ -322,11 +328,11 @@ def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, p
             break
         best = tried.pop(name)
         names.append(name)
-        alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE]
+        alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE_CHI_SQUARE]
     # Only if the model then fits: otherwise the freed parameter would only hide another error.
     if not names or _misfit(best):
         return found
-    named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS[kind(name)].unit})" for name in names)
+    named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS_BY_NAME[kind(name)].unit})" for name in names)
     fell = f"chi-square fell from {found.chi_square:.3g} to {best.chi_square:.3g}"
     others = f"; {' or '.join(alike)} instead of {names[-1]} does as well" if alike else ""
     return replace(best, asked=f"{named} was freed because the presses do not fit otherwise: {fell}{others}")
@@ -341,7 +347,7 @@ def _with_free(found: Identification, name: str) -> Identification:
 
 
 def _misfit(found: Identification) -> bool:
-    return found.freedom > 0 and found.chi_square > MISFIT * found.freedom
+    return found.freedom > 0 and found.chi_square > MISFIT_CHI_SQUARE * found.freedom
 
 
 def _moving(problem: Problem, size_mm: float | None, progress: Say | None) -> Problem:
@@ -356,7 +362,7 @@ def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
     """Places and tilts that are neither free nor held, and that these presses could determine."""
     found = []
     for name in names_of(problem.finger):
-        if kind(name) not in MOVES or name in problem.free or name in held:
+        if kind(name) not in CONTACT_MOVES or name in problem.free or name in held:
             continue
         off_apex = problem.shapes[0].off_apex
         assert off_apex is not None

@@ -13,25 +13,25 @@ from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
 from papilla.core.workers import Say
-from papilla.identification.noise import Noise
-from papilla.identification.parameters import MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, scaled, start_of
+from papilla.identification.noise import PressNoise
+from papilla.identification.parameters import CONTACT_MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, scaled, start_of
 from papilla.identification.posing import moved_by, refuse, refuse_beyond, shapes_of
 from papilla.identification.problem import Problem, sd_and_shares, unread
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.model.parts import Identified
 
-ALARM = 0.01
+FALSE_ALARM_PROBABILITY = 0.01
 """Probability of chi-square below which a finger counts as another: the share of false alarms."""
 
-CLEAR = 6.6
+CLEAR_CHI_SQUARE_RISE = 6.6
 """Rise of chi-square (1 % of one degree of freedom) above which a change is named."""
 
-GRID = 10
+AGREEMENT_GRID_PRESSES = 10
 """Number of presses along force and modulus at which the standard deviations are computed."""
 
-CELLS = Resolution(5)
-SAME = 1e-6
+AGREEMENT_RESOLUTION = Resolution(5)
+SAME_MODULUS_DIFFERENCE = 1e-6
 """Relative difference above which a design's modulus differs from the identified one."""
 
 
@@ -39,7 +39,7 @@ def problem_of_record(
     finger: Finger,
     log: PressLog,
     free: tuple[str, ...],
-    noise: Noise,
+    noise: PressNoise,
     size_mm: float | None = None,
     progress: Say | None = None,
 ) -> Problem:
@@ -91,7 +91,7 @@ def with_identification(
 
     def wider(part, slopes: np.ndarray):
         sigma = np.sqrt(np.maximum(np.einsum("nf,fe,ne->n", slopes, covariance, slopes), 0.0))
-        surface = SurfaceFit(force, modulus, (CELLS, CELLS)).surface(sigma).surface
+        surface = SurfaceFit(force, modulus, (AGREEMENT_RESOLUTION, AGREEMENT_RESOLUTION)).surface(sigma).surface
         return replace(part, uncertainty=replace(part.uncertainty, identified=surface))
 
     bench: dict[str, Any] = {"zeros_microstrain": list(record.zeros_microstrain), "touch_down_mm": record.touch_down_mm}
@@ -115,19 +115,21 @@ def _problem(
     designed = start_of(finger, finger.bench.thickness)
     values = dict(zip(record.parameters, record.values, strict=True))
     for name, value in values.items():
-        changes = name in designed and kind(name) not in ("zero_microstrain", *MOVES)
-        if changes and abs(designed[name] - value) > SAME * max(abs(value), SAME):
+        changes = name in designed and kind(name) not in ("zero_microstrain", *CONTACT_MOVES)
+        if changes and abs(designed[name] - value) > SAME_MODULUS_DIFFERENCE * max(abs(value), SAME_MODULUS_DIFFERENCE):
             raise InputError(
                 f"{name} is {designed[name]:g} in the design and {value:g} in its [identified]: the design was changed "
                 "since, so remove that table or identify the finger again"
             )
-    force, modulus = (np.geomspace(*calibration.domain[key], GRID) for key in ("force_N", "modulus_MPa"))
+    force, modulus = (
+        np.geomspace(*calibration.domain[key], AGREEMENT_GRID_PRESSES) for key in ("force_N", "modulus_MPa")
+    )
     force, modulus = (one.ravel() for one in np.meshgrid(force, modulus))
     deep = np.ones(len(force)) if "touch_down_mm" in values else None
     log = unread(finger, force, modulus, indentation_mm=deep)
     kept = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
     free = tuple(record.parameters[place] for place in kept)
-    problem = problem_of_record(finger, log, free, Noise(), size_mm, progress)
+    problem = problem_of_record(finger, log, free, PressNoise(), size_mm, progress)
     return problem, np.array(record.covariance)[np.ix_(kept, kept)]
 
 
@@ -151,7 +153,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PressAgreement:
     """New presses against a stored identification: chi-square of all measured values, its degrees of freedom and
     probability.
 
@@ -168,7 +170,7 @@ class Comparison:
     @property
     def same(self) -> bool:
         """Whether it is still the same finger."""
-        return self.probability >= ALARM
+        return self.probability >= FALSE_ALARM_PROBABILITY
 
     @property
     def verdict(self) -> str:
@@ -176,7 +178,7 @@ class Comparison:
         about = f"chi-square {self.chi_square:.3g} of {self.freedom} measured values"
         if self.same:
             return f"fine: {about} is what a finger that has not changed shows"
-        named = [one for one in self.changes if one.chi_square > CLEAR]
+        named = [one for one in self.changes if one.chi_square > CLEAR_CHI_SQUARE_RISE]
         moved = f"; the single change that explains it best: {named[0].words}" if named else ""
         return f"recalibrate: {about} has a probability of {self.probability:.1g}{moved}"
 
@@ -185,10 +187,10 @@ def compare(
     finger: Finger,
     log: PressLog,
     *,
-    noise: Noise | None = None,
+    noise: PressNoise | None = None,
     size_mm: float | None = None,
     progress: Say | None = None,
-) -> Comparison:
+) -> PressAgreement:
     """Compare new presses of an identified finger with its identification; its covariance is added to the noise.
 
     Raises `InputError` for a finger that was not identified, and what `identify` raises for its log.
@@ -197,13 +199,13 @@ def compare(
     if record is None:
         raise InputError(f"the finger {finger.name!r} has no table [identified]: papilla identify makes one")
     refuse(log, finger)
-    stated = noise or Noise(readings_microstrain=record.noise_microstrain, force=record.force_error)
+    stated = noise or PressNoise(readings_microstrain=record.noise_microstrain, force=record.force_error)
     problem = problem_of_record(finger, log, record.parameters, stated, size_mm, progress)
     refuse_beyond(problem)
     return _against(problem, problem.start, record.covariance)
 
 
-def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
+def _against(problem: Problem, vector: np.ndarray, covariance) -> PressAgreement:
     """Chi-square of the measurements at the recorded vector (f,), and by how much each possible change lowers it."""
     weights = problem.weighted(vector).weights
     assert weights is not None
@@ -227,11 +229,11 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> Comparison:
             found = float(column @ precision @ off) / information
             changes.append(Change(name, found, information**-0.5, found**2 * information))
     changes.sort(key=lambda one: -one.chi_square)
-    return Comparison(len(problem.log), total, len(off), float(chdtrc(len(off), total)), tuple(changes))
+    return PressAgreement(len(problem.log), total, len(off), float(chdtrc(len(off), total)), tuple(changes))
 
 
 def _may_move(problem: Problem) -> tuple[str, ...]:
     """Parameters that may have changed."""
     depths = problem.log.indentation_mm is not None
-    out = {"thickness_mm", *MOVES, "common_gain", "common_lever_mm", *(() if depths else ("touch_down_mm",))}
+    out = {"thickness_mm", *CONTACT_MOVES, "common_gain", "common_lever_mm", *(() if depths else ("touch_down_mm",))}
     return tuple(name for name in names_of(problem.finger) if kind(name) not in out)

@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError, SolverError
 from papilla.core.short_repr import short_repr
-from papilla.model.materials import MODES, Material, NeoHookean, material_class, principal_pair
+from papilla.model.materials import TEST_MODES, Material, NeoHookean, material_class, principal_pair
 
 STRONG_CORRELATION = 0.95
 """Correlation of two parameters above which the fit reports it."""
@@ -26,10 +26,10 @@ STRONG_CORRELATION = 0.95
 ILL_CONDITIONED = 1e6
 """Condition number of the scaled Jacobian above which the fit reports it."""
 
-CONVERGED = 1e-14
+MATERIAL_FIT_TOLERANCE = 1e-14
 """Relative tolerances of the search: the data may be exact."""
 
-DEAD = 1e-10
+SMALLEST_JACOBIAN_COLUMN = 1e-10
 """Size of a column of the scaled Jacobian, relative to the largest, below which the data do not determine its
 parameter."""
 
@@ -112,7 +112,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     def residual(x):
         return (model_stress(cls(*(x * unit)), data) - data.stress) / scale
 
-    tight = dict.fromkeys(("xtol", "ftol", "gtol"), CONVERGED)
+    tight = dict.fromkeys(("xtol", "ftol", "gtol"), MATERIAL_FIT_TOLERANCE)
     found = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
     if found.status <= 0:
         raise SolverError(f"the {kind} fit did not converge: {found.message}")
@@ -122,7 +122,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
 def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
     """Nominal stress (n,) in MPa of a material in the tests of `data`."""
     stress = np.empty(len(data.stretch))
-    for mode in MODES:
+    for mode in TEST_MODES:
         here = data.mode == mode
         stress[here] = material.nominal_stress(data.stretch[here], mode)
     return stress
@@ -140,7 +140,7 @@ def _shear_modulus(data: MaterialTests) -> float:
 def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> MaterialFit:
     """Uncertainty and doubts of a least-squares result in scaled parameters."""
     length = np.linalg.norm(found.jac, axis=0)
-    dead = length <= DEAD * length.max()
+    dead = length <= SMALLEST_JACOBIAN_COLUMN * length.max()
     seen = np.flatnonzero(~dead)
     scaled = found.jac[:, seen] / length[seen]
     singular = np.linalg.svd(scaled, compute_uv=False)
@@ -173,6 +173,6 @@ def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> 
         rms=float(np.sqrt(2 * found.cost / len(data.stretch)) * scale),
         points=len(data.stretch),
         stretch_range=(float(data.stretch.min()), float(data.stretch.max())),
-        modes=tuple(mode for mode in MODES if (data.mode == mode).any()),
+        modes=tuple(mode for mode in TEST_MODES if (data.mode == mode).any()),
         notes=tuple(notes),
     )

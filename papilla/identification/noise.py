@@ -31,7 +31,7 @@ AT_MOST = 1e3
 
 
 @dataclass(frozen=True)
-class Noise:
+class PressNoise:
     """Standard deviations of the errors that are not in the model, each independent from press to press.
 
     readings_microstrain : of a gauge. force : relative; all gauges of a press share it. indentation_mm : of the stage.
@@ -63,7 +63,7 @@ class Noise:
         return f"{parts}, {f'estimated from {self.repeats} repeats' if self.repeats else 'as stated'}"
 
 
-def estimated_noise(problem: "Problem", vector: np.ndarray) -> Noise:
+def estimated_noise(problem: "Problem", vector: np.ndarray) -> PressNoise:
     """The noise of a problem's presses, estimated from repeated ones at a fitted vector (f,); the stated noise, if no
     press is repeated or if the rows are samples of touches (`t_s`), which share an error of force."""
     groups = _groups(problem) if problem.log.t_s is None else []

@@ -19,7 +19,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
-from papilla.calibration import LEVEL
+from papilla.calibration import INTERVAL_PROBABILITY
 from papilla.calibration.fitting.sweep import Sweep
 from papilla.core import checks
 from papilla.core.errors import InputError
@@ -32,31 +32,31 @@ if TYPE_CHECKING:
 
 Depth = Callable[[float, np.ndarray], np.ndarray]
 """Indentation (n,) in mm that a specimen of a modulus (MPa) takes at forces (n,) in N."""
-HERTZ = 2 / 3
+BALL_DEPTH_EXPONENT = 2 / 3
 """Exponent of the force in the depth of a ball."""
-FEWEST = 4
+FEWEST_SERIES_POINTS = 4
 """Smallest number of points of a series: two unknowns, and some degrees of freedom for their errors."""
-STEP = 1e-4
+DERIVATIVE_STEP = 1e-4
 
-POWERS, STIFFER = (0.3, HERTZ, 1.2), (0.3, 1.0, 3.0)
+FORCE_EXPONENT_LIMITS, MODEL_FACTOR_LIMITS = (0.3, BALL_DEPTH_EXPONENT, 1.2), (0.3, 1.0, 3.0)
 """Lower bound, start and upper bound of the exponent of the force in an elastic response (2/3 for the depth of a ball,
 up to 1 for readings), and of the factor k of a model."""
 
-SHRINKING = 0.02
+SHRINKING_CONTACT_SHARE = 0.02
 """Share of its range by which a response may fall below its earlier maximum before the contact counts as shrinking."""
 
-RESOLVED = 2.0
+RESOLVED_TIME_RATIO = 2.0
 """A relaxation time can be determined if it is at least this many steps of the log, and at most its duration over
 this."""
 
-SPARE = 3
+SPARE_ROWS = 3
 """Smallest number of rows beyond the unknowns of a series."""
 
-LEAST_SHARE, SHARES, TIMES = 1e-4, (0.3, 0.95), (1e-3, 10.0)
+LEAST_SHARE, SHARE_SUMS, RELAXATION_TIME_LIMITS = 1e-4, (0.3, 0.95), (1e-3, 10.0)
 """Lower bound of a share; start value and upper bound of the sum of shares; bounds of a time relative to the log's
 duration."""
 
-STARTS = (0.02, 0.1, 0.5)
+START_RELAXATION_TIMES = (0.02, 0.1, 0.5)
 """Start values of the relaxation time of a one-term fit, relative to the log's duration; two terms start from all
 pairs."""
 
@@ -84,7 +84,7 @@ def on_half_space(radius_mm: float, nu: float = 0.5) -> Depth:
     """A rigid ball on a thick and wide specimen: Hertz, d = (3 F / (4 E* sqrt(R)))^(2/3)."""
     radius = checks.positive("radius_mm", radius_mm)
     factor = 0.75 * (1 - checks.poisson("nu", nu) ** 2) / math.sqrt(radius)
-    return lambda modulus, force: (factor * force / modulus) ** HERTZ
+    return lambda modulus, force: (factor * force / modulus) ** BALL_DEPTH_EXPONENT
 
 
 def on_bonded_layer(radius_mm: float, thickness_mm: float, deepest_mm: float, nu: float = 0.5) -> Depth:
@@ -131,16 +131,18 @@ def fit_indentation(
         raise InputError(f"force and indentation must be two equal finite columns, got {force.shape} and {found.shape}")
     touching = force > 0
     force, found = force[touching], found[touching]
-    if len(force) < FEWEST:
-        raise InputError(f"a series needs {FEWEST} points in contact at least, got {len(force)}")
+    if len(force) < FEWEST_SERIES_POINTS:
+        raise InputError(f"a series needs {FEWEST_SERIES_POINTS} points in contact at least, got {len(force)}")
     start = math.log(checks.positive("start_MPa", start_MPa))
 
     def lacking(values: np.ndarray) -> np.ndarray:
         return found - values[1] - depth(math.exp(values[0]), force)
 
     def stiffness(values: np.ndarray) -> np.ndarray:
-        less, middle, more = (depth(math.exp(values[0]), force * (1 + step)) for step in (-STEP, 0.0, STEP))
-        forward, backward = (more - middle) / (force * STEP), (middle - less) / (force * STEP)
+        less, middle, more = (
+            depth(math.exp(values[0]), force * (1 + step)) for step in (-DERIVATIVE_STEP, 0.0, DERIVATIVE_STEP)
+        )
+        forward, backward = (more - middle) / (force * DERIVATIVE_STEP), (middle - less) / (force * DERIVATIVE_STEP)
         return 1 / np.where(np.isfinite(forward), forward, backward)
 
     try:
@@ -153,7 +155,7 @@ def fit_indentation(
     variance = float(best.fun @ best.fun) / freedom
     covariance = variance * np.linalg.inv(best.jac.T @ best.jac)
     modulus, relative = math.exp(best.x[0]), math.sqrt(covariance[0, 0])
-    reach = float(stdtrit(freedom, 0.5 + LEVEL / 2)) * relative
+    reach = float(stdtrit(freedom, 0.5 + INTERVAL_PROBABILITY / 2)) * relative
     interval = modulus * math.exp(-reach), modulus * math.exp(reach)
     offset = float(best.x[1]), math.sqrt(covariance[1, 1])
     return IndentationModulus(modulus, relative * modulus, interval, *offset, math.sqrt(variance), freedom)
@@ -207,10 +209,16 @@ def fit_relaxation(
     time, force, seen = (part[: _growing(seen)] for part in (time, force, seen))
     # Shares, times and the exponent (or k), and the linear factor and zero
     unknowns = (2 * terms + 1) + 2
-    if len(time) < (least := unknowns + SPARE):
+    if len(time) < (least := unknowns + SPARE_ROWS):
         raise InputError(f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {least}")
-    span, (softest, start, stiffest) = float(time[-1] - time[0]), POWERS if elastic is None else STIFFER
-    (briefest, longest), (begin_share, most) = np.log(np.multiply(TIMES, span)), np.divide(SHARES, terms)
+    span, (softest, start, stiffest) = (
+        float(time[-1] - time[0]),
+        FORCE_EXPONENT_LIMITS if elastic is None else MODEL_FACTOR_LIMITS,
+    )
+    (briefest, longest), (begin_share, most) = (
+        np.log(np.multiply(RELAXATION_TIME_LIMITS, span)),
+        np.divide(SHARE_SUMS, terms),
+    )
     low = np.array([LEAST_SHARE] * terms + [briefest] * terms + [softest])
     high = np.array([most] * terms + [longest] * terms + [stiffest])
     wide = float(np.ptp(seen)) or 1.0
@@ -224,7 +232,7 @@ def fit_relaxation(
         return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
 
     fits = []
-    for starts in combinations(STARTS, terms):
+    for starts in combinations(START_RELAXATION_TIMES, terms):
         begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(starts)), [start]])
         fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
     best = min(fits, key=lambda one: one.cost)
@@ -318,7 +326,7 @@ def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
 
 def _growing(seen: np.ndarray) -> int:
     """Number of rows before the observed response falls."""
-    fallen = seen < np.maximum.accumulate(seen) - SHRINKING * np.ptp(seen)
+    fallen = seen < np.maximum.accumulate(seen) - SHRINKING_CONTACT_SHARE * np.ptp(seen)
     return int(np.argmax(fallen)) if fallen.any() else len(seen)
 
 
@@ -331,7 +339,10 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
     said = []
-    shortest, longest = RESOLVED * float(np.median(np.diff(time))), float(time[-1] - time[0]) / RESOLVED
+    shortest, longest = (
+        RESOLVED_TIME_RATIO * float(np.median(np.diff(time))),
+        float(time[-1] - time[0]) / RESOLVED_TIME_RATIO,
+    )
     for share, tau, one in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
             said.append(f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s")

@@ -9,16 +9,16 @@ from markupsafe import Markup
 
 from papilla import view
 from papilla.core.files import write_text
-from papilla.identification import PARAMETERS, Diagnosis, Identification
+from papilla.identification import PARAMETERS_BY_NAME, Diagnosis, Identification
 from papilla.identification.parameters import kind, plain_value
 from papilla.identification.presses import places
 from papilla.view.page import environment, image, number, plain
 
-CURVE_POINTS = 60
-DIGITS = 4
+IDENTIFIED_CURVE_POINTS = 60
+PARAMETER_DIGITS = 4
 """Digits of a parameter."""
 TOLD_CORRELATION = 0.9
-MOST_NAMED = 8
+MOST_LISTED_PRESSES = 8
 """Largest number of presses and correlations on the page; the largest are listed first."""
 
 
@@ -65,8 +65,8 @@ def _parameters(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, 
     rows, held = [], _held(found, diagnosis)
     for name, value in found.values.items():
         if name not in held:
-            shown, *ends = (number(one, DIGITS) for one in (value, *diagnosis.intervals.get(name, ())))
-            rows.append((name, shown, " to ".join(ends) or "held", PARAMETERS[kind(name)].unit))
+            shown, *ends = (number(one, PARAMETER_DIGITS) for one in (value, *diagnosis.intervals.get(name, ())))
+            rows.append((name, shown, " to ".join(ends) or "held", PARAMETERS_BY_NAME[kind(name)].unit))
     return rows
 
 
@@ -91,7 +91,7 @@ def _gauges(found: Identification) -> list[tuple[str, str, str, str]]:
 
 def _influential(found: Identification, diagnosis: Diagnosis) -> list[tuple[str, str, str, str]]:
     log = found.problem.log
-    rows = np.argsort(-diagnosis.influence)[:MOST_NAMED]
+    rows = np.argsort(-diagnosis.influence)[:MOST_LISTED_PRESSES]
     loads = ((plain(float(log.force_N[row])), plain(float(log.modulus_MPa[row]))) for row in rows)
     return [(str(row + 1), *load, number(diagnosis.influence[row], 2)) for row, load in zip(rows, loads, strict=True)]
 
@@ -99,16 +99,20 @@ def _influential(found: Identification, diagnosis: Diagnosis) -> list[tuple[str,
 def _correlations(found: Identification) -> list[str]:
     together = found.covariance / np.outer(found.sigma, found.sigma)
     pairs = [(abs(together[a, b]), a, b) for a, b in combinations(range(len(found.names)), 2)]
-    large = sorted((pair for pair in pairs if pair[0] > TOLD_CORRELATION), reverse=True)[:MOST_NAMED]
+    large = sorted((pair for pair in pairs if pair[0] > TOLD_CORRELATION), reverse=True)[:MOST_LISTED_PRESSES]
     return [f"{found.names[a]} with {found.names[b]} {number(together[a, b], 3, True)}" for _, a, b in large]
 
 
 def _curves(found: Identification):
     problem = found.problem
     log, g = problem.log, len(problem.gauges)
-    forces = np.geomspace(log.force_N.min(), log.force_N.max(), CURVE_POINTS)
+    forces = np.geomspace(log.force_N.min(), log.force_N.max(), IDENTIFIED_CURVE_POINTS)
     moduli = np.unique(log.modulus_MPa)
-    shown = moduli if len(moduli) <= MOST_NAMED else moduli[np.linspace(0, len(moduli) - 1, MOST_NAMED).astype(int)]
+    shown = (
+        moduli
+        if len(moduli) <= MOST_LISTED_PRESSES
+        else moduli[np.linspace(0, len(moduli) - 1, MOST_LISTED_PRESSES).astype(int)]
+    )
     curves = np.array([found.at(forces, np.full(len(forces), modulus))[:, :g].std(axis=1) for modulus in shown]).T
     sd = found.measured_sd
     bars = problem.noise.readings_microstrain / np.sqrt(g) + problem.noise.force * sd

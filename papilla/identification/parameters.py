@@ -36,7 +36,7 @@ _BATCHES = (
 )
 _BY_HAND = "where a careful hand glues it: 1 mm"
 _BY_EYE = "where it is set by eye: 1.5 degrees; a flat contact rolls along the skin by it"
-PARAMETERS: dict[str, Parameter] = {
+PARAMETERS_BY_NAME: dict[str, Parameter] = {
     "outer_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
     "inner_modulus_MPa": Parameter("MPa", 0.7, -1.6, 1.6, _BATCHES, logarithmic=True),
     "thickness_mm": Parameter("mm", 0.03, -0.25, 0.25, "a cast block is known to 0.3 mm of 10", logarithmic=True),
@@ -58,7 +58,7 @@ PARAMETERS: dict[str, Parameter] = {
 log states an uncertainty of its modulus has a modulus parameter. There is a share of stick if the friction is not
 stated."""
 
-MOVES = ("row_along_mm", "row_across_mm", "place_mm", "tilt_x_deg", "tilt_y_deg")
+CONTACT_MOVES = ("row_along_mm", "row_across_mm", "place_mm", "tilt_x_deg", "tilt_y_deg")
 """Parameters that move contacts relative to gauges: 0 unless they are freed or fixed."""
 
 OF_THE_LOG = ("specimen_modulus", "stick_share")
@@ -68,15 +68,15 @@ OF_THE_BENCH = ("tilt_x_deg", "tilt_y_deg", "specimen_modulus", "stick_share")
 """Parameters that belong to the bench, not to the finger."""
 
 LEVER_PER_GAIN_MM = -0.5
-"""Mean of the prior of lever over gain; `PARAMETERS` has its standard deviation, that of a uniform distribution from -2
-to 1 mm."""
+"""Mean of the prior of lever over gain; `PARAMETERS_BY_NAME` has its standard deviation, that of a uniform distribution
+from -2 to 1 mm."""
 
 
 def names_of(finger: Finger) -> tuple[str, ...]:
     """The names of all parameters of a finger and its bench, with one name per gauge where each gauge has its own."""
     gauges = [gauge.name for gauge in finger.gauges]
     found: list[str] = []
-    for key, one in PARAMETERS.items():
+    for key, one in PARAMETERS_BY_NAME.items():
         if key not in OF_THE_LOG:
             found += [f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key]
     return tuple(found)
@@ -84,11 +84,11 @@ def names_of(finger: Finger) -> tuple[str, ...]:
 
 def linear_last(names: Iterable[str]) -> tuple[str, ...]:
     """The names in their order, but linear parameters after the others."""
-    return tuple(sorted(names, key=lambda name: PARAMETERS[kind(name)].linear))
+    return tuple(sorted(names, key=lambda name: PARAMETERS_BY_NAME[kind(name)].linear))
 
 
 def kind(name: str) -> str:
-    """The entry of `PARAMETERS` for a parameter's name."""
+    """The entry of `PARAMETERS_BY_NAME` for a parameter's name."""
     return name.split(".", 1)[0]
 
 
@@ -120,10 +120,10 @@ def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
     for name in asked:
         if name in known:
             found.append(name)
-        elif name in PARAMETERS and name not in OF_THE_LOG:
+        elif name in PARAMETERS_BY_NAME and name not in OF_THE_LOG:
             found += [one for one in known if kind(one) == name]
         else:
-            every = [key for key in PARAMETERS if key not in OF_THE_LOG]
+            every = [key for key in PARAMETERS_BY_NAME if key not in OF_THE_LOG]
             meant = closest(name, [*every, *known])
             hint = f", did you mean {meant}?" if meant else "."
             raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(every)}")
@@ -136,15 +136,15 @@ def checked_values(fix: Mapping[str, float], finger: Finger) -> dict[str, float]
     for asked, value in fix.items():
         for name in expanded([asked], finger):
             number = checks.finite(asked, value)
-            found[name] = checks.positive(asked, number) if PARAMETERS[kind(name)].logarithmic else number
+            found[name] = checks.positive(asked, number) if PARAMETERS_BY_NAME[kind(name)].logarithmic else number
     return found
 
 
 def scaled(name: str, value: float) -> float:
     """A parameter's value in the scale of the fit."""
-    return math.log(value) if PARAMETERS[kind(name)].logarithmic else value
+    return math.log(value) if PARAMETERS_BY_NAME[kind(name)].logarithmic else value
 
 
 def physical(name: str, value: float) -> float:
     """The value, in its unit, of a parameter that is given in the scale of the fit."""
-    return math.exp(value) if PARAMETERS[kind(name)].logarithmic else value
+    return math.exp(value) if PARAMETERS_BY_NAME[kind(name)].logarithmic else value

@@ -8,27 +8,27 @@ import numpy as np
 
 from papilla.core.errors import InputError
 from papilla.core.workers import Say, workers
-from papilla.fem.finite.strain_tables import SPANNING, begin_large_strain
+from papilla.fem.finite.strain_tables import SPANNING_LAYER_RATIOS, begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of
 from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
 from papilla.fem.pressing.response import response
 from papilla.fem.reduction.family import FingerFamily, family, with_moduli
-from papilla.identification.noise import Noise
+from papilla.identification.noise import PressNoise
 from papilla.identification.parameters import checked_values, expanded, kind, linear_last, names_of, start_of
-from papilla.identification.presses import Known, Shape, needs_places, refuse_far
-from papilla.identification.problem import MIDDLES, Problem
+from papilla.identification.presses import Known, PressedShape, needs_places, refuse_far
+from papilla.identification.problem import PRIOR_MEANS, Problem
 from papilla.logs import PressLog
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import THICKNESS_MM, Block, Friction, Specimen, friction_coefficient, friction_words
 
-SIZE_MM = 1.0
+POSED_ELEMENT_SIZE_MM = 1.0
 """Element size at the contact for identifications: S_d differs by 0.6 % at most from that on elements of half the
 size."""
 
 MOST_UNKNOWN = 0.3
 """Relative standard deviation of a specimen's modulus above which the log is refused."""
 
-THICKER = 1.2
+THICKNESS_FACTOR = 1.2
 """Factor between the thicknesses for which responses are made, if the thickness is free."""
 
 SOFT_MPA, RUBBER_MPA = 5.0, 100.0
@@ -48,7 +48,7 @@ def problem_of(
     free: Sequence[str] = (),
     fix: Mapping[str, float] | None = None,
     specimen: Specimen | None = None,
-    noise: Noise | None = None,
+    noise: PressNoise | None = None,
     friction: Friction | None = None,
     size_mm: float | None = None,
     progress: Say | None = None,
@@ -66,11 +66,11 @@ def problem_of(
     wanted = linear_last((*free_parameters(log, finger, free, held), *specimens))
     friction = finger.bench.friction if friction is None else friction
     shapes = shapes_of(log, touched, finger, wanted, held, friction, size_mm, progress)
-    opened = {"stick_share": MIDDLES["stick_share"]} if any(shape.friction_open for shape in shapes) else {}
+    opened = {"stick_share": PRIOR_MEANS["stick_share"]} if any(shape.friction_open for shape in shapes) else {}
     wanted = linear_last((*wanted, *opened))
     start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held | opened
     start |= {name: float(log.modulus_MPa[known.rows[0]]) for name, known in specimens.items()}
-    problem = Problem(log, finger, shapes, start, wanted, noise or Noise(), specimens=specimens)
+    problem = Problem(log, finger, shapes, start, wanted, noise or PressNoise(), specimens=specimens)
     refuse_beyond(problem)
     return problem
 
@@ -115,7 +115,7 @@ def family_of(
     plain = replace(finger, name="geometry", gauges=gauges, bench=Bench(), ridges=None, identified=None)
     if finger.outer.material is None and finger.inner.material is None:
         plain = with_moduli(plain, 1.0, 1.0)
-    return family(plain, size_mm=size_mm or SIZE_MM, variant=variant, progress=progress)
+    return family(plain, size_mm=size_mm or POSED_ELEMENT_SIZE_MM, variant=variant, progress=progress)
 
 
 def ensure_physics(
@@ -125,7 +125,7 @@ def ensure_physics(
     friction is not stated."""
     ends = (False, True) if friction is None else ends_of(friction_coefficient(friction))
     with workers(processes, progress) as start:
-        begin_large_strain(finger, ends, start, ratios=SPANNING, progress=progress)()
+        begin_large_strain(finger, ends, start, ratios=SPANNING_LAYER_RATIOS, progress=progress)()
 
 
 def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
@@ -160,7 +160,7 @@ def shapes_of(
     friction: Friction | None,
     size_mm: float | None,
     progress: Say | None,
-) -> tuple[Shape, ...]:
+) -> tuple[PressedShape, ...]:
     """The shapes of specimens in a log, each with the responses of a finger's family to it; with and without friction,
     if the friction is not stated and large strain is known for both.
 
@@ -183,7 +183,7 @@ def shapes_of(
         made: tuple[Specimen, ...] = (kept,)
         thicknesses: tuple[float, ...] = ()
         if isinstance(kept, Block) and "thickness_mm" in free:
-            thicknesses = tuple(touched.thickness * THICKER**k for k in (-1, 0, 1))  # type: ignore[attr-defined]
+            thicknesses = tuple(touched.thickness * THICKNESS_FACTOR**k for k in (-1, 0, 1))  # type: ignore[attr-defined]
             made = tuple(replace(kept, thickness=one) for one in thicknesses)
         if any(kind(name).startswith("tilt") for name in free) and kept.curvature != (0.0, 0.0):
             raise InputError(
@@ -194,12 +194,14 @@ def shapes_of(
         if friction is None and responses[0].friction:
             responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
-        shapes.append(Shape(rows, kept, responses, thicknesses))
+        shapes.append(PressedShape(rows, kept, responses, thicknesses))
     found = tuple(sorted(shapes, key=lambda one: -len(one.rows)))
     return with_moves(found, relatives, progress) if moving else found
 
 
-def with_moves(shapes: tuple[Shape, ...], relatives: FingerFamily, progress: Say | None = None) -> tuple[Shape, ...]:
+def with_moves(
+    shapes: tuple[PressedShape, ...], relatives: FingerFamily, progress: Say | None = None
+) -> tuple[PressedShape, ...]:
     """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
     found = []
     for shape in shapes:

@@ -10,21 +10,21 @@ from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.fem.pressing.off_apex import MoveLimits, OffApex
 from papilla.fem.pressing.response import RATIO_LIMITS, Response
-from papilla.fem.reduction.gauges import QUANTITIES
-from papilla.identification.parameters import MOVES, PARAMETERS
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
+from papilla.identification.parameters import CONTACT_MOVES, PARAMETERS_BY_NAME
 from papilla.logs import PressLog
 from papilla.model.specimen import Friction, Specimen, friction_words, physics_words
 
 NOT_STATED = "not told"
 """Friction of presses, in records and JSON, if it is not stated: responses with and without it are mixed."""
 
-LOADS = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
+LOAD_QUANTITIES = ("force", "modulus", "outer_modulus_MPa", "inner_modulus_MPa", "thickness_mm", "stick_share")
 """Quantities by which every press has derivatives: by their logarithms, but for the share of stick. The logarithm of
 the outer modulus is that of the ratio of the moduli."""
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class PressedShape:
     """The presses (rows of the log) on one shape of specimen, and the responses to it at rising thicknesses (mm).
 
     responses : one per thickness; if the friction is not known, first those with stick, then those without friction;
@@ -78,15 +78,19 @@ class FeltBy:
 
 
 def felt_by(
-    shapes: tuple[Shape, ...], log: PressLog, moduli: np.ndarray, values: Mapping[str, float], gauges: tuple[str, ...]
+    shapes: tuple[PressedShape, ...],
+    log: PressLog,
+    moduli: np.ndarray,
+    values: Mapping[str, float],
+    gauges: tuple[str, ...],
 ) -> FeltBy:
     """The presses of a log, on specimens of moduli (n,), by a finger and bench with these parameter values."""
     inner, outer = values["inner_modulus_MPa"], values["outer_modulus_MPa"]
     ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
-    shape_of = (len(log), len(QUANTITIES), len(gauges))
+    shape_of = (len(log), len(GAUGE_QUANTITIES), len(gauges))
     felt, depth = np.zeros(shape_of), np.zeros(len(log))
     found = FeltBy(felt, depth, np.zeros(shape_of))
-    for name in LOADS:
+    for name in LOAD_QUANTITIES:
         found.slopes[name], found.depth_slopes[name] = np.zeros(shape_of), np.zeros(len(log))
     for shape in shapes:
         rows = shape.rows
@@ -111,7 +115,7 @@ def felt_by(
             # Responses depend on F / E_inner, E / E_inner and E_outer / E_inner: E_inner stands below in all three.
             by_thickness, by_stick = (np.tensordot(one, of_all, 1) for one in (steep, by_share))
             by = (force, modulus, by_ratio, -force - modulus - by_ratio, by_thickness, by_stick)
-            for name, one in zip(LOADS, by, strict=True):
+            for name, one in zip(LOAD_QUANTITIES, by, strict=True):
                 slope[name][rows] = one
         if shape.off_apex is not None:
             _move(found, shape, loads, log, values, gauges)
@@ -138,7 +142,7 @@ def rolled(limits: MoveLimits, values: Mapping[str, float]) -> tuple[np.ndarray,
 
 def _move(
     found: FeltBy,
-    shape: Shape,
+    shape: PressedShape,
     loads: tuple[np.ndarray, np.ndarray, float, float],
     log: PressLog,
     values: Mapping[str, float],
@@ -155,7 +159,7 @@ def _move(
     found.changed[rows] = changed.values
     by = changed.slopes
     parts = by["force"], by["modulus"], by["ratio"], -by["force"] - by["modulus"] - by["ratio"]
-    for name, slope in zip(LOADS, parts, strict=False):
+    for name, slope in zip(LOAD_QUANTITIES, parts, strict=False):
         found.slopes[name][rows] += slope
     steep = np.where(np.isfinite(per_degree), per_degree, 0.0)
     moves = {"row_along_mm": by["along"], "row_across_mm": by["across"]}
@@ -168,8 +172,8 @@ def _move(
 
 def needs_places(log: PressLog, free: tuple[str, ...], held: Mapping[str, float]) -> bool:
     """Whether the log and the parameters require contacts or gauges to be moved."""
-    moved = any(value != 0 for name, value in held.items() if name.split(".")[0] in MOVES)
-    return moved or bool(places(log).any()) or any(name.split(".")[0] in MOVES for name in free)
+    moved = any(value != 0 for name, value in held.items() if name.split(".")[0] in CONTACT_MOVES)
+    return moved or bool(places(log).any()) or any(name.split(".")[0] in CONTACT_MOVES for name in free)
 
 
 def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None:
@@ -179,8 +183,8 @@ def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None
         if name in free:
             if not np.isfinite(limits.rolling[axis]):
                 raise InputError(f"{name} cannot be free: the skin is straight along {'xy'[axis]}")
-            left[axis] -= np.radians(PARAMETERS[name].high) * limits.rolling[axis]
-    if (far := np.abs(places(log)) > left + checks.ROUNDING).any():
+            left[axis] -= np.radians(PARAMETERS_BY_NAME[name].high) * limits.rolling[axis]
+    if (far := np.abs(places(log)) > left + checks.ROUNDING_SHARE).any():
         row, axis = (int(one) for one in np.argwhere(far)[0])
         raise InputError(
             f"{'xy'[axis]}_mm is {places(log)[row, axis]:g} in press {row + 1}: contacts are known within "

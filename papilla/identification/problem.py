@@ -12,19 +12,19 @@ from functools import cached_property
 
 import numpy as np
 
-from papilla.core.units import MICROSTRAIN
-from papilla.fem.pressing.off_apex import UNSURE
+from papilla.core.units import STRAIN_PER_MICROSTRAIN
+from papilla.fem.pressing.off_apex import MOVED_CHANGE_ERROR
 from papilla.fem.pressing.response import RATIO_LIMITS
-from papilla.identification.noise import Noise
-from papilla.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS, kind, physical, scaled
-from papilla.identification.presses import FeltBy, Known, Shape, felt_by, places
+from papilla.identification.noise import PressNoise
+from papilla.identification.parameters import LEVER_PER_GAIN_MM, PARAMETERS_BY_NAME, kind, physical, scaled
+from papilla.identification.presses import FeltBy, Known, PressedShape, felt_by, places
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
 
-MISSING = 1e9
+MISSING_SIGMA = 1e9
 """Standard deviation for values that a press did not measure, relative to the channel's own."""
 
-BEYOND = 0.01
+RATIO_FAMILY_DISTANCE = 0.01
 """Distance of ln of the moduli's ratio from the family that counts as one standard deviation."""
 
 FIRST_EXPONENT = 0.67
@@ -36,20 +36,20 @@ LEAST_GAIN, MOST_GAIN = 1e-4, 2.0
 LEVERS_PER_GAIN_MM = np.linspace(-2.0, 1.0, 13)
 """Ratios of lever to gain among which the largest possible gain is searched."""
 
-CANCELLING = 0.2
+CANCELLING_SHARE = 0.2
 """Share of the largest of these readings below which strain and curvature are not assumed to cancel."""
 
-OUTLYING = 4.0
+OUTLYING_RESIDUAL = 4.0
 """Weighted residual above which a reading counts less (Cauchy weights)."""
 
-MIDDLES = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
+PRIOR_MEANS = {"common_lever_mm": LEVER_PER_GAIN_MM, "stick_share": 0.5}
 """Means of priors that are not 0 or, for a logarithmic parameter, not the start value."""
 
-PATTERNS = 6
+MODEL_ERROR_PATTERNS = 6
 """Number of independent errors of the model: the error is smooth in force and modulus, a parabola in both. More presses
 than this do not average it further."""
 
-CURVED = 2.0
+CURVATURE_RELATIVE_ERROR = 2.0
 """Relative error of the curvature over that of the strain."""
 
 ASIDE_PER_MM2 = 3e-4
@@ -105,10 +105,10 @@ class Problem:
 
     log: PressLog
     finger: Finger
-    shapes: tuple[Shape, ...]
+    shapes: tuple[PressedShape, ...]
     held: Mapping[str, float]
     free: tuple[str, ...]
-    noise: Noise
+    noise: PressNoise
     weights: np.ndarray | None = None
     robust: np.ndarray | None = None
     gains: np.ndarray | None = None
@@ -120,7 +120,7 @@ class Problem:
     @cached_property
     def linear(self) -> np.ndarray:
         """(f,) bool: the free parameters in which the readings are linear."""
-        return np.array([PARAMETERS[kind(name)].linear for name in self.free], bool)
+        return np.array([PARAMETERS_BY_NAME[kind(name)].linear for name in self.free], bool)
 
     @cached_property
     def start(self) -> np.ndarray:
@@ -131,7 +131,7 @@ class Problem:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """(f,) lowest and highest values in the scale of the fit."""
         low, high = (
-            np.array([getattr(PARAMETERS[kind(name)], side) for name in self.free]) for side in ("low", "high")
+            np.array([getattr(PARAMETERS_BY_NAME[kind(name)], side) for name in self.free]) for side in ("low", "high")
         )
         return self.start + low, self.start + high
 
@@ -141,8 +141,8 @@ class Problem:
         logarithmic parameter is its start value; the prior of a lever is on its ratio to the gain."""
         found = {}
         for name in self.free:
-            one = PARAMETERS[kind(name)]
-            middle = scaled(name, self.held[name]) if one.logarithmic else MIDDLES.get(kind(name), 0.0)
+            one = PARAMETERS_BY_NAME[kind(name)]
+            middle = scaled(name, self.held[name]) if one.logarithmic else PRIOR_MEANS.get(kind(name), 0.0)
             found[name] = middle, self.specimens[name].sigma if name in self.specimens else one.sigma
         return found
 
@@ -197,7 +197,9 @@ class Problem:
         felt, g = self.felt(values), len(self.gauges)
         # (q, g) weights of the gauges' values in readings in microstrain
         gain, lever = self.each("gain", values), self.each("lever_mm", values)
-        mix = np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / MICROSTRAIN
+        mix = (
+            np.array([gain, lever + gain * values["common_lever_mm"]]) * values["common_gain"] / STRAIN_PER_MICROSTRAIN
+        )
 
         def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
             return np.column_stack([np.einsum("nqg,qg->ng", parts, mix), deep])
@@ -221,7 +223,7 @@ class Problem:
                 columns[:, :g, place] = np.einsum("nqg,qg->ng", felt.values, slope)
             else:
                 k = self.gauges.index(gauge)
-                factor = values["common_gain"] / MICROSTRAIN
+                factor = values["common_gain"] / STRAIN_PER_MICROSTRAIN
                 gain = felt.values[:, 0, k] + values["common_lever_mm"] * felt.values[:, 1, k]
                 parts = {"gain": factor * gain, "lever_mm": factor * felt.values[:, 1, k]}
                 columns[:, k, place] = parts.get(which, 1.0)
@@ -229,7 +231,9 @@ class Problem:
         # The model's error is a share of the usual size of the gauges, not of the single gauge, which may read nearly
         # nothing.
         size = np.sqrt((felt.values**2).mean(axis=2, keepdims=True)) * errors[:, 1:].reshape(felt.values.shape)
-        moved = UNSURE * np.sqrt((felt.changed**2).mean(axis=2, keepdims=True) * self._together[:, None, None])
+        moved = MOVED_CHANGE_ERROR * np.sqrt(
+            (felt.changed**2).mean(axis=2, keepdims=True) * self._together[:, None, None]
+        )
         size = np.hypot(size, moved)
         aside = (places(self.log) ** 2).sum(axis=1) * ASIDE_PER_MM2
         unsure = np.column_stack([np.sqrt(((size * mix) ** 2).sum(axis=1)), np.hypot(errors[:, 0], aside) * felt.depth])
@@ -337,8 +341,8 @@ class Problem:
         if beyond:
             for name, sign in (("outer_modulus_MPa", 1.0), ("inner_modulus_MPa", -1.0)):
                 if name in self.free:
-                    last[self.free.index(name)] = sign / BEYOND
-        return np.append(rows @ vector - target, beyond / BEYOND), np.vstack([rows, last])
+                    last[self.free.index(name)] = sign / RATIO_FAMILY_DISTANCE
+        return np.append(rows @ vector - target, beyond / RATIO_FAMILY_DISTANCE), np.vstack([rows, last])
 
     def beyond(self, vector: np.ndarray) -> float:
         """Distance of ln(outer / inner modulus) from the range of the family."""
@@ -368,9 +372,9 @@ class Problem:
         # Zeros do not count, so compare changes from press to press. The smallest modelled size over all levers asks
         # for the largest gain.
         moved = self.log.readings - self.log.readings.mean(axis=0)
-        parts = (felt - felt.mean(axis=0)) / MICROSTRAIN
+        parts = (felt - felt.mean(axis=0)) / STRAIN_PER_MICROSTRAIN
         sizes = [np.sqrt(((parts[:, 0] + lever * parts[:, 1]) ** 2).mean(axis=0)) for lever in LEVERS_PER_GAIN_MM]
-        least = np.maximum(np.min(sizes, axis=0), CANCELLING * np.max(sizes, axis=0))
+        least = np.maximum(np.min(sizes, axis=0), CANCELLING_SHARE * np.max(sizes, axis=0))
         size = np.sqrt((moved**2).mean(axis=0))
         return size / np.maximum(least, size / MOST_GAIN + np.finfo(float).tiny)
 
@@ -382,7 +386,7 @@ class Problem:
         spread[:, len(self.reading_names) :] = noise.indentation_mm**2
         spread += unsure**2
         # A missing value gets a standard deviation so large that it has no weight.
-        spread[np.isnan(self.measured)] *= MISSING**2
+        spread[np.isnan(self.measured)] *= MISSING_SIGMA**2
         # An error of the force moves all channels of a press along their slopes: a matrix of rank one.
         covariance = noise.force**2 * slope[:, :, None] * slope[:, None, :]
         covariance += np.eye(len(spread[0])) * spread[:, None, :]
@@ -399,16 +403,16 @@ class Problem:
     def _model_errors(self, inner: float) -> np.ndarray:
         """(n, 1 + q g) relative errors of the model for each press: indentation, then the gauges' values."""
         found = np.zeros((len(self.log), 1 + 2 * len(self.gauges)))
-        alike = 1.0 if self.candidates else max(1.0, len(self.log) / PATTERNS) ** 0.5
-        felt = np.repeat(self.noise.model * np.array([1.0, CURVED]), len(self.gauges))
+        alike = 1.0 if self.candidates else max(1.0, len(self.log) / MODEL_ERROR_PATTERNS) ** 0.5
+        felt = np.repeat(self.noise.model * np.array([1.0, CURVATURE_RELATIVE_ERROR]), len(self.gauges))
         model = alike * np.append(self.noise.depth, felt)
         for shape in self.shapes:
             found[shape.rows] = np.hypot(model, shape.responses[0].error)
         return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
 
     def downweighted(self, vector: np.ndarray) -> "Problem":
-        """The problem in which a weighted reading counts less if it exceeds `OUTLYING` (Cauchy's weights)."""
+        """The problem in which a weighted reading counts less if it exceeds `OUTLYING_RESIDUAL` (Cauchy's weights)."""
         assert self.weights is not None
         off = np.nan_to_num(self.measured - self.modelled(vector).values)
         whitened = (self.weights @ off[:, :, None])[:, :, 0]
-        return replace(self, robust=1 / np.sqrt(1 + (whitened / OUTLYING) ** 2))
+        return replace(self, robust=1 / np.sqrt(1 + (whitened / OUTLYING_RESIDUAL) ** 2))

@@ -21,7 +21,7 @@ from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.fem.pressing.response import RATIO_LIMITS
 from papilla.identification import posing
 from papilla.identification.fit import Identification
-from papilla.identification.noise import Noise
+from papilla.identification.noise import PressNoise
 from papilla.identification.parameters import start_of
 from papilla.identification.posing import free_parameters, shapes_of
 from papilla.identification.presses import refuse_far
@@ -30,28 +30,28 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 
 Criterion = Literal["I", "D"]
-APEX = (0.0, 0.0)
+APEX_PLACE = (0.0, 0.0)
 
 Presses = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Forces (n,) in N, moduli (n,) in MPa and places (n, 2) in mm of presses."""
 
-FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
+SUGGESTED_FORCES_N = tuple(gf_to_newton(gf) for gf in (5, 7, 10, 14, 20, 28, 40, 55, 75, 100))
 """Forces among which presses are suggested, unless others are given."""
 
-GRID = 6
+DOMAIN_GRID_POINTS = 6
 """Number of points along each axis of the domain over which E should be determined well."""
 
-LEAST_SLOPE = 0.02
+LEAST_CRITERION_SLOPE = 0.02
 """Smallest d ln S_d / d ln E in the criterion: where the slope is smaller, S_d does not determine E, and the weight
 does not grow further."""
 
-DRAWS = 12
+PRIOR_DRAWS = 12
 """Number of fingers of the prior over which a protocol without presses is averaged."""
 
-GAINS, LEVERS_PER_GAIN_MM, STIFFER = (0.02, 1.0), (-2.0, 1.0), 2.0
+DRAWN_GAINS, DRAWN_LEVERS_PER_GAIN_MM, LARGEST_MODULUS_FACTOR = (0.02, 1.0), (-2.0, 1.0), 2.0
 """Their gains, and levers over gains; their moduli differ from the design's by up to this factor."""
 
-EXCHANGES = 20
+MOST_PRESS_EXCHANGES = 20
 """Largest number of rounds of exchange: each tries the best candidate in place of every press in turn."""
 
 
@@ -95,11 +95,11 @@ def suggest_presses(
     count: int,
     moduli: Sequence[float],
     *,
-    forces: Sequence[float] = FORCES_N,
-    places: Sequence[tuple[float, float]] = (APEX,),
+    forces: Sequence[float] = SUGGESTED_FORCES_N,
+    places: Sequence[tuple[float, float]] = (APEX_PLACE,),
     specimen: Specimen | None = None,
     criterion: Criterion = "I",
-    noise: Noise | None = None,
+    noise: PressNoise | None = None,
     seed: int = 0,
     size_mm: float | None = None,
 ) -> Suggestion:
@@ -134,7 +134,7 @@ def suggest_presses(
         problem = _able(known.problem, candidates, size_mm)
         fingers = [_finger(problem, known.vector, candidates, made.T @ made)]
     else:
-        problem, vectors = _from_nothing(known, candidates, specimen, noise or Noise(), seed, size_mm)
+        problem, vectors = _from_nothing(known, candidates, specimen, noise or PressNoise(), seed, size_mm)
         fingers = [_finger(problem, vector, candidates, None) for vector in vectors]
     chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
     spread = [
@@ -156,7 +156,7 @@ def _able(problem: Problem, candidates: Presses, size_mm: float | None) -> Probl
 
 
 def _from_nothing(
-    design: Finger, candidates: Presses, specimen: Specimen | None, noise: Noise, seed: int, size_mm: float | None
+    design: Finger, candidates: Presses, specimen: Specimen | None, noise: PressNoise, seed: int, size_mm: float | None
 ) -> tuple[Problem, list[np.ndarray]]:
     """The problem of the candidates of a design, without measurements, and vectors (f,) of fingers of its prior."""
     empty = unread(design, *candidates)
@@ -165,15 +165,17 @@ def _from_nothing(
     held = start_of(design)
     problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
     random, vectors = np.random.default_rng(seed), []
-    for _ in range(DRAWS):
+    for _ in range(PRIOR_DRAWS):
         drawn = dict(held)
-        inner = drawn["inner_modulus_MPa"] * STIFFER ** random.uniform(-1, 1)
-        ratio = drawn["outer_modulus_MPa"] / drawn["inner_modulus_MPa"] * STIFFER ** random.uniform(-1, 1)
+        inner = drawn["inner_modulus_MPa"] * LARGEST_MODULUS_FACTOR ** random.uniform(-1, 1)
+        ratio = (
+            drawn["outer_modulus_MPa"] / drawn["inner_modulus_MPa"] * LARGEST_MODULUS_FACTOR ** random.uniform(-1, 1)
+        )
         drawn["inner_modulus_MPa"] = inner
         drawn["outer_modulus_MPa"] = inner * float(np.clip(ratio, *RATIO_LIMITS))
         for name in problem.gauges:
-            drawn[f"gain.{name}"] = float(np.exp(random.uniform(*np.log(GAINS))))
-            drawn[f"lever_mm.{name}"] = drawn[f"gain.{name}"] * random.uniform(*LEVERS_PER_GAIN_MM)
+            drawn[f"gain.{name}"] = float(np.exp(random.uniform(*np.log(DRAWN_GAINS))))
+            drawn[f"lever_mm.{name}"] = drawn[f"gain.{name}"] * random.uniform(*DRAWN_LEVERS_PER_GAIN_MM)
         vectors.append(replace(problem, held=drawn).start)
     return problem, vectors
 
@@ -186,7 +188,9 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     priors = len(problem.free) + 1
     each = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
-    grid = np.meshgrid(np.geomspace(*CHECKED_FORCE_N, GRID), np.geomspace(*CHECKED_MODULUS_MPA, GRID))
+    grid = np.meshgrid(
+        np.geomspace(*CHECKED_FORCE_N, DOMAIN_GRID_POINTS), np.geomspace(*CHECKED_MODULUS_MPA, DOMAIN_GRID_POINTS)
+    )
     modelled = problem.of(grid[0].ravel(), grid[1].ravel()).modelled(vector)
     g = len(problem.gauges)
     sd, shares = sd_and_shares(modelled.values[:, :g] - problem.each("zero_microstrain", problem.values(vector)))
@@ -197,7 +201,7 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
     # Each candidate adds the outer products of its rows: information is additive over presses.
     information = np.einsum("ncf,nch->nfh", each, each)
-    by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_SLOPE)[:, None]
+    by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_CRITERION_SLOPE)[:, None]
     return _Finger(prior.T @ prior if known is None else known, information, by_modulus)
 
 
@@ -230,14 +234,14 @@ def _greedy(fingers: list[_Finger], count: int, criterion: Criterion) -> list[in
 
 def _exchanged(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> list[int]:
     """The presses after exchanging one after another for better candidates (Fedorov), until there are none."""
-    for _ in range(EXCHANGES):
+    for _ in range(MOST_PRESS_EXCHANGES):
         before = list(rows)
         for k in range(len(rows)):
             others = rows[:k] + rows[k + 1 :]
             scores = _score(fingers, others, criterion)
             best = int(np.argmin(scores))
             # Equal scores within rounding change nothing, or two equal candidates would take turns for ever.
-            if scores[best] < scores[rows[k]] - checks.ROUNDING:
+            if scores[best] < scores[rows[k]] - checks.ROUNDING_SHARE:
                 rows = [*others[:k], best, *others[k:]]
         if rows == before:
             break

@@ -18,8 +18,8 @@ import numpy as np
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
 from papilla.core.memory import refuse_beyond
-from papilla.core.outside import DESIGN_BYTES, MIB, checked_file, reason
-from papilla.core.rows import BLOCK, Table
+from papilla.core.outside import BYTES_PER_MIB, DESIGN_BYTES, checked_file, reason
+from papilla.core.rows import BLOCK_ROWS, Table
 from papilla.core.units import NS_PER_S, S_PER_NS
 from papilla.logs.frames import FrameReader
 from papilla.logs.parquet import MOST_ELEMENTS, MOST_FIELDS
@@ -30,7 +30,7 @@ MOST_TOPICS, DEFINITION_CHARACTERS = 2000, 2**18
 """Largest number of topics of a bag, and of characters of the definition of a type: large ones have some thousand."""
 MOST_MEMBERS = 4096
 """Largest number of members in fixed arrays of texts or messages: the decoder has a line of code for each."""
-CHUNK_BYTES = 256 * MIB
+CHUNK_BYTES = 256 * BYTES_PER_MIB
 """Most bytes of an unpacked chunk of a bag: recorders write chunks of 1 to 100 MiB."""
 
 
@@ -69,12 +69,12 @@ class BagReader(FrameReader):
     @property
     def notes(self) -> tuple[str, ...]:
         """Remarks for the user, a sentence each; other columns of the messages are not listed."""
-        leading, held = self._topics[:1], ", ".join(self._topics[1:])
+        leading, latest = self._topics[:1], ", ".join(self._topics[1:])
         rows = (*(f"rows are the messages of {topic}" for topic in leading),)
-        rows += (f"of {held} each row has the latest value",) if held else ()
+        rows += (f"of {latest} each row has the latest value",) if latest else ()
         return (*rows, *self.unusable.values())
 
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows; raises what `FrameReader.blocks` raises, and `MemoryEstimateError` for more than memory holds."""
         if {*self._loaded} != {*self.names}:
             self._loaded = self._frame = self._load()
@@ -155,19 +155,24 @@ def _check_definitions(path: Path, connections: list[Any]) -> None:
         raise FileFormatError(f"{path} has {len(connections)} topics; at most {MOST_TOPICS} are read")
     checked = set()
     for connection in connections:
-        kind, text = connection.msgdef.format, connection.msgdef.data
-        if (connection.msgtype, text) in checked or kind == MessageDefinitionFormat.NONE:
+        language, text = connection.msgdef.format, connection.msgdef.data
+        if (connection.msgtype, text) in checked or language == MessageDefinitionFormat.NONE:
             continue
         checked.add((connection.msgtype, text))
         try:
             if len(text) > DEFINITION_CHARACTERS:
                 raise InputError(f"its definition has {len(text)} characters; at most {DEFINITION_CHARACTERS} are read")
-            if kind == MessageDefinitionFormat.MSG:
+            if language == MessageDefinitionFormat.MSG:
                 types = get_types_from_msg(text, connection.msgtype)
             else:
                 _check_nesting(text)
                 parts = re.split(r"^=+\nIDL: .*\n", text, flags=re.MULTILINE)
-                types = {name: found for part in parts if part for name, found in get_types_from_idl(part).items()}
+                types = {
+                    name: definition
+                    for section in parts
+                    if section
+                    for name, definition in get_types_from_idl(section).items()
+                }
             fields = [field for _, members in types.values() for _, field in members]
             arrays = [field[1] for field in fields if field[0] == Nodetype.ARRAY]
             members = sum(size for inner, size in arrays if inner[0] != Nodetype.BASE or inner[1][0] == "string")
@@ -224,18 +229,18 @@ def _fields(value: Any, name: str) -> Iterator[str]:
     if isinstance(value, int | float | np.number) or hasattr(value, "nanosec"):
         yield name
     elif isinstance(value, np.ndarray | list | tuple):
-        for number, own in enumerate(value[:MOST_ELEMENTS]):
-            yield from _fields(own, f"{name}[{number}]")
+        for number, element in enumerate(value[:MOST_ELEMENTS]):
+            yield from _fields(element, f"{name}[{number}]")
     elif hasattr(value, "__dataclass_fields__"):
-        for part in value.__dataclass_fields__:
-            if not part.startswith("__"):
-                yield from _fields(getattr(value, part), f"{name}.{part}".lstrip("."))
+        for member in value.__dataclass_fields__:
+            if not member.startswith("__"):
+                yield from _fields(getattr(value, member), f"{name}.{member}".lstrip("."))
 
 
 def _getter(name: str) -> Callable[[Any, int], float]:
     """A function that takes a number by its name from a message, NaN if it is missing; a time in s since a start in
     ns."""
-    steps = [int(part) if part.isdigit() else part for part in re.findall(r"[^.\[\]]+", name)]
+    steps = [int(token) if token.isdigit() else token for token in re.findall(r"[^.\[\]]+", name)]
 
     def get(value: Any, start: int) -> float:
         try:

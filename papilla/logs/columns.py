@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from papilla.core.errors import FileFormatError
-from papilla.core.rows import BLOCK, Reader, Table
+from papilla.core.rows import BLOCK_ROWS, Reader, Table
 from papilla.core.tables import TableReader, closest
 from papilla.logs.bags import BagReader
-from papilla.logs.frames import PARQUET, FrameReader
-from papilla.logs.log_map import GAUGE_COLUMN, ISO, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
+from papilla.logs.frames import PARQUET_SUFFIXES, FrameReader
+from papilla.logs.log_map import GAUGE_COLUMN, ISO_TIME, Column, LogMap, column_meant, is_unit, quantity_of, split_unit
 from papilla.logs.parquet import ParquetReader
 
-TORQUE = "torque_Nmm"
+TORQUE_COLUMN = "torque_Nmm"
 """Torque about an axis parallel to y, from a sensor at the base. Divided by the distance of the axis from the skin it
 gives the tangential force."""
 SD_ALONE = (
@@ -29,8 +29,8 @@ SD_ALONE = (
     "microstrain. What all gauges have in common papilla identify finds from S_d, too; "
     "papilla.calibration.published.fit_quadratic fits the published quadratic to it"
 )
-BAGS = (".bag", ".mcap", ".db3")  # Suffixes of ROS 1 bags, MCAP files and the files of ROS 2 bags
-MOST_NAMED = 40  # Largest number of columns that a message lists
+BAG_SUFFIXES = (".bag", ".mcap", ".db3")  # Suffixes of ROS 1 bags, MCAP files and the files of ROS 2 bags
+MOST_LISTED_COLUMNS = 40  # Largest number of columns that a message lists
 
 
 def open_log(
@@ -38,7 +38,7 @@ def open_log(
     needed: tuple[str, ...],
     optional: tuple[str, ...],
     words: tuple[str, ...] = (),
-    instead: tuple[str, ...] = ("tangential_N", TORQUE),
+    instead: tuple[str, ...] = ("tangential_N", TORQUE_COLUMN),
     log_map: LogMap | str | Path | None = None,
 ) -> tuple[Reader, tuple[str, ...]]:
     """A reader of the known columns, and the names of the gauges; refuses missing columns and misspelt names.
@@ -47,7 +47,7 @@ def open_log(
     without gauges must have one. log_map : meaning of the columns, or its file; None takes the map beside the log, if
     there is one.
     """
-    known = (*needed, *optional)
+    names = (*needed, *optional)
     source = Path(path) if isinstance(path, str | PathLike) else path
     if isinstance(log_map, str | Path):
         log_map = LogMap.load(log_map)
@@ -55,24 +55,24 @@ def open_log(
         log_map = LogMap.beside(source)
 
     def wanted(name: str) -> bool:
-        return name in known or GAUGE_COLUMN.fullmatch(name) is not None
+        return name in names or GAUGE_COLUMN.fullmatch(name) is not None
 
     reader = unmapped(source, wanted, words, log_map or LogMap())
     try:
         reader = _mapped(reader, wanted, words, log_map)
-        return reader, _gauges(reader, needed, known, instead, is_mapped=bool(log_map and log_map.columns))
+        return reader, _gauges(reader, needed, names, instead, is_mapped=bool(log_map and log_map.columns))
     except BaseException:
         reader.__exit__()
         raise
 
 
 def _gauges(
-    reader: Reader, needed: tuple[str, ...], known: tuple[str, ...], instead: tuple[str, ...], is_mapped: bool
+    reader: Reader, needed: tuple[str, ...], names: tuple[str, ...], instead: tuple[str, ...], is_mapped: bool
 ) -> tuple[str, ...]:
     """Names of the gauges, by their number; raises `FileFormatError` for missing columns and, where no map says what
     the columns are, for misspelt ones."""
-    found = ", ".join([*reader.names, *reader.ignored][:MOST_NAMED])
-    absent = [name for name in known if name not in reader.names]
+    present = ", ".join([*reader.names, *reader.ignored][:MOST_LISTED_COLUMNS])
+    absent = [name for name in names if name not in reader.names]
     for name in reader.ignored if not is_mapped else ():
         folded = re.sub("[ _]", "", name.lower())
         meant = folded if GAUGE_COLUMN.fullmatch(folded) else closest(name, absent)
@@ -82,11 +82,11 @@ def _gauges(
         if name in absent:
             _check_usable(reader, name)
             hint = "; papilla log map proposes what the columns are" if reader.ignored else ""
-            raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {found}){hint}")
+            raise FileFormatError(f"{reader.path}, line 1: column {name} is missing (found {present}){hint}")
     gauges = tuple(sorted((n for n in reader.names if GAUGE_COLUMN.fullmatch(n)), key=lambda name: int(name[1:])))
     if not gauges and not {*instead} & {*reader.names}:
         alone = f"; {SD_ALONE}" if "sd_microstrain" in reader.names else ""
-        raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {found}){alone}")
+        raise FileFormatError(f"{reader.path}, line 1: no gauge column g1, g2, ... (found {present}){alone}")
     return gauges
 
 
@@ -97,12 +97,12 @@ def check_finite(table: Table, names: Iterable[str], largest: float = np.inf) ->
     numbers = np.column_stack([table.columns[name] for name in names])
     bad = ~np.isfinite(numbers) | (np.abs(numbers) > largest)
     if bad.any():
-        row, column = divmod(int(np.argmax(bad)), len(names))
-        limit = "" if np.isinf(largest) or not np.isfinite(numbers[row, column]) else f" of at most {largest:g}"
-        raise table.fault(row, names[column], f"expected a finite number{limit}, got {numbers[row, column]}")
+        index, column = divmod(int(np.argmax(bad)), len(names))
+        limit = "" if np.isinf(largest) or not np.isfinite(numbers[index, column]) else f" of at most {largest:g}"
+        raise table.fault(index, names[column], f"expected a finite number{limit}, got {numbers[index, column]}")
 
 
-ZEROED = ("force_N", "tangential_N")
+ZEROED_COLUMNS = ("force_N", "tangential_N")
 """Columns besides the gauges whose zero is their mean in the air."""
 
 
@@ -135,7 +135,7 @@ class MappedReader(Reader):
         """From now on read standard input once."""
         self._reader.once()
 
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows in blocks; raises what `TableReader.blocks` raises."""
         for block in self._reader.blocks(size):
             table = Table(block.path, block.columns, block.lines, self.called)
@@ -145,15 +145,17 @@ class MappedReader(Reader):
 
     def _values(self, block: Table, name: str) -> np.ndarray:
         column = self._columns[name]
-        found = block.columns[column.name]
-        if found.dtype.kind != "U":
-            return found * self._factors[name] - self._zeros[name]
-        return found if column.unit != ISO else (_instants(block, name, found) - self._start) / np.timedelta64(1, "s")
+        cells = block.columns[column.name]
+        if cells.dtype.kind != "U":
+            return cells * self._factors[name] - self._zeros[name]
+        return (
+            cells if column.unit != ISO_TIME else (_instants(block, name, cells) - self._start) / np.timedelta64(1, "s")
+        )
 
     def _first_time(self) -> np.datetime64:
         """The date and time at which seconds start, if times are dates."""
         column = self._columns.get("t_s")
-        if column is None or column.unit != ISO:
+        if column is None or column.unit != ISO_TIME:
             return np.datetime64(0, "ns")
         block = next(self._reader.blocks(1))
         table = Table(block.path, block.columns, block.lines, {"t_s": column.name})
@@ -161,7 +163,7 @@ class MappedReader(Reader):
 
     def _in_air(self, first: float, last: float) -> dict[str, float]:
         """Mean of gauges and force between two times (s) of the log."""
-        names = [name for name in self._columns if GAUGE_COLUMN.fullmatch(name) or name in ZEROED]
+        names = [name for name in self._columns if GAUGE_COLUMN.fullmatch(name) or name in ZEROED_COLUMNS]
         total, count = np.zeros(len(names)), np.zeros(len(names))
         for block in self.blocks() if "t_s" in self._columns else ():
             rows = np.column_stack([block.columns[name] for name in names])
@@ -188,18 +190,18 @@ class MappedReader(Reader):
 def _mapped(reader: Reader, wanted: Callable[[str], bool], words: tuple[str, ...], log_map: LogMap | None) -> Reader:
     """A log with papilla's names and units, by its map or the units in its column names; the reader itself if it has
     them. Raises `FileFormatError` for a map that does not fit the log."""
-    given = log_map or LogMap()
-    mapped = {column.name for column in given.columns.values()}
+    meaning = log_map or LogMap()
+    mapped = {column.name for column in meaning.columns.values()}
     rest = [name for name in reader.header if name not in mapped]
-    named = by_name(reader.path, rest, lambda name: wanted(name) and name not in given.columns)
-    chosen = replace(given, columns=named | dict(given.columns))
+    named = by_name(reader.path, rest, lambda name: wanted(name) and name not in meaning.columns)
+    chosen = replace(meaning, columns=named | dict(meaning.columns))
     absent = next((column for column in chosen.columns.values() if column.name not in reader.header), None)
     if absent is not None:
         _check_usable(reader, absent.topic or absent.column)
-        raise FileFormatError(f"{given.path}: the log {reader.path} has no {_lacking(absent, reader.header)}")
+        raise FileFormatError(f"{meaning.path}: the log {reader.path} has no {_lacking(absent, reader.header)}")
     if log_map is None and all(name == column.name for name, column in chosen.columns.items()):
         return reader
-    text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO]
+    text = [column.name for name, column in chosen.columns.items() if name in words or column.unit == ISO_TIME]
     reader.want({column.name for column in chosen.columns.values()}.__contains__, tuple(text))
     return MappedReader(reader, chosen, wanted)
 
@@ -215,7 +217,7 @@ def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...],
     """A reader of a log (path or frame) with its own names and units; how : the dialect of a text."""
     if not isinstance(source, Path):
         return FrameReader(source, wanted, words)
-    if source.suffix in PARQUET:
+    if source.suffix in PARQUET_SUFFIXES:
         return ParquetReader(source, wanted, words)
     if is_bag(source):
         return BagReader(source, wanted)
@@ -225,42 +227,42 @@ def unmapped(source: Any, wanted: Callable[[str], bool], words: tuple[str, ...],
 
 def is_bag(path: Path) -> bool:
     """Whether a path is a ROS 1 bag, an MCAP file, or the folder of a ROS 2 bag."""
-    return path.suffix in BAGS or (path / "metadata.yaml").is_file()
+    return path.suffix in BAG_SUFFIXES or (path / "metadata.yaml").is_file()
 
 
 def _lacking(column: Column, header: Sequence[str]) -> str:
     """What a log lacks, with the nearest name that it has: a column, a topic of a bag, or a field of the topic."""
-    kind, name, known = "column", column.column, [*header]
+    item, name, candidates = "column", column.column, [*header]
     if column.topic is not None:
-        topics = list(dict.fromkeys(own.split(":")[0] for own in header if ":" in own))
-        kind, name, known = "topic", column.topic, topics
+        topics = list(dict.fromkeys(head.split(":")[0] for head in header if ":" in head))
+        item, name, candidates = "topic", column.topic, topics
         if column.topic in topics:
-            kind, name = f"field of {column.topic}", column.column
-            known = [own.split(":", 1)[1] for own in header if own.startswith(f"{column.topic}:")]
-    meant = closest(name, known)
-    return f"{kind} {name!r}" + (f"; did you mean {meant}?" if meant else f" (found {', '.join(known)[:400]})")
+            item, name = f"field of {column.topic}", column.column
+            candidates = [head.split(":", 1)[1] for head in header if head.startswith(f"{column.topic}:")]
+    meant = closest(name, candidates)
+    return f"{item} {name!r}" + (f"; did you mean {meant}?" if meant else f" (found {', '.join(candidates)[:400]})")
 
 
 def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) -> dict[str, Column]:
     """Columns that have papilla's names, or a known name with a unit ("Fz [N]", "t_ms")."""
-    found: dict[str, Column] = {}
+    columns: dict[str, Column] = {}
     for name in header:
         stem, unit = split_unit(name)
         column = name if wanted(name) else (stem if wanted(stem) else column_meant(stem)) if unit else None
         if column is None or not wanted(column) or (column != name and unit not in quantity_of(column).units):
             continue
-        if column in found and column != name and found[column].column != column:
-            both = f"{found[column].column} and {name}"
+        if column in columns and column != name and columns[column].column != column:
+            both = f"{columns[column].column} and {name}"
             raise FileFormatError(f"{path}: {both} are both {column}: say which one is in a map (papilla log map)")
-        if column not in found or column == name:
-            found[column] = Column(name, unit if column != name and unit else _own_unit(column))
-    return found
+        if column not in columns or column == name:
+            columns[column] = Column(name, unit if column != name and unit else _own_unit(column))
+    return columns
 
 
 def _own_unit(column: str) -> str:
     """The unit of papilla's column; for a column of text the only one in its list."""
-    known = quantity_of(column).units
-    return next((unit for unit, factor in known.items() if factor == 1), next(iter(known)))
+    units = quantity_of(column).units
+    return next((unit for unit, factor in units.items() if factor == 1), next(iter(units)))
 
 
 def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
@@ -268,11 +270,11 @@ def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:
     try:
         return instants(cells)
     except ValueError:
-        for row, cell in enumerate(cells):
+        for index, cell in enumerate(cells):
             try:
-                instants(cells[[row]])
+                instants(cells[[index]])
             except ValueError:
-                raise block.fault(row, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
+                raise block.fault(index, name, f"expected a date and time, got {str(cell)[:40]!r}") from None
         raise
 
 

@@ -13,20 +13,20 @@ import numpy as np
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.files import replacing
-from papilla.core.rows import BLOCK, Reader, Table, check_names, text_cells
+from papilla.core.rows import BLOCK_ROWS, Reader, Table, check_names, text_cells
 from papilla.core.tables import table_writer
 
-PARQUET = (".parquet", ".pq")
+PARQUET_SUFFIXES = (".parquet", ".pq")
 """Suffixes of Parquet files."""
 
-FRAME = Path("the frame")
+FRAME_NAME = Path("the frame")
 """Name of a table in memory in messages."""
 
 
 class FrameReader(Reader):
     """Reads columns in memory block by block."""
 
-    def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME):
+    def __init__(self, frame: Any, wanted: Callable[[str], bool], words: tuple[str, ...] = (), path: Path = FRAME_NAME):
         self.path, self._frame = path, frame
         self.header: list[str] = [str(name) for name in _names(frame)]
         check_names(str(path), self.header)
@@ -37,7 +37,7 @@ class FrameReader(Reader):
         """Remarks for the user, a sentence each."""
         return (f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()
 
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows, in tables of at most `size`; raises `FileFormatError` if there are none, or text for numbers."""
         columns = {name: self._column(name) for name in self.names}
         lengths = {len(column) for column in columns.values()}
@@ -72,7 +72,7 @@ def estimates_writer(path: Path, names: Sequence[str]) -> Iterator[Callable[[Seq
 
     Raises `FileAccessError`, or `InputError` if the extra `tables` is missing.
     """
-    if path.suffix not in PARQUET:
+    if path.suffix not in PARQUET_SUFFIXES:
         with table_writer(path, names) as write:
             yield write
         return

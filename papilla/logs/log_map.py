@@ -31,65 +31,67 @@ from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.outside import read_toml
-from papilla.core.rows import LONGEST_NAME
+from papilla.core.rows import LONGEST_CELL
 from papilla.core.tables import closest
 from papilla.core.units import (
-    CM,
-    KILO,
-    MEGA,
-    MICRO,
     MICROSTRAIN_PER_STRAIN,
-    MILLI,
-    NANO,
+    MM_PER_CM,
     PER_CENT,
     S_PER_MIN,
+    SI_KILO,
+    SI_MEGA,
+    SI_MICRO,
+    SI_MILLI,
+    SI_NANO,
     gf_to_newton,
 )
 
-_TIMES = {"s": 1.0, "ms": MILLI, "us": MICRO, "ns": NANO, "min": S_PER_MIN}
-_NEWTON = {"N": 1.0, "mN": MILLI, "kN": KILO}
-_FORCES = _NEWTON | {"gf": gf_to_newton(1.0), "g": gf_to_newton(1.0), "kgf": gf_to_newton(KILO)}
-_LENGTHS = {"mm": 1.0, "um": MILLI, "cm": CM, "m": KILO}
+_TIMES = {"s": 1.0, "ms": SI_MILLI, "us": SI_MICRO, "ns": SI_NANO, "min": S_PER_MIN}
+_NEWTON = {"N": 1.0, "mN": SI_MILLI, "kN": SI_KILO}
+_FORCES = _NEWTON | {"gf": gf_to_newton(1.0), "g": gf_to_newton(1.0), "kgf": gf_to_newton(SI_KILO)}
+_LENGTHS = {"mm": 1.0, "um": SI_MILLI, "cm": MM_PER_CM, "m": SI_KILO}
 _SPEEDS = {f"{unit}/s": factor for unit, factor in _LENGTHS.items()}
-_PRESSURES = {"MPa": 1.0, "kPa": MILLI, "Pa": MICRO, "GPa": KILO}
-_TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": CM, "Nm": KILO}
-ISO = "iso"
+_PRESSURES = {"MPa": 1.0, "kPa": SI_MILLI, "Pa": SI_MICRO, "GPa": SI_KILO}
+_TORQUES = {"Nmm": 1.0, "mNm": 1.0, "Ncm": MM_PER_CM, "Nm": SI_KILO}
+ISO_TIME = "iso"
 """Unit of a time written as date and time (2026-05-04T12:30:00.001, also with a zone: +02:00)."""
-STRAINS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": MEGA, "m/m": MEGA, "%": MEGA / PER_CENT}
-BRIDGES = ("mV/V", "V", "counts")
+STRAIN_UNITS = {"microstrain": 1.0, "ue": 1.0, "um/m": 1.0, "strain": SI_MEGA, "m/m": SI_MEGA, "%": SI_MEGA / PER_CENT}
+BRIDGE_UNITS = ("mV/V", "V", "counts")
 """Units of an amplifier's output; the gauge factor converts it to strain (`Column`)."""
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ColumnMeaning:
     """units : name -> factor to the unit of papilla's column. words : names that labs give it, in small letters."""
 
     units: Mapping[str, float]
     words: tuple[str, ...]
 
 
-QUANTITIES = {
-    "t_s": Quantity(_TIMES | {ISO: 1.0}, ("t", "time", "timestamp", "stamp", "elapsed", "zeit")),
-    "force_N": Quantity(
+LOG_QUANTITIES = {
+    "t_s": ColumnMeaning(_TIMES | {ISO_TIME: 1.0}, ("t", "time", "timestamp", "stamp", "elapsed", "zeit")),
+    "force_N": ColumnMeaning(
         _FORCES, ("force", "fz", "fn", "load", "normal_force", "normal", "kraft", "loadcell", "normalkraft")
     ),
-    "tangential_N": Quantity(_FORCES, ("tangential", "ft", "fx", "shear", "tangential_force", "friction_force")),
-    "torque_Nmm": Quantity(_TORQUES, ("torque", "moment", "tz", "mz", "my")),
-    "velocity_mm_s": Quantity(_SPEEDS, ("velocity", "speed", "vel", "v", "vx", "geschwindigkeit")),
-    "position_mm": Quantity(_LENGTHS, ("position", "pos", "stage", "encoder", "travel", "weg")),
-    "indentation_mm": Quantity(_LENGTHS, ("indentation", "depth", "displacement", "z")),
-    "modulus_MPa": Quantity(_PRESSURES, ("modulus", "e", "young", "youngs_modulus", "stiffness")),
-    "modulus_sigma_MPa": Quantity(_PRESSURES, ("modulus_sigma",)),
-    "thickness_mm": Quantity(_LENGTHS, ("thickness",)),
-    "radius_mm": Quantity(_LENGTHS, ("radius",)),
-    "x_mm": Quantity(_LENGTHS, ("x",)),
-    "y_mm": Quantity(_LENGTHS, ("y",)),
-    "sd_microstrain": Quantity(STRAINS, ("sd", "s_d")),
-    "specimen": Quantity({"text": 1.0}, ("specimen",)),
+    "tangential_N": ColumnMeaning(_FORCES, ("tangential", "ft", "fx", "shear", "tangential_force", "friction_force")),
+    "torque_Nmm": ColumnMeaning(_TORQUES, ("torque", "moment", "tz", "mz", "my")),
+    "velocity_mm_s": ColumnMeaning(_SPEEDS, ("velocity", "speed", "vel", "v", "vx", "geschwindigkeit")),
+    "position_mm": ColumnMeaning(_LENGTHS, ("position", "pos", "stage", "encoder", "travel", "weg")),
+    "indentation_mm": ColumnMeaning(_LENGTHS, ("indentation", "depth", "displacement", "z")),
+    "modulus_MPa": ColumnMeaning(_PRESSURES, ("modulus", "e", "young", "youngs_modulus", "stiffness")),
+    "modulus_sigma_MPa": ColumnMeaning(_PRESSURES, ("modulus_sigma",)),
+    "thickness_mm": ColumnMeaning(_LENGTHS, ("thickness",)),
+    "radius_mm": ColumnMeaning(_LENGTHS, ("radius",)),
+    "x_mm": ColumnMeaning(_LENGTHS, ("x",)),
+    "y_mm": ColumnMeaning(_LENGTHS, ("y",)),
+    "sd_microstrain": ColumnMeaning(STRAIN_UNITS, ("sd", "s_d")),
+    "specimen": ColumnMeaning({"text": 1.0}, ("specimen",)),
 }
-"""Papilla's column -> its quantity; gauges g1, g2, ... are those of `GAUGE`."""
+"""Papilla's column -> its quantity; gauges g1, g2, ... are those of `CHANNEL_QUANTITY`."""
 
-GAUGE = Quantity(STRAINS | dict.fromkeys(BRIDGES, 1.0), ("g", "ch", "channel", "gauge", "strain", "sg", "dms", "ai"))
+CHANNEL_QUANTITY = ColumnMeaning(
+    STRAIN_UNITS | dict.fromkeys(BRIDGE_UNITS, 1.0), ("g", "ch", "channel", "gauge", "strain", "sg", "dms", "ai")
+)
 
 # No part can match where its neighbour does: the time is proportional to the length of a name
 _BRACKETS = re.compile(r"(?P<stem>.*)(?:\[(?P<a>[^\[\]]+)\]|\((?P<b>[^()]+)\)|\s/\s(?P<c>[^\s\[\]()]+))\s*", re.DOTALL)
@@ -97,9 +99,9 @@ GAUGE_DIGITS = 3
 """Most digits of a gauge's number in a foreign log; a longer number is no count of gauges."""
 
 
-def quantity_of(column: str) -> Quantity:
-    """The quantity of one of papilla's columns, `QUANTITIES` or a gauge."""
-    return QUANTITIES.get(column, GAUGE)
+def quantity_of(column: str) -> ColumnMeaning:
+    """The quantity of one of papilla's columns, `LOG_QUANTITIES` or a gauge."""
+    return LOG_QUANTITIES.get(column, CHANNEL_QUANTITY)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -107,9 +109,9 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
     A part after an underscore counts as a unit only if some quantity has exactly this unit.
     """
-    if (found := _BRACKETS.fullmatch(name)) is not None:
-        unit = next(unit for unit in found.group("a", "b", "c") if unit)
-        return found["stem"].rstrip("_ \t\r\n").strip(), plain_unit(unit)
+    if (match := _BRACKETS.fullmatch(name)) is not None:
+        unit = next(unit for unit in match.group("a", "b", "c") if unit)
+        return match["stem"].rstrip("_ \t\r\n").strip(), plain_unit(unit)
     parts = name.split("_")
     for count in (2, 1):
         unit = plain_unit("/".join(parts[-count:]))
@@ -120,11 +122,11 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 def is_unit(text: str) -> bool:
     """Whether a text is a unit of some quantity."""
-    return any(plain_unit(text) in quantity.units for quantity in (*QUANTITIES.values(), GAUGE))
+    return any(plain_unit(text) in quantity.units for quantity in (*LOG_QUANTITIES.values(), CHANNEL_QUANTITY))
 
 
 def plain_unit(unit: str) -> str:
-    """A unit in the spelling of `QUANTITIES`: u for micro, no spaces, points or powers of -1."""
+    """A unit in the spelling of `LOG_QUANTITIES`: u for micro, no spaces, points or powers of -1."""
     text = re.sub(r"[\s.·*]", "", unit).replace("µ", "u").replace("μ", "u").replace("s^-1", "/s").replace("ε", "e")
     return {"uStrain": "microstrain", "ustrain": "microstrain", "grams": "g", "sec": "s"}.get(text, text)
 
@@ -143,15 +145,15 @@ def column_meant(stem: str) -> str | None:
     """Papilla's column for a lab's name without its unit; None if no quantity has this name."""
     word, number = split_number(stem)
     if number is not None:
-        return f"g{number}" if word in GAUGE.words and number > 0 else None
-    return next((column for column, quantity in QUANTITIES.items() if word in quantity.words), None)
+        return f"g{number}" if word in CHANNEL_QUANTITY.words and number > 0 else None
+    return next((column for column, quantity in LOG_QUANTITIES.items() if word in quantity.words), None)
 
 
-BESIDE = "log_map.toml"
+MAP_FILE_NAME = "log_map.toml"
 """Name under which a map in the folder of a log is found."""
 GAUGE_COLUMN = re.compile(r"g[1-9][0-9]{0,3}")
 
-BOUNDS = {
+CHANNEL_BOUNDS = {
     "gauge_factor": (0.1, 1000.0),  # metal foil has 2, semiconductors up to 200
     "active_arms": (0.1, 4.0),  # a bridge has four arms; Poisson's arms count as a part
     "amplification": (1e-3, 1e6),  # between a divider and the highest gain of instrumentation amplifiers
@@ -160,7 +162,7 @@ BOUNDS = {
     "span_V": (1e-6, 1e4),  # converters have 1 mV to 20 V
 }
 """Smallest and largest value of each number of a column: beyond them it is in another unit, or a slip."""
-FASTEST_MM_S = 1e6
+FASTEST_CONSTANT_MM_S = 1e6
 """Largest constant speed (mm/s), three times that of sound: no finger slides so fast."""
 LONGEST_TIME_S = 1e11
 """Largest time (s): 3000 years, more than the seconds since 1970 of any log."""
@@ -175,7 +177,7 @@ class Column:
     unit : one of the quantity's units in `papilla.logs.log_map.QUANTITIES`. gauge_factor, active_arms : of the bridge
     (1 quarter, 2 half, 4 full). amplification, excitation_V : for voltages and counts. bits, span_V : of the converter,
     one count is `span_V / 2**bits` V. topic : of a bag, where `column` is a field of its messages. Raises `InputError`
-    for a number outside `BOUNDS`, and for a name longer than `LONGEST_NAME`.
+    for a number outside `CHANNEL_BOUNDS`, and for a name longer than `LONGEST_NAME`.
     """
 
     column: str
@@ -194,22 +196,22 @@ class Column:
         return f"{self.topic}:{self.column}" if self.topic else self.column
 
     def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
+        for name, (low, high) in CHANNEL_BOUNDS.items():
             if (value := getattr(self, name)) is not None:
                 checks.within(name, value, low, high)
         for name in ("column", "topic"):
-            if (length := len(getattr(self, name) or "")) > LONGEST_NAME:
-                raise InputError(f"{name} has {length} characters; at most {LONGEST_NAME} are a name")
+            if (length := len(getattr(self, name) or "")) > LONGEST_CELL:
+                raise InputError(f"{name} has {length} characters; at most {LONGEST_CELL} are a name")
 
     def factor(self, to: str) -> float:
         """Factor from the log's unit to that of papilla's column `to`; raises `InputError` for an unfit unit."""
-        known = quantity_of(to).units
-        if self.unit not in known:
-            meant = closest(self.unit, [*known])
+        units = quantity_of(to).units
+        if self.unit not in units:
+            meant = closest(self.unit, [*units])
             hint = f"; did you mean {meant}?" if meant else ""
-            raise InputError(f"columns.{to}: unit must be one of {', '.join(known)}, got {self.unit!r}{hint}")
-        if to in QUANTITIES or self.unit not in BRIDGES:
-            return known[self.unit]
+            raise InputError(f"columns.{to}: unit must be one of {', '.join(units)}, got {self.unit!r}{hint}")
+        if to in LOG_QUANTITIES or self.unit not in BRIDGE_UNITS:
+            return units[self.unit]
         needed = {"mV/V": (), "V": ("excitation_V",), "counts": ("excitation_V", "bits", "span_V")}[self.unit]
         for name in ("gauge_factor", *needed):
             if getattr(self, name) is None:
@@ -239,10 +241,12 @@ class LogMap:
 
     def __post_init__(self) -> None:
         for name, column in self.columns.items():
-            if name not in QUANTITIES and not GAUGE_COLUMN.fullmatch(name):
-                meant = closest(name, [*QUANTITIES])
-                known = f"; did you mean {meant}?" if meant else f": papilla knows {', '.join(QUANTITIES)}, g1, g2, ..."
-                raise InputError(f"columns.{name} is no column of papilla{known}")
+            if name not in LOG_QUANTITIES and not GAUGE_COLUMN.fullmatch(name):
+                meant = closest(name, [*LOG_QUANTITIES])
+                hint = (
+                    f"; did you mean {meant}?" if meant else f": papilla knows {', '.join(LOG_QUANTITIES)}, g1, g2, ..."
+                )
+                raise InputError(f"columns.{name} is no column of papilla{hint}")
             column.factor(name)
         if self.decimal not in (None, ".", ",") or self.delimiter not in (None, ",", ";", "\t", " "):
             raise InputError('decimal must be "." or ",", delimiter ",", ";", "\\t" or " "')
@@ -252,7 +256,7 @@ class LogMap:
             if first >= last:
                 raise InputError(f"air_s must rise, got {first:g} and {last:g}")
         if self.speed_mm_s is not None:
-            checks.within("speed_mm_s", self.speed_mm_s, -FASTEST_MM_S, FASTEST_MM_S)
+            checks.within("speed_mm_s", self.speed_mm_s, -FASTEST_CONSTANT_MM_S, FASTEST_CONSTANT_MM_S)
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> "LogMap":
@@ -270,11 +274,11 @@ class LogMap:
     @classmethod
     def beside(cls, log: Path) -> "LogMap | None":
         """The map in the folder of a log, None if there is none; raises what `load` raises."""
-        path = log.with_name(BESIDE)
+        path = log.with_name(MAP_FILE_NAME)
         return cls.load(path) if path.is_file() else None
 
 
 _COLUMN_KEYS = keys_of(Column)
-_COLUMNS: Any = dict.__class_getitem__((str, table(Column, _COLUMN_KEYS, known=True)))
+_COLUMNS: Any = dict.__class_getitem__((str, table(Column, _COLUMN_KEYS, strict_keys=True)))
 _MAP_KEYS = keys_of(LogMap, columns=_COLUMNS, path=Any, air_s=tuple[float, float])
-_ADAPTER: TypeAdapter[LogMap] = TypeAdapter(table(LogMap, _MAP_KEYS, known=True))
+_ADAPTER: TypeAdapter[LogMap] = TypeAdapter(table(LogMap, _MAP_KEYS, strict_keys=True))

@@ -13,7 +13,7 @@ import numpy as np
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
 from papilla.core.outside import checked_file, reason
-from papilla.core.rows import BLOCK, Reader, Table, check_names, check_text
+from papilla.core.rows import BLOCK_ROWS, Reader, Table, check_names, check_text
 from papilla.logs.frames import column_of
 
 MOST_ELEMENTS = 64
@@ -45,14 +45,16 @@ class ParquetReader(Reader):
         """Add the columns of a field of the schema to the header; returns why its own name is none, "" if it is one."""
         from pyarrow import types
 
-        kind = field.type
-        if not (types.is_nested(kind) or types.is_interval(kind) or "binary" in str(kind)):
+        column_type = field.type
+        if not (types.is_nested(column_type) or types.is_interval(column_type) or "binary" in str(column_type)):
             self._places[field.name] = (field.name, None)
             return ""
-        if not any(is_list(kind) for is_list in (types.is_list, types.is_large_list, types.is_fixed_size_list)):
-            return f"it holds {kind}, not numbers"
-        if not any(is_number(kind.value_type) for is_number in (types.is_integer, types.is_floating, types.is_boolean)):
-            return f"it holds lists of {kind.value_type}, not of numbers"
+        if not any(is_list(column_type) for is_list in (types.is_list, types.is_large_list, types.is_fixed_size_list)):
+            return f"it holds {column_type}, not numbers"
+        if not any(
+            is_number(column_type.value_type) for is_number in (types.is_integer, types.is_floating, types.is_boolean)
+        ):
+            return f"it holds lists of {column_type.value_type}, not of numbers"
         first = next((batch.column(field.name)[0].as_py() for batch in self._batches([field.name], 1)), None) or []
         if not 0 < len(first) <= MOST_ELEMENTS:
             return f"its first list has {len(first)} numbers; 1 to {MOST_ELEMENTS} become columns"
@@ -68,7 +70,7 @@ class ParquetReader(Reader):
         )
         return (*unread, *((f"ignored columns: {', '.join(self.ignored)}",) if self.ignored else ()))
 
-    def blocks(self, size: int = BLOCK) -> Iterator[Table]:
+    def blocks(self, size: int = BLOCK_ROWS) -> Iterator[Table]:
         """All rows, in tables of at most `size`; raises `FileFormatError` if there are none, or text for numbers."""
         first = 0
         with _faults(self.path):
@@ -80,8 +82,10 @@ class ParquetReader(Reader):
                 }
                 columns = {}
                 for name in self.names:
-                    own, element = self._places[name]
-                    values = _plain(self.path, name, batch.column(own)) if element is None else lists[own][:, element]
+                    source, element = self._places[name]
+                    values = (
+                        _plain(self.path, name, batch.column(source)) if element is None else lists[source][:, element]
+                    )
                     columns[name] = column_of(self.path, name, values, name in self._words)
                 yield Table(self.path, columns, np.arange(first, first + len(batch)))
                 first += len(batch)
@@ -100,8 +104,8 @@ class ParquetReader(Reader):
         valid = lists.is_valid().to_numpy(zero_copy_only=False)
         lengths = compute.list_value_length(lists).fill_null(length).to_numpy(zero_copy_only=False)
         if (wrong := lengths != length).any():
-            row = int(np.argmax(wrong))
-            problem = f"{lengths[row]} numbers in row {first + row}, {length} in the first"
+            index = int(np.argmax(wrong))
+            problem = f"{lengths[index]} numbers in row {first + index}, {length} in the first"
             raise FileFormatError(f"{self.path}, column {name}: {problem}")
         rows = np.full((len(lists), length), np.nan)
         rows[valid] = compute.list_flatten(lists).to_numpy(zero_copy_only=False).astype(float).reshape(-1, length)

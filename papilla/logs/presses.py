@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from papilla.core.checks import LARGEST
+from papilla.core.checks import LARGEST_READING
 from papilla.core.errors import FileFormatError
 from papilla.core.rows import Table
 from papilla.core.short_repr import short_repr
@@ -25,18 +25,18 @@ from papilla.model.specimen import SPECIMEN_KINDS, THICKNESS_MM, Block, Specimen
 USUAL_FORCE_ERROR = 0.01
 """Relative error of the force of a usual bench."""
 PRESS_OPTIONAL = ("indentation_mm", "x_mm", "y_mm", "sd_microstrain", "t_s")
-SPECIMENS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
+SPECIMEN_COLUMNS = ("specimen", "thickness_mm", "radius_mm", "modulus_sigma_MPa")
 """Columns that describe the specimen of a press: its kind, its dimension, and the standard deviation of its modulus."""
 
-KINDS: dict[str, str | None] = {"block": "thickness_mm", "half-space": None, "sphere": "radius_mm"}
+SPECIMEN_DIMENSIONS: dict[str, str | None] = {"block": "thickness_mm", "half-space": None, "sphere": "radius_mm"}
 SD_TOLERANCE = 0.01
 """Relative difference by rounding between a stated S_d and that of the gauges (ddof 0); ddof 1 would differ by 12 %."""
 
 
-HELD = 0.005
+HELD_FORCE_RISE = 0.005
 """Relative rise of the force between two rows up to which the force is held, not raised: noise of a force sensor."""
 
-RETURNED = 0.2
+RETURNED_FORCE_SHARE = 0.2
 """Share of its largest force to which a touch must return for its loop to count as closed."""
 
 
@@ -106,9 +106,9 @@ class PressLog:
                 columns[name] = column
         if self.on is not None:
             touched = [self.specimens[number] for number in self.on]
-            columns["specimen"] = [_kind(one) for one in touched]
+            columns["specimen"] = [_kind(specimen) for specimen in touched]
             for name in ("thickness_mm", "radius_mm"):
-                columns[name] = np.array([getattr(one, name.removesuffix("_mm"), np.nan) for one in touched])
+                columns[name] = np.array([getattr(specimen, name.removesuffix("_mm"), np.nan) for specimen in touched])
         if self.modulus_sigma_MPa is not None:
             columns["modulus_sigma_MPa"] = self.modulus_sigma_MPa
         write_table(path, columns)
@@ -129,7 +129,7 @@ def read_presses(
     path, log_map : as of `read_time_log`.
     whole : keep all rows of a log with `t_s`. By default only the rows of loading are kept; `notes` and `loops` report
         the others.
-    mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMENS`.
+    mixed : specimen of presses for which the log names none; with it the log may have the columns `SPECIMEN_COLUMNS`.
     sd_alone : the log may have `sd_microstrain` instead of gauges; with `mixed` it always may.
 
     Raises `FileAccessError` or `FileFormatError` for what `papilla.core.tables.TableReader` refuses, a missing or
@@ -139,19 +139,19 @@ def read_presses(
     kind.
     """
     instead = ("sd_microstrain",) if sd_alone or mixed is not None else ()
-    optional = (*PRESS_OPTIONAL, *SPECIMENS)
-    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), optional, SPECIMENS[:1], instead, log_map)
+    optional = (*PRESS_OPTIONAL, *SPECIMEN_COLUMNS)
+    reader, gauges = open_log(path, ("force_N", "modulus_MPa"), optional, SPECIMEN_COLUMNS[:1], instead, log_map)
     with reader:
         table = reader.whole()
     if len(table) < 2:
         raise FileFormatError(f"{table.path} has one row: one press is too few to fit anything")
-    check_finite(table, tuple(name for name in table.columns if name not in SPECIMENS), LARGEST)
+    check_finite(table, tuple(name for name in table.columns if name not in SPECIMEN_COLUMNS), LARGEST_READING)
     for name in ("force_N", "modulus_MPa", "indentation_mm"):
         if name in table.columns and (table.columns[name] <= 0).any():
-            row = int(np.argmax(table.columns[name] <= 0))
-            raise table.fault(row, name, f"must be greater than 0, got {table.columns[name][row]:g}")
+            index = int(np.argmax(table.columns[name] <= 0))
+            raise table.fault(index, name, f"must be greater than 0, got {table.columns[name][index]:g}")
     columns: dict[str, Any] = dict(table.columns)
-    of_specimens = {name: columns.pop(name) for name in SPECIMENS if name in columns}
+    of_specimens = {name: columns.pop(name) for name in SPECIMEN_COLUMNS if name in columns}
     if of_specimens and mixed is None:
         name = next(iter(of_specimens))
         raise FileFormatError(
@@ -171,60 +171,60 @@ def read_presses(
     if log.t_s is None:
         return log
     if (late := np.diff(log.t_s) <= 0).any():
-        row = int(np.argmax(late)) + 1
-        raise table.fault(row, "t_s", f"must rise, got {log.t_s[row]:g} after {log.t_s[row - 1]:g}")
+        index = int(np.argmax(late)) + 1
+        raise table.fault(index, "t_s", f"must rise, got {log.t_s[index]:g} after {log.t_s[index - 1]:g}")
     return log if whole else loaded_part(log)
 
 
 def _kind(specimen: Specimen) -> str:
-    return next(kind for kind, made in SPECIMEN_KINDS.items() if type(specimen) is made)
+    return next(name for name, specimen_type in SPECIMEN_KINDS.items() if type(specimen) is specimen_type)
 
 
 def _check_sd(table: Table, log: PressLog, stated: np.ndarray | None) -> None:
     sd = log.sd_microstrain
     if stated is not None and (wrong := np.abs(stated - sd) > np.maximum(SD_TOLERANCE * sd, 0.5)).any():
-        row = int(np.argmax(wrong))
-        problem = f"{stated[row]:g} is not the population standard deviation of the gauges, {sd[row]:g}"
-        raise table.fault(row, "sd_microstrain", problem)
+        index = int(np.argmax(wrong))
+        problem = f"{stated[index]:g} is not the population standard deviation of the gauges, {sd[index]:g}"
+        raise table.fault(index, "sd_microstrain", problem)
     if log.stated_sd is not None and (sd <= 0).any():
-        row = int(np.argmax(sd <= 0))
-        raise table.fault(row, "sd_microstrain", f"must be greater than 0, got {sd[row]:g}")
+        index = int(np.argmax(sd <= 0))
+        raise table.fault(index, "sd_microstrain", f"must be greater than 0, got {sd[index]:g}")
 
 
-def _specimens(table: Table, given: dict[str, np.ndarray], otherwise: Specimen) -> dict[str, Any]:
+def _specimens(table: Table, columns: dict[str, np.ndarray], otherwise: Specimen) -> dict[str, Any]:
     """`specimens`, `on` and `modulus_sigma_MPa` of a table; an empty cell means the specimen `otherwise`."""
-    found: dict[str, Any] = {}
-    if (sigma := given.get("modulus_sigma_MPa")) is not None:
+    described: dict[str, Any] = {}
+    if (sigma := columns.get("modulus_sigma_MPa")) is not None:
         if (wrong := ~(sigma >= 0) | ~np.isfinite(sigma)).any():
-            row = int(np.argmax(wrong))
-            raise table.fault(row, "modulus_sigma_MPa", f"expected a number of at least 0, got {sigma[row]:g}")
-        found["modulus_sigma_MPa"] = sigma
-    if not {*given} - {"modulus_sigma_MPa"}:
-        return found
-    touched = [_specimen(table, row, given, otherwise) for row in range(len(table))]
+            index = int(np.argmax(wrong))
+            raise table.fault(index, "modulus_sigma_MPa", f"expected a number of at least 0, got {sigma[index]:g}")
+        described["modulus_sigma_MPa"] = sigma
+    if not {*columns} - {"modulus_sigma_MPa"}:
+        return described
+    touched = [_specimen(table, index, columns, otherwise) for index in range(len(table))]
     kinds = tuple(dict.fromkeys(touched))
-    return found | {"specimens": kinds, "on": np.array([kinds.index(one) for one in touched])}
+    return described | {"specimens": kinds, "on": np.array([kinds.index(specimen) for specimen in touched])}
 
 
-def _specimen(table: Table, row: int, given: dict[str, np.ndarray], otherwise: Specimen) -> Specimen:
+def _specimen(table: Table, index: int, columns: dict[str, np.ndarray], otherwise: Specimen) -> Specimen:
     """The specimen of a row, with 1 MPa: of the named kind, or of the kind that has the given dimension."""
-    measures = {name: float(given[name][row]) for name in ("thickness_mm", "radius_mm") if name in given}
+    measures = {name: float(columns[name][index]) for name in ("thickness_mm", "radius_mm") if name in columns}
     measures = {name: value for name, value in measures.items() if not np.isnan(value)}
-    kind = str(given["specimen"][row]) if "specimen" in given else ""
-    if kind not in ("", *KINDS):
-        raise table.fault(row, "specimen", f"expected {', '.join(KINDS)}, got {kind!r}")
-    if not kind and not measures:
+    shape = str(columns["specimen"][index]) if "specimen" in columns else ""
+    if shape not in ("", *SPECIMEN_DIMENSIONS):
+        raise table.fault(index, "specimen", f"expected {', '.join(SPECIMEN_DIMENSIONS)}, got {shape!r}")
+    if not shape and not measures:
         return replace(otherwise, modulus=1.0)
-    kind = kind or ("sphere" if "radius_mm" in measures else "block")
+    shape = shape or ("sphere" if "radius_mm" in measures else "block")
     for name, value in measures.items():
-        if name != KINDS[kind]:
-            raise table.fault(row, name, f"a {kind} has none, got {value:g}: leave the cell empty")
+        if name != SPECIMEN_DIMENSIONS[shape]:
+            raise table.fault(index, name, f"a {shape} has none, got {value:g}: leave the cell empty")
         if not 0 < value < np.inf:
-            raise table.fault(row, name, f"must be greater than 0, got {value:g}")
-    if measures or KINDS[kind] is None:
-        return SPECIMEN_KINDS[kind](1.0, *measures.values())
-    if kind != "block":
-        raise table.fault(row, "specimen", f"a {kind} needs its {KINDS[kind]}")
+            raise table.fault(index, name, f"must be greater than 0, got {value:g}")
+    if measures or SPECIMEN_DIMENSIONS[shape] is None:
+        return SPECIMEN_KINDS[shape](1.0, *measures.values())
+    if shape != "block":
+        raise table.fault(index, "specimen", f"a {shape} needs its {SPECIMEN_DIMENSIONS[shape]}")
     return replace(otherwise, modulus=1.0) if isinstance(otherwise, Block) else Block(1.0, THICKNESS_MM)
 
 
@@ -233,24 +233,24 @@ def loaded_part(log: PressLog) -> PressLog:
 
     Raises `FileFormatError` if fewer than two rows load the finger.
     """
-    kept = loading(log.force_N, log.modulus_MPa)
-    if kept.all():
+    loaded = loading(log.force_N, log.modulus_MPa)
+    if loaded.all():
         return log
-    if kept.sum() < 2:
-        raise FileFormatError(f"only {kept.sum()} of {len(log)} rows load the finger: too few to fit anything")
+    if loaded.sum() < 2:
+        raise FileFormatError(f"only {loaded.sum()} of {len(log)} rows load the finger: too few to fit anything")
     closed = () if log.indentation_mm is None else loops(log.force_N, log.modulus_MPa, log.indentation_mm)
-    said = f"{len(log) - kept.sum()} of {len(log)} rows hold or unload the finger (t_s): the fit is of loading alone"
+    note = f"{len(log) - loaded.sum()} of {len(log)} rows hold or unload the finger (t_s): the fit is of loading alone"
     lost = [
-        f"a loop to {one.force_N:.3g} N on {one.modulus_MPa:g} MPa lost {one.lost_N_mm:.3g} N mm, "
-        f"{PER_CENT * one.share:.2g} % of the work of loading"
-        for one in closed
+        f"a loop to {loop.force_N:.3g} N on {loop.modulus_MPa:g} MPa lost {loop.lost_N_mm:.3g} N mm, "
+        f"{PER_CENT * loop.share:.2g} % of the work of loading"
+        for loop in closed
     ]
     names = (
         *("force_N", "modulus_MPa", "readings", "indentation_mm", "x_mm", "y_mm", "t_s"),
         *("on", "modulus_sigma_MPa", "stated_sd"),
     )
-    rows = {name: column[kept] for name in names if (column := getattr(log, name)) is not None}
-    return replace(log, **rows, notes=(*log.notes, said, *lost), loops=closed)
+    rows = {name: column[loaded] for name in names if (column := getattr(log, name)) is not None}
+    return replace(log, **rows, notes=(*log.notes, note, *lost), loops=closed)
 
 
 def touches(modulus_MPa: np.ndarray) -> list[np.ndarray]:
@@ -261,23 +261,25 @@ def touches(modulus_MPa: np.ndarray) -> list[np.ndarray]:
 
 def loading(force_N: np.ndarray, modulus_MPa: np.ndarray) -> np.ndarray:
     """(n,) bool: rows with a higher force than the row before, and the first row of each touch."""
-    found = np.zeros(len(force_N), bool)
+    rising = np.zeros(len(force_N), bool)
     for rows in touches(modulus_MPa):
         force = force_N[rows]
-        found[rows] = np.concatenate([[True], force[1:] > (1 + HELD) * force[:-1]])
-    return found
+        rising[rows] = np.concatenate([[True], force[1:] > (1 + HELD_FORCE_RISE) * force[:-1]])
+    return rising
 
 
 def loops(force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarray) -> tuple[Loop, ...]:
-    """The loops of all touches that return to `RETURNED` of their largest force."""
-    found = []
+    """The loops of all touches that return to `RETURNED_FORCE_SHARE` of their largest force."""
+    closed = []
     for rows in touches(modulus_MPa):
         force, depth = force_N[rows], indentation_mm[rows]
         top = int(np.argmax(force))
-        if len(rows) < 4 or top == 0 or force[-1] > RETURNED * force[top]:
+        if len(rows) < 4 or top == 0 or force[-1] > RETURNED_FORCE_SHARE * force[top]:
             continue
         taken = float(np.trapezoid(force[: top + 1], depth[: top + 1]))
-        given = -float(np.trapezoid(force[top:], depth[top:]))
+        returned = -float(np.trapezoid(force[top:], depth[top:]))
         if taken > 0:
-            found.append(Loop(float(modulus_MPa[rows[0]]), float(force[top]), taken - given, (taken - given) / taken))
-    return tuple(found)
+            closed.append(
+                Loop(float(modulus_MPa[rows[0]]), float(force[top]), taken - returned, (taken - returned) / taken)
+            )
+    return tuple(closed)

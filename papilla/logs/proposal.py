@@ -19,12 +19,12 @@ from papilla.core.files import toml_value
 from papilla.core.outside import toml
 from papilla.core.tables import TableReader
 from papilla.logs.columns import instants, is_bag, unmapped
-from papilla.logs.frames import PARQUET
+from papilla.logs.frames import PARQUET_SUFFIXES
 from papilla.logs.log_map import (
-    BRIDGES,
-    GAUGE,
-    ISO,
-    QUANTITIES,
+    BRIDGE_UNITS,
+    CHANNEL_QUANTITY,
+    ISO_TIME,
+    LOG_QUANTITIES,
     Column,
     LogMap,
     column_meant,
@@ -34,19 +34,19 @@ from papilla.logs.log_map import (
 )
 from papilla.logs.statistics import DEPTH_ABOVE_MM, FORCE_ABOVE_N, MODULUS_ABOVE_MPA, SPEED_BELOW_MM_S, STRAIN_BELOW
 
-HEAD = 2000
+HEAD_ROWS = 2000
 """Number of rows that are read for the size of the numbers."""
 
-HEAD_CELLS = 50 * HEAD
+HEAD_CELLS = 50 * HEAD_ROWS
 """Number of cells that are read at most for it: a wide table has fewer rows read."""
 
 RATES_HZ = 8.0, 60_000.0
 """Lowest and highest sampling rate of gauge logs. A time without a unit gets the unit that gives such a rate."""
 
-COUNTS_FROM = 1500.0
+PROPOSED_COUNTS_FROM = 1500.0
 """Readings that are whole numbers and reach this size are more likely counts of a converter than microstrain."""
 
-LARGE = {
+LARGEST_IN_UNIT = {
     "force_N": (FORCE_ABOVE_N, "gf"),
     "tangential_N": (FORCE_ABOVE_N, "gf"),
     "indentation_mm": (DEPTH_ABOVE_MM, "um"),
@@ -54,15 +54,15 @@ LARGE = {
 }
 """Largest numbers that papilla's unit of a column explains, and the unit of larger ones."""
 
-SI = {"position_mm": "m", "velocity_mm_s": "m/s", "indentation_mm": "m", "torque_Nmm": "Nm"}
+ROS_UNITS = {"position_mm": "m", "velocity_mm_s": "m/s", "indentation_mm": "m", "torque_Nmm": "Nm"}
 """Units of ROS messages where they are not papilla's."""
 
-TELLING = dict.fromkeys(("mV/V", "microstrain", "ue", "um/m"), "g") | dict.fromkeys(
+TELLING_UNITS = dict.fromkeys(("mV/V", "microstrain", "ue", "um/m"), "g") | dict.fromkeys(
     ("mm/s", "um/s", "cm/s", "m/s"), "velocity_mm_s"
 )
 """Units that tell what a column is, whatever its name."""
 
-VECTORS = {"force": "f", "torque": "m", "linear": "v"}
+VECTOR_LETTERS = {"force": "f", "torque": "m", "linear": "v"}
 """Vectors in ROS messages, and the letter before the axis in the short name of a component (force.z is fz)."""
 
 LONGEST_COMMENT, MOST_LISTED = 200, 200
@@ -129,9 +129,9 @@ class Proposal:
             guess.name.partition(":") if is_bag(self.path) and ":" in guess.name else ("", "", guess.name)
         )
         entry: dict[str, Any] = ({"topic": topic} if topic else {}) | {"column": column, "unit": guess.unit}
-        if guess.unit in BRIDGES:
+        if guess.unit in BRIDGE_UNITS:
             entry |= {"gauge_factor": 2.0, "active_arms": 1}
-        if guess.unit in BRIDGES[1:]:
+        if guess.unit in BRIDGE_UNITS[1:]:
             entry |= {"excitation_V": 5.0, "amplification": 1.0}
         return entry | ({"bits": 16, "span_V": 10.0} if guess.unit == "counts" else {})
 
@@ -141,19 +141,19 @@ def _comment(text: str) -> str:
     return one_line(text[:LONGEST_COMMENT]) + "..." * (len(text) > LONGEST_COMMENT)
 
 
-_ALL = (*QUANTITIES.values(), GAUGE)
+_ALL = (*LOG_QUANTITIES.values(), CHANNEL_QUANTITY)
 
 
 def propose(path: Path) -> Proposal:
     """Guesses for the columns of a log; raises `FileAccessError`, or `FileFormatError` if there is no table."""
-    line = 1 if path.suffix in PARQUET or is_bag(path) else _header_line(path)
+    line = 1 if path.suffix in PARQUET_SUFFIXES or is_bag(path) else _header_line(path)
     with unmapped(path, _all, (), LogMap(header_line=line)) as reader:
         reader.want(_all, tuple(reader.header))
-        head = next(reader.blocks(max(2, min(HEAD, HEAD_CELLS // len(reader.header)))))
+        head = next(reader.blocks(max(2, min(HEAD_ROWS, HEAD_CELLS // len(reader.header)))))
         values = {name: _floats(cells, reader.decimal) for name, cells in head.columns.items()}
         dates = {name for name, cells in head.columns.items() if _is_date(cells)}
         in_bag = is_bag(path)
-        guesses = _unique([_guess(name, found, name in dates, in_bag) for name, found in values.items()])
+        guesses = _unique([_guess(name, numbers, name in dates, in_bag) for name, numbers in values.items()])
         unread = (f"{name} is not read: {why}" for name, why in reader.unusable.items() if f"{name}[0]" not in values)
         questions = (*_questions(guesses), *unread)
         return Proposal(path, guesses, reader.delimiter, reader.decimal, line, questions)
@@ -184,11 +184,11 @@ def _header_line(path: Path) -> int:
 
 
 def _guess(name: str, values: np.ndarray, is_date: bool, in_bag: bool) -> Guess:
-    found = values[np.isfinite(values)]
+    finite = values[np.isfinite(values)]
     in_bag = in_bag and ":" in name
     if is_date:
-        return Guess(name, "t_s", ISO, "dates and times")
-    if not len(found):
+        return Guess(name, "t_s", ISO_TIME, "dates and times")
+    if not len(finite):
         return Guess(name, "", "", "no numbers")
     # An element of a list: gauges[0] is "gauges 0"
     stem, unit = (name, None) if in_bag else split_unit(re.sub(r"\[([0-9]+)\]\Z", r" \1", name))
@@ -197,9 +197,9 @@ def _guess(name: str, values: np.ndarray, is_date: bool, in_bag: bool) -> Guess:
         return Guess(name, "", "", "unknown name")
     if unit in quantity_of(meant).units:
         return Guess(name, meant, str(unit), "its name has the unit")
-    if in_bag and meant in SI:
-        return Guess(name, meant, SI[meant], "its name; ROS has SI units")
-    sized, reason = _unit_by_size(meant, found)
+    if in_bag and meant in ROS_UNITS:
+        return Guess(name, meant, ROS_UNITS[meant], "its name; ROS has SI units")
+    sized, reason = _unit_by_size(meant, finite)
     return Guess(name, meant, sized, f"its name; {reason}")
 
 
@@ -208,22 +208,24 @@ def _meant(stem: str, unit: str | None = None) -> str:
 
     A gauge without a number is "g", one with the number 0 "g0". What has another quantity's unit is not that column.
     """
-    if stem in QUANTITIES:
+    if stem in LOG_QUANTITIES:
         return stem
-    whole, number = split_number(stem)
-    words = [word for word in re.split(r"[\W\d_]+", whole.lower()) if len(word) > 1]
-    for word in (whole, *reversed(words)):
-        gauge = word in GAUGE.words or any(word.startswith(one) for one in ("channel", "gauge", "strain"))
-        found = ("g" if number is None else f"g{number}") if gauge else column_meant(word)
-        if found and (unit in quantity_of(found).units or not any(unit in one.units for one in _ALL)):
-            return found
-    return TELLING.get(unit or "", "")
+    base, number = split_number(stem)
+    words = [word for word in re.split(r"[\W\d_]+", base.lower()) if len(word) > 1]
+    for word in (base, *reversed(words)):
+        gauge = word in CHANNEL_QUANTITY.words or any(
+            word.startswith(candidate) for candidate in ("channel", "gauge", "strain")
+        )
+        column = ("g" if number is None else f"g{number}") if gauge else column_meant(word)
+        if column and (unit in quantity_of(column).units or not any(unit in candidate.units for candidate in _ALL)):
+            return column
+    return TELLING_UNITS.get(unit or "", "")
 
 
 def _in_message(topic: str, name: str) -> str:
     """The same for a number in a message: by its field, or by the topic where the field is only called data."""
     if axis := re.search(r"(force|torque|linear)\.([xyz])$", name):
-        return _meant(VECTORS[axis[1]] + axis[2])
+        return _meant(VECTOR_LETTERS[axis[1]] + axis[2])
     stem, number = split_number(name.replace("]", ""))
     stem = topic if stem.startswith("data") else stem.replace("[", "")
     return _meant(stem if number is None else f"{stem} {number}")
@@ -236,24 +238,24 @@ def _unit_by_size(meant: str, values: np.ndarray) -> tuple[str, str]:
         steps = np.diff(values)
         step = float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
         for unit in ("s", "ms", "us", "ns"):
-            rate = 1 / (step * QUANTITIES["t_s"].units[unit])
+            rate = 1 / (step * LOG_QUANTITIES["t_s"].units[unit])
             if RATES_HZ[0] <= rate <= RATES_HZ[1]:
                 return unit, f"steps of {step:g} are {rate:.4g} Hz"
         return "s", f"steps of {step:g}: a rate that no unit explains"
-    if meant not in QUANTITIES:
+    if meant not in LOG_QUANTITIES:
         if largest < STRAIN_BELOW:
             return "strain", f"at most {largest:.2g}"
-        whole = bool((values == np.round(values)).all())
-        if whole and largest >= COUNTS_FROM:
+        integral = bool((values == np.round(values)).all())
+        if integral and largest >= PROPOSED_COUNTS_FROM:
             return "counts", f"whole numbers up to {largest:.0f}"
         return "microstrain", f"at most {largest:.3g}"
-    limit, larger = LARGE.get(meant, (np.inf, ""))
+    limit, larger = LARGEST_IN_UNIT.get(meant, (np.inf, ""))
     if largest > limit:
         larger = "Pa" if meant == "modulus_MPa" and largest > 1e3 * limit else larger
         return larger, f"up to {largest:.3g}, too much in {meant.split('_')[1]}"
     if meant == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
         return "m/s", f"up to {largest:.3g}, too slow in mm/s"
-    return next(unit for unit, factor in QUANTITIES[meant].units.items() if factor == 1), f"up to {largest:.3g}"
+    return next(unit for unit, factor in LOG_QUANTITIES[meant].units.items() if factor == 1), f"up to {largest:.3g}"
 
 
 def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:
@@ -263,7 +265,10 @@ def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:
     """
     first = Counter(guess.meant for guess in guesses)
     shift = 1 if first["g0"] == 1 and not first["g"] else 0
-    named = [f"g{int(one.meant[1:]) + shift}" if re.fullmatch(r"g\d+", one.meant) else one.meant for one in guesses]
+    named = [
+        f"g{int(proposed.meant[1:]) + shift}" if re.fullmatch(r"g\d+", proposed.meant) else proposed.meant
+        for proposed in guesses
+    ]
     taken, result = Counter(named), []
     used = {"torque_Nmm"} if taken["tangential_N"] else set()
     for guess, meant in zip(guesses, named, strict=True):
@@ -282,7 +287,7 @@ def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
     meant = {guess.meant for guess in guesses}
     if not meant & {"t_s", "modulus_MPa"}:
         yield "no column seems to be a time (t_s), as an estimate needs, or a modulus (modulus_MPa), as presses need"
-    if not any(one.startswith("g") for one in meant):
+    if not any(column.startswith("g") for column in meant):
         yield "no column seems to be a gauge (g1, g2, ...)"
     if "force_N" not in meant:
         yield "no column seems to be a force (force_N): without one there is no modulus"
@@ -290,7 +295,7 @@ def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
         yield "no column seems to be a velocity or a position: state speed_mm_s, or there is no wavelength"
     if "torque_Nmm" in meant:
         yield "a torque needs the lever arm from its axis to the skin: give --lever-mm, or remove the line"
-    if any(guess.unit in BRIDGES and guess.meant for guess in guesses):
+    if any(guess.unit in BRIDGE_UNITS and guess.meant for guess in guesses):
         yield "the numbers of the gauges' amplifier are examples: gauge_factor and what stands beside it are yours"
     if any(guess.unit == "counts" for guess in guesses):
         yield "counts have a zero of their own: state air_s, the seconds before the touch"
@@ -299,9 +304,9 @@ def _questions(guesses: tuple[Guess, ...]) -> Iterator[str]:
 def _floats(cells: np.ndarray, decimal: str) -> np.ndarray:
     """Cells of text as floats, NaN for other text."""
     result = np.full(len(cells), np.nan)
-    for row, cell in enumerate(cells.tolist()):
+    for index, cell in enumerate(cells.tolist()):
         try:
-            result[row] = float(cell.replace(",", ".") if decimal == "," else cell)
+            result[index] = float(cell.replace(",", ".") if decimal == "," else cell)
         except ValueError:
             continue
     return result

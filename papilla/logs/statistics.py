@@ -5,14 +5,14 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-KEPT, KEPT_SHIFT = 2**19, 38
-"""Up to `KEPT` numbers (4 MB a column) are stored exactly. Beyond that, numbers whose floats differ only in the last
-`KEPT_SHIFT` bits form a group."""
+EXACT_NUMBERS, KEPT_SHIFT = 2**19, 38
+"""Up to `EXACT_NUMBERS` numbers (4 MB a column) are stored exactly. Beyond that, numbers whose floats differ only in
+the last `KEPT_SHIFT` bits form a group."""
 
 STRAIN_BELOW = 0.05
 """Microstrain. A log whose readings are all smaller is probably in strain: gauges have more noise than this."""
 
-COUNTS_FROM = 3000.0
+SUSPECTED_COUNTS_FROM = 3000.0
 """Readings that are whole numbers and reach this size are probably counts of a converter."""
 
 FORCE_ABOVE_N, TIMES_COVERED = 20.0, 9.81
@@ -26,14 +26,14 @@ MODULUS_ABOVE_MPA, DEPTH_ABOVE_MM = 20.0, 15.0
 """Specimens of silicone have 0.02 to 5 MPa; if all moduli are above 20 they are probably in kPa. No finger is pressed
 in by 15 mm: such depths are probably in micrometres."""
 
-BINS = 1000
+THINNED_BINS = 1000
 """Number of bins of a thinned log (up to twice as many): more than a picture has pixels."""
 
 
 class Magnitudes:
     """Numbers >= 0 in bounded memory: the first `kept` exactly, more of them in groups 1 part in 10,000 wide."""
 
-    def __init__(self, kept: int = KEPT) -> None:
+    def __init__(self, kept: int = EXACT_NUMBERS) -> None:
         self._kept = kept
         self._grouped, self._counts = np.empty(0), np.empty(0)
         self._new: list[np.ndarray] = []
@@ -116,9 +116,9 @@ class Sizes:
 
     def add(self, rows: np.ndarray) -> None:
         """Add rows (n, columns); NaN is ignored."""
-        known = np.where(np.isfinite(rows), rows, 0.0)
-        self._largest = np.maximum(self._largest, np.abs(known).max(axis=0, initial=0))
-        self._whole &= bool((known[:, : self._gauges] % 1 == 0).all())
+        finite = np.where(np.isfinite(rows), rows, 0.0)
+        self._largest = np.maximum(self._largest, np.abs(finite).max(axis=0, initial=0))
+        self._whole &= bool((finite[:, : self._gauges] % 1 == 0).all())
 
     def remarks(self, called: Mapping[str, str]) -> Iterator[str]:
         """Columns that seem to have another unit, each with the line of a map that states it; called : the
@@ -128,7 +128,7 @@ class Sizes:
             yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend(
                 "g1", "strain", called
             )
-        elif self._whole and gauges >= COUNTS_FROM:
+        elif self._whole and gauges >= SUSPECTED_COUNTS_FROM:
             yield f"readings are whole numbers up to {gauges:.0f}: this looks like counts" + _mend(
                 "g1", "counts", called
             )
@@ -169,7 +169,7 @@ class Thinned:
     Bins are of equally many rows, the last few excepted. Whenever there are twice `bins`, neighbours are joined.
     """
 
-    def __init__(self, bins: int = BINS) -> None:
+    def __init__(self, bins: int = THINNED_BINS) -> None:
         self._most = 2 * bins
         self._every = 1
         self._low: list[np.ndarray] = []

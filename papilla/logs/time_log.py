@@ -11,18 +11,18 @@ from typing import Any, Self
 import numpy as np
 
 from papilla.core import checks
-from papilla.core.checks import LARGEST, believable
+from papilla.core.checks import LARGEST_READING, believable
 from papilla.core.errors import FileFormatError
 from papilla.core.rows import Reader, Table
 from papilla.core.short_repr import short_repr
-from papilla.logs.columns import TORQUE, check_finite, open_log
+from papilla.logs.columns import TORQUE_COLUMN, check_finite, open_log
 from papilla.logs.log_map import LogMap
 from papilla.logs.statistics import Magnitudes, Noise, Sizes
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
-GAP_STEPS = 1.5  # A time step longer than this many median steps is a gap
-PREAMBLE = 200  # Rows of a pipe that give its sampling rate and noise before the first answer
+LOG_GAP_STEPS = 1.5  # A time step longer than this many median steps is a gap
+PREAMBLE_ROWS = 200  # Rows of a pipe that give its sampling rate and noise before the first answer
 SHORTEST_STEP_S, LONGEST_STEP_S = 1e-7, 1e5  # Limits of the mean time step: beyond them t_s is not in seconds
 
 
@@ -88,8 +88,8 @@ class _Scan:
         covered_N: float | None,
     ):
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
-        there = {*reader.names, *(["tangential_N"] if lever_mm else [])}
-        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in there), *more)
+        present = {*reader.names, *(["tangential_N"] if lever_mm else [])}
+        self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in present), *more)
         self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges), covered_N)
         self.counts: Counter[str] = Counter()
         self._last = math.nan
@@ -98,9 +98,9 @@ class _Scan:
         """Check and count the rows of the next block."""
         check_finite(block, ("t_s",))
         time = block.columns["t_s"]
-        if (np.abs(time) > LARGEST).any():
-            row = int(np.argmax(np.abs(time) > LARGEST))
-            raise block.fault(row, "t_s", f"expected a time in s, got {time[row]:g}")
+        if (np.abs(time) > LARGEST_READING).any():
+            index = int(np.argmax(np.abs(time) > LARGEST_READING))
+            raise block.fault(index, "t_s", f"expected a time in s, got {time[index]:g}")
         with_last = np.concatenate([[self._last], time])[math.isnan(self._last) :]
         steps = np.diff(with_last)
         if (steps < 0).any():
@@ -111,9 +111,9 @@ class _Scan:
         self._steps.add(steps[steps > 0])
         rows = rows_of(block, self.used, self._lever)
         bad = ~np.isfinite(rows)
-        found = {"rows": len(rows), "nan_rows": bad.any(axis=1).sum(), "nan_cells": bad.sum()}
-        found |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST)).sum()}
-        for name, count in found.items():
+        counted = {"rows": len(rows), "nan_rows": bad.any(axis=1).sum(), "nan_cells": bad.sum()}
+        counted |= {"duplicates": (steps == 0).sum(), "unbelievable": (~bad & (np.abs(rows) > LARGEST_READING)).sum()}
+        for name, count in counted.items():
             self.counts[name] += int(count)
         rows = believable(rows)
         self.noise.add(rows)
@@ -124,7 +124,7 @@ class _Scan:
         path = self._reader.path
         if self.counts["rows"] < 2:
             raise FileFormatError(f"{path} has one row: a time log needs two at least to have a sampling rate")
-        longest = GAP_STEPS * self._steps.median()
+        longest = LOG_GAP_STEPS * self._steps.median()
         if math.isnan(longest):
             raise FileFormatError(f"{path}: all rows have the time {self._last:g} s, so there is no sampling rate")
         step, gaps = self._steps.split(longest)
@@ -133,7 +133,7 @@ class _Scan:
         # Rows of a packet share its time: the sampling rate is the rate of the rows.
         bunched = 2 * self.counts["duplicates"] > self.counts["rows"]
         step *= 1 - bunched * self.counts["duplicates"] / self.counts["rows"]
-        beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST:g}: they count as missing"]
+        beyond = [f"{self.counts['unbelievable']} cells hold numbers beyond {LARGEST_READING:g}: they count as missing"]
         shared = [f"most rows share their t_s with the row before: they are taken as {1 / step:.4g} Hz, spread evenly"]
         notes = (*shared[: int(bunched)], *beyond[: self.counts["unbelievable"]], *self._reader.notes)
         sizes = tuple(self.sizes.remarks(self._reader.called))
@@ -165,7 +165,9 @@ class TimeLogFile:
         covered_N: float | None = None,
         whole: bool = False,
     ):
-        self._reader, self.gauge_names = open_log(path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE), log_map=log_map)
+        self._reader, self.gauge_names = open_log(
+            path, ("t_s", *more), (*TIME_OPTIONAL, TORQUE_COLUMN), log_map=log_map
+        )
         try:
             if whole:
                 self._reader.check_fits()
@@ -175,7 +177,7 @@ class TimeLogFile:
             for block in self._reader.blocks():
                 scan.add(block)
                 progress(scan.counts["rows"])
-                if self._reader.live and scan.counts["rows"] >= PREAMBLE:
+                if self._reader.live and scan.counts["rows"] >= PREAMBLE_ROWS:
                     break
             self.sample_rate_Hz, self.report = scan.finish()
         except BaseException:
@@ -206,7 +208,7 @@ class TimeLogFile:
         Cells without a finite number, or beyond `checks.LARGEST`, are NaN. Of standard input they come as they
         are there, and raise what opening a file raises.
         """
-        left, scan = self.report.rows, self._scan()
+        remaining, scan = self.report.rows, self._scan()
         blocks = self._reader.blocks()
         if self.live:
             self._reader.once()
@@ -217,9 +219,9 @@ class TimeLogFile:
                 scan.add(block)
                 yield rows
                 continue
-            yield rows[:left]
-            left -= len(block)
-            if left <= 0:
+            yield rows[:remaining]
+            remaining -= len(block)
+            if remaining <= 0:
                 return
         self.report = scan.finish()[1] if self.live else self.report
 
@@ -228,22 +230,22 @@ def rows_of(block: Table, names: tuple[str, ...], lever_mm: float | None) -> np.
     """Rows (n, columns) of a block; with a lever arm in mm, tangential_N is torque (N mm) / lever arm, in N."""
     columns = dict(block.columns)
     if lever_mm is not None:
-        columns["tangential_N"] = columns[TORQUE] / lever_mm
+        columns["tangential_N"] = columns[TORQUE_COLUMN] / lever_mm
     return np.column_stack([columns[name] for name in names])
 
 
 def _lever(reader: Reader, lever_mm: float | None) -> float | None:
     """The lever arm, if the log has a torque; raises `FileFormatError` if one is there without the other."""
     if lever_mm is None:
-        if TORQUE in reader.names:
-            problem = f"column {TORQUE} needs its lever arm (--lever-mm), the distance from its axis to the skin"
+        if TORQUE_COLUMN in reader.names:
+            problem = f"column {TORQUE_COLUMN} needs its lever arm (--lever-mm), the distance from its axis to the skin"
             raise FileFormatError(f"{reader.path}, line 1: {problem}")
         return None
     checks.positive("lever_mm", lever_mm)
-    if TORQUE not in reader.names:
-        raise FileFormatError(f"{reader.path}, line 1: a lever arm is given, but there is no column {TORQUE}")
+    if TORQUE_COLUMN not in reader.names:
+        raise FileFormatError(f"{reader.path}, line 1: a lever arm is given, but there is no column {TORQUE_COLUMN}")
     if "tangential_N" in reader.names:
-        raise FileFormatError(f"{reader.path}, line 1: give one of tangential_N and {TORQUE}, not both")
+        raise FileFormatError(f"{reader.path}, line 1: give one of tangential_N and {TORQUE_COLUMN}, not both")
     return lever_mm
 
 

@@ -5,6 +5,15 @@
 
 from papilla.mesh.builder import DEFAULT_SIZE_MM, build
 from papilla.mesh.cells import quality
-from papilla.mesh.layered import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import BONE_LAYER, BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh
 
-__all__ = ["BONE", "BOUNDARIES", "DEFAULT_SIZE_MM", "INNER", "OUTER", "LayeredMesh", "build", "quality"]
+__all__ = [
+    "BONE_LAYER",
+    "BOUNDARY_NAMES",
+    "DEFAULT_SIZE_MM",
+    "INNER_LAYER",
+    "OUTER_LAYER",
+    "LayeredMesh",
+    "build",
+    "quality",
+]

@@ -11,7 +11,7 @@ from papilla.mesh.surface_files import read_nested
 from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, Ellipsoid, EllipticCylinder, Surface, TriangleSurface
 from papilla.model.finger import Dome, Finger, Gauge, Slab
 
-NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
+SURFACE_NAMES = ("skin", "interface", "bone")  # Names of the surfaces, from the outside in
 WALK_MM = 0.25  # Step along a surface, with which arc lengths are accurate to 1e-4
 
 
@@ -29,7 +29,7 @@ class Plane:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class MeshGeometry:
     """The meshed part of a finger: all of it, or the quarter that `mirrors` repeat; `low` and `high` (3,) are its
     smallest and largest coordinates in mm."""
 
@@ -48,7 +48,7 @@ class Body:
         return np.array([0.0, 0.0, z])
 
 
-def body_of(finger: Finger) -> Body:
+def body_of(finger: Finger) -> MeshGeometry:
     """The body to mesh of a finger; raises what `surfaces_of` raises."""
     shape = finger.shape
     if isinstance(shape, Dome | Slab):
@@ -58,13 +58,13 @@ def body_of(finger: Finger) -> Body:
     skin = surfaces["skin"]
     if isinstance(skin, TriangleSurface):
         base = Plane(2, skin.base_z, -1, "base")
-        return Body(surfaces, (base,), (), skin.vertices.min(axis=0), skin.vertices.max(axis=0))
+        return MeshGeometry(surfaces, (base,), (), skin.vertices.min(axis=0), skin.vertices.max(axis=0))
     planes = [Plane(0, 0.0, -1, "mirror"), Plane(1, 0.0, -1, "mirror"), Plane(2, 0.0, -1, "base")]
     high = shape.outer
     if isinstance(shape, Slab):
         high = (shape.outer[0], shape.depth / 2, shape.outer[1])
         planes.append(Plane(1, shape.depth / 2, 1, "end"))
-    return Body(surfaces, tuple(planes), ("x", "y"), np.zeros(3), np.array(high))
+    return MeshGeometry(surfaces, tuple(planes), ("x", "y"), np.zeros(3), np.array(high))
 
 
 def narrowest_mm(finger: Finger) -> float:
@@ -83,9 +83,9 @@ def surfaces_of(finger: Finger) -> dict[str, Surface]:
     """
     shape = finger.shape
     if isinstance(shape, Dome):
-        return dict(zip(NAMES, map(Ellipsoid, (shape.outer, shape.interface, shape.bone)), strict=True))
+        return dict(zip(SURFACE_NAMES, map(Ellipsoid, (shape.outer, shape.interface, shape.bone)), strict=True))
     if isinstance(shape, Slab):
-        sections = zip(NAMES, (shape.outer, shape.interface, shape.bone), strict=True)
+        sections = zip(SURFACE_NAMES, (shape.outer, shape.interface, shape.bone), strict=True)
         return {name: EllipticCylinder(axes, shape.depth) for name, axes in sections}
     surfaces = read_nested((shape.outer, shape.interface, shape.bone))
     for gauge in finger.gauges:
@@ -94,7 +94,7 @@ def surfaces_of(finger: Finger) -> dict[str, Surface]:
                 f"gauge {gauge.name} lies outside the interface: {shape.interface} has nothing above "
                 f"x {gauge.x_mm:g}, y {gauge.y_mm:g} mm"
             )
-    return dict(zip(NAMES, surfaces, strict=True))
+    return dict(zip(SURFACE_NAMES, surfaces, strict=True))
 
 
 def gauge_site(finger: Finger, gauge: Gauge, interface: Surface) -> np.ndarray:
@@ -142,5 +142,5 @@ def facet_deviation(surface: Surface, around: np.ndarray, reach: float) -> float
 
     It is 0 for exact surfaces. If the indentation is not much larger, the facets affect the contact.
     """
-    own = getattr(surface, "facet_deviation", None)
-    return 0.0 if own is None else float(own(around, reach))
+    deviation = getattr(surface, "facet_deviation", None)
+    return 0.0 if deviation is None else float(deviation(around, reach))

@@ -6,13 +6,13 @@ from itertools import combinations
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.mesh.layered import LAYERS, LayeredMesh
+from papilla.mesh.layered import LAYER_NUMBERS, LayeredMesh
 
 FACES_OF_TET = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
 """Vertices of the face opposite each vertex, normal pointing out of a positively oriented tetrahedron."""
 
-CORNERS = len(FACES_OF_TET)
-EDGES_OF_TET = np.array([*combinations(range(CORNERS), 2)])
+TET_CORNERS = len(FACES_OF_TET)
+EDGES_OF_TET = np.array([*combinations(range(TET_CORNERS), 2)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ def paired_faces(tets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Each distinct face (k, 3), oriented out of its first cell, and its cells (k, 2); the second is -1 if there is
     none."""
     faces = np.asarray(tets, dtype=np.int64)[:, FACES_OF_TET].reshape(-1, 3)
-    owner = np.repeat(np.arange(len(tets)), CORNERS)
+    owner = np.repeat(np.arange(len(tets)), TET_CORNERS)
     # One number per face: three numbers of 21 bits fit into an integer
     low, middle, high = np.sort(faces, axis=1).T
     _, first, number = np.unique((low << 42) | (middle << 21) | high, return_index=True, return_inverse=True)
@@ -50,10 +50,10 @@ def places(simplices: np.ndarray, among: np.ndarray, count: int) -> np.ndarray:
     """The place (...) in `among` (n, d) of the simplex with the same vertices as each of `simplices` (..., d), -1 if it
     is not there; vertex numbers are below `count`."""
     digits = count ** np.arange(among.shape[1])
-    known, wanted = (np.sort(one, axis=-1) @ digits for one in (among, simplices))
-    order = np.argsort(known)
-    place = order[np.searchsorted(known[order], wanted).clip(max=len(known) - 1)]
-    return np.where(known[place] == wanted, place, -1)
+    keys, wanted = (np.sort(vertices, axis=-1) @ digits for vertices in (among, simplices))
+    order = np.argsort(keys)
+    place = order[np.searchsorted(keys[order], wanted).clip(max=len(keys) - 1)]
+    return np.where(keys[place] == wanted, place, -1)
 
 
 def between(faces: np.ndarray, cells: np.ndarray, layer: np.ndarray, inside: int, around: int) -> np.ndarray:
@@ -136,7 +136,7 @@ def quality(mesh: LayeredMesh) -> dict:
         "edge_max_mm": float(edges.max()),
         "volume_mm3": {
             name: float(volume[mesh.layer == number].sum())
-            for name, number in LAYERS.items()
+            for name, number in LAYER_NUMBERS.items()
             if np.any(mesh.layer == number)
         },
     }

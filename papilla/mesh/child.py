@@ -23,7 +23,7 @@ TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the f
 HEARTBEAT_S = 0.5
 ERROR_LINES = 3
 
-WORKER = Path(worker.__file__)
+WORKER_SCRIPT = Path(worker.__file__)
 """A script, not a module: importing the package would take longer than most of its work."""
 
 MESHER_VERSION = 1
@@ -51,20 +51,20 @@ def tetrahedralise(
 
 
 def cells_of(
-    made: Mapping[str, np.ndarray], name: str, cells: str, corners: int, points: str = "points"
+    arrays: Mapping[str, np.ndarray], name: str, cells: str, corners: int, points: str = "points"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Two arrays that a child made: `points` (n, 3), and whole numbers of points `cells` (m, corners).
 
     Raises `MeshError`, which calls the child `name`, for anything else. Nothing is said about the values of points.
     """
-    found, numbers = (np.asarray(made.get(key, np.empty(0, dtype=object))) for key in (points, cells))
-    if found.dtype.kind != "f" or found.ndim != 2 or found.shape[1] != 3:
-        raise MeshError(f"{name} returned {points} of shape {found.shape}, not numbers of shape (n, 3)")
+    positions, numbers = (np.asarray(arrays.get(key, np.empty(0, dtype=object))) for key in (points, cells))
+    if positions.dtype.kind != "f" or positions.ndim != 2 or positions.shape[1] != 3:
+        raise MeshError(f"{name} returned {points} of shape {positions.shape}, not numbers of shape (n, 3)")
     if numbers.dtype.kind not in "iu" or numbers.ndim != 2 or numbers.shape[1] != corners:
         raise MeshError(f"{name} returned {cells} of shape {numbers.shape}, not whole numbers of shape (m, {corners})")
-    if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(found):
-        raise MeshError(f"{name} returned {cells} with a corner that is not among its {len(found)} {points}")
-    return found.astype(float), numbers.astype(np.int64)
+    if numbers.size and not 0 <= int(numbers.min()) <= int(numbers.max()) < len(positions):
+        raise MeshError(f"{name} returned {cells} with a corner that is not among its {len(positions)} {points}")
+    return positions.astype(float), numbers.astype(np.int64)
 
 
 def run(
@@ -107,7 +107,7 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
     # In a session of its own, because a terminal sends Ctrl-C to a whole session: papilla alone decides.
     return seams.start(
-        [sys.executable, "-P", str(WORKER), job], cwd=folder, env=environment, start_new_session=True,
+        [sys.executable, "-P", str(WORKER_SCRIPT), job], cwd=folder, env=environment, start_new_session=True,
         stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
     )  # fmt: skip
 

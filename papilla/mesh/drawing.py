@@ -14,58 +14,60 @@ import numpy as np
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MeshError
-from papilla.mesh.body import Body
+from papilla.mesh.body import MeshGeometry
 from papilla.mesh.cells import TaggedCells, between, compact, edges_of, paired_faces, positively_oriented
 from papilla.mesh.child import Progress, tetrahedralise
 from papilla.mesh.finishing import finished, snap
-from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.mesh.sizing import Sizing, asked
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder, Surface, TriangleSurface, Triangulation
 from papilla.model.finger import Finger
 
-DRAWS = 5  # Largest number of meshes that are made for a finger
-ENVELOPE, ENVELOPE_SIZES = 1e-3, 0.05
+MOST_DRAWS = 5  # Largest number of meshes that are made for a finger
+ENVELOPE_SHARE, ENVELOPE_SIZES = 1e-3, 0.05
 """How far the mesher may move a surface: a fraction of the bounding box's diagonal, or of the element size if more."""
 
 FLAT_COSINE = 0.8
 """A boundary face near a plane lies on it if its normal is at most 37 degrees from the plane's."""
 
-REACH = 3.0  # Flat faces are searched within this many envelopes of their plane
+REACH_ENVELOPES = 3.0  # Flat faces are searched within this many envelopes of their plane
 
 FACETS_PER_RADIUS, FACET_SIZES = 18, 1.1
 """Edges on curved faces have the length of the largest radius over the first number, or the element size times the
 second, if that is longer."""
 
-DECIMALS = 9  # Vertices of parts of a triangulation are joined if they are equal to so many decimals (mm)
+JOINING_DECIMALS = 9  # Vertices of parts of a triangulation are joined if they are equal to so many decimals (mm)
 FEWEST_FACETS = 6  # Edges on a quarter of a curved face
-SCATTER = 0.3  # Largest displacement of an edge's ends by `_scattered`, as a share of the edge, along each axis
+SCATTER_EDGE_SHARE = (
+    0.3  # Largest displacement of an edge's ends by `_scattered`, as a share of the edge, along each axis
+)
 
 
 def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
     """A new mesh of a finger; arguments as of `papilla.mesh.build`, and raises as it does."""
     body, sizing = asked(finger, size_mm)
     keep_bone = finger.bone is not None
-    for draw in range(1, DRAWS + 1):
+    for draw in range(1, MOST_DRAWS + 1):
         try:
             return finished(body, _draw(body, sizing, keep_bone, variant, progress), size_mm, keep_bone, progress)
         except MeshError as error:
-            if draw == DRAWS:
-                raise MeshError(f"{error} ({DRAWS} meshes were drawn)") from error
+            if draw == MOST_DRAWS:
+                raise MeshError(f"{error} ({MOST_DRAWS} meshes were drawn)") from error
             if progress is not None:
-                progress(f"mesh {draw} of at most {DRAWS} cannot be used, drawing another: {error}")
+                progress(f"mesh {draw} of at most {MOST_DRAWS} cannot be used, drawing another: {error}")
     raise AssertionError("unreachable")
 
 
-def _draw(body: Body, sizing: Sizing, keep_bone: bool, variant: int, progress: Progress | None) -> TaggedCells:
+def _draw(body: MeshGeometry, sizing: Sizing, keep_bone: bool, variant: int, progress: Progress | None) -> TaggedCells:
     """One mesh from the mesher, with its cells sorted and its vertices moved onto the surfaces."""
     diagonal = float(np.linalg.norm(body.high - body.low))
-    envelope = max(ENVELOPE, ENVELOPE_SIZES * sizing.near_mm / diagonal)
+    envelope = max(ENVELOPE_SHARE, ENVELOPE_SIZES * sizing.near_mm / diagonal)
     points, tets = tetrahedralise(_soup(body, sizing, envelope, variant), progress)
-    cells = tag(body, points, positively_oriented(points, tets), keep_bone, REACH * envelope * diagonal)
+    cells = tag(body, points, positively_oriented(points, tets), keep_bone, REACH_ENVELOPES * envelope * diagonal)
     return replace(cells, points=snap(body, cells))
 
 
-def tag(body: Body, points: np.ndarray, tets: np.ndarray, keep_bone: bool, reach: float) -> TaggedCells:
+def tag(body: MeshGeometry, points: np.ndarray, tets: np.ndarray, keep_bone: bool, reach: float) -> TaggedCells:
     """Tag a raw mesh of `body`; the bone's cells are dropped unless `keep_bone`.
 
     Cells outside the body are dropped. `reach` (mm) is the largest distance by which the mesher may have moved a flat
@@ -73,21 +75,21 @@ def tag(body: Body, points: np.ndarray, tets: np.ndarray, keep_bone: bool, reach
     """
     tets = tets[_inside(body, points[tets].mean(axis=1))]
     centroids = points[tets].mean(axis=1)
-    layer = np.full(len(tets), OUTER)
-    layer[body.surfaces["interface"].level(centroids) < 0] = INNER
-    layer[body.surfaces["bone"].level(centroids) < 0] = BONE
-    parts = ((OUTER, "outer layer"), (INNER, "inner layer"), (BONE, "bone"))
+    layer = np.full(len(tets), OUTER_LAYER)
+    layer[body.surfaces["interface"].level(centroids) < 0] = INNER_LAYER
+    layer[body.surfaces["bone"].level(centroids) < 0] = BONE_LAYER
+    parts = ((OUTER_LAYER, "outer layer"), (INNER_LAYER, "inner layer"), (BONE_LAYER, "bone"))
     missing = [name for number, name in parts if not np.any(layer == number)]
     if missing:
         raise MeshError(f"the {' and the '.join(missing)} got no tetrahedra: take a smaller size_mm ({SIZE_OPTION})")
     if not keep_bone:
-        keep = layer != BONE
+        keep = layer != BONE_LAYER
         tets, layer = tets[keep], layer[keep]
     points, tets = compact(points, tets)
     return _sort_faces(body, points, tets, layer, reach)
 
 
-def _inside(body: Body, centroids: np.ndarray) -> np.ndarray:
+def _inside(body: MeshGeometry, centroids: np.ndarray) -> np.ndarray:
     inside = body.surfaces["skin"].level(centroids) < 0
     for plane in body.planes:
         inside &= plane.outward * (centroids[:, plane.axis] - plane.value) < 0
@@ -103,15 +105,18 @@ def _sort_faces(body, points, tets, layer, reach) -> TaggedCells:
     curved = ~np.any(flat, axis=0)
     centres = points[rim].mean(axis=1)
     on_bone = np.abs(body.surfaces["bone"].level(centres)) < np.abs(body.surfaces["skin"].level(centres))
-    if np.any(curved & ~on_bone & (rim_layer != OUTER)) or np.any(curved & on_bone & (rim_layer == OUTER)):
+    if np.any(curved & ~on_bone & (rim_layer != OUTER_LAYER)) or np.any(curved & on_bone & (rim_layer == OUTER_LAYER)):
         raise MeshError(f"a layer is open, its cells on the surface of another: take a smaller size_mm ({SIZE_OPTION})")
-    shared = {pair: between(faces, cells, layer, *pair) for pair in ((INNER, OUTER), (BONE, INNER), (BONE, OUTER))}
-    if len(shared[BONE, OUTER]):
+    shared = {
+        pair: between(faces, cells, layer, *pair)
+        for pair in ((INNER_LAYER, OUTER_LAYER), (BONE_LAYER, INNER_LAYER), (BONE_LAYER, OUTER_LAYER))
+    }
+    if len(shared[BONE_LAYER, OUTER_LAYER]):
         raise MeshError(f"the bone touches the outer layer: take a smaller size_mm ({SIZE_OPTION})")
     on_surface = {
         "skin": rim[curved & ~on_bone],
-        "interface": shared[INNER, OUTER],
-        "bone": np.vstack([rim[curved & on_bone], shared[BONE, INNER]]),
+        "interface": shared[INNER_LAYER, OUTER_LAYER],
+        "bone": np.vstack([rim[curved & on_bone], shared[BONE_LAYER, INNER_LAYER]]),
     }
     return TaggedCells(points, tets, layer, on_surface, tuple(rim[on] for on in flat))
 
@@ -124,7 +129,7 @@ def _on_plane(points, faces, plane, reach) -> np.ndarray:
     return near & (cosine > FLAT_COSINE)
 
 
-def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
+def _soup(body: MeshGeometry, sizing: Sizing, envelope: float, variant: int) -> dict[str, np.ndarray]:
     """The mesher's input; each variant has its own triangles and a shifted sizing grid."""
     vertices, triangles = _stacked(triangulations(body, sizing.near_mm, variant))
     shift = np.random.default_rng(variant).uniform(-0.5, 0.5, 3) if variant else np.zeros(3)
@@ -140,7 +145,7 @@ def _soup(body: Body, sizing: Sizing, envelope: float, variant: int) -> dict[str
     }
 
 
-def triangulations(body: Body, size_mm: float, variant: int = 0) -> list[Triangulation]:
+def triangulations(body: MeshGeometry, size_mm: float, variant: int = 0) -> list[Triangulation]:
     """A closed triangulation of each nested body, with edges that fit elements of `size_mm`; surfaces from files keep
     their own.
 
@@ -150,7 +155,9 @@ def triangulations(body: Body, size_mm: float, variant: int = 0) -> list[Triangu
     return [_triangulated(surface, body, size_mm, random) for surface in body.surfaces.values()]
 
 
-def _triangulated(surface: Surface, body: Body, size_mm: float, random: np.random.Generator | None) -> Triangulation:
+def _triangulated(
+    surface: Surface, body: MeshGeometry, size_mm: float, random: np.random.Generator | None
+) -> Triangulation:
     if isinstance(surface, TriangleSurface):
         return surface.vertices, surface.triangles
     skin = body.surfaces["skin"]
@@ -191,15 +198,15 @@ def quarter_cylinder(surface: EllipticCylinder, divisions: int) -> Triangulation
 def _scattered(
     vertices: np.ndarray, triangles: np.ndarray, surface: Ellipsoid, random: np.random.Generator
 ) -> np.ndarray:
-    """The vertices (n, 3) moved by up to `SCATTER` of their shortest edge, within their flat or curved faces: another
-    triangulation of the same body."""
+    """The vertices (n, 3) moved by up to `SCATTER_EDGE_SHARE` of their shortest edge, within their flat or curved
+    faces: another triangulation of the same body."""
     edges = edges_of(triangles).reshape(-1, 2)
     shortest = np.full(len(vertices), np.inf)
     np.minimum.at(shortest, edges, np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)[:, None])
-    moved = vertices + SCATTER * shortest[:, None] * random.uniform(-1, 1, vertices.shape)
+    moved = vertices + SCATTER_EDGE_SHARE * shortest[:, None] * random.uniform(-1, 1, vertices.shape)
     on_plane = (vertices == 0) | ((vertices == vertices.max(axis=0)) & ~np.isfinite(surface.semi_axes))
     moved = np.where(on_plane, vertices, moved)
-    curved = np.abs(surface.level(vertices)) < 10.0**-DECIMALS
+    curved = np.abs(surface.level(vertices)) < 10.0**-JOINING_DECIMALS
     moved[curved] = surface.project(moved[curved])
     return moved
 
@@ -207,7 +214,7 @@ def _scattered(
 def merge(parts: list[Triangulation]) -> Triangulation:
     """One triangulation of several, vertices closer than 1e-9 mm joined."""
     vertices, triangles = _stacked(parts)
-    _, first, number = np.unique(np.round(vertices, DECIMALS), axis=0, return_index=True, return_inverse=True)
+    _, first, number = np.unique(np.round(vertices, JOINING_DECIMALS), axis=0, return_index=True, return_inverse=True)
     return vertices[first], number.ravel()[triangles]
 
 

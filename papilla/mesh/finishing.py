@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MeshError
-from papilla.mesh.body import Body
+from papilla.mesh.body import MeshGeometry
 from papilla.mesh.cells import (
     EDGES_OF_TET,
     TaggedCells,
@@ -22,16 +22,16 @@ from papilla.mesh.child import Progress
 from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.surfaces import Ellipsoid, Surface
 
-POOR = 0.1  # Mean ratio below which a cell is relaxed
-SWEEPS = 30
-STEPS = (1.0, 0.5, 0.2)  # Fractions of the way to the middle of the neighbours that are tried
+POOR_MEAN_RATIO = 0.1  # Mean ratio below which a cell is relaxed
+RELAXATION_SWEEPS = 30
+STEP_FRACTIONS = (1.0, 0.5, 0.2)  # Fractions of the way to the middle of the neighbours that are tried
 
-SQUEEZED = 0.1
+SMALLEST_BENT_JACOBIAN = 0.1
 """Smallest Jacobian of a bent cell relative to the straight one; below it the cell keeps its straight edges."""
 
 
 def finished(
-    body: Body, cells: TaggedCells, size_mm: float, keep_bone: bool, progress: Progress | None = None
+    body: MeshGeometry, cells: TaggedCells, size_mm: float, keep_bone: bool, progress: Progress | None = None
 ) -> LayeredMesh:
     """The mesh of `cells`, which lie in `body` and on its surfaces; raises `MeshError` if it is unusable."""
     flat = [faces for plane, faces in zip(body.planes, cells.on_plane, strict=True) if plane.role == "base"]
@@ -63,7 +63,7 @@ def refuse_unusable(mesh: LayeredMesh) -> None:
 class Constraints:
     """Which surface and which planes each vertex must stay on."""
 
-    def __init__(self, body: Body, cells: TaggedCells):
+    def __init__(self, body: MeshGeometry, cells: TaggedCells):
         count = len(cells.points)
         self.body = body
         self.on_plane: np.ndarray = np.zeros((len(body.planes), count), dtype=bool)
@@ -90,7 +90,7 @@ class Constraints:
         return points
 
 
-def snap(body: Body, cells: TaggedCells) -> np.ndarray:
+def snap(body: MeshGeometry, cells: TaggedCells) -> np.ndarray:
     """The points (n, 3) of the cells: those on surfaces and planes moved exactly onto them, poor cells relaxed.
 
     Raises `MeshError` if surfaces touch. The caller must check that no cell is inverted.
@@ -100,13 +100,13 @@ def snap(body: Body, cells: TaggedCells) -> np.ndarray:
     return relax(points, cells.tets, constraints)
 
 
-def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints, poor: float = POOR) -> np.ndarray:
+def relax(points: np.ndarray, tets: np.ndarray, constraints: Constraints, poor: float = POOR_MEAN_RATIO) -> np.ndarray:
     """Smart Laplacian smoothing of poor cells: a move is kept only if it raises the worst quality around its vertex."""
     points = points.copy()
     quality = mean_ratio(points, tets)
     order = np.argsort(tets, axis=None, kind="stable")
     starts = np.searchsorted(tets.ravel()[order], np.arange(len(points) + 1))
-    for _ in range(SWEEPS):
+    for _ in range(RELAXATION_SWEEPS):
         improved = False
         for vertex in np.unique(tets[quality < poor]):
             around = order[starts[vertex] : starts[vertex + 1]] // 4
@@ -122,7 +122,7 @@ def _move(points, tets, quality, vertex, around, constraints) -> bool:
     ring = np.setdiff1d(tets[around], [vertex])
     towards = points[ring].mean(axis=0) - points[vertex]
     old = points[vertex].copy()
-    for step in STEPS:
+    for step in STEP_FRACTIONS:
         points[vertex] = constraints.apply((old + step * towards)[None], np.array([vertex]))[0]
         new = mean_ratio(points, tets[around])
         if new.min() > quality[around].min():
@@ -145,19 +145,19 @@ def bent_edges(
         if isinstance(surface, Ellipsoid):
             on = np.unique(np.sort(edges_of(triangles).reshape(-1, 2), axis=1), axis=0)
             edges, middles = np.vstack([edges, on]), np.vstack([middles, surface.project(points[on].mean(axis=1))])
-    whole = len(edges)
+    edges_before = len(edges)
     while len(edges):
         place = places(tets[:, EDGES_OF_TET], edges, len(points))
         bent = place >= 0
         bow = np.where(bent[..., None], middles[place] - points[edges[place]].mean(axis=2), 0.0)
         cells = np.flatnonzero(bent.any(axis=1))
-        squeezed = cells[_smallest_jacobian(points[tets[cells]], bow[cells]) < SQUEEZED]
+        squeezed = cells[_smallest_jacobian(points[tets[cells]], bow[cells]) < SMALLEST_BENT_JACOBIAN]
         if not len(squeezed):
             break
         keep = np.ones(len(edges), dtype=bool)
         keep[place[squeezed][bent[squeezed]]] = False
         edges, middles = edges[keep], middles[keep]
-    return edges, middles, whole - len(edges)
+    return edges, middles, edges_before - len(edges)
 
 
 def _smallest_jacobian(corners: np.ndarray, bow: np.ndarray) -> np.ndarray:

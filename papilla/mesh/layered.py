@@ -11,9 +11,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-OUTER, INNER, BONE = 0, 1, 2  # Layer numbers of cells; `BONE` occurs only if the bone is meshed
-LAYERS = {"outer": OUTER, "inner": INNER, "bone": BONE}
-BOUNDARIES = ("skin", "interface", "base")
+OUTER_LAYER, INNER_LAYER, BONE_LAYER = 0, 1, 2  # Layer numbers of cells; `BONE_LAYER` occurs only if the bone is meshed
+LAYER_NUMBERS = {"outer": OUTER_LAYER, "inner": INNER_LAYER, "bone": BONE_LAYER}
+BOUNDARY_NAMES = ("skin", "interface", "base")
 """skin: free outer surface; interface: between outer and inner layer; base: clamped (base plane and rigid bone)."""
 
 
@@ -25,8 +25,8 @@ class LayeredMesh:
     ----------
     points : (n, 3) float, mm.
     tets : (m, 4) int, positively oriented.
-    layer : (m,) int, `OUTER`, `INNER` or `BONE`.
-    boundaries : name -> (k, 3) int triangles, for each name of `BOUNDARIES`.
+    layer : (m,) int, `OUTER_LAYER`, `INNER_LAYER` or `BONE_LAYER`.
+    boundaries : name -> (k, 3) int triangles, for each name of `BOUNDARY_NAMES`.
     size_mm : requested element size at the contact.
     mirrors : axes ("x", "y") in whose zero plane the mesh is its own exact mirror image.
     edges, middles : (k, 2) int and (k, 3) mm, the bent edges and the positions of their middles: quadratic elements
@@ -44,9 +44,9 @@ class LayeredMesh:
 
     def __post_init__(self) -> None:
         kinds = {"points": float, "tets": np.int64, "layer": np.int8, "edges": np.int64, "middles": float}
-        for name, kind in kinds.items():
-            object.__setattr__(self, name, _frozen(getattr(self, name), kind))
-        boundaries = {name: _frozen(self.boundaries[name], np.int64) for name in BOUNDARIES}
+        for name, dtype in kinds.items():
+            object.__setattr__(self, name, _frozen(getattr(self, name), dtype))
+        boundaries = {name: _frozen(self.boundaries[name], np.int64) for name in BOUNDARY_NAMES}
         object.__setattr__(self, "boundaries", MappingProxyType(boundaries))
 
     def __repr__(self) -> str:
@@ -57,7 +57,7 @@ class LayeredMesh:
     def sha256(self) -> str:
         """Content hash of points, cells, layers, boundaries and bent edges."""
         digest = hashlib.sha256(repr((self.size_mm, self.mirrors)).encode())
-        arrays = (self.points, self.tets, self.layer, *(self.boundaries[name] for name in BOUNDARIES))
+        arrays = (self.points, self.tets, self.layer, *(self.boundaries[name] for name in BOUNDARY_NAMES))
         for array in (*arrays, self.edges, self.middles):
             digest.update(array.tobytes())
         return digest.hexdigest()
@@ -95,8 +95,8 @@ class LayeredMesh:
         return replace(self, edges=self.edges[:0], middles=self.middles[:0])
 
 
-def _frozen(values: np.ndarray, kind: type) -> np.ndarray:
-    array: np.ndarray = np.array(values, dtype=kind, order="C")
+def _frozen(values: np.ndarray, dtype: type) -> np.ndarray:
+    array: np.ndarray = np.array(values, dtype=dtype, order="C")
     array.flags.writeable = False
     return array
 
@@ -107,7 +107,7 @@ def mirrored(cell: LayeredMesh, mirrors: tuple[str, ...]) -> LayeredMesh:
     The vertices and cells of `cell` come first and unchanged.
     """
     points, tets, layer, edges, middles = cell.points, cell.tets, cell.layer, cell.edges, cell.middles
-    boundaries = {name: cell.boundaries[name] for name in BOUNDARIES}
+    boundaries = {name: cell.boundaries[name] for name in BOUNDARY_NAMES}
     for name in mirrors:
         axis = "xyz".index(name)
         off_plane = points[:, axis] != 0
@@ -132,7 +132,7 @@ def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
         "points": cell.points,
         "tets": cell.tets.astype(np.int32),
         "layer": cell.layer,
-        **{name: cell.boundaries[name].astype(np.int32) for name in BOUNDARIES},
+        **{name: cell.boundaries[name].astype(np.int32) for name in BOUNDARY_NAMES},
         "size_mm": np.array(mesh.size_mm),
         "mirrors": np.array("".join(mesh.mirrors)),
         "edges": cell.edges.astype(np.int32),
@@ -142,7 +142,7 @@ def pack(mesh: LayeredMesh) -> dict[str, np.ndarray]:
 
 def unpack(arrays: Mapping[str, np.ndarray]) -> LayeredMesh:
     """The mesh that was packed; bit for bit if `mirrored` made it."""
-    boundaries = {name: arrays[name] for name in BOUNDARIES}
+    boundaries = {name: arrays[name] for name in BOUNDARY_NAMES}
     points, tets, layer, edges, middles = (arrays[name] for name in ("points", "tets", "layer", "edges", "middles"))
     cell = LayeredMesh(points, tets, layer, boundaries, float(arrays["size_mm"]), (), edges, middles)
     mirrors = tuple(str(arrays["mirrors"]))

@@ -14,10 +14,10 @@ import numpy as np
 
 from papilla.mesh.cells import EDGES_OF_TET, TaggedCells, places
 
-DIGITS = 9
+LENGTH_DECIMALS = 9
 """Decimals (mm) of the lengths by which edges are ordered, so that rounding does not decide the order."""
 
-NEVER = np.iinfo(np.int64).max  # Rank of an edge that is not halved
+NEVER_HALVED = np.iinfo(np.int64).max  # Rank of an edge that is not halved
 
 
 def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
@@ -30,7 +30,7 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
     count = len(points)
     ends, of_tet = np.unique(np.sort(tets[:, EDGES_OF_TET]).reshape(-1, 2), axis=0, return_inverse=True)
     of_tet = of_tet.reshape(len(tets), -1)
-    length = np.round(np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1), DIGITS)
+    length = np.round(np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1), LENGTH_DECIMALS)
     rank = np.empty(len(ends), dtype=int)
     rank[np.argsort(-length, kind="stable")] = np.arange(len(ends))
     longest = np.take_along_axis(of_tet, rank[of_tet].argmin(axis=1)[:, None], axis=1)[:, 0]
@@ -45,11 +45,11 @@ def bisected(cells: TaggedCells, chosen: np.ndarray) -> TaggedCells:
         parent, pairs = np.arange(len(simplices)), np.array(list(combinations(range(simplices.shape[1]), 2)))
         while len(simplices):
             # An edge with a new vertex is not among the old edges, so it is not halved again.
-            own = simplices[:, pairs]
-            place = places(own, ends, count)
-            order = np.where((place >= 0) & (own.max(axis=2) < count), rank[place], NEVER)
+            edges = simplices[:, pairs]
+            place = places(edges, ends, count)
+            order = np.where((place >= 0) & (edges.max(axis=2) < count), rank[place], NEVER_HALVED)
             first = order.argmin(axis=1)
-            rows = np.flatnonzero(np.take_along_axis(order, first[:, None], axis=1)[:, 0] < NEVER)
+            rows = np.flatnonzero(np.take_along_axis(order, first[:, None], axis=1)[:, 0] < NEVER_HALVED)
             if not len(rows):
                 break
             middle = count + np.take_along_axis(place[rows], first[rows, None], axis=1)[:, 0]

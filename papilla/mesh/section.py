@@ -11,16 +11,16 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.mesh.layered import BONE, INNER, OUTER
+from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Dome, Finger, Slab
 
-SIZE_MM = 0.1
+SECTION_SIZE_MM = 0.1
 """Length (mm) of the skin's elements in the contact patch."""
 
 PATCH_SHARE = 0.5
 """Share of the skin's half width within which contact is possible; the finger's patch radius limits it, too."""
 
-GROWTH, COARSEST_MM, COARSEST_RAD = 1.3, 1.5, 0.1
+ROW_GROWTH, COARSEST_ROW_MM, COARSEST_RAD = 1.3, 1.5, 0.1
 """Ratio of neighbouring rows and columns away from the contact, and the largest row and column."""
 
 MOST_NODES = 500
@@ -51,10 +51,10 @@ def section_finger(finger: Finger) -> Finger:
     """
     shape = finger.shape
     if isinstance(shape, Slab):
-        own = shape
+        slab = shape
     elif isinstance(shape, Dome):
         outer, interface, bone = ((axes[0], axes[2]) for axes in (shape.outer, shape.interface, shape.bone))
-        own = Slab(outer, interface, bone)
+        slab = Slab(outer, interface, bone)
     else:
         raise InputError("a sliding scene needs a finger of kind dome or slab: surface files have no exact section")
     for gauge in finger.gauges:
@@ -62,7 +62,7 @@ def section_finger(finger: Finger) -> Finger:
             raise InputError(
                 f"gauge {gauge.name} sits at y_mm {gauge.y_mm:g}: a sliding scene knows only the section at y = 0"
             )
-    return replace(finger, shape=own)
+    return replace(finger, shape=slab)
 
 
 def patch_half_width(finger: Finger) -> float:
@@ -73,7 +73,7 @@ def patch_half_width(finger: Finger) -> float:
     return min(finger.patch_radius, PATCH_SHARE * shape.outer[0])
 
 
-def build_section(finger: Finger, *, size_mm: float = SIZE_MM) -> Section:
+def build_section(finger: Finger, *, size_mm: float = SECTION_SIZE_MM) -> Section:
     """Mesh of the section with elements of `size_mm` at the skin, with the finger's ridges if it has any.
 
     Raises `InputError` as `section_finger`, and for a patch of more than `MOST_NODES` nodes.
@@ -127,8 +127,8 @@ def _skin_columns(finger: Finger, half_width: float, size: float) -> tuple[np.nd
 def _angles(on_skin: np.ndarray, half_axis: float) -> np.ndarray:
     """Ellipse parameters of all columns, growing from the patch to the base plane on either side."""
     inside = np.arcsin(on_skin / half_axis)
-    beside = _graded(math.pi / 2 - inside[-1], inside[-1] - inside[-2], COARSEST_RAD)[1:]
-    right = inside[-1] + beside
+    outside = _graded(math.pi / 2 - inside[-1], inside[-1] - inside[-2], COARSEST_RAD)[1:]
+    right = inside[-1] + outside
     right[-1] = math.pi / 2
     return np.concatenate([-right[::-1], inside, right])
 
@@ -137,7 +137,7 @@ def _graded(length: float, first: float, largest: float) -> np.ndarray:
     """Positions from 0 to `length` whose steps grow from about `first` to at most about `largest`."""
     steps = [first]
     while sum(steps) < length:
-        steps.append(min(steps[-1] * GROWTH, largest))
+        steps.append(min(steps[-1] * ROW_GROWTH, largest))
     places = np.concatenate([[0.0], np.cumsum(steps)])
     return places * (length / places[-1])
 
@@ -145,14 +145,14 @@ def _graded(length: float, first: float, largest: float) -> np.ndarray:
 def _rows(finger: Finger, shape: Slab, size: float) -> list[tuple[int, np.ndarray, tuple, tuple]]:
     """Rows from the inside out: layer, relative positions across it, and the semi-axes between which it lies."""
     skin, soft = shape.outer[1] - shape.interface[1], shape.interface[1] - shape.bone[1]
-    down = _graded(skin, size, COARSEST_MM / 2)
-    deep = _graded(soft, down[-1] - down[-2], COARSEST_MM)
+    down = _graded(skin, size, COARSEST_ROW_MM / 2)
+    deep = _graded(soft, down[-1] - down[-2], COARSEST_ROW_MM)
     rows = [
-        (INNER, 1 - deep[::-1] / soft, shape.bone, shape.interface),
-        (OUTER, 1 - down[::-1] / skin, shape.interface, shape.outer),
+        (INNER_LAYER, 1 - deep[::-1] / soft, shape.bone, shape.interface),
+        (OUTER_LAYER, 1 - down[::-1] / skin, shape.interface, shape.outer),
     ]
     if finger.bone is not None:
-        rows.insert(0, (BONE, np.linspace(0, 1, 6), (0.0, 0.0), shape.bone))
+        rows.insert(0, (BONE_LAYER, np.linspace(0, 1, 6), (0.0, 0.0), shape.bone))
     return rows
 
 
@@ -172,13 +172,13 @@ def _grid(shape: Slab, angles: np.ndarray, rows, with_core: bool):
     if with_core:
         number[0] = number[0, 0]
     triangles, layer = [], []
-    for row, own in enumerate(of_row):
-        cells = _split(number[row], number[row + 1], angles)
+    for index, layer_number in enumerate(of_row):
+        cells = _split(number[index], number[index + 1], angles)
         triangles.append(cells)
-        layer.append(np.full(len(cells), own))
+        layer.append(np.full(len(cells), layer_number))
     cells, kinds = np.concatenate(triangles), np.concatenate(layer)
-    whole = cells[:, 0] != cells[:, 1]  # all but those along the innermost row of a core, which is one point
-    cells, kinds = cells[whole], kinds[whole]
+    distinct = cells[:, 0] != cells[:, 1]  # all but those along the innermost row of a core, which is one point
+    cells, kinds = cells[distinct], kinds[distinct]
     used, compact = np.unique(cells, return_inverse=True)
     place = np.full(len(flat), -1)
     place[used] = np.arange(len(used))
@@ -188,10 +188,10 @@ def _grid(shape: Slab, angles: np.ndarray, rows, with_core: bool):
 def _split(below: np.ndarray, above: np.ndarray, across: np.ndarray) -> np.ndarray:
     """Two triangles per cell between two rows; the diagonals are mirrored about the middle column."""
     a, b, c, d = below[:-1], below[1:], above[1:], above[:-1]
-    left = (across[:-1] + across[1:] < 0)[:, None]
-    one = np.where(left, np.column_stack([a, b, c]), np.column_stack([a, b, d]))
-    two = np.where(left, np.column_stack([a, c, d]), np.column_stack([b, c, d]))
-    return np.concatenate([one, two])
+    left_half = (across[:-1] + across[1:] < 0)[:, None]
+    first = np.where(left_half, np.column_stack([a, b, c]), np.column_stack([a, b, d]))
+    second = np.where(left_half, np.column_stack([a, c, d]), np.column_stack([b, c, d]))
+    return np.concatenate([first, second])
 
 
 def _ridges(finger: Finger, points, triangles, layer, patch, tops, size):
@@ -211,5 +211,5 @@ def _ridges(finger: Finger, points, triangles, layer, patch, tops, size):
             below = above
         spans.append(np.column_stack([below[:-1], below[1:]]))
     new = np.concatenate(cells)
-    kinds = np.append(layer, np.full(len(new) - len(layer), OUTER))
+    kinds = np.append(layer, np.full(len(new) - len(layer), OUTER_LAYER))
     return np.concatenate(all_points), new, kinds, np.concatenate(spans)

@@ -17,24 +17,27 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.memory import least_bytes, refuse_size
-from papilla.mesh.body import Body, body_of, gauge_site
+from papilla.mesh.body import MeshGeometry, body_of, gauge_site
 from papilla.model.finger import Finger
 
 FINE_ZONE = 0.37
 """Radius of the zone of constant size, in patch radii: 5.5 mm by default, the contact of a press of about 100 gf."""
 
-GROWTH = 5.4  # Growth of the size over one patch radius, in sizes of the fine zone
-TIP, TIP_ZONE = 0.6, 0.13
+PATCH_SIZE_GROWTH = 5.4  # Growth of the size over one patch radius, in sizes of the fine zone
+TIP_SIZE, TIP_ZONE = 0.6, 0.13
 """Size at the touch-down point relative to the fine zone, and radius (in patch radii) of the zone with this size; over
 the same distance again it grows to that of the fine zone."""
 
-SITE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and radius of their zone, as above
-FAR = 5.0  # Largest size, relative to the fine zone
+SITE_SIZE, SITE_ZONE = 1.6, 0.1  # Size at the gauges, and radius of their zone, as above
+FAR_SIZE = 5.0  # Largest size, relative to the fine zone
 FAR_LIMIT_MM = 5.0  # Largest size at any size_mm: coarser elements do not follow the default finger's surfaces
 DEPTH_STRETCH = 1.4
 
-FINEST, COARSEST = 1 / 200, 1 / 4  # Smallest and largest size_mm, as fractions of the finger's height
-SAMPLES = 32  # Points along each axis of the body's box that sample its volume
+FINEST_SIZE_SHARE, COARSEST_SIZE_SHARE = (
+    1 / 200,
+    1 / 4,
+)  # Smallest and largest size_mm, as fractions of the finger's height
+VOLUME_SAMPLES = 32  # Points along each axis of the body's box that sample its volume
 
 CELLS_PER_VOLUME, FEWEST_CELLS = 9.3, 2400
 """Number of tetrahedra per volume of size^3, and number that the surfaces need at any size: the formula predicts the
@@ -53,7 +56,7 @@ class Sizing:
     @property
     def far_mm(self) -> float:
         """Largest size."""
-        return max(self.near_mm, min(FAR_LIMIT_MM, FAR * self.near_mm))
+        return max(self.near_mm, min(FAR_LIMIT_MM, FAR_SIZE * self.near_mm))
 
     @property
     def grid_mm(self) -> float:
@@ -63,11 +66,11 @@ class Sizing:
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Size (n,) in mm at points (n, 3)."""
         distance = np.linalg.norm((points - self.apex) * [1, 1, DEPTH_STRETCH], axis=1) / self.patch_radius
-        tip = TIP + (1 - TIP) * np.clip(distance / TIP_ZONE - 1, 0, 1)
-        ratio = np.maximum(1 + GROWTH * (distance - FINE_ZONE), tip)
+        tip = TIP_SIZE + (1 - TIP_SIZE) * np.clip(distance / TIP_ZONE - 1, 0, 1)
+        ratio = np.maximum(1 + PATCH_SIZE_GROWTH * (distance - FINE_ZONE), tip)
         for site in self.sites:
             apart = np.linalg.norm(points - site, axis=1) / self.patch_radius
-            ratio = np.minimum(ratio, SITE + GROWTH * np.maximum(apart - SITE_ZONE, 0))
+            ratio = np.minimum(ratio, SITE_SIZE + PATCH_SIZE_GROWTH * np.maximum(apart - SITE_ZONE, 0))
         return np.minimum(self.near_mm * ratio, self.far_mm)
 
     def cell_count(self, points: np.ndarray, volume: float) -> float:
@@ -75,7 +78,7 @@ class Sizing:
         return FEWEST_CELLS + CELLS_PER_VOLUME * float((volume / self(points) ** 3).sum())
 
 
-def asked(finger: Finger, size_mm: float) -> tuple[Body, Sizing]:
+def asked(finger: Finger, size_mm: float) -> tuple[MeshGeometry, Sizing]:
     """The body to mesh of a finger, and the element sizes that follow from `size_mm` at the contact.
 
     Raises what `body_of` raises, `InputError` for a size out of range or a gauge off the interface, and
@@ -83,7 +86,9 @@ def asked(finger: Finger, size_mm: float) -> tuple[Body, Sizing]:
     """
     body = body_of(finger)
     tall = float(body.high[2] - body.low[2])
-    checks.within(f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST * tall, COARSEST * tall)
+    checks.within(
+        f"size_mm of a finger {tall:g} mm tall", size_mm, FINEST_SIZE_SHARE * tall, COARSEST_SIZE_SHARE * tall
+    )
     sites = np.array([gauge_site(finger, gauge, body.surfaces["interface"]) for gauge in finger.gauges]).reshape(-1, 3)
     for axis in ("xyz".index(name) for name in body.mirrors):
         sites[:, axis] = np.abs(sites[:, axis])
@@ -92,17 +97,18 @@ def asked(finger: Finger, size_mm: float) -> tuple[Body, Sizing]:
     return body, sizing
 
 
-def refuse_too_fine(body: Body, sizing: Sizing, keep_bone: bool) -> None:
+def refuse_too_fine(body: MeshGeometry, sizing: Sizing, keep_bone: bool) -> None:
     """Raise `MemoryEstimateError` if presses on the mesh that `sizing` describes would need more memory than is
     free."""
     lines = [
-        low + (high - low) * (np.arange(SAMPLES) + 0.5) / SAMPLES for low, high in zip(body.low, body.high, strict=True)
+        low + (high - low) * (np.arange(VOLUME_SAMPLES) + 0.5) / VOLUME_SAMPLES
+        for low, high in zip(body.low, body.high, strict=True)
     ]
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     meshed = body.surfaces["skin"].level(points) <= 0
     if not keep_bone:
         meshed &= body.surfaces["bone"].level(points) > 0
-    volume = float(np.prod(body.high - body.low)) / SAMPLES**3
+    volume = float(np.prod(body.high - body.low)) / VOLUME_SAMPLES**3
 
     def cells(ratio: float) -> float:
         return replace(sizing, near_mm=ratio * sizing.near_mm).cell_count(points[meshed], volume)

@@ -17,11 +17,11 @@ from papilla.mesh.surfaces import LARGEST_MM, SMALLEST_MM, TriangleSurface, Tria
 if TYPE_CHECKING:
     from pyvista import PolyData
 
-SUFFIXES = (".stl", ".ply", ".vtp")
+SURFACE_SUFFIXES = (".stl", ".ply", ".vtp")
 ZERO_LENGTH = 1e-5  # Length that counts as zero, in diagonals of the outer surface: STL keeps seven digits
-THINNEST = 1e-3  # Smallest accepted layer thickness, as a fraction of the same
+THINNEST_LAYER_SHARE = 1e-3  # Smallest accepted layer thickness, as a fraction of the same
 
-SUBDIVISIONS = 4
+ICOSAHEDRON_SUBDIVISIONS = 4
 """Subdivisions of an icosahedron's faces. A file has 130 kB, and its facets lie within 0.01 mm of the ellipsoid at the
 apex."""
 
@@ -44,11 +44,11 @@ def read_nested(paths: tuple[str, str, str]) -> list[TriangleSurface]:
     outer = parts[0][0]
     diagonal = float(np.linalg.norm(np.ptp(outer, axis=0)))
     base_z = float(outer[:, 2].min())
-    surfaces = [TriangleSurface(*part, base_z, ZERO_LENGTH * diagonal) for part in parts]
+    surfaces = [TriangleSurface(*triangulation, base_z, ZERO_LENGTH * diagonal) for triangulation in parts]
     if not surfaces[0].in_base.any():
         raise FileFormatError(f"{paths[0]}: the outer surface has no flat base at its lowest z, {base_z:g} mm")
     for k in (1, 2):
-        _check_inside(surfaces[k], surfaces[k - 1], paths[k], paths[k - 1], THINNEST * diagonal)
+        _check_inside(surfaces[k], surfaces[k - 1], paths[k], paths[k - 1], THINNEST_LAYER_SHARE * diagonal)
     return surfaces
 
 
@@ -77,14 +77,14 @@ def read_closed(path: str) -> Triangulation:
 def _read(path: str) -> Triangulation:
     """Vertices and triangles of a surface file, read in a child process; cached by the file's content."""
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise FileFormatError(f"{path}: surfaces are read from {', '.join(SUFFIXES)} files")
+    if suffix not in SURFACE_SUFFIXES:
+        raise FileFormatError(f"{path}: surfaces are read from {', '.join(SURFACE_SUFFIXES)} files")
     content = read_bytes(path, "surface file", BINARY_BYTES)
-    given = {"content": np.frombuffer(content, dtype=np.uint8), "suffix": np.array(suffix)}
+    request = {"content": np.frombuffer(content, dtype=np.uint8), "suffix": np.array(suffix)}
     try:
         key = cache.key("papilla.mesh.worker", content, suffix)
-        found = cache.fetch("surface", key, lambda: run("the reader of surfaces", "read_surface", given))
-        vertices, triangles = cells_of(found, "the reader of surfaces", "triangles", 3, "vertices")
+        arrays = cache.fetch("surface", key, lambda: run("the reader of surfaces", "read_surface", request))
+        vertices, triangles = cells_of(arrays, "the reader of surfaces", "triangles", 3, "vertices")
     except MeshError as error:
         raise FileFormatError(f"{path}: not a readable {suffix} file") from error
     return _joined(vertices, triangles) if len(triangles) else (vertices, triangles)
@@ -182,8 +182,8 @@ def _check_inside(inner: TriangleSurface, outer: TriangleSurface, path: str, aro
         if level[worst] > tolerance:
             raise FileFormatError(f"{not_inside}: {from_to} by {level[worst]:.3g} mm at {_at(points[worst])}")
         if level[worst] > -thinnest:
-            left = f"{abs(level[worst]):.2g} mm are left at {_at(points[worst])}"
-            raise FileFormatError(f"{not_inside}, at least {thinnest:.2g} mm away from it everywhere: {left}")
+            margin = f"{abs(level[worst]):.2g} mm are left at {_at(points[worst])}"
+            raise FileFormatError(f"{not_inside}, at least {thinnest:.2g} mm away from it everywhere: {margin}")
     if np.any(levels[~free] > tolerance):
         raise FileFormatError(f"{path}: its base reaches beyond that of {around}")
     crossing = _first_crossing_of(inner, levels, outer)
@@ -204,7 +204,7 @@ def _apart(points: np.ndarray, others: np.ndarray) -> bool:
     return bool(np.any((points.min(axis=0) > others.max(axis=0)) | (others.min(axis=0) > points.max(axis=0))))
 
 
-def _first_crossing_of(surface: TriangleSurface, levels: np.ndarray, other: TriangleSurface) -> np.ndarray | None:
+def _first_crossing_of(surface: TriangleSurface, levels: np.ndarray, against: TriangleSurface) -> np.ndarray | None:
     """A point (3,) where an edge of a surface passes through another, or None. What both have in the base plane is no
     crossing.
 
@@ -215,8 +215,8 @@ def _first_crossing_of(surface: TriangleSurface, levels: np.ndarray, other: Tria
     ends = surface.vertices[edges]
     in_base = np.all(ends[:, :, 2] <= surface.base_z + surface.tolerance, axis=1)
     reaching = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) >= np.abs(levels[edges]).sum(axis=1)
-    walls = other.triangles[~other.in_base]
-    return next((at for _, _, at in _hits(other.vertices, walls, surface.vertices, edges[reaching & ~in_base])), None)
+    walls = against.triangles[~against.in_base]
+    return next((at for _, _, at in _hits(against.vertices, walls, surface.vertices, edges[reaching & ~in_base])), None)
 
 
 def _at(point: np.ndarray) -> str:
@@ -233,7 +233,7 @@ def write_half_ellipsoid(path: Path, semi_axes_mm: tuple[float, float, float]) -
     import pyvista as pv
     from scipy.spatial import ConvexHull
 
-    sphere = np.asarray(pv.Icosphere(nsub=SUBDIVISIONS).points, dtype=float)
+    sphere = np.asarray(pv.Icosphere(nsub=ICOSAHEDRON_SUBDIVISIONS).points, dtype=float)
     angle = np.arccos(np.clip(sphere[:, 2], -1, 1)) / (np.pi / 2)  # 0 at the apex, 1 at the base
     upper = angle < 1 - np.pi / RIM_POINTS  # Points closer to the base would make slivers with its edge
     angle, turn = angle[upper], np.arctan2(sphere[upper, 1], sphere[upper, 0])

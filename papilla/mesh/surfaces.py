@@ -171,9 +171,9 @@ class TriangleSurface:
 
         z = np.full(len(xy), -np.inf)
         centre, radius = self._discs
-        found = cKDTree(xy).query_ball_point(centre, radius) if len(xy) else []
-        point = np.array([number for near in found for number in near], dtype=int)
-        triangle = np.repeat(np.arange(len(found)), [len(near) for near in found])
+        candidates = cKDTree(xy).query_ball_point(centre, radius) if len(xy) else []
+        point = np.array([number for near in candidates for number in near], dtype=int)
+        triangle = np.repeat(np.arange(len(candidates)), [len(near) for near in candidates])
         np.maximum.at(z, point, _height_in(xy[point], self.vertices[self.triangles[triangle]]))
         return np.where(np.isfinite(z), z, np.nan)
 
@@ -182,7 +182,7 @@ class TriangleSurface:
         """Centres (m, 2) and radii (m,) of discs in the x-y plane, each around a triangle."""
         corners = self.vertices[self.triangles][:, :, :2]
         centre = corners.mean(axis=1)
-        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) * (1 + checks.ROUNDING)
+        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1) * (1 + checks.ROUNDING_SHARE)
 
     def normal(self, points: np.ndarray) -> np.ndarray:
         """(n, 3) unit outward normals, interpolated over the triangle closest to each point."""
@@ -231,5 +231,5 @@ def _height_in(xy: np.ndarray, corners: np.ndarray) -> np.ndarray:
     area = _cross(flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0])
     weight = _cross(ahead - xy[:, None], behind - xy[:, None]) / np.where(area == 0, np.nan, area)[:, None]
     # Rounding must not exclude a point on an edge from both of its triangles.
-    inside = weight.min(axis=1) >= -checks.ROUNDING
+    inside = weight.min(axis=1) >= -checks.ROUNDING_SHARE
     return np.where(inside, np.einsum("kc,kc->k", weight, corners[:, :, 2]), -np.inf)

@@ -89,12 +89,12 @@ def end_with_parent() -> None:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
-JOBS = {"tetrahedralise": tetrahedralise, "read_surface": read_surface}
+WORKER_JOBS = {"tetrahedralise": tetrahedralise, "read_surface": read_surface}
 
 if __name__ == "__main__":
     end_with_parent()
     with np.load("input.npz", allow_pickle=False) as given:
-        made = JOBS[sys.argv[1]](given)
+        made = WORKER_JOBS[sys.argv[1]](given)
     with open("output.part", "wb") as part:
         np.savez(part, allow_pickle=False, **made)
     os.replace("output.part", "output.npz")

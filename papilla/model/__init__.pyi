@@ -1,7 +1,7 @@
 """The names of `papilla.model` and the module that defines each."""
 
 from .finger import Finger as Finger
-from .materials import MATERIALS as MATERIALS
+from .materials import MATERIALS_BY_KIND as MATERIALS_BY_KIND
 from .materials import FirstInvariantMaterial as FirstInvariantMaterial
 from .materials import NeoHookean as NeoHookean
 from .materials import Ogden as Ogden

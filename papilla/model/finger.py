@@ -119,12 +119,13 @@ class Finger:
     def describe(self) -> dict:
         """The design as plain nested values for JSON; a `Surfaces` shape is described by its file names."""
         layers = {name: _describe(getattr(self, name)) for name in ("outer", "inner", "bone")}
-        own = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
+        described = {name: value for name, value in asdict(self).items() if name not in ("bench", "identified")}
         # Without a `moved_mm` of zero, so that the hashes of older designs stay the same
-        own["gauges"] = tuple(
-            {key: value for key, value in gauge.items() if key != "moved_mm" or any(value)} for gauge in own["gauges"]
+        described["gauges"] = tuple(
+            {key: value for key, value in gauge.items() if key != "moved_mm" or any(value)}
+            for gauge in described["gauges"]
         )
-        return {**own, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
+        return {**described, **layers, "shape": {"kind": type(self.shape).__name__.lower(), **asdict(self.shape)}}
 
     @cached_property
     def sha256(self) -> str:

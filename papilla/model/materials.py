@@ -15,13 +15,13 @@ from numpy.typing import ArrayLike
 from papilla.core import checks
 from papilla.core.errors import InputError
 
-MODES = ("uniaxial", "equibiaxial", "pure_shear")
+TEST_MODES = ("uniaxial", "equibiaxial", "pure_shear")
 """Tests with a closed form; a stretch below 1 is compression."""
 
 _FREE_EXPONENT = {"uniaxial": -0.5, "equibiaxial": -2.0, "pure_shear": -1.0}
 """Test -> exponent: the principal stretch in the stress-free direction is stretch ** exponent."""
 
-POSITIVE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
+POSITIVE_RANGE, ANY_SIGN = (1e-6, 1e4), (-1e4, 1e4)
 """Ranges of a parameter in a fit, relative to the shear modulus of a neo-Hookean fit. No fit starts at that modulus
 itself: a parameter that ended there would look like one that the fit never moved."""
 
@@ -29,7 +29,7 @@ itself: a parameter that ended there would look like one that the fit never move
 CHECKED_I1 = (3.05, 3.4, 4.0)
 """First invariants at which the derivatives of a user's material are compared with differences: uniaxial stretches of
 1.1 to 1.7."""
-STEP, SAME_SLOPE = 1e-4, 1e-4
+INVARIANT_STEP, SAME_SLOPE = 1e-4, 1e-4
 """Half of a difference of I1, and the relative difference of slopes up to which they agree."""
 
 
@@ -51,8 +51,8 @@ class _Material(ABC):
         """Nominal stress (force per reference area, MPa; shape of `stretch` > 0) of the incompressible material.
 
         P = dW/dl1 - (l3/l1) dW/dl3 with l3 the stress-free principal stretch (Ogden 1997, Non-Linear Elastic
-        Deformations, section 4.4). Raises `InputError` for a mode not in `MODES` or a stretch that is not positive.
-        """
+        Deformations, section 4.4). Raises `InputError` for a mode not in `TEST_MODES` or a stretch that is not
+        positive."""
         stretch, free = principal_pair(stretch, mode)
         return self._stretch_slope(stretch, stretch, free, mode) - free / stretch * self._stretch_slope(
             free, stretch, free, mode
@@ -154,7 +154,7 @@ class NeoHookean(_Polynomial):
     mu: float
     kind: ClassVar[str] = "neo-hookean"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
-    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (0.7, *POSITIVE)}
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (0.7, *POSITIVE_RANGE)}
 
     def __post_init__(self):
         checks.positive("neo-Hookean mu (MPa)", self.mu)
@@ -175,7 +175,7 @@ class Yeoh(_Polynomial):
     kind: ClassVar[str] = "yeoh"
     in_MPa: ClassVar[tuple[str, ...]] = ("c1", "c2", "c3")
     fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {
-        "c1": (0.5, *POSITIVE),
+        "c1": (0.5, *POSITIVE_RANGE),
         "c2": (0.0, *ANY_SIGN),
         "c3": (0.0, *ANY_SIGN),
     }
@@ -202,7 +202,10 @@ class Ogden(_Material):
     alpha: float
     kind: ClassVar[str] = "ogden"
     in_MPa: ClassVar[tuple[str, ...]] = ("mu",)
-    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {"mu": (1.0, *POSITIVE), "alpha": (2.0, 0.1, 30.0)}
+    fit_from: ClassVar[dict[str, tuple[float, float, float]]] = {
+        "mu": (1.0, *POSITIVE_RANGE),
+        "alpha": (2.0, 0.1, 30.0),
+    }
 
     def __post_init__(self):
         checks.positive("Ogden mu (MPa)", self.mu)
@@ -245,7 +248,9 @@ def _least(matrices: np.ndarray) -> np.ndarray:
 
 Material = FirstInvariantMaterial | Ogden
 
-MATERIALS: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)}
+MATERIALS_BY_KIND: dict[str, type[NeoHookean] | type[Yeoh] | type[Ogden]] = {
+    cls.kind: cls for cls in (NeoHookean, Yeoh, Ogden)
+}
 """Name of a material in a design file -> its class. `in_MPa` names its parameters that are moduli; `fit_from` has the
 start, lowest and highest value of each parameter in a fit, moduli over the shear modulus of a neo-Hookean fit."""
 
@@ -254,10 +259,10 @@ def checked_material(what: str, material: object) -> Material:
     """The material; raises `InputError`, which names `what` is made of it, for anything else, and for a user's material
     whose slopes are not those of its energy."""
     if not isinstance(material, Material):
-        names = ", ".join(cls.__name__ for cls in MATERIALS.values())
-        own = "a subclass of FirstInvariantMaterial"
-        raise InputError(f"{what} must be {names} or {own}, got {type(material).__name__}")
-    if type(material) not in MATERIALS.values():
+        names = ", ".join(cls.__name__ for cls in MATERIALS_BY_KIND.values())
+        custom = "a subclass of FirstInvariantMaterial"
+        raise InputError(f"{what} must be {names} or {custom}, got {type(material).__name__}")
+    if type(material) not in MATERIALS_BY_KIND.values():
         _check_slopes(f"{what} {type(material).__qualname__}", material)
     return material
 
@@ -267,30 +272,36 @@ def _check_slopes(what: str, material: Any) -> None:
     if not material.shear_modulus > 0:
         raise InputError(f"{what}: its shear modulus, 2 dW/dI1 at I1 = 3, must be greater than 0")
     for i1 in CHECKED_I1:
-        (low, high), ends = material.energy(np.array([i1 - STEP, i1 + STEP])), (i1 - STEP, i1 + STEP)
+        (low, high), ends = (
+            material.energy(np.array([i1 - INVARIANT_STEP, i1 + INVARIANT_STEP])),
+            (i1 - INVARIANT_STEP, i1 + INVARIANT_STEP),
+        )
         first, second = map(float, material.slopes(i1))
         less, more = (float(material.slopes(end)[0]) for end in ends)
-        rows = ("dW/dI1", first, (high - low) / (2 * STEP)), ("d2W/dI1^2", second, (more - less) / (2 * STEP))
+        rows = (
+            ("dW/dI1", first, (high - low) / (2 * INVARIANT_STEP)),
+            ("d2W/dI1^2", second, (more - less) / (2 * INVARIANT_STEP)),
+        )
         for name, stated, difference in rows:
             if not abs(stated - difference) <= SAME_SLOPE * max(abs(difference), abs(first)):
-                told = f"is {stated:.6g} MPa by `slopes`, {difference:.6g} MPa by differences"
-                raise InputError(f"{what}: {name} at I1 = {i1:g} {told}")
+                mismatch = f"is {stated:.6g} MPa by `slopes`, {difference:.6g} MPa by differences"
+                raise InputError(f"{what}: {name} at I1 = {i1:g} {mismatch}")
 
 
-def material_class(kind: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
-    """The class with the name `kind`; raises `InputError` if it is not in `MATERIALS`."""
-    if kind not in MATERIALS:
-        raise InputError(f"material must be one of {', '.join(MATERIALS)}, got {kind!r}")
-    return MATERIALS[kind]
+def material_class(name: str) -> type[NeoHookean] | type[Yeoh] | type[Ogden]:
+    """The class with the name `kind`; raises `InputError` if it is not in `MATERIALS_BY_KIND`."""
+    if name not in MATERIALS_BY_KIND:
+        raise InputError(f"material must be one of {', '.join(MATERIALS_BY_KIND)}, got {name!r}")
+    return MATERIALS_BY_KIND[name]
 
 
 def principal_pair(stretch: ArrayLike, mode: str) -> tuple[np.ndarray, np.ndarray]:
     """The imposed stretch and the stretch in the stress-free direction, in a test of an incompressible material.
 
-    Raises `InputError` for a mode not in `MODES`, or a stretch that is not finite and positive.
+    Raises `InputError` for a mode not in `TEST_MODES`, or a stretch that is not finite and positive.
     """
     if mode not in _FREE_EXPONENT:
-        raise InputError(f"test mode must be one of {', '.join(MODES)}, got {mode!r}")
+        raise InputError(f"test mode must be one of {', '.join(TEST_MODES)}, got {mode!r}")
     stretch = np.asarray(stretch, dtype=float)
     usable = np.isfinite(stretch) & (stretch > 0)
     if not usable.all():

@@ -14,7 +14,9 @@ from papilla.model.specimen import THICKNESS_MM, Block, Friction, HalfSpace, fri
 if TYPE_CHECKING:
     from papilla.model.materials import Material
 
-ROUNDING = 0.005  # Largest relative difference between a layer's modulus and that of its card: rounding to three digits
+MODULUS_ROUNDING = (
+    0.005  # Largest relative difference between a layer's modulus and that of its card: rounding to three digits
+)
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,11 @@ class Layer:
         checks.positive("layer modulus (MPa)", self.modulus)
         checks.poisson("layer nu", self.nu)
         if self.material is not None:
-            own = _small_strain_modulus(self.material, self.nu)
-            if abs(self.modulus / own - 1) > ROUNDING:
+            card_modulus = _small_strain_modulus(self.material, self.nu)
+            if abs(self.modulus / card_modulus - 1) > MODULUS_ROUNDING:
                 name = self.material.kind or type(self.material).__qualname__
                 raise InputError(
-                    f"modulus {self.modulus:g} MPa is not that of its {name} material, {own:.4g} MPa: "
+                    f"modulus {self.modulus:g} MPa is not that of its {name} material, {card_modulus:.4g} MPa: "
                     "leave the modulus out or correct one of them"
                 )
 
@@ -132,8 +134,8 @@ class Gauge:
             checks.finite(f"{where} x_mm", self.x_mm)
         for key in ("y_mm", "direction_deg", "membrane_gain", "lever_mm"):
             checks.finite(f"{where} {key}", getattr(self, key))
-        for part in self.moved_mm:
-            checks.finite(f"{where} moved_mm", part)
+        for shift in self.moved_mm:
+            checks.finite(f"{where} moved_mm", shift)
         for key in ("length_mm", "width_mm"):
             checks.positive(f"{where} {key}", getattr(self, key))
         for side in self.backing_mm:
@@ -228,12 +230,17 @@ class Identified:
         for name in lists:
             if len(getattr(self, name)) != count:
                 raise InputError(f"identified {name} must hold {count} entries, one a parameter")
-        if any(len(row) != count for row in self.covariance):
+        if any(len(covariances) != count for covariances in self.covariance):
             raise InputError(f"identified covariance must be {count} x {count}")
-        numbers = (*self.values, *self.lower, *self.upper, *(value for row in self.covariance for value in row))
+        numbers = (
+            *self.values,
+            *self.lower,
+            *self.upper,
+            *(value for covariances in self.covariance for value in covariances),
+        )
         if not all(map(math.isfinite, (*numbers, *self.zeros_microstrain, self.touch_down_mm))):
             raise InputError("identified numbers must be finite")
-        if any(row[place] < 0 for place, row in enumerate(self.covariance)):
+        if any(covariances[place] < 0 for place, covariances in enumerate(self.covariance)):
             raise InputError("identified covariance has a negative variance")
         if len(self.relaxation_shares) != len(self.relaxation_times_s):
             raise InputError("identified relaxation_shares and relaxation_times_s must be as many")

@@ -20,42 +20,42 @@ if TYPE_CHECKING:
 THICKNESS_MM = 10.0
 """Default thickness of the block of sweeps, calibrations and commands."""
 
-NU = 0.495
+DEFAULT_NU = 0.495
 """Default Poisson's ratio of a specimen."""
 
-BESIDE = 1e3
+GAP_BESIDE_RADII = 1e3
 """Gap beside a ball, in ball radii: far beyond any contact."""
 
-DEEPEST = 0.5
+LARGEST_BLOCK_SHARE = 0.5
 """Largest share of a bonded block's thickness that a press may take."""
 
-EXTREME = 1e100
+EXTREME_SIZE = 1e100
 """Moduli (MPa) and lengths (mm) above this, or below its inverse, are refused, because their squares exceed
 floating-point numbers."""
 
 
-STICK = "stick"
+STICK_WORD = "stick"
 """The friction with which nothing slips."""
 
 Friction = float | str
-"""Coulomb's coefficient between finger and specimen, 0 for none, or `STICK`."""
+"""Coulomb's coefficient between finger and specimen, 0 for none, or `STICK_WORD`."""
 
 
 def friction_words(friction: float) -> Friction:
-    """The `friction` of a coefficient: infinite is `STICK`."""
-    return STICK if math.isinf(friction) else friction
+    """The `friction` of a coefficient: infinite is `STICK_WORD`."""
+    return STICK_WORD if math.isinf(friction) else friction
 
 
 def friction_coefficient(friction: Friction) -> float:
-    """Coulomb's coefficient of a `friction`, infinite for `STICK`; raises `InputError` for anything else."""
-    if friction == STICK:
+    """Coulomb's coefficient of a `friction`, infinite for `STICK_WORD`; raises `InputError` for anything else."""
+    if friction == STICK_WORD:
         return math.inf
     try:
         value = checks.finite("friction", friction)
     except InputError:
         value = -1.0
     if value < 0:
-        raise InputError(f'friction must be a number of at least 0 or "{STICK}", got {friction!r}')
+        raise InputError(f'friction must be a number of at least 0 or "{STICK_WORD}", got {friction!r}')
     return value
 
 
@@ -63,8 +63,8 @@ def physics_words(specimen: "Specimen", friction: Friction, large_strain: bool) 
     """The physics of a press in the words that every command uses: the specimen, the friction (Coulomb's coefficient,
     infinite for stick, or a word), and whether large strain is included."""
     strain = "included" if large_strain else "not included"
-    said = friction if isinstance(friction, str) else friction_words(friction)
-    return f"{specimen.words}, friction {said}, large strain {strain}"
+    friction_word = friction if isinstance(friction, str) else friction_words(friction)
+    return f"{specimen.words}, friction {friction_word}, large strain {strain}"
 
 
 class Surface(Protocol):
@@ -97,7 +97,7 @@ class Specimen:
     """
 
     modulus: float
-    nu = NU
+    nu = DEFAULT_NU
     elastic: ClassVar[bool] = True
     """Whether compliances are proportional to 1 / modulus and the shape does not depend on it: then a press computes
     both once, for 1 MPa. A class that overrides one of them and does not state `elastic` gets False: a press computes
@@ -121,7 +121,7 @@ class Specimen:
 
     @cached_property
     def _content(self) -> tuple:
-        values = (getattr(self, one.name) for one in fields(self))
+        values = (getattr(self, item.name) for item in fields(self))
         return type(self), *(value if isinstance(value, Hashable) else id(value) for value in values)
 
     def __post_init__(self):
@@ -133,7 +133,7 @@ class Specimen:
                 checks.poisson("specimen nu", value)
             else:
                 label = f"specimen {name} ({'MPa' if name == 'modulus' else 'mm'})"
-                checks.within(label, checks.positive(label, value), 1 / EXTREME, EXTREME)
+                checks.within(label, checks.positive(label, value), 1 / EXTREME_SIZE, EXTREME_SIZE)
 
     @property
     def contact_modulus(self) -> float:
@@ -194,7 +194,7 @@ class HalfSpace(Specimen):
     nu : Poisson's ratio in [0, 0.5].
     """
 
-    nu: float = NU
+    nu: float = DEFAULT_NU
 
     @property
     def words(self) -> str:
@@ -207,7 +207,7 @@ class Block(Specimen):
     """A flat layer of `thickness` mm on a rigid table, bonded to it or sliding; a sweep presses on `THICKNESS_MM`."""
 
     thickness: float
-    nu: float = NU
+    nu: float = DEFAULT_NU
     bonded: bool = True
     elastic: ClassVar[bool] = True
 
@@ -235,10 +235,10 @@ class Block(Specimen):
 
     def refuse(self, taken: float, radius: float) -> None:
         """Raise `ContactRangeError` if the press takes more than half of the block's thickness."""
-        if taken > DEEPEST * self.thickness:
+        if taken > LARGEST_BLOCK_SHARE * self.thickness:
             raise ContactRangeError(
                 f"the press takes {taken:.3g} mm off a block of {self.thickness:g} mm: "
-                f"more than {PER_CENT * DEEPEST:g} % is beyond the model"
+                f"more than {PER_CENT * LARGEST_BLOCK_SHARE:g} % is beyond the model"
             )
 
     @property
@@ -252,7 +252,7 @@ class Sphere(Specimen):
     """A solid ball of `radius` mm; its compliance is that of a half-space (Hertz), its gap is the exact sphere's."""
 
     radius: float
-    nu: float = NU
+    nu: float = DEFAULT_NU
     elastic: ClassVar[bool] = True
 
     def gap(self, points: "np.ndarray") -> "np.ndarray":
@@ -262,7 +262,7 @@ class Sphere(Specimen):
         x, y = points.T / self.radius
         square = x**2 + y**2
         under = square < 1
-        return self.radius * np.where(under, square / (1 + np.sqrt(np.where(under, 1 - square, 1.0))), BESIDE)
+        return self.radius * np.where(under, square / (1 + np.sqrt(np.where(under, 1 - square, 1.0))), GAP_BESIDE_RADII)
 
     def slope(self, points: "np.ndarray") -> "np.ndarray":
         """Derivatives (k, 2) of the ball's height; zero beside it."""

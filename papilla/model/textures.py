@@ -10,10 +10,10 @@ from papilla.core.errors import FileFormatError, InputError
 if TYPE_CHECKING:
     import numpy as np
 
-COLUMNS = ("x_mm", "height_mm")
-GAP_STEPS = 5.0
+PROFILE_COLUMNS = ("x_mm", "height_mm")
+PROFILE_GAP_STEPS = 5.0
 """A step of x longer than this many median steps is a gap: the surface is unknown there."""
-COARSEST_MM, HIGHEST_MM, SHORTEST_MM = 2.0, 20.0, 1.0
+COARSEST_PROFILE_MM, HIGHEST_MM, SHORTEST_MM = 2.0, 20.0, 1.0
 """Largest median step of x, largest range of heights, and shortest length of a profile. Beyond these the file is
 probably not in mm, or not a texture."""
 
@@ -50,7 +50,7 @@ class MeasuredProfile:
     """A profile through points (x, height), linear between them; height grows towards the finger.
 
     x_mm, height_mm : (k,) in mm. Raises `InputError` if x does not rise, a number is not finite, there are fewer than
-    three points, a gap of x is longer than `GAP_STEPS` median steps, or the numbers are probably not in mm.
+    three points, a gap of x is longer than `PROFILE_GAP_STEPS` median steps, or the numbers are probably not in mm.
     """
 
     x_mm: "np.ndarray"
@@ -69,10 +69,10 @@ class MeasuredProfile:
         if (steps <= 0).any():
             at = int(np.argmax(steps <= 0))
             raise InputError(f"x_mm of a profile must rise, but {x[at + 1]:g} follows {x[at]:g} (point {at + 2})")
-        if steps.max() > GAP_STEPS * np.median(steps):
+        if steps.max() > PROFILE_GAP_STEPS * np.median(steps):
             at = int(np.argmax(steps))
             raise InputError(f"the profile has a gap from x_mm {x[at]:g} to {x[at + 1]:g}: it must have no gaps")
-        if np.median(steps) > COARSEST_MM or np.ptp(height) > HIGHEST_MM:
+        if np.median(steps) > COARSEST_PROFILE_MM or np.ptp(height) > HIGHEST_MM:
             raise InputError(
                 f"a profile with steps of {np.median(steps):g} mm and a height of {np.ptp(height):g} mm is no texture: "
                 "are x_mm and height_mm in mm?"
@@ -89,11 +89,11 @@ class MeasuredProfile:
         """A profile from a CSV file `x_mm,height_mm`; raises `FileAccessError` or `FileFormatError`."""
         from papilla.core.tables import TableReader
 
-        with TableReader(path, lambda name: name in COLUMNS) as reader:
-            for name in COLUMNS:
+        with TableReader(path, lambda name: name in PROFILE_COLUMNS) as reader:
+            for name in PROFILE_COLUMNS:
                 if name not in reader.names:
-                    found = ", ".join((*reader.names, *reader.ignored)[:10])
-                    raise FileFormatError(f"{path}, line 1: column {name} is missing (found {found})")
+                    present = ", ".join((*reader.names, *reader.ignored)[:10])
+                    raise FileFormatError(f"{path}, line 1: column {name} is missing (found {present})")
             table = reader.whole()
         try:
             return cls(table.columns["x_mm"], table.columns["height_mm"])

@@ -146,11 +146,11 @@ def modulus_bound(
                 f"a nuisance must be slopes {a.shape} and a sigma above 0, got {slopes[-1].shape}, {sigma}"
             )
         precisions.append(sigma**-2.0)
-    own = np.stack(slopes, axis=2) / noise
+    nuisance_design = np.stack(slopes, axis=2) / noise
     gram = np.einsum("ngi,ngj->ij", design, design)
-    own_information = np.einsum("ngk,ngl->nkl", own, own) + np.diag(precisions)
-    mixed = np.einsum("ngi,ngk->nki", design, own)
-    gram -= np.einsum("nki,nkj->ij", mixed, np.linalg.pinv(own_information, hermitian=True) @ mixed)
+    nuisance_information = np.einsum("ngk,ngl->nkl", nuisance_design, nuisance_design) + np.diag(precisions)
+    mixed = np.einsum("ngi,ngk->nki", design, nuisance_design)
+    gram -= np.einsum("nki,nkj->ij", mixed, np.linalg.pinv(nuisance_information, hermitian=True) @ mixed)
     gram[1:, 1:] += np.eye(parts.shape[2])
     information = gram[0, 0] - gram[0, 1:] @ np.linalg.solve(gram[1:, 1:], gram[1:, 0])
     return 1 / math.sqrt(information) if information > 1e-12 * (design[..., 0] ** 2).sum() else math.inf
@@ -173,8 +173,8 @@ def _end_variance(phase, turns, amplitudes, noise_sd: float, present) -> float:
     used = scale > 0
     if not used[0]:
         return math.inf
-    left = basis[:, used] / scale[used]
-    others, wanted = left[:, 1:], left[:, 0]
+    scaled = basis[:, used] / scale[used]
+    others, wanted = scaled[:, 1:], scaled[:, 0]
     q, r = np.linalg.qr(others)
     pivots = np.abs(np.diag(r))
     q = q[:, pivots > 1e-12 * pivots.max(initial=1e-300)]

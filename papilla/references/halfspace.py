@@ -144,11 +144,11 @@ def _through_thin(compliance, Q, mu, nu):
 def _through_thick(compliance, Q, mu, nu):
     """Compliance above a thick layer, by modes that decay downwards and upwards: no exponential grows."""
     mirror = np.diag([1.0, -1.0, -1.0, 1.0])
-    here, across = _decaying_modes(np.zeros_like(Q), mu, nu), _decaying_modes(Q, mu, nu)
-    up_here, up_across = mirror @ here, mirror @ across
+    down_here, across = _decaying_modes(np.zeros_like(Q), mu, nu), _decaying_modes(Q, mu, nu)
+    up_here, up_across = mirror @ down_here, mirror @ across
     # U - C t = 0 at the bottom gives the reflection R of the downward modes: residual_down + residual_up R = 0
     residual = [modes[:, :2] - compliance @ modes[:, 2:] for modes in (across, up_here)]
-    surface = here + up_across @ np.linalg.solve(residual[1], -residual[0])
+    surface = down_here + up_across @ np.linalg.solve(residual[1], -residual[0])
     return _right_divide(surface[:, :2], surface[:, 2:])
 
 
@@ -157,8 +157,8 @@ def _decaying_modes(depth, mu, nu):
 
     Displacement (U sin qx, W cos qx), W downward: the potential (1, 1) and the Papkovich mode (qz, qz + 3 - 4 nu).
     """
-    one = np.ones_like(depth)
-    potential = np.stack([one, one, -mu * one, -mu * one], axis=-1)
+    ones = np.ones_like(depth)
+    potential = np.stack([ones, ones, -mu * ones, -mu * ones], axis=-1)
     papkovich = np.stack([depth, depth + 3 - 4 * nu, -mu * (depth + 1 - 2 * nu), -mu * (depth + 2 - 2 * nu)], axis=-1)
     return np.stack([potential, papkovich], axis=-1) * np.exp(-depth)[:, None, None]
 

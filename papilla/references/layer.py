@@ -34,7 +34,7 @@ from papilla.core.errors import InputError
 DEFICIT_CUTOFF = 24.0
 """Value of Q = q h beyond which `bonded_layer_deficit` is below 1e-17."""
 
-FAR, KNOTS = 50.0, 1500
+FAR_THICKNESSES, LAYER_TABLE_KNOTS = 50.0, 1500
 """Distance over thickness beyond which the layer's displacement, which decays as exp(-0.739 r/h) or faster, is set to
 0; and number of knots of the tables up to there."""
 
@@ -59,11 +59,11 @@ class _Layer:
         if not np.all(np.isfinite(r) & (r >= 0)):
             raise InputError(f"distance r (mm) must be finite and at least 0, got {np.min(r):g} to {np.max(r):g}")
         scaled = r / self.thickness
-        place = np.arcsinh(np.minimum(scaled, FAR))
+        place = np.arcsinh(np.minimum(scaled, FAR_THICKNESSES))
         # Beyond the table the layer's displacement is 0, and the difference is minus that of the half-space
-        beyond = np.divide(1.0, scaled, out=np.zeros_like(scaled), where=scaled >= FAR)
+        beyond = np.divide(1.0, scaled, out=np.zeros_like(scaled), where=scaled >= FAR_THICKNESSES)
         columns = zip(_tables(self.nu, self.bonded)[:count], _half_space(self.nu), strict=False)
-        lacking = (np.where(scaled < FAR, table(place), factor * beyond) for table, factor in columns)
+        lacking = (np.where(scaled < FAR_THICKNESSES, table(place), factor * beyond) for table, factor in columns)
         return [-(1 + self.nu) / (math.pi * self.thickness) * column for column in lacking]
 
 
@@ -136,8 +136,8 @@ def panel_quadrature(low: float, high: float, panels: int) -> tuple[np.ndarray, 
     """Nodes and weights of 16-point Gauss-Legendre quadrature on `panels` equal parts of [low, high]."""
     x, w = leggauss(16)
     width = (high - low) / panels
-    left = low + width * np.arange(panels)
-    return (left[:, None] + 0.5 * width * (x + 1)).ravel(), np.tile(0.5 * width * w, panels)
+    starts = low + width * np.arange(panels)
+    return (starts[:, None] + 0.5 * width * (x + 1)).ravel(), np.tile(0.5 * width * w, panels)
 
 
 def _half_space(nu):
@@ -148,7 +148,7 @@ def _half_space(nu):
 @lru_cache(maxsize=64)
 def _tables(nu: float, bonded: bool) -> tuple[CubicSpline, ...]:
     """Splines of the four transforms over asinh(r/h), so that knots are dense where the transforms vary fast."""
-    knots = np.linspace(0.0, math.asinh(FAR), KNOTS)
+    knots = np.linspace(0.0, math.asinh(FAR_THICKNESSES), LAYER_TABLE_KNOTS)
     values, slope = _transforms(np.sinh(knots), nu, bonded)
     return tuple(
         CubicSpline(knots, column, bc_type=((1, start), "not-a-knot"))

@@ -62,8 +62,8 @@ def dundurs_beta(modulus: float, nu: float, other_modulus: float = math.inf, oth
     Raises `InputError` for moduli <= 0 or nu outside [0, 0.5]. Source: Dundurs (1969), doi:10.1115/1.3564739.
     """
     shear = checks.positive("modulus (MPa)", modulus) / (2 * (1 + checks.poisson("nu", nu)))
-    other = math.inf if other_modulus == math.inf else checks.positive("other modulus (MPa)", other_modulus)
-    other_shear = other / (2 * (1 + checks.poisson("other nu", other_nu)))
+    checked_modulus = math.inf if other_modulus == math.inf else checks.positive("other modulus (MPa)", other_modulus)
+    other_shear = checked_modulus / (2 * (1 + checks.poisson("other nu", other_nu)))
     top = (1 - 2 * nu) / shear - (1 - 2 * other_nu) / other_shear
     return top / (2 * ((1 - nu) / shear + (1 - other_nu) / other_shear))
 
@@ -131,9 +131,9 @@ def _stick(beta: float):
 def _edges(c: float) -> np.ndarray:
     """Edges of the elements on (0, 1), with c among them; elements are smaller towards c and 1."""
     x = np.linspace(0, 1, _ELEMENTS // 3 + 1)
-    left = c * (1 - (1 - x) ** 2)
+    inner = c * (1 - (1 - x) ** 2)
     right = c + (1 - c) * np.where(x < 0.5, 2 * x**2, 1 - 8 * (1 - x) ** 4)
-    return np.concatenate([left, right[1:]])
+    return np.concatenate([inner, right[1:]])
 
 
 def _solve(edges, c: float, beta: float, friction: float):

@@ -36,7 +36,9 @@ class Prony:
         if sum(self.shares) >= 1:
             raise InputError(f"relaxation shares must sum to less than 1, got {sum(self.shares):g}")
         if len(set(self.times_s)) != len(self.times_s):
-            raise InputError(f"relaxation times must differ, got {', '.join(f'{one:g}' for one in self.times_s)} s")
+            raise InputError(
+                f"relaxation times must differ, got {', '.join(f'{time_s:g}' for time_s in self.times_s)} s"
+            )
 
     def relaxation(self, time_s: ArrayLike) -> np.ndarray:
         """E(t) / E(0) at times (...) >= 0 after a step of strain."""
@@ -58,22 +60,22 @@ class Prony:
         if not self.shares:
             return ()
         factors = [np.poly1d([tau, 1.0]) for _, tau in self._terms]
-        whole = math.prod(factors[1:], start=factors[0])
-        zeros = whole
+        product = math.prod(factors[1:], start=factors[0])
+        zeros = product
         for k, (share, _) in enumerate(self._terms):
             others = factors[:k] + factors[k + 1 :]
             zeros = zeros - share * math.prod(others, start=np.poly1d([1.0]))
-        found = []
+        pairs = []
         for zero in np.sort(zeros.roots.real):
             slope = sum(share * tau / (1 + zero * tau) ** 2 for share, tau in self._terms)
-            found.append((float(-1 / (zero * slope)), float(-1 / zero)))
-        return tuple(found)
+            pairs.append((float(-1 / (zero * slope)), float(-1 / zero)))
+        return tuple(pairs)
 
     def loss_factor(self, omega: ArrayLike) -> np.ndarray:
         """E'' / E' at angular frequencies w (...) in rad/s: E(w) / E(0) = 1 - sum g / (1 + i w tau)."""
         turns = np.asarray(omega, float)
-        left = (share / (1 + 1j * turns * tau) for share, tau in self._terms)
-        modulus = 1 - sum(left, start=np.zeros(turns.shape, complex))
+        relaxed = (share / (1 + 1j * turns * tau) for share, tau in self._terms)
+        modulus = 1 - sum(relaxed, start=np.zeros(turns.shape, complex))
         return np.asarray(modulus.imag / modulus.real)
 
     def strained(self, time_s: ArrayLike, stress: ArrayLike) -> np.ndarray:
@@ -97,12 +99,12 @@ def _history(time_s: ArrayLike, values: ArrayLike, terms: list[tuple[float, floa
     time, value = np.asarray(time_s, float), np.asarray(values, float)
     if time.shape != value.shape or time.ndim != 1 or not (np.diff(time) > 0).all():
         raise InputError("a history needs as many values as times, and times that rise")
-    found = value.copy()
+    response = value.copy()
     for share, tau in terms:
-        kept = np.empty_like(value)
-        kept[0] = value[0]
+        memory = np.empty_like(value)
+        memory[0] = value[0]
         for k, step in enumerate(np.diff(time)):
             decay = -np.expm1(-step / tau)
-            kept[k + 1] = kept[k] * (1 - decay) + (value[k + 1] - value[k]) * tau / step * decay
-        found -= share * (value - kept)
-    return found
+            memory[k + 1] = memory[k] * (1 - decay) + (value[k + 1] - value[k]) * tau / step * decay
+        response -= share * (value - memory)
+    return response

@@ -18,18 +18,18 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
 from papilla.model.textures import MeasuredProfile, Texture
 
-HARMONICS = 9
+SCENE_HARMONICS = 9
 ENTRY_RAMP, EXIT_RAMP = 0.08, 0.15
 """Widths of the two flanks of the grating's trapezoid, as fractions of the wavelength."""
 SKIN_KERNEL_MM = 0.1
 """Standard deviation of the Gaussian that models the skin's averaging of the profile."""
-PASS_BAND = 0.4
+SCENE_PASS_BAND = 0.4
 """Harmonics above this fraction of the sampling rate are removed, as an amplifier's anti-aliasing filter does."""
-CLEAR = 1.02
+CLEAR_FACTOR = 1.02
 """Harmonics that must be present are below that fraction by this factor."""
-FELT = settings.tables(__package__, "scenes")["felt"]
+FELT_ARGUMENTS = settings.tables(__package__, "scenes")["felt"]
 """How a surface is felt by the finite elements: arguments of `slide`."""
-MULTIPLES, SAME = 6, 0.01
+MOST_MULTIPLES, SAME_PERIOD_ERROR = 6, 0.01
 """Two lines have a common period if up to so many wavelengths of one are as many of the other, to this error."""
 
 
@@ -62,7 +62,7 @@ class Draft:
     def __post_init__(self):
         self.added = np.zeros(self.time_s.size)
 
-    def about(self, value: float, factor: float = settings.WITHIN) -> float:
+    def about(self, value: float, factor: float = settings.DRAW_FACTOR) -> float:
         """A parameter that a part draws after other random numbers, as the rule `about` does."""
         return settings.drawn({"own": {"about": value, "within": factor}}, self.rng, vary=self.drawn)["own"]
 
@@ -123,9 +123,9 @@ def sheared(position, lag_mm: float, relaxation_mm: float):
     a reversal."""
     steps = np.diff(position, prepend=position[0])
     lag, trail = lag_mm, np.empty(position.size)
-    for row, step in enumerate(steps):
+    for index, step in enumerate(steps):
         lag += (math.copysign(lag_mm, step) - lag) * -math.expm1(-abs(step) / relaxation_mm)
-        trail[row] = lag
+        trail[index] = lag
     return position - trail
 
 
@@ -144,7 +144,7 @@ def profile_amplitudes(wavelength_mm: float, duty: float = 0.5, skin_mm: float =
     # Sum of four ramps: the Fourier integral of a piecewise linear period is exact from its corners.
     corners = np.array([0.0, ENTRY_RAMP, duty, duty + EXIT_RAMP])
     slopes = np.array([1 / ENTRY_RAMP, 0.0, -1 / EXIT_RAMP, 0.0])
-    turns = 2 * math.pi * np.arange(1, HARMONICS + 1)
+    turns = 2 * math.pi * np.arange(1, SCENE_HARMONICS + 1)
     bends = np.diff(slopes, prepend=slopes[-1])
     coefficients = -2 * (np.exp(1j * np.outer(turns, corners)) @ bends) / turns**2
     felt = coefficients * np.exp(-0.5 * (turns * skin_mm / wavelength) ** 2)
@@ -159,8 +159,8 @@ def _of_power_one(amplitudes):
 
 def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.ndarray:
     """(m, g) texture signal of the gauges over a grating in these rows, after the anti-aliasing filter."""
-    order = np.arange(1, HARMONICS + 1)
-    present = np.abs(draft.velocity[rows, None]) * order / wavelength < PASS_BAND * draft.rate_Hz
+    order = np.arange(1, SCENE_HARMONICS + 1)
+    present = np.abs(draft.velocity[rows, None]) * order / wavelength < SCENE_PASS_BAND * draft.rate_Hz
     turns = 2 * math.pi * (draft.skin[rows, None] + draft.offsets_mm) / wavelength
     waves = np.exp(-1j * turns[:, :, None] * order) * present[:, None, :]
     return np.real(waves @ amplitudes)
@@ -168,7 +168,7 @@ def _felt(draft: Draft, wavelength: float, amplitudes, rows=slice(None)) -> np.n
 
 def _passed(draft: Draft, order: int) -> float:
     """The shortest wavelength (mm) of which the amplifier passes a harmonic at the lowest speed."""
-    return CLEAR * order * float(np.abs(draft.velocity).min()) / (PASS_BAND * draft.rate_Hz)
+    return CLEAR_FACTOR * order * float(np.abs(draft.velocity).min()) / (SCENE_PASS_BAND * draft.rate_Hz)
 
 
 def grating(
@@ -184,7 +184,7 @@ def grating(
         wavelength = max(wavelength, _passed(draft, missing + 2))
     amplitudes = profile_amplitudes(wavelength, duty, skin_mm)
     if missing:
-        amplitudes = _of_power_one(amplitudes * (np.arange(HARMONICS) >= missing))
+        amplitudes = _of_power_one(amplitudes * (np.arange(SCENE_HARMONICS) >= missing))
     draft.texture, draft.wavelength = _felt(draft, wavelength, amplitudes), draft.everywhere(wavelength)
 
 
@@ -199,7 +199,7 @@ def hollow(draft: Draft, times: float, sizes, pairs, faint: float, strong) -> No
     # Two harmonics at least must pass the amplifier.
     wavelength = max(times * draft.asked_mm, _passed(draft, count))
     waves = np.asarray(sizes) * np.exp(1j * draft.rng.uniform(0, 2 * math.pi, count))
-    draft.texture = _felt(draft, wavelength, _of_power_one(np.pad(waves, (0, HARMONICS - count))))
+    draft.texture = _felt(draft, wavelength, _of_power_one(np.pad(waves, (0, SCENE_HARMONICS - count))))
     draft.wavelength = draft.everywhere(wavelength)
 
 
@@ -235,11 +235,11 @@ def two_lines(draft: Draft, ratio: float) -> None:
 
 
 def common_period(first: float, second: float) -> tuple[float, ...]:
-    """The smallest multiple of a wavelength that is a multiple of another to `SAME`; () if there is none up to
-    `MULTIPLES` of both."""
-    for count in range(1, MULTIPLES + 1):
-        other = count * first / second
-        if round(other) <= MULTIPLES and abs(other / max(round(other), 1) - 1) < SAME:
+    """The smallest multiple of a wavelength that is a multiple of another to `SAME_PERIOD_ERROR`; () if there is none
+    up to `MOST_MULTIPLES` of both."""
+    for count in range(1, MOST_MULTIPLES + 1):
+        multiple = count * first / second
+        if round(multiple) <= MOST_MULTIPLES and abs(multiple / max(round(multiple), 1) - 1) < SAME_PERIOD_ERROR:
             return (count * first,)
     return ()
 
@@ -285,8 +285,8 @@ def felt_edges(draft: Draft, depth_mm: float, between_mm: float, step_mm: float,
 def _feel(draft: Draft, texture: Texture) -> None:
     finger = Finger.default()
     motion = Motion(draft.time_s, draft.skin, draft.rate_Hz)
-    found = slide(finger, texture, motion, **FELT)
-    middle = found.amplified[:, [len(finger.gauges) // 2]]
+    felt = slide(finger, texture, motion, **FELT_ARGUMENTS)
+    middle = felt.amplified[:, [len(finger.gauges) // 2]]
     varied = middle - middle.mean(axis=0)
     draft.texture = np.repeat(varied / varied.std(), len(draft.offsets_mm), axis=1)
 

@@ -1,8 +1,8 @@
 """Sliding scenes with a known truth: a motion, a surface and disturbances (`scene_parts`), in white noise.
 
 Synthetic on purpose: the truth is exact and a Cramér-Rao bound exists. The sign of the velocity is the sign of motion.
-Tuning sees every parameter as it stands in `scenes.toml`; claims, from the seed `CLAIMS` on, draw them about that.
-"""
+Tuning sees every parameter as it stands in `scenes.toml`; claims, from the seed `FIRST_CLAIM_SEED` on, draw them about
+that."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,16 +17,16 @@ from papilla.core.errors import InputError
 from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.references.bounds import wavelength_bound
 from papilla.scenes import parts as parts
-from papilla.scenes.parts import HARMONICS, PASS_BAND, Draft, profile_amplitudes
+from papilla.scenes.parts import SCENE_HARMONICS, SCENE_PASS_BAND, Draft, profile_amplitudes
 
 WAVELENGTHS_MM = (0.6, 1.2, 1.8, 2.4, 3.0)
-CLAIMS = 100
+FIRST_CLAIM_SEED = 100
 """First seed of claims; smaller ones are for tuning."""
-MAINS_HZ = (50.0, 60.0)
-HIDDEN, APART = 6, 3.0
+SCENE_MAINS_HZ = (50.0, 60.0)
+HIDDEN_HARMONICS, SEPARATE_RESOLUTIONS = 6, 3.0
 """Number of harmonics of a fundamental that may be hidden by hum; and resolutions that separate a line from a louder
 one."""
-RULES = settings.tables(__package__, "scenes")
+SCENE_RULES = settings.tables(__package__, "scenes")
 
 
 class Part(NamedTuple):
@@ -38,12 +38,12 @@ class Part(NamedTuple):
     @classmethod
     def of(cls, entry: str | Mapping[str, Any]) -> "Part":
         """The part of an entry of the file: its name, or a table."""
-        given = {"part": entry} if isinstance(entry, str) else dict(entry)
-        return cls(given.pop("part"), given)
+        arguments = {"part": entry} if isinstance(entry, str) else dict(entry)
+        return cls(arguments.pop("part"), arguments)
 
     def __call__(self, draft: Draft) -> None:
         """Change the draft. A number in place of a rule changes the value that the rule draws about."""
-        rules = dict(RULES["parts"].get(self.name, {}))
+        rules = dict(SCENE_RULES["parts"].get(self.name, {}))
         for key, change in self.changes.items():
             rules[key] = {**rules[key], "about": change} if _rules(rules.get(key)) and not _rules(change) else change
         getattr(parts, self.name)(draft, **settings.drawn(rules, draft.rng, vary=draft.drawn))
@@ -67,8 +67,8 @@ class Recipe(NamedTuple):
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> "Recipe":
         """The recipe of a table of the file."""
-        made = {key: Part.of(table[key]) for key in ("motion", "surface", "skin") if key in table}
-        return cls(**{**table, **made, "disturbances": tuple(map(Part.of, table.get("disturbances", ())))})
+        parts = {key: Part.of(table[key]) for key in ("motion", "surface", "skin") if key in table}
+        return cls(**{**table, **parts, "disturbances": tuple(map(Part.of, table.get("disturbances", ())))})
 
     @property
     def clean(self) -> bool:
@@ -86,11 +86,11 @@ class Recipe(NamedTuple):
         return Part("hum", {}) in self.disturbances
 
 
-SCENES: Mapping[str, Recipe] = MappingProxyType(
-    {name: Recipe.of(table) for name, table in RULES["scenes"].items()}
+SCENES_BY_NAME: Mapping[str, Recipe] = MappingProxyType(
+    {name: Recipe.of(table) for name, table in SCENE_RULES["scenes"].items()}
     | {
         f"{way}, {name}": Recipe.of({"motion": motion, **table})
-        for name, table in RULES["both_ways"].items()
+        for name, table in SCENE_RULES["both_ways"].items()
         for way, motion in (("const", "constant"), ("strokes", "strokes"))
     }
 )
@@ -103,7 +103,7 @@ class Scene:
 
     Parameters
     ----------
-    name : one of `SCENES`.
+    name : one of `SCENES_BY_NAME`.
     time_s, velocity_mm_s, position_mm : (n,) what the finger does; position is the integral of velocity.
     known_mm_s : (n,) the velocity as it is stated.
     signal : (n, g) readings of each gauge without noise.
@@ -152,15 +152,18 @@ class Scene:
         dip), as must be the fundamental of which the line might be the second to sixth harmonic.
         """
         line = self.frequency_Hz[:, None]
-        told = np.isnan(line[:, 0])
-        if np.ptp(self.velocity_mm_s) > 0 or told.all():
+        without_line = np.isnan(line[:, 0])
+        if np.ptp(self.velocity_mm_s) > 0 or without_line.all():
             return np.ones(self.time_s.size, bool)
         resolution = np.abs(self.velocity_mm_s) / np.maximum(path_mm, 1e-9)
-        harmonics = np.concatenate([np.arange(mains, 0.5 * self.sample_rate_Hz, mains) for mains in MAINS_HZ])
+        harmonics = np.concatenate([np.arange(mains, 0.5 * self.sample_rate_Hz, mains) for mains in SCENE_MAINS_HZ])
         apart = np.abs(line - harmonics).min(axis=1, initial=math.inf) > resolution
         if not math.isnan(self.mains_Hz):
-            apart &= np.abs(line / np.arange(1, HIDDEN + 1) - self.mains_Hz).min(axis=1) > APART * resolution
-        return told | apart
+            apart &= (
+                np.abs(line / np.arange(1, HIDDEN_HARMONICS + 1) - self.mains_Hz).min(axis=1)
+                > SEPARATE_RESOLUTIONS * resolution
+            )
+        return without_line | apart
 
     def block(self, delay_samples: int = 0, gain: float = 1.0) -> np.ndarray:
         """(n, g + 1): readings, then the velocity as it is stated: `gain` times that, `delay_samples` later still."""
@@ -181,7 +184,7 @@ class Scene:
         if not len(ends):
             raise InputError(f"a window of {size:g} does not fit into the scene of {along[-1]:g}")
         amplitudes = profile_amplitudes(float(self.wavelength_mm[-1]))
-        present = self.frequency_Hz[:, None] * np.arange(1, HARMONICS + 1) < PASS_BAND * self.sample_rate_Hz
+        present = self.frequency_Hz[:, None] * np.arange(1, SCENE_HARMONICS + 1) < SCENE_PASS_BAND * self.sample_rate_Hz
         bounds = []
         for end in ends[:: max(1, len(ends) // count)]:
             rows = slice(int(np.searchsorted(along, along[end] - (size or 0.0) - 1e-9)), int(end))
@@ -205,15 +208,15 @@ def scene(
     sample_rate_Hz: float | None = None,
     drawn: bool = False,
 ) -> Scene:
-    """A scene of `SCENES` on a grating; with `step_to_mm` the wavelength changes at `step_at_s`.
+    """A scene of `SCENES_BY_NAME` on a grating; with `step_to_mm` the wavelength changes at `step_at_s`.
 
     `gauge_positions_mm` are along the sliding direction; the noise of gauges is independent. The grating starts at a
     random place; drawn: so is every parameter, as for claims. Raises `InputError` for an unknown name or values that
     are not positive.
     """
-    if name not in SCENES:
-        raise InputError(f"scene must be one of {'; '.join(SCENES)}, got {name!r}")
-    recipe = SCENES[name]
+    if name not in SCENES_BY_NAME:
+        raise InputError(f"scene must be one of {'; '.join(SCENES_BY_NAME)}, got {name!r}")
+    recipe = SCENES_BY_NAME[name]
     rate = checks.positive("sample_rate_Hz", recipe.rate_Hz if sample_rate_Hz is None else sample_rate_Hz)
     length = checks.positive("seconds", recipe.seconds if seconds is None else seconds)
     time, offsets = np.arange(round(length * rate)) / rate, np.asarray(gauge_positions_mm, float)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from papilla.core import checks
 
-FADE = 0.05
+BAND_FADE_SHARE = 0.05
 """Share of the band, at its upper end, over which a component fades out."""
 
 
@@ -49,7 +49,7 @@ class Actuator:
     def passed(self, frequency_Hz: float, top_Hz: float) -> float:
         """Share (0 to 1) of a component that is displayed if the band ends at `top_Hz`: a raised cosine."""
         # 0 where the fade begins, 1 at the end of the band.
-        end = (frequency_Hz - (1 - FADE) * top_Hz) / (FADE * top_Hz)
+        end = (frequency_Hz - (1 - BAND_FADE_SHARE) * top_Hz) / (BAND_FADE_SHARE * top_Hz)
         if end <= 0:
             return 1.0
         return 0.0 if end >= 1 else 0.5 * (1 + math.cos(math.pi * end))
@@ -59,7 +59,7 @@ class Actuator:
         return self.drive_V * (0.5 + drive_um / self.stroke_um)
 
 
-PIEZO = Actuator("piezo", stroke_um=55.0, band_Hz=300.0, corner_Hz=310.0, order=20, drive_V=150.0)
+PIEZO_STACK = Actuator("piezo", stroke_um=55.0, band_Hz=300.0, corner_Hz=310.0, order=20, drive_V=150.0)
 """The stack of Okamoto et al. 2011, section 3.2.1: 55 um peak to peak at 150 V, flat to 300 Hz, -3 dB at 310 Hz.
 
 Two printed numbers determine the order: order 20 is 1 dB down at 300 Hz, which agrees with "relatively flat".

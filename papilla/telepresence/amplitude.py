@@ -15,9 +15,9 @@ from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.outside import json_value, read_text, shipped
 from papilla.core.tables import TableReader
-from papilla.telepresence.actuator import PIEZO
+from papilla.telepresence.actuator import PIEZO_STACK
 
-SCHEMA = "papilla.amplitude/1"
+AMPLITUDE_SCHEMA = "papilla.amplitude/1"
 AMPLIFIER_V_PER_MICROSTRAIN = 0.01
 GAIN_UM_PER_V = 23.8
 """a_d of equation (9), and the gain of the amplifier before it: Okamoto et al. 2011, sections 5.2 and 3.2.3."""
@@ -139,7 +139,7 @@ class FromWavelength:
     """
 
     g_A: PowerCurve
-    largest_um: float = PIEZO.amplitude_um
+    largest_um: float = PIEZO_STACK.amplitude_um
     as_printed: bool = False
 
     def __call__(self, wavelength_mm: float, amplitude_microstrain: float = math.nan) -> float:
@@ -151,7 +151,7 @@ class FromWavelength:
         return self.largest_um * (share if self.as_printed else math.sqrt(share))
 
 
-COLUMNS = ("wavelength_mm", "power")
+AMPLITUDE_COLUMNS = ("wavelength_mm", "power")
 
 
 def read_curve(path: str | PathLike | None = None) -> PowerCurve:
@@ -163,9 +163,9 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     name = path or "amplitude_curve.json"
     found = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
     try:
-        if found["schema"] != SCHEMA:
-            raise InputError(f"schema must be {SCHEMA}, got {reprlib.repr(found['schema'])}")
-        wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in COLUMNS)
+        if found["schema"] != AMPLITUDE_SCHEMA:
+            raise InputError(f"schema must be {AMPLITUDE_SCHEMA}, got {reprlib.repr(found['schema'])}")
+        wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in AMPLITUDE_COLUMNS)
         curve = PowerCurve(wavelength, power, str(found.get("source", "")))
         _ = curve.fit
         return curve
@@ -175,9 +175,11 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
 
 
 def _table(path: Path) -> dict[str, Any]:
-    with TableReader(path, lambda name: name in COLUMNS) as reader:
+    with TableReader(path, lambda name: name in AMPLITUDE_COLUMNS) as reader:
         columns = reader.whole().columns
-    return {"schema": SCHEMA, "source": path.name} | {name: column.tolist() for name, column in columns.items()}
+    return {"schema": AMPLITUDE_SCHEMA, "source": path.name} | {
+        name: column.tolist() for name, column in columns.items()
+    }
 
 
 def _document(name: str | PathLike, path: str | PathLike | None) -> Any:

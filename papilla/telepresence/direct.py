@@ -7,10 +7,10 @@ import math
 import warnings
 
 from papilla.core import checks
-from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
+from papilla.telepresence.actuator import PIEZO_STACK, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, GAIN_UM_PER_V
 from papilla.telepresence.local_model import LONGEST_STEP, DisplayStatus, Shown
-from papilla.telepresence.motion import RATE_HZ
+from papilla.telepresence.motion import HAND_RATE_HZ
 
 COUPLING_HZ = 10.0
 """Corner frequency of the amplifier's coupling for a pressed finger: pressing is far slower than any texture."""
@@ -52,7 +52,7 @@ class DirectFeedback:
 
     def __init__(
         self,
-        actuator: Actuator = PIEZO,
+        actuator: Actuator = PIEZO_STACK,
         *,
         um_per_microstrain: float = GAIN_UM_PER_V * AMPLIFIER_V_PER_MICROSTRAIN,
         safety: Safety | None = None,
@@ -78,7 +78,7 @@ class DirectFeedback:
 
     def update(self, time_s: float) -> Shown:
         """The output of the display now."""
-        dt = min(LONGEST_STEP / RATE_HZ, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
+        dt = min(LONGEST_STEP / HAND_RATE_HZ, max(0.0, time_s - self._time_s)) if math.isfinite(self._time_s) else 0.0
         self._time_s = time_s
         alive = time_s - self._received_s <= self.safety.hold_s
         gain = self._fader.step(dt, alive)

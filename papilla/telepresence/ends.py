@@ -17,13 +17,22 @@ from papilla.core.units import S_PER_NS
 from papilla.logs import TimeLog
 from papilla.telepresence.gate import Received
 from papilla.telepresence.local_model import LocalModel, Shown
-from papilla.telepresence.messages import Force, HandReading, Header, Length, Message, Parameters, Trust, quantity
-from papilla.telepresence.motion import HAND_HZ, PARAMETERS_HZ, RATE_HZ, Motion, RemoteHand
+from papilla.telepresence.messages import (
+    Force,
+    HandReading,
+    Header,
+    Length,
+    Message,
+    Parameters,
+    QuantityTrust,
+    quantity,
+)
+from papilla.telepresence.motion import HAND_HZ, HAND_RATE_HZ, PARAMETERS_HZ, HandMotion, RemoteHand
 from papilla.telepresence.sensing import Sensing
-from papilla.telepresence.touch import Touch
+from papilla.telepresence.touch import TouchLog
 
 
-class Source(Protocol):
+class FingerSource(Protocol):
     """Finger, arm and board, or a replacement; users of real ones write their own class."""
 
     columns: tuple[str, ...]
@@ -49,7 +58,7 @@ class TouchSource:
 
     over = False
 
-    def __init__(self, touch: Touch, seed: int = 0):
+    def __init__(self, touch: TouchLog, seed: int = 0):
         self.columns, self.gauges = touch.columns, touch.gauges
         self._touch, self._remote, self._noise = touch, RemoteHand(), np.random.default_rng(seed)
         self.place_mm = self._force = math.nan
@@ -135,7 +144,7 @@ class Wire(Protocol):
 class Timer:
     """Shows in which control periods something is due, at a rate that need not divide that of the periods."""
 
-    def __init__(self, rate_Hz: float, period_s: float = 1 / RATE_HZ):
+    def __init__(self, rate_Hz: float, period_s: float = 1 / HAND_RATE_HZ):
         self._wait_s, self._last_s = 1 / rate_Hz - 0.5 * period_s, -math.inf
 
     def due(self, now: float) -> bool:
@@ -150,7 +159,13 @@ class HandEnd:
     """The operator's hand; its motion replaces the encoder of a slider. start_mm : its first place."""
 
     def __init__(
-        self, wire: Wire, model: LocalModel, motion: Motion, *, start_mm: float = 0.0, period_s: float = 1 / RATE_HZ
+        self,
+        wire: Wire,
+        model: LocalModel,
+        motion: HandMotion,
+        *,
+        start_mm: float = 0.0,
+        period_s: float = 1 / HAND_RATE_HZ,
     ):
         self._wire, self._model, self._motion, self._start_mm = wire, model, motion, start_mm
         self._timer = Timer(HAND_HZ, period_s)
@@ -175,10 +190,10 @@ class SensorEnd:
     def __init__(
         self,
         wire: Wire,
-        source: Source,
+        source: FingerSource,
         sensing: Sensing,
         parameters_Hz: float = PARAMETERS_HZ,
-        period_s: float = 1 / RATE_HZ,
+        period_s: float = 1 / HAND_RATE_HZ,
     ):
         self._wire, self._source, self._sensing, self._period_s = wire, source, sensing, period_s
         self._timer = Timer(parameters_Hz, period_s)
@@ -219,5 +234,5 @@ class DisplayEnd:
                 self.message, self.age_ns = received.message, received.age_ns
                 pressed = None if received.message.force is None else received.message.force.value
                 force = math.nan if pressed is None else pressed
-                self._model.learn(now, received.message.components, Trust(received.message.texture), force)
+                self._model.learn(now, received.message.components, QuantityTrust(received.message.texture), force)
         return self._model.update(now)

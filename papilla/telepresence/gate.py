@@ -17,7 +17,7 @@ import msgspec
 
 from papilla.core.errors import InputError
 from papilla.core.units import NS_PER_S
-from papilla.telepresence.messages import MAX_BYTES, VERSION, Header, Message, decode
+from papilla.telepresence.messages import MAX_BYTES, MESSAGE_VERSION, Header, Message, decode
 
 MAC_BYTES = SHORTEST_KEY = 16
 """Bytes of a message's authentication code, and least of a key: 128 bits cannot be guessed."""
@@ -25,7 +25,7 @@ SESSION_BITS = 62
 """Length of a session's random number: it stays below the largest number of a message."""
 FRESH_NS = 5 * NS_PER_S
 """Largest age of an echo that proves that a session is current."""
-UNEVEN_NS, CONTRADICTIONS = 5_000_000, 3
+UNEVEN_NS, CONTRADICTING_TRIPS = 5_000_000, 3
 """A trip contradicts the offset if both differ by this many ns more than half of both trips, far more than clocks drift
 meanwhile; and number of consecutive contradictions after which the peer's clock counts as having jumped."""
 SHORTEST_TRIPS = 64
@@ -53,7 +53,7 @@ class Counts:
         return sum(getattr(self, field.name) for field in fields(self)) - self.accepted
 
 
-class Offset:
+class ClockOffset:
     """Offset of the peer's clock from ours, from the shortest of the last round trips (as in NTP, RFC 5905).
 
     The error is at most half of that round trip, and zero if both ways take equally long. If three consecutive trips
@@ -74,7 +74,7 @@ class Offset:
             shortest, known = min(self._trips)
             apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + UNEVEN_NS
             self._contradicted = self._contradicted + 1 if apart else 0
-            if self._contradicted >= CONTRADICTIONS:
+            if self._contradicted >= CONTRADICTING_TRIPS:
                 self._trips.clear()
                 self._contradicted = 0
         self._trips.append((round_trip_ns, offset_ns))
@@ -121,7 +121,7 @@ class Gate:
         if key is not None and len(key) < SHORTEST_KEY:
             raise InputError(f"the key must have at least {SHORTEST_KEY} bytes, got {len(key)}")
         self._key, self.session = key, secrets.randbits(SESSION_BITS) + 1
-        self.counts, self.offset = Counts(), Offset()
+        self.counts, self.offset = Counts(), ClockOffset()
         self._sequence = self._newest = 0
         self._sent_ns = -1
         self._peer: tuple[Header, int] | None = None
@@ -137,7 +137,7 @@ class Gate:
         if (last := self._peer or self._next_applicant()) is not None:
             received, at_ns = last
             echo = (received.session, received.sent_ns, max(0, self._sent_ns - at_ns))
-        return Header(VERSION, self.session, self._sequence, self._sent_ns, *echo)
+        return Header(MESSAGE_VERSION, self.session, self._sequence, self._sent_ns, *echo)
 
     def _next_applicant(self) -> tuple[Header, int] | None:
         """The last message of the applicant whose turn it is, and its time of arrival."""
@@ -231,4 +231,4 @@ class Gate:
         if self._peer is not None:
             self._replaced.append(self._peer[0].session)
         self._applicants.clear()
-        self._newest, self.offset = 0, Offset()
+        self._newest, self.offset = 0, ClockOffset()

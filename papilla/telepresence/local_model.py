@@ -14,10 +14,10 @@ from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.status import Status
 from papilla.core.units import S_PER_NS
-from papilla.telepresence.actuator import PIEZO, Actuator, Fader, Safety
+from papilla.telepresence.actuator import PIEZO_STACK, Actuator, Fader, Safety
 from papilla.telepresence.amplitude import Measured, Rule
-from papilla.telepresence.messages import MAX_LINES, Component, Trust, strongest
-from papilla.telepresence.motion import FASTEST_MM_S, RATE_HZ, Hand
+from papilla.telepresence.messages import MAX_LINES, Component, QuantityTrust, strongest
+from papilla.telepresence.motion import FASTEST_HAND_MM_S, HAND_RATE_HZ, Hand
 
 
 class DisplayStatus(Status):
@@ -53,7 +53,7 @@ BELOW_HALF_RATE = 0.4
 """Share of the output rate above which frequencies are not displayed, whatever the actuator can do."""
 LONGEST_STEP = 5
 """Number of output periods after which an update counts as late: the movement of the hand since then is ignored."""
-NEAR = 1.25
+NEAR_WAVELENGTH_RATIO = 1.25
 """Ratio of two wavelengths within which a new one replaces the old one in its oscillator, without a new fade-in."""
 
 
@@ -90,18 +90,18 @@ class LocalModel:
 
     def __init__(
         self,
-        actuator: Actuator = PIEZO,
+        actuator: Actuator = PIEZO_STACK,
         rule: Rule | None = None,
         *,
         components: int = 1,
-        rate_Hz: float = RATE_HZ,
+        rate_Hz: float = HAND_RATE_HZ,
         compensate: bool = True,
         safety: Safety | None = None,
         force_exponent: float = 0.0,
     ):
         if not 1 <= components <= MAX_LINES:
             raise InputError(f"components must be 1 to {MAX_LINES}, got {components}")
-        self.rate_Hz = checks.within("rate_Hz", rate_Hz, RATE_HZ, 1e6)
+        self.rate_Hz = checks.within("rate_Hz", rate_Hz, HAND_RATE_HZ, 1e6)
         self.force_exponent = checks.within("force_exponent", force_exponent, 0.0, 3.0)
         self.actuator, self.components, self.compensate = actuator, components, compensate
         self.rule: Rule = Measured() if rule is None else rule
@@ -118,7 +118,11 @@ class LocalModel:
         self._held: Shown | None = None
 
     def learn(
-        self, time_s: float, components: tuple[Component, ...], trust: Trust = Trust.OK, force_N: float = math.nan
+        self,
+        time_s: float,
+        components: tuple[Component, ...],
+        trust: QuantityTrust = QuantityTrust.OK,
+        force_N: float = math.nan,
     ) -> None:
         """Take the texture from a message that arrived at `time_s`, and the sensor's pressing force if it is known.
 
@@ -127,11 +131,11 @@ class LocalModel:
         """
         if math.isfinite(time_s):
             self._received_s = time_s
-        if trust == Trust.HELD:
+        if trust == QuantityTrust.HELD:
             return
         self._sensed_N = force_N
         wanted = []
-        for component in strongest(components, self.components) if trust == Trust.OK else ():
+        for component in strongest(components, self.components) if trust == QuantityTrust.OK else ():
             amplitude = self.rule(component.wavelength_mm, component.amplitude_microstrain)
             if math.isfinite(amplitude):
                 wanted.append((component.wavelength_mm, amplitude))
@@ -144,7 +148,9 @@ class LocalModel:
         for oscillator in free:
             oscillator.goal_um = 0.0
         for wavelength, amplitude in wanted:
-            near = any(1 / NEAR < one.wavelength_mm / wavelength < NEAR for one in free)
+            near = any(
+                1 / NEAR_WAVELENGTH_RATIO < one.wavelength_mm / wavelength < NEAR_WAVELENGTH_RATIO for one in free
+            )
             if near or free and len(self._oscillators) == self.components:
                 chosen = min(free, key=lambda one: abs(math.log(one.wavelength_mm / wavelength)))
                 free.remove(chosen)
@@ -184,7 +190,7 @@ class LocalModel:
         place, velocity = self.hand.at(time_s)
         moved = place - self._place_mm
         self._place_mm = place
-        if since * self.rate_Hz > LONGEST_STEP or not (abs(moved) <= FASTEST_MM_S * since):
+        if since * self.rate_Hz > LONGEST_STEP or not (abs(moved) <= FASTEST_HAND_MM_S * since):
             return 0.0, abs(velocity)
         return moved, abs(moved) / since
 

@@ -20,12 +20,12 @@ from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, TouchSourc
 from papilla.telepresence.gate import SESSION_BITS, Received
 from papilla.telepresence.link import HEADER_BYTES, Link, LinkModel
 from papilla.telepresence.local_model import LocalModel, Shown
-from papilla.telepresence.messages import VERSION, Header, Message, Samples, encode
-from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
-from papilla.telepresence.record import Record
-from papilla.telepresence.touch import NOISE_MICROSTRAIN, Soft, Texture, Touch
+from papilla.telepresence.messages import MESSAGE_VERSION, Header, Message, Samples, encode
+from papilla.telepresence.motion import HAND_RATE_HZ, PARAMETERS_HZ, HandMotion
+from papilla.telepresence.record import LoopRecord
+from papilla.telepresence.touch import SIMULATED_NOISE_MICROSTRAIN, ReadingSource, Soft, TouchLog
 
-PERIOD_NS = round(NS_PER_S / RATE_HZ)
+PERIOD_NS = round(NS_PER_S / HAND_RATE_HZ)
 CLOCK_NS = 2**45
 """Clocks of the ends at the beginning, ten hours: encoded times are then as long as real ones."""
 PROGRESS_ROWS = 250
@@ -46,12 +46,12 @@ class Set:
     soft : specimen under the texture, and the calibrated finger that presses on it; None: one gauge, the texture alone.
     """
 
-    texture: Texture
-    motion: Motion = field(default_factory=Motion)
+    texture: ReadingSource
+    motion: HandMotion = field(default_factory=HandMotion)
     seconds: float = 8.0
     uplink: LinkModel = field(default_factory=LinkModel)
     downlink: LinkModel = field(default_factory=LinkModel)
-    noise_microstrain: float = NOISE_MICROSTRAIN
+    noise_microstrain: float = SIMULATED_NOISE_MICROSTRAIN
     components: int = 1
     parameters_Hz: float = PARAMETERS_HZ
     seed: int = 0
@@ -60,7 +60,7 @@ class Set:
 
     def __post_init__(self):
         checks.within("seconds", self.seconds, 2, S_PER_H)
-        checks.within("parameters_Hz", self.parameters_Hz, 1, RATE_HZ)
+        checks.within("parameters_Hz", self.parameters_Hz, 1, HAND_RATE_HZ)
 
 
 class SimulatedWire:
@@ -80,7 +80,7 @@ class SimulatedWire:
     def send(self, make: Callable[[Header], Message]) -> None:
         """Send the message that `make` makes under the next header."""
         now = CLOCK_NS + self.now_ns()
-        header = Header(VERSION, self._session, next(self._sequence), now, self._session + 1, now, PERIOD_NS)
+        header = Header(MESSAGE_VERSION, self._session, next(self._sequence), now, self._session + 1, now, PERIOD_NS)
         message = make(header)
         self._out.send(self.time_s, message, len(encode(message)))
 
@@ -100,7 +100,7 @@ class DirectEnd:
     def __init__(self, scene: Set, link: Link, feedback: DirectFeedback):
         self._texture, self._feedback, self.wire = scene.texture, feedback, SimulatedWire(link, link, 2)
         # The force changes a pressed gauge's reading far more than a texture; the amplifier's coupling removes it
-        self._coupled = HighPass(RATE_HZ) if scene.soft else float
+        self._coupled = HighPass(HAND_RATE_HZ) if scene.soft else float
         # Of each sample that is on its way, by its number: the place, and the time on the hand's clock
         self._sensed: dict[int, tuple[float, float]] = {}
         self._shown = math.nan, math.nan
@@ -130,7 +130,7 @@ def run(
     local: LocalModel | None = None,
     direct: DirectFeedback | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Record:
+) -> LoopRecord:
     """Simulate the loop: both displays receive the same sensor over links of the same model and seed.
 
     `progress` is called now and then with the simulated and the total seconds.
@@ -142,14 +142,14 @@ def run(
     # With the same seed both links have the same delays at any time; each loses its own datagrams.
     up, down = Link(scene.uplink, seeds[0]), {name: Link(scene.downlink, seeds[1]) for name in ("local", "direct")}
     there, here = SimulatedWire(down["local"], up, 1), SimulatedWire(up, down["local"], 0)
-    touch = Touch(scene.texture, scene.noise_microstrain, scene.soft)
+    touch = TouchLog(scene.texture, scene.noise_microstrain, scene.soft)
     source = TouchSource(touch, seeds[2])
     hand = HandEnd(here, model, scene.motion, start_mm=scene.start_mm)
     sensor = SensorEnd(there, source, touch.sensing(scene.components), scene.parameters_Hz)
     display = DisplayEnd(here, model)
     feedback = DirectEnd(scene, down["direct"], DirectFeedback() if direct is None else direct)
     places, shown, felt, messages = [], [], [], []
-    time = np.arange(round(scene.seconds * RATE_HZ)) / RATE_HZ
+    time = np.arange(round(scene.seconds * HAND_RATE_HZ)) / HAND_RATE_HZ
     for row, now in enumerate(time.tolist()):
         if row % PROGRESS_ROWS == 0:
             progress(round(now), round(scene.seconds))
@@ -169,13 +169,15 @@ def run(
     return _record(scene, time, np.array(places), displays, down, messages)
 
 
-def _record(scene: Set, time, hand, displays: tuple[np.ndarray, np.ndarray], down: dict[str, Link], messages) -> Record:
+def _record(
+    scene: Set, time, hand, displays: tuple[np.ndarray, np.ndarray], down: dict[str, Link], messages
+) -> LoopRecord:
     """A run as arrays; displays : rows of `Shown` of the local model, and results of `DirectEnd.step`."""
     local, direct = displays
     shown = dict(zip(Shown._fields, local.T, strict=True))
     direct_um, direct_status, direct_mm, round_trip_ms = direct.T
     payload = {name: link.bytes_sent for name, link in down.items()}
-    return Record(
+    return LoopRecord(
         time_s=time,
         hand_mm=hand,
         truth_mm=np.array([scene.texture.wavelength(place) for place in hand.tolist()]),

@@ -16,7 +16,7 @@ from papilla.core.outside import message_decoder
 from papilla.core.status import Named
 
 
-class Trust(Named):
+class QuantityTrust(Named):
     """How far a quantity of a message may be used.
 
     HELD: the value of an earlier message still holds. DOUBTED: there is a value with the right sigma, but its estimator
@@ -57,16 +57,16 @@ def strongest(components: tuple[Component, ...], number: int) -> tuple[Component
     return tuple(sorted(usable, key=lambda component: -component.amplitude_microstrain)[:number])
 
 
-VERSION: Literal[1] = 1
+MESSAGE_VERSION: Literal[1] = 1
 MAX_BYTES = 1200
 """Largest datagram, which no usual network path fragments."""
 MAX_SAMPLES = 100
 """Most readings of a message, 0.1 s of them: more would exceed `MAX_BYTES`."""
 
-LARGEST = 1e9
+LARGEST_SENT = 1e9
 """Largest number in a message, in any unit: a forged one then cannot overflow what is computed from it."""
-_Value = Annotated[float, Meta(ge=-LARGEST, le=LARGEST)]
-_Sigma = Annotated[float, Meta(ge=0, le=LARGEST)]
+_Value = Annotated[float, Meta(ge=-LARGEST_SENT, le=LARGEST_SENT)]
+_Sigma = Annotated[float, Meta(ge=0, le=LARGEST_SENT)]
 _Count = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 
 
@@ -74,35 +74,35 @@ class _Sent(Struct, array_like=True, frozen=True, forbid_unknown_fields=True, gc
     """How all parts of a message are encoded: as arrays, in which a field too many is an error."""
 
 
-class Quantity(_Sent, frozen=True):
-    """value and sigma (null if there is none), status : a `Trust`."""
+class TrustedQuantity(_Sent, frozen=True):
+    """value and sigma (null if there is none), status : a `QuantityTrust`."""
 
     value: _Value | None
     sigma: _Sigma | None
-    status: Annotated[int, Meta(ge=0, le=int(Trust.DOUBTED))]
+    status: Annotated[int, Meta(ge=0, le=int(QuantityTrust.DOUBTED))]
 
 
-class Length(Quantity, frozen=True, tag="mm"):
+class Length(TrustedQuantity, frozen=True, tag="mm"):
     """A length in mm."""
 
 
-class Strain(Quantity, frozen=True, tag="uE"):
+class Strain(TrustedQuantity, frozen=True, tag="uE"):
     """A strain in microstrain."""
 
 
-class Modulus(Quantity, frozen=True, tag="MPa"):
+class Modulus(TrustedQuantity, frozen=True, tag="MPa"):
     """A modulus in MPa."""
 
 
-class Ratio(Quantity, frozen=True, tag="1"):
+class Ratio(TrustedQuantity, frozen=True, tag="1"):
     """A dimensionless number, such as a coefficient of friction."""
 
 
-class Area(Quantity, frozen=True, tag="mm2"):
+class Area(TrustedQuantity, frozen=True, tag="mm2"):
     """An area in mm2."""
 
 
-class Force(Quantity, frozen=True, tag="N"):
+class Force(TrustedQuantity, frozen=True, tag="N"):
     """A force in N."""
 
 
@@ -123,7 +123,7 @@ class Header(_Sent, frozen=True):
     held_ns: _Count
 
 
-class Line(_Sent, frozen=True):
+class TextureLine(_Sent, frozen=True):
     """A component of the texture."""
 
     wavelength: Length
@@ -131,11 +131,12 @@ class Line(_Sent, frozen=True):
 
 
 class Parameters(_Sent, frozen=True, tag="P"):
-    """From the sensor: properties of the touched surface. `texture` is the `Trust` of the lines, strongest first."""
+    """From the sensor: properties of the touched surface. `texture` is the `QuantityTrust` of the lines, strongest
+    first."""
 
     header: Header
-    texture: Annotated[int, Meta(ge=0, le=int(Trust.UNKNOWN))]
-    lines: Annotated[tuple[Line, ...], Meta(max_length=MAX_LINES)]
+    texture: Annotated[int, Meta(ge=0, le=int(QuantityTrust.UNKNOWN))]
+    lines: Annotated[tuple[TextureLine, ...], Meta(max_length=MAX_LINES)]
     modulus: Modulus | None = None
     mu_kinetic: Ratio | None = None
     mu_static: Ratio | None = None
@@ -171,7 +172,7 @@ class Samples(_Sent, frozen=True, tag="S"):
 
 
 Message = Parameters | HandReading | Samples
-_Any = TypeVar("_Any", bound=Quantity)
+_Any = TypeVar("_Any", bound=TrustedQuantity)
 
 _encoder = msgspec.msgpack.Encoder()
 encode = _encoder.encode
@@ -180,17 +181,17 @@ decode: Callable[[bytes], Message] = message_decoder(Message, MAX_BYTES)
 """The message in these bytes; raises `msgspec.MsgspecError`, another ValueError or RecursionError for anything else."""
 
 
-def quantity(kind: type[_Any], value: float, sigma: float = math.nan, trust: Trust = Trust.OK) -> _Any:
+def quantity(kind: type[_Any], value: float, sigma: float = math.nan, trust: QuantityTrust = QuantityTrust.OK) -> _Any:
     """A quantity from a number that may be NaN, which means unknown."""
     if not math.isfinite(value):
-        return kind(None, None, int(Trust.UNKNOWN))
+        return kind(None, None, int(QuantityTrust.UNKNOWN))
     return kind(value, sigma if math.isfinite(sigma) else None, int(trust))
 
 
-def lines_of(components: tuple[Component, ...]) -> tuple[Line, ...]:
+def lines_of(components: tuple[Component, ...]) -> tuple[TextureLine, ...]:
     """Components in the form of messages."""
     return tuple(
-        Line(
+        TextureLine(
             quantity(Length, own.wavelength_mm, own.wavelength_sigma_mm),
             quantity(Strain, own.amplitude_microstrain, own.amplitude_sigma_microstrain),
         )
@@ -198,5 +199,5 @@ def lines_of(components: tuple[Component, ...]) -> tuple[Line, ...]:
     )
 
 
-def _known(one: Quantity) -> float:
+def _known(one: TrustedQuantity) -> float:
     return math.nan if one.sigma is None else one.sigma

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from papilla.core import checks
 from papilla.core.units import SAMPLE_RATE_HZ
 
-HAND_HZ, RATE_HZ = 250.0, SAMPLE_RATE_HZ
+HAND_HZ, HAND_RATE_HZ = 250.0, SAMPLE_RATE_HZ
 """Positions and control periods per second: Okamoto et al. 2011, section 3."""
 PARAMETERS_HZ = 50.0
 """Default number of the sensor's messages per second."""
@@ -32,7 +32,7 @@ PRESS_SWING, PRESS_HZ = 0.4, 0.6
 
 
 @dataclass(frozen=True)
-class Motion:
+class HandMotion:
     """Motion of the hand: strokes to and fro with this peak speed and rate or, at 0 Hz, one stroke at a constant speed.
 
     The default is the touch of Okamoto et al. 2011, section 4.1.1: 197 sin(2 pi 1.07 t) mm/s, whose rate varies by 10 %
@@ -74,7 +74,7 @@ HORIZON_S = 0.012
 resting."""
 BLEND_S = 0.002
 """Time constant with which the error of an extrapolation is removed after the next reading."""
-FASTEST_MM_S = 2000.0
+FASTEST_HAND_MM_S = 2000.0
 """Largest speed of a hand that feels a texture: a larger step of the position is a new place, not a movement."""
 
 
@@ -107,7 +107,7 @@ class Hand:
     def read(self, time_s: float, position_mm: float) -> None:
         """Take a reading. One that is not finite, absurdly far, or not later than the last is counted and ignored."""
         known = self.state
-        if not (math.isfinite(time_s) and abs(position_mm) <= checks.LARGEST):
+        if not (math.isfinite(time_s) and abs(position_mm) <= checks.LARGEST_READING):
             self.ignored += 1
             return
         if math.isnan(known.time_s):
@@ -118,7 +118,7 @@ class Hand:
             self.ignored += 1
             return
         mean = (position_mm - known.place_mm) / step_s
-        if step_s > 1.0 or step_s < 0 or abs(mean) > FASTEST_MM_S:
+        if step_s > 1.0 or step_s < 0 or abs(mean) > FASTEST_HAND_MM_S:
             self.jumps += 1
             self.state, self._before = HandState(time_s, position_mm), math.nan
             return
@@ -145,10 +145,10 @@ class Hand:
         return time_s - self.state.time_s
 
 
-SLEW = 0.25
+LARGEST_SPEED_CHANGE = 0.25
 """Largest relative change of speed when a remote hand's movement is played out."""
 CATCH_UP_S = 0.05
-"""Time constant with which a changed delay is made up for, as far as `SLEW` permits."""
+"""Time constant with which a changed delay is made up for, as far as `LARGEST_SPEED_CHANGE` permits."""
 
 
 class RemoteHand:
@@ -179,7 +179,11 @@ class RemoteHand:
         if not (abs(off) <= 1.0 and since >= 0):
             self.playing_s, pace = wanted, 1.0
         else:
-            pace = 1.0 if since == 0 else 1 + max(-SLEW, min(SLEW, (off - since) / CATCH_UP_S))
+            pace = (
+                1.0
+                if since == 0
+                else 1 + max(-LARGEST_SPEED_CHANGE, min(LARGEST_SPEED_CHANGE, (off - since) / CATCH_UP_S))
+            )
             # Not beyond what can be extrapolated, and never back.
             newest = self.hand.state.time_s + HORIZON_S
             self.playing_s = max(self.playing_s, min(self.playing_s + pace * since, newest))

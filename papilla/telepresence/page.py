@@ -7,15 +7,15 @@ from typing import Any
 
 from papilla.core.files import write_text
 from papilla.core.outside import shipped
-from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Safety
+from papilla.telepresence.actuator import BAND_FADE_SHARE, PIEZO_STACK, Actuator, Safety
 from papilla.telepresence.local_model import RAMP_S
-from papilla.telepresence.motion import FASTEST_MM_S, WANDER_HZ, Motion
+from papilla.telepresence.motion import FASTEST_HAND_MM_S, WANDER_HZ, HandMotion
 
-MARK, STYLE = "/*SETTINGS*/{}", "/*STYLE*/"
+SETTINGS_MARK, STYLE_MARK = "/*SETTINGS*/{}", "/*STYLE*/"
 
 
 def settings(
-    motion: Motion,
+    motion: HandMotion,
     *,
     wavelength_mm: float,
     round_trip_ms: float,
@@ -23,7 +23,7 @@ def settings(
     amplitude_um: float,
     bytes_local: float,
     bytes_direct: float,
-    actuator: Actuator = PIEZO,
+    actuator: Actuator = PIEZO_STACK,
 ) -> dict[str, Any]:
     """Initial values of the page, and the limits of its local model, which are those of `LocalModel`.
 
@@ -38,7 +38,7 @@ def settings(
         "strokes_Hz": strokes,
         "wander": motion.wander,
         "wander_Hz": WANDER_HZ,
-        "length_mm": Motion(motion.peak_mm_s, strokes).length_mm,
+        "length_mm": HandMotion(motion.peak_mm_s, strokes).length_mm,
         "bytes_local": bytes_local,
         "bytes_direct": bytes_direct,
         "stroke": True,
@@ -47,9 +47,9 @@ def settings(
         "limits": {
             "band_Hz": actuator.band_Hz,
             "amplitude_um": actuator.amplitude_um,
-            "fade": FADE,
+            "fade": BAND_FADE_SHARE,
             "ramp_s": RAMP_S,
-            "fastest_mm_s": FASTEST_MM_S,
+            "fastest_mm_s": FASTEST_HAND_MM_S,
             "hold_s": safety.hold_s,
             "decay_s": safety.decay_s,
             "attack_s": safety.attack_s,
@@ -60,5 +60,5 @@ def settings(
 def write_page(path: str | PathLike, begin: dict[str, Any]) -> None:
     """Write the page with these initial `settings`; raises `FileAccessError`."""
     text = shipped("papilla", "telepresence", "templates", "page.html")
-    text = text.replace(STYLE, shipped("papilla", "data", "page.css"))
-    write_text(path, text.replace(MARK, json.dumps(begin).replace("</", "<\\/")))
+    text = text.replace(STYLE_MARK, shipped("papilla", "data", "page.css"))
+    write_text(path, text.replace(SETTINGS_MARK, json.dumps(begin).replace("</", "<\\/")))

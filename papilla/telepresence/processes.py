@@ -7,24 +7,24 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from papilla.core import checks
-from papilla.core.units import MICRO, MS_PER_NS, NS_PER_S, S_PER_NS
-from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, Source, Timer
+from papilla.core.units import MS_PER_NS, NS_PER_S, S_PER_NS, SI_MICRO
+from papilla.telepresence.ends import DisplayEnd, FingerSource, HandEnd, SensorEnd, Timer
 from papilla.telepresence.gate import Counts
 from papilla.telepresence.local_model import DisplayStatus, LocalModel, Shown
-from papilla.telepresence.messages import Parameters, Trust
-from papilla.telepresence.motion import PARAMETERS_HZ, RATE_HZ, Motion
+from papilla.telepresence.messages import Parameters, QuantityTrust
+from papilla.telepresence.motion import HAND_RATE_HZ, PARAMETERS_HZ, HandMotion
 from papilla.telepresence.sensing import Sensing
 from papilla.telepresence.udp import Endpoint
 
 
-class Spread:
+class TimeHistogram:
     """Histogram of times from 1 us to 10 s, in bins that grow by 4 %: this is the accuracy of quantiles.
 
     With bins of a constant ratio a few hundred numbers hold days of periods, and short times are resolved as well as
     long ones.
     """
 
-    LOW_S, HIGH_S, RATIO = MICRO, 10.0, 1.04
+    LOW_S, HIGH_S, RATIO = SI_MICRO, 10.0, 1.04
     NUMBER = math.ceil(math.log(HIGH_S / LOW_S) / math.log(RATIO))
 
     def __init__(self) -> None:
@@ -44,12 +44,12 @@ class Spread:
         for place, count in enumerate(self._bins):
             left -= count
             # `share * number` is rounded: what is left of a whole number of times may be slightly above zero.
-            if count and left <= checks.ROUNDING:
+            if count and left <= checks.ROUNDING_SHARE:
                 return min(self.greatest_s, self.LOW_S * self.RATIO**place)
         return math.nan
 
 
-class Period:
+class TickGrid:
     """Ticks on an even grid of time: `for now_s in period.ticks(seconds)`.
 
     work : time from a tick to the request for the next one; busy : processor time of this thread in it. missed : number
@@ -58,12 +58,12 @@ class Period:
 
     def __init__(
         self,
-        period_s: float = 1 / RATE_HZ,
+        period_s: float = 1 / HAND_RATE_HZ,
         clock: Callable[[], int] = time.monotonic_ns,
         sleep: Callable[[float], None] = time.sleep,
     ):
         self.period_s, self._clock, self._sleep = period_s, clock, sleep
-        self.work, self.busy, self.missed, self.ticked = Spread(), Spread(), 0, 0
+        self.work, self.busy, self.missed, self.ticked = TimeHistogram(), TimeHistogram(), 0, 0
 
     def ticks(self, seconds: float = math.inf) -> Iterator[float]:
         """Times in s since the first tick, for so long."""
@@ -99,7 +99,7 @@ class Live(NamedTuple):
     state: str
     said: str
     counts: Counts
-    period: Period
+    period: TickGrid
 
 
 Report = Callable[[Live], None]
@@ -107,26 +107,30 @@ Report = Callable[[Live], None]
 
 def run_sensor(
     endpoint: Endpoint,
-    source: Source,
+    source: FingerSource,
     sensing: Sensing,
     *,
     parameters_Hz: float = PARAMETERS_HZ,
     seconds: float = math.inf,
     report: Report = lambda live: None,
-    period: Period | None = None,
-) -> Period:
+    period: TickGrid | None = None,
+) -> TickGrid:
     """Sample a source at 1 kHz and send the estimates, until the source ends or so many seconds have passed.
 
-    Returns the `Period`.
+    Returns the `TickGrid`.
     """
-    period = Period() if period is None else period
+    period = TickGrid() if period is None else period
     sensor, live = SensorEnd(endpoint, source, sensing, parameters_Hz, period.period_s), Timer(LIVE_HZ, period.period_s)
     for now in period.ticks(seconds):
         sensor.step(now)
         if live.due(now):
             lines, trust = sensing.lines()
             found = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
-            state = {Trust.OK: "ok", Trust.HELD: "wavelength held", Trust.UNKNOWN: "no wavelength"}[trust]
+            state = {
+                QuantityTrust.OK: "ok",
+                QuantityTrust.HELD: "wavelength held",
+                QuantityTrust.UNKNOWN: "no wavelength",
+            }[trust]
             if now - sensor.received_s > 1:
                 state = "no display has sent a message"
             said = f"{source.said}{found}" if math.isfinite(sensor.received_s) else ""
@@ -139,20 +143,20 @@ def run_sensor(
 def run_display(
     endpoint: Endpoint,
     model: LocalModel,
-    motion: Motion,
+    motion: HandMotion,
     *,
     seconds: float = math.inf,
     report: Report = lambda live: None,
     keep: Callable[[float, float, Shown, Parameters | None], None] = lambda now, place, shown, message: None,
-    period: Period | None = None,
-) -> Period:
+    period: TickGrid | None = None,
+) -> TickGrid:
     """Send the place of the hand at 250 Hz and display the texture under it at 1 kHz.
 
     The motion stands for the encoder of the operator's slider. `keep` is called in every period with the time, the
     hand's position, the output, and the last message, whose modulus, friction and contact area are for other displays.
-    Returns the `Period`.
+    Returns the `TickGrid`.
     """
-    period = Period(1 / model.rate_Hz) if period is None else period
+    period = TickGrid(1 / model.rate_Hz) if period is None else period
     hand, display = HandEnd(endpoint, model, motion, period_s=period.period_s), DisplayEnd(endpoint, model)
     live = Timer(LIVE_HZ, period.period_s)
     for now in period.ticks(seconds):

@@ -7,21 +7,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.core.units import MS_PER_S, S_PER_MS, TINY
+from papilla.core.units import MS_PER_S, S_PER_MS, TINY_DIVISOR
 from papilla.telepresence.local_model import DisplayStatus
 from papilla.telepresence.messages import Parameters
-from papilla.telepresence.motion import RATE_HZ
+from papilla.telepresence.motion import HAND_RATE_HZ
 
-WINDOW_S, QUARTERS = 0.25, 4
+FELT_WINDOW_S, WINDOW_QUARTERS = 0.25, 4
 """Length of a window: half a stroke of a hand or less, a dozen periods of a texture. Windows of the felt wavelength
 advance by a quarter, and a quarter without a signal is silence."""
 EARLIEST_S = -0.05
 """Smallest lag that is searched: a display that is early by chance should not look late."""
-SLOW = 0.3
+SLOW_SPEED_SHARE = 0.3
 """Share of the largest speed below which no wavelength is estimated."""
-GRID = 0.1
+WAVENUMBER_STEP = 0.1
 """Step of the searched wavenumbers, in units of the resolution, 1 over the longest path of a window."""
-SILENT = 0.05
+SILENT_RMS_SHARE = 0.05
 """Share of the largest rms of a window below which nothing is felt."""
 
 NEAR_S, BROAD_S = 0.15, 0.02
@@ -29,7 +29,7 @@ NEAR_S, BROAD_S = 0.15, 0.02
 LEAST_TURNS, LEAST_COHERENCE = 2.0, 0.35
 """Smallest number of periods of the texture in a window, and smallest share of the signal that the fit explains (1 for
 a sine)."""
-STEADY = 0.2
+STEADY_SPEED_SHARE = 0.2
 """Share of the largest speed by which the speed must change in a window that determines a lag."""
 
 
@@ -50,12 +50,16 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float) -> float:
     signal = np.asarray(shown, float)
     passed, place = np.asarray(turns, float), np.asarray(place_mm, float)
     wave = np.exp(-2j * math.pi * passed)
-    size, first, last = (round(own * rate_Hz) for own in (WINDOW_S, EARLIEST_S, longest_s))
+    size, first, last = (round(own * rate_Hz) for own in (FELT_WINDOW_S, EARLIEST_S, longest_s))
     loudest, scores = _loudest(signal, size), []
     for begin in range(last, signal.size - size + first, size // 2):
         part, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
         speeds = np.abs(np.diff(place[around]))
-        if loudest == 0 or part.std() < SILENT * loudest or np.ptp(speeds) < STEADY * speeds.max():
+        if (
+            loudest == 0
+            or part.std() < SILENT_RMS_SHARE * loudest
+            or np.ptp(speeds) < STEADY_SPEED_SHARE * speeds.max()
+        ):
             continue
         if np.abs(np.diff(passed[begin : begin + size])).sum() < LEAST_TURNS:
             continue
@@ -76,7 +80,7 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float) -> float:
     return float(np.median(found)) if found else math.nan
 
 
-class Felt(NamedTuple):
+class FeltWavelengths(NamedTuple):
     """(m,) times of windows, the felt wavelength (NaN if nothing is displayed) and the true one, both in mm."""
 
     time_s: np.ndarray
@@ -96,7 +100,7 @@ class Felt(NamedTuple):
         return float(np.mean(np.isnan(self.wavelength_mm))) if self.time_s.size else math.nan
 
 
-def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> Felt:
+def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.0)) -> FeltWavelengths:
     """The strongest line of what is displayed over the hand's own path, in windows of 0.25 s, each a quarter later.
 
     An ideal observer, who knows the hand's movement exactly, would obtain it from speed over frequency. Windows in
@@ -109,26 +113,26 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
     range_mm : range of wavelengths.
     """
     signal, place, truth = (np.asarray(values, float) for values in (shown, place_mm, truth_mm))
-    size, speed = round(WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz
+    size, speed = round(FELT_WINDOW_S * rate_Hz), np.abs(np.gradient(place)) * rate_Hz
     loudest, peak = _loudest(signal, size), speed.max()
-    wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], GRID / max(peak * WINDOW_S, TINY))
+    wavenumbers = np.arange(1 / range_mm[1], 1 / range_mm[0], WAVENUMBER_STEP / max(peak * FELT_WINDOW_S, TINY_DIVISOR))
     times, felt, true = [], [], []
-    for begin in range(0, signal.size - size + 1, size // QUARTERS):
+    for begin in range(0, signal.size - size + 1, size // WINDOW_QUARTERS):
         rows = slice(begin, begin + size)
-        if speed[rows].min() < SLOW * peak or np.ptp(truth[rows]) > 0:
+        if speed[rows].min() < SLOW_SPEED_SHARE * peak or np.ptp(truth[rows]) > 0:
             continue
         part = signal[rows] - signal[rows].mean()
         times.append((begin + size) / rate_Hz)
         true.append(truth[begin])
-        quarters = part[: size // QUARTERS * QUARTERS].reshape(QUARTERS, -1).std(axis=1)
-        if loudest == 0 or quarters.min() < SILENT * loudest:
+        quarters = part[: size // WINDOW_QUARTERS * WINDOW_QUARTERS].reshape(WINDOW_QUARTERS, -1).std(axis=1)
+        if loudest == 0 or quarters.min() < SILENT_RMS_SHARE * loudest:
             felt.append(math.nan)
             continue
         power = np.abs(np.exp(-2j * math.pi * np.outer(wavenumbers, place[rows])) @ part)
         best = int(np.argmax(power))
         shift = _vertex(power[best - 1 : best + 2]) if 0 < best < power.size - 1 else 0.0
         felt.append(1 / (wavenumbers[best] + shift * (wavenumbers[1] - wavenumbers[0])))
-    return Felt(np.array(times), np.array(felt), np.array(true))
+    return FeltWavelengths(np.array(times), np.array(felt), np.array(true))
 
 
 def _loudest(signal: np.ndarray, size: int) -> float:
@@ -143,14 +147,14 @@ def _vertex(three: np.ndarray) -> float:
     return 0.5 * (before - after) / bend if bend < 0 else 0.0
 
 
-SETTLE_S = 1.0
+UNMEASURED_START_S = 1.0
 """Time at the beginning that no measure uses."""
-TRIPS, EXTRA_S, MOST_OF_RECORD = 1.5, 0.3, 0.4
+LARGEST_LAG_TRIPS, EXTRA_S, MOST_OF_RECORD = 1.5, 0.3, 0.4
 """The largest lag that is searched: 1.5 median round trips, because delays vary, and 0.3 s for the display itself; at
 most 0.4 of the record, so that windows are left in which to search."""
 
 
-class Record(NamedTuple):
+class LoopRecord(NamedTuple):
     """(n,) a row per ms: time_s, hand_mm and truth_mm (wavelength under the hand); displacement in um of each display;
     wavelength_mm of the local model; direct_mm : that of the texture at the place of the displayed sample; status of
     both. bytes_per_s : payload of messages down, `with_headers` with those of UDP and IPv4; round_trip_ms (n,) : time
@@ -175,7 +179,7 @@ class Record(NamedTuple):
     @property
     def judged(self) -> slice:
         """Rows after the beginning."""
-        return slice(int(np.searchsorted(self.time_s, SETTLE_S)), None)
+        return slice(int(np.searchsorted(self.time_s, UNMEASURED_START_S)), None)
 
     @property
     def late_ms(self) -> float:
@@ -189,16 +193,16 @@ class Record(NamedTuple):
         steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
         late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
-        longest = min(TRIPS * S_PER_MS * late_ms + EXTRA_S, MOST_OF_RECORD * self.time_s[-1])
-        return MS_PER_S * lag_s(shown[rows], turns[rows], self.hand_mm[rows], RATE_HZ, longest)
+        longest = min(LARGEST_LAG_TRIPS * S_PER_MS * late_ms + EXTRA_S, MOST_OF_RECORD * self.time_s[-1])
+        return MS_PER_S * lag_s(shown[rows], turns[rows], self.hand_mm[rows], HAND_RATE_HZ, longest)
 
     def _displacement(self, which: str) -> np.ndarray:
         return self.local_um if which == "local" else self.direct_um
 
-    def felt(self, which: str) -> Felt:
-        """`Felt` of a display: its wavelength over the hand's own path."""
+    def felt(self, which: str) -> FeltWavelengths:
+        """`FeltWavelengths` of a display: its wavelength over the hand's own path."""
         rows, shown = self.judged, self._displacement(which)
-        return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], RATE_HZ)
+        return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], HAND_RATE_HZ)
 
     def crossings(self, which: str, within: float = 0.1) -> np.ndarray:
         """(m, 2) for each time that the hand comes onto another texture: time (ms) for which the display still has the
@@ -210,7 +214,7 @@ class Record(NamedTuple):
         for begin, end in itertools.pairwise([*places.tolist(), len(shown)]):
             old, new = (np.abs(shown[begin:end] / self.truth_mm[row] - 1) < within for row in (begin - 1, begin))
             found.append([np.argmin(old) if not old.all() else math.nan, np.argmax(new) if new.any() else math.nan])
-        return np.array(found).reshape(-1, 2) * MS_PER_S / RATE_HZ
+        return np.array(found).reshape(-1, 2) * MS_PER_S / HAND_RATE_HZ
 
     def stale_ms(self, which: str) -> float:
         """Median time for which a display still has the old texture after a crossing; NaN without crossings."""

@@ -27,15 +27,15 @@ from papilla.estimators.friction import FrictionStatus
 from papilla.estimators.pipeline import Pipeline, PipelineEstimate
 from papilla.estimators.wavelength.memory import TrackingStatus
 from papilla.telepresence import messages
-from papilla.telepresence.messages import Component, Header, Parameters, Trust, quantity
+from papilla.telepresence.messages import Component, Header, Parameters, QuantityTrust, quantity
 
-WINDOW_S = 0.2
+AMPLITUDE_WINDOW_S = 0.2
 """Time over which amplitudes are measured."""
-PERIODS = 1.5
+FEWEST_WINDOW_PERIODS = 1.5
 """Smallest number of periods of a line in the window."""
-CHANCE = 1e-6
+FURTHER_LINE_CHANCE = 1e-6
 """Probability that noise alone makes a line as strong, below which a further line is sent."""
-ALIKE = 0.02
+ALIKE_LINE_DIFFERENCE = 0.02
 """Relative difference of wavelength within which two lines count as one."""
 _HELD = {
     status.code
@@ -84,7 +84,7 @@ class Sensing:
         self._place, self._speed, self._force = columns
         self._gauges = slice(1, min(column for column in (*columns, len(names)) if column is not None))
         self._dt = 1 / sample_rate_Hz
-        self._window = round(WINDOW_S * sample_rate_Hz)
+        self._window = round(AMPLITUDE_WINDOW_S * sample_rate_Hz)
         self._rows = np.zeros((self._window, self._gauges.stop))
         self.reset()
 
@@ -110,33 +110,33 @@ class Sensing:
         row[0], row[1:] = place, sample[self._gauges]
         self._count += 1
 
-    def lines(self) -> tuple[tuple[Component, ...], Trust]:
+    def lines(self) -> tuple[tuple[Component, ...], QuantityTrust]:
         """The texture's lines, strongest first, and their `Trust`."""
         answer = self._answer
         if answer is None:
-            return (), Trust.UNKNOWN
+            return (), QuantityTrust.UNKNOWN
         status = str(answer.wavelength_status)
         if not status.startswith("ok"):
-            return (), Trust.HELD if status in _HELD else Trust.UNKNOWN
+            return (), QuantityTrust.HELD if status in _HELD else QuantityTrust.UNKNOWN
         found = [(float(answer.wavelength_mm), float(answer.wavelength_sigma_mm))]
         for wavelength, _, chance in self.pipeline.lines:
-            apart = all(abs(math.log(wavelength / other)) > ALIKE for other, _ in found)
-            if len(found) < self.components and chance < CHANCE and apart:
+            apart = all(abs(math.log(wavelength / other)) > ALIKE_LINE_DIFFERENCE for other, _ in found)
+            if len(found) < self.components and chance < FURTHER_LINE_CHANCE and apart:
                 found.append((wavelength, math.nan))
         amplitudes = self._fit([wavelength for wavelength, _ in found])
         if amplitudes is None:
-            return (), Trust.HELD
+            return (), QuantityTrust.HELD
         lines = [
             Component(wavelength, amplitude, sigma, spread)
             for (wavelength, sigma), (amplitude, spread) in zip(found, amplitudes, strict=True)
         ]
-        return messages.strongest(tuple(lines), self.components), Trust.OK
+        return messages.strongest(tuple(lines), self.components), QuantityTrust.OK
 
     def _fit(self, wavelengths: list[float]) -> list[tuple[float, float]] | None:
         """(amplitude, sigma) of sines with these wavelengths over the path; None if the path is too short."""
         rows = self._rows[: min(self._count, self._window)]
         rows = rows[np.isfinite(rows).all(axis=1)]
-        if len(rows) < 4 * len(wavelengths) + 8 or np.ptp(rows[:, 0]) < PERIODS * wavelengths[0]:
+        if len(rows) < 4 * len(wavelengths) + 8 or np.ptp(rows[:, 0]) < FEWEST_WINDOW_PERIODS * wavelengths[0]:
             return None
         turns = 2 * math.pi * rows[:, :1] / np.array(wavelengths)
         # The straight line is zero in the middle of the path, so that d is not correlated with c.
@@ -183,13 +183,13 @@ class Sensing:
         return {name: quantity(messages.Ratio, value, sigma, trust) for name, value, sigma in both}
 
 
-def _trust(good: bool) -> Trust:
-    return Trust.OK if good else Trust.DOUBTED
+def _trust(good: bool) -> QuantityTrust:
+    return QuantityTrust.OK if good else QuantityTrust.DOUBTED
 
 
 AREA_SIGMA = 0.01
 """Relative standard deviation of an area by the mesh: README, areas of six meshes against axisymmetric rings."""
-COLUMNS = ("force_N", "modulus_MPa", "contact_area_mm2")
+SOFTNESS_COLUMNS = ("force_N", "modulus_MPa", "contact_area_mm2")
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,14 +227,14 @@ class ContactArea:
     @classmethod
     def load(cls, path: str | PathLike) -> "ContactArea":
         """From the sweep.csv of `papilla calibrate`; raises `FileAccessError` and `FileFormatError`."""
-        with TableReader(Path(path), lambda name: name in COLUMNS) as reader:
+        with TableReader(Path(path), lambda name: name in SOFTNESS_COLUMNS) as reader:
             table = reader.whole()
-        if missing := [name for name in COLUMNS if name not in table.columns]:
+        if missing := [name for name in SOFTNESS_COLUMNS if name not in table.columns]:
             raise FileFormatError(
                 f"{path}: no column {', '.join(missing)}: it must be a sweep.csv of papilla calibrate"
             )
         try:
-            return cls.of_presses(*(table.columns[name] for name in COLUMNS))
+            return cls.of_presses(*(table.columns[name] for name in SOFTNESS_COLUMNS))
         except InputError as error:
             raise FileFormatError(f"{path}: {error}") from error
 

@@ -18,7 +18,7 @@ from papilla.estimators.wavelength.lines import find_lines, travelled
 from papilla.logs import TimeLog
 from papilla.telepresence.sensing import ContactArea, Sensing
 
-HARMONICS = (1, 3, 5)
+GRATING_HARMONICS = (1, 3, 5)
 SKIN_MM = 0.1
 """Standard deviation of the Gaussian that models the skin's averaging of a profile."""
 PASS_BAND_HZ = 400.0
@@ -28,7 +28,7 @@ LEAST_MM = 10.0
 """Smallest path of a recorded texture."""
 
 
-class Texture(Protocol):
+class ReadingSource(Protocol):
     """Something that gives a reading at a place."""
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
@@ -47,14 +47,16 @@ class GratingTexture:
         turn = 2 * math.pi * SKIN_MM / self.wavelength_mm
         # A square wave has the odd harmonics (-1)^((n-1)/2) / n; the Gaussian skin weakens the n-th by
         # exp(-(n turn)^2 / 2), and the fundamental keeps the stated amplitude.
-        self._sizes = [math.exp(-0.5 * (n * n - 1) * turn * turn) / n * (1, -1)[n // 2 % 2] for n in HARMONICS]
+        self._sizes = [math.exp(-0.5 * (n * n - 1) * turn * turn) / n * (1, -1)[n // 2 % 2] for n in GRATING_HARMONICS]
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
         """Reading of the gauge at a place."""
         turn = 2 * math.pi * place_mm / self.wavelength_mm
         rate = abs(speed_mm_s) / self.wavelength_mm
         shares = (
-            size * math.cos(n * turn) for n, size in zip(HARMONICS, self._sizes, strict=True) if n * rate < PASS_BAND_HZ
+            size * math.cos(n * turn)
+            for n, size in zip(GRATING_HARMONICS, self._sizes, strict=True)
+            if n * rate < PASS_BAND_HZ
         )
         return self.amplitude * sum(shares)
 
@@ -66,10 +68,10 @@ class GratingTexture:
 class SideBySide:
     """One texture left of `border_mm`, another right of it."""
 
-    def __init__(self, left: Texture, right: Texture, border_mm: float):
+    def __init__(self, left: ReadingSource, right: ReadingSource, border_mm: float):
         self.left, self.right, self.border_mm = left, right, checks.finite("border_mm", border_mm)
 
-    def _of(self, place_mm: float) -> Texture:
+    def _of(self, place_mm: float) -> ReadingSource:
         return self.left if place_mm < self.border_mm else self.right
 
     def reading(self, place_mm: float, speed_mm_s: float) -> float:
@@ -132,7 +134,7 @@ class RecordedTexture:
         return self.wavelength_mm
 
 
-NOISE_MICROSTRAIN = 3.5
+SIMULATED_NOISE_MICROSTRAIN = 3.5
 """Standard deviation of a reading of the simulated gauges: 20 dB below a grating of 50 microstrain."""
 GAUGES_MM = 6.0
 """Distance of neighbouring gauges along the movement (mm), about as in the default finger."""
@@ -140,9 +142,9 @@ SLIP_MM_S = 1.0
 """Speed (mm/s) in the friction mu N tanh(v / this), which avoids a step at rest."""
 FORCE_SIGMA_N = 1e-3
 """Noise of both forces (N), as `Pipeline` expects it."""
-FORCES = 400
+TABLE_FORCES = 400
 """Number of forces in the table of readings, with linear interpolation between them."""
-SCALE_SIGMA = 1e-3
+ENCODER_SCALE_SIGMA = 1e-3
 """Relative error of the path: the sensor's arm has an encoder."""
 
 
@@ -175,14 +177,14 @@ class Soft:
 
         Raises `InputError` if the calibration has none at this modulus.
         """
-        forces = np.geomspace(*self.calibration.domain["force_N"], FORCES)
-        readings = self.calibration.predict_readings(forces, np.full(FORCES, self.modulus_MPa))
+        forces = np.geomspace(*self.calibration.domain["force_N"], TABLE_FORCES)
+        readings = self.calibration.predict_readings(forces, np.full(TABLE_FORCES, self.modulus_MPa))
         if not np.isfinite(readings).all():
             raise InputError(f"the calibration has no readings of every gauge at {self.modulus_MPa:g} MPa")
         return np.insert(forces, 0, 0.0), np.insert(readings, 0, 0.0, axis=0)
 
 
-class Touch:
+class TouchLog:
     """Rows of a sensor under a hand: readings of its gauges, then `columns`.
 
     Without a `Soft`: one gauge over the texture, and the place. With a `Soft`: all gauges, with the press at the apex
@@ -192,7 +194,9 @@ class Touch:
     Raises `InputError` for a noise out of range, and as `Soft.readings`.
     """
 
-    def __init__(self, texture: Texture, noise_microstrain: float = NOISE_MICROSTRAIN, soft: Soft | None = None):
+    def __init__(
+        self, texture: ReadingSource, noise_microstrain: float = SIMULATED_NOISE_MICROSTRAIN, soft: Soft | None = None
+    ):
         self.texture, self.soft = texture, soft
         self._noise = checks.within("noise_microstrain", noise_microstrain, 0, 1e6)
         self.columns: tuple[str, ...] = ("position_mm",)
@@ -237,7 +241,7 @@ class Touch:
             None if soft is None else soft.calibration,
             gauges=self.gauges,
             columns=self.columns,
-            scale_sigma=SCALE_SIGMA,
+            scale_sigma=ENCODER_SCALE_SIGMA,
             latency_s=0.0,
             gauge_sigma=max(self._noise, 1e-3),
             doubts=None if soft is None or soft.thickness_mm is None else Doubts(thickness_mm=soft.thickness_mm),

@@ -5,6 +5,6 @@
 """
 
 from papilla.verify.case import Case
-from papilla.verify.runner import FAMILIES, verify
+from papilla.verify.runner import CASE_FAMILIES, verify
 
-__all__ = ["FAMILIES", "Case", "verify"]
+__all__ = ["CASE_FAMILIES", "Case", "verify"]

@@ -23,14 +23,18 @@ from papilla.references import StackLayer, bonded_layer_sphere, halfspace_stiffn
 from papilla.verify.case import Case
 from papilla.verify.structured import cylinder, growing
 
-GIVEN = settings.parameters(__name__)
-BALL_RADIUS, BALL = GIVEN.ball_mm, Sphere(GIVEN.rigid_MPa, GIVEN.ball_mm)
-CHORDS_FOR_ELLIPSES, FEW_CHORDS = GIVEN.chords_for_ellipses, GIVEN.few_chords
-PATCH, DEEP, FINEST = GIVEN.patch_mm, GIVEN.deep_mm, GIVEN.fine_zone_mm / GIVEN.rings
+BODIES_PARAMETERS = settings.parameters(__name__)
+BALL_RADIUS, BALL_SPECIMEN = BODIES_PARAMETERS.ball_mm, Sphere(BODIES_PARAMETERS.rigid_MPa, BODIES_PARAMETERS.ball_mm)
+CHORDS_FOR_ELLIPSES, FEW_CHORDS = BODIES_PARAMETERS.chords_for_ellipses, BODIES_PARAMETERS.few_chords
+PATCH_MM, DEEP_MM, FINEST_CELL_MM = (
+    BODIES_PARAMETERS.patch_mm,
+    BODIES_PARAMETERS.deep_mm,
+    BODIES_PARAMETERS.fine_zone_mm / BODIES_PARAMETERS.rings,
+)
 
 
 @dataclass(frozen=True)
-class Flat:
+class PlaneSurface:
     """The plane at height `z` (mm) as a surface of `papilla.mesh.surfaces.Surface`."""
 
     z: float
@@ -70,7 +74,7 @@ class FlatModel(FingerModel):
         gauges = tuple(Gauge(f"g{k}", x_mm=x, **sizes) for k, x in enumerate(sites))
         super().__init__(Finger("flat body", shape, outer, inner, gauges, patch_radius=patch_mm), mesh)
         bottom = float(mesh.points[:, 2].min())
-        self.surfaces = {"skin": Flat(0.0), "interface": Flat(-interface), "bone": Flat(bottom)}
+        self.surfaces = {"skin": PlaneSurface(0.0), "interface": PlaneSurface(-interface), "bone": PlaneSurface(bottom)}
 
 
 def with_gap(reduced: ReducedFinger, radius_x: float, radius_y: float) -> ReducedFinger:
@@ -80,33 +84,49 @@ def with_gap(reduced: ReducedFinger, radius_x: float, radius_y: float) -> Reduce
     return replace(reduced, patch=replace(reduced.patch, gap=reduced.patch.gap + hats.T @ (weights * gap)))
 
 
-def half_space(layer: Layer, chords: int = GIVEN.chords, **gauges: Any) -> FlatModel:
-    """A graded block of `DEEP` contact radii, with the gauges of `FlatModel`.
+def half_space(layer: Layer, chords: int = BODIES_PARAMETERS.chords, **gauges: Any) -> FlatModel:
+    """A graded block of `DEEP_MM` contact radii, with the gauges of `FlatModel`.
 
     It takes 2.1 GB with 8 chords a quarter circle, 1.6 with 6 and 1.1 with 4.
     """
-    mesh = cylinder(_radii(DEEP, GIVEN.growth), growing(FINEST, GIVEN.growth_down, DEEP), 3, chords)
-    return FlatModel(mesh, layer, layer, PATCH, **gauges)
+    mesh = cylinder(
+        _radii(DEEP_MM, BODIES_PARAMETERS.growth),
+        growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_down, DEEP_MM),
+        3,
+        chords,
+    )
+    return FlatModel(mesh, layer, layer, PATCH_MM, **gauges)
 
 
 def bonded_layer(layer: Layer, thickness: float, lower: Layer | None = None, sites=(0.0,)) -> FlatModel:
     """A layer of `thickness` mm on a rigid table, several times as wide; its lower half may be of another material."""
-    depths, width = growing(FINEST, GIVEN.growth_in_layer, thickness), GIVEN.layer_width * thickness
-    mesh = cylinder(_radii(width, GIVEN.growth_in_layer), depths, len(depths) // 2, GIVEN.chords)
-    return FlatModel(mesh, layer, lower or layer, PATCH, interface=thickness / 2, sites=sites)
+    depths, width = (
+        growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_in_layer, thickness),
+        BODIES_PARAMETERS.layer_width * thickness,
+    )
+    mesh = cylinder(
+        _radii(width, BODIES_PARAMETERS.growth_in_layer), depths, len(depths) // 2, BODIES_PARAMETERS.chords
+    )
+    return FlatModel(mesh, layer, lower or layer, PATCH_MM, interface=thickness / 2, sites=sites)
 
 
 def coated(
-    coat: Layer, substrate: Layer, thickness: float, depth: float, width: float, ratio=GIVEN.growth, chords=GIVEN.chords
+    coat: Layer,
+    substrate: Layer,
+    thickness: float,
+    depth: float,
+    width: float,
+    ratio=BODIES_PARAMETERS.growth,
+    chords=BODIES_PARAMETERS.chords,
 ) -> FlatModel:
     """A coat of `thickness` mm on a substrate that reaches `depth` mm further down to a rigid table.
 
     Elements grow by `ratio` outwards and downwards; a hard coat bends over many thicknesses, and needs a small one.
     """
-    top = growing(FINEST, GIVEN.growth_in_coat, thickness)
-    below = thickness + growing(GIVEN.below_coat * thickness, ratio, depth)[1:]
+    top = growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_in_coat, thickness)
+    below = thickness + growing(BODIES_PARAMETERS.below_coat * thickness, ratio, depth)[1:]
     mesh = cylinder(_radii(width, ratio), np.append(top, below), len(top) - 1, chords)
-    return FlatModel(mesh, coat, substrate, PATCH, interface=thickness)
+    return FlatModel(mesh, coat, substrate, PATCH_MM, interface=thickness)
 
 
 def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
@@ -151,8 +171,8 @@ def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.n
 
 
 def _radii(width: float, ratio: float) -> np.ndarray:
-    fine = np.linspace(0, GIVEN.fine_zone_mm, GIVEN.rings + 1)
-    return np.append(fine, GIVEN.fine_zone_mm + growing(ratio * fine[1], ratio, width)[1:])
+    fine = np.linspace(0, BODIES_PARAMETERS.fine_zone_mm, BODIES_PARAMETERS.rings + 1)
+    return np.append(fine, BODIES_PARAMETERS.fine_zone_mm + growing(ratio * fine[1], ratio, width)[1:])
 
 
 @dataclass(frozen=True)
@@ -180,7 +200,7 @@ def stack_sphere(
     """
     top = layers[0]
     e_star = top.modulus / (1 - top.nu**2)
-    x, weights = leggauss(GIVEN.nodes)
+    x, weights = leggauss(BODIES_PARAMETERS.nodes)
     tau, weights = np.append((x + 1) / 2, 1.0), np.append(weights / 2, 0.0)
     q, q_weights = _wavenumbers(top.thickness, contact_radius)
     lacking = 1 - halfspace_stiffness(q, e_star) / layered_halfspace_stiffness(q, layers, base)
@@ -190,7 +210,7 @@ def stack_sphere(
     flat, bowl = np.linalg.solve(np.eye(len(tau)) - coupling * weights, right).T
     indentation = float(bowl[-1] / flat[-1])
     phi = e_star / math.pi * (indentation * flat - bowl)
-    slope = Chebyshev.fit(tau**2, phi, GIVEN.nodes // 2, domain=[0, 1]).deriv()
+    slope = Chebyshev.fit(tau**2, phi, BODIES_PARAMETERS.nodes // 2, domain=[0, 1]).deriv()
     return StackContact(
         contact_radius=contact_radius,
         force=2 * math.pi * contact_radius * float(weights @ phi),
@@ -201,10 +221,13 @@ def stack_sphere(
 
 def _wavenumbers(thickness: float, contact_radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights (1/mm) from 0 to the cutoff; panels shrink towards 0, where a hard coat acts as a plate."""
-    longest, widest = GIVEN.cutoff / thickness, min(1 / thickness, GIVEN.widest / contact_radius)
-    edges = np.append(0, np.geomspace(GIVEN.narrowest * widest, widest, GIVEN.panels))
+    longest, widest = (
+        BODIES_PARAMETERS.cutoff / thickness,
+        min(1 / thickness, BODIES_PARAMETERS.widest / contact_radius),
+    )
+    edges = np.append(0, np.geomspace(BODIES_PARAMETERS.narrowest * widest, widest, BODIES_PARAMETERS.panels))
     edges = np.append(edges, np.linspace(widest, longest, 2 + math.ceil((longest - widest) / widest))[1:])
-    x, weights = leggauss(GIVEN.panel_nodes)
+    x, weights = leggauss(BODIES_PARAMETERS.panel_nodes)
     width = np.diff(edges)
     nodes = edges[:-1, None] + width[:, None] * (x + 1) / 2
     return nodes.ravel(), (width[:, None] * weights / 2).ravel()

@@ -16,26 +16,26 @@ import scipy.sparse as sp
 from skfem import Basis, FacetBasis, LinearForm
 
 from papilla.core import settings
-from papilla.core.checks import ROUNDING
+from papilla.core.checks import ROUNDING_SHARE
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import ELEMENTS, Space, TaylorHood, interpolation, space_of
+from papilla.fem.discrete.elements import ELEMENTS_BY_NAME, Space, TaylorHood, interpolation, space_of
 from papilla.fem.discrete.solver import factorise
-from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
+from papilla.fem.reduction.finger_model import INCOMPRESSIBLE_RATIO, PRESSURE_STABILISATION
 from papilla.fem.reduction.gauges import curvature_functional, gauge_frame, strain_functional
 from papilla.mesh import build
 from papilla.mesh.body import surfaces_of
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.model.finger import Finger, Layer
 from papilla.verify.case import Case
 from papilla.verify.structured import cube, shell
 
-GIVEN = settings.parameters(__name__)
-PATCH, MADE = GIVEN.patch, GIVEN.manufactured
+ELEMENTS_PARAMETERS = settings.parameters(__name__)
+PATCH_SETTINGS, MANUFACTURED_SETTINGS = ELEMENTS_PARAMETERS.patch, ELEMENTS_PARAMETERS.manufactured
 
-QUADRATURE_ORDER = 5
+ERROR_QUADRATURE_ORDER = 5
 """Quadrature order for loads and errors, which are not polynomials."""
 
-NORMS = ("L2", "H1")
+ERROR_NORMS = ("L2", "H1")
 VectorField = Callable[[np.ndarray], np.ndarray]
 """Points (3, ...) in mm -> values (3, ...)."""
 
@@ -55,7 +55,7 @@ class Discretisation:
     @cached_property
     def basis(self) -> Basis:
         """Scalar basis for loads and errors."""
-        return Basis(self.space.skmesh, self.space.scalar_element, intorder=QUADRATURE_ORDER)
+        return Basis(self.space.skmesh, self.space.scalar_element, intorder=ERROR_QUADRATURE_ORDER)
 
     @property
     def points(self) -> np.ndarray:
@@ -71,8 +71,8 @@ class Discretisation:
         matrix = near = space.matrix(layers)
         for number in space.layer_numbers:
             mu, compressibility = lame(layers[number])
-            if space.pressures and mu * compressibility < INCOMPRESSIBLE:
-                near = near - STABILISATION / mu * space.part("mass", number)
+            if space.pressures and mu * compressibility < INCOMPRESSIBLE_RATIO:
+                near = near - PRESSURE_STABILISATION / mu * space.part("mass", number)
         known, free = np.zeros(space.unknowns), np.ones(space.unknowns, dtype=bool)
         known[:size], free[:size] = np.where(held[:, None], values, 0.0).ravel(), np.repeat(~held, 3)
         rhs = -(matrix + sp.tril(matrix, -1).T) @ known
@@ -89,7 +89,7 @@ class Discretisation:
     def surface_load(self, traction: VectorField, facets: np.ndarray) -> np.ndarray:
         """Load (nodes, 3) of a traction (MPa) on some facets."""
         mesh, element = self.space.skmesh, self.space.scalar_element
-        return _load(FacetBasis(mesh, element, facets=facets, intorder=QUADRATURE_ORDER), traction)
+        return _load(FacetBasis(mesh, element, facets=facets, intorder=ERROR_QUADRATURE_ORDER), traction)
 
     def errors(self, solution: np.ndarray, field: VectorField, gradient: VectorField) -> tuple[float, float]:
         """Relative errors in L2 and in the H1 seminorm; the gradient (3, 3, ...) has the derivative's axis last."""
@@ -114,28 +114,28 @@ def patch_test() -> Iterator[Case]:
 
 def exact_fields() -> Iterator[Case]:
     """Constant strain, and constant stress across the layers."""
-    mesh = cube(4, jitter=PATCH.jitter, split=True)
+    mesh = cube(4, jitter=PATCH_SETTINGS.jitter, split=True)
 
     def stretched(x):
-        return np.einsum("ij,j...->i...", np.array(PATCH.gradient), x)
+        return np.einsum("ij,j...->i...", np.array(PATCH_SETTINGS.gradient), x)
 
-    for element in ELEMENTS:
-        for nu in PATCH.poissons:
-            layers = dict.fromkeys((OUTER, INNER), Layer(PATCH.strain_modulus_MPa, nu))
+    for element in ELEMENTS_BY_NAME:
+        for nu in PATCH_SETTINGS.poissons:
+            layers = dict.fromkeys((OUTER_LAYER, INNER_LAYER), Layer(PATCH_SETTINGS.strain_modulus_MPa, nu))
             error = _interior_error(Discretisation(mesh, element), layers, stretched)
             measure = "displacement inside, linear on the boundary (exact solution)"
-            yield Case(f"constant strain, {element}, nu {nu:g}", measure, error, PATCH.bound)
-    for contrast in PATCH.contrasts:
+            yield Case(f"constant strain, {element}, nu {nu:g}", measure, error, PATCH_SETTINGS.bound)
+    for contrast in PATCH_SETTINGS.contrasts:
         error = _constant_stress(Discretisation(mesh, "Taylor-Hood"), contrast)
         measure = "displacement that bends on the interface, pressure that jumps there (exact solution)"
-        yield Case(f"constant stress, layer contrast {contrast:g}", measure, error, PATCH.bound)
+        yield Case(f"constant stress, layer contrast {contrast:g}", measure, error, PATCH_SETTINGS.bound)
 
 
 def _constant_stress(discrete: Discretisation, contrast: float) -> float:
     """Shear and confined compression by a stress that is the same above and below z = 1/2."""
-    (nu, incompressible), modulus = PATCH.poissons, PATCH.stress_modulus_MPa
-    layers = {OUTER: Layer(modulus * contrast, nu), INNER: Layer(modulus, incompressible)}
-    along, across, through = PATCH.stress_MPa
+    (nu, incompressible), modulus = PATCH_SETTINGS.poissons, PATCH_SETTINGS.stress_modulus_MPa
+    layers = {OUTER_LAYER: Layer(modulus * contrast, nu), INNER_LAYER: Layer(modulus, incompressible)}
+    along, across, through = PATCH_SETTINGS.stress_MPa
     slopes = {}
     for number, layer in layers.items():
         mu, compressibility = lame(layer)
@@ -143,7 +143,7 @@ def _constant_stress(discrete: Discretisation, contrast: float) -> float:
 
     def field(x):
         below, above = np.minimum(x[2], 0.5), np.maximum(x[2] - 0.5, 0)
-        return np.multiply.outer(slopes[INNER], below) + np.multiply.outer(slopes[OUTER], above)
+        return np.multiply.outer(slopes[INNER_LAYER], below) + np.multiply.outer(slopes[OUTER_LAYER], above)
 
     return _interior_error(discrete, layers, field)
 
@@ -166,7 +166,7 @@ def _rigid_motions() -> Iterator[Case]:
     rotations = [np.cross(axis, places) for axis in np.eye(3)]
     size = np.abs(rotations[0]).max()
     strain = max(_largest_strain(space, motion) for motion in rotations)
-    yield Case("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, PATCH.bound)
+    yield Case("rigid rotation, strain", "largest strain of a unit rotation (exactly 0)", strain, PATCH_SETTINGS.bound)
     motions = np.stack(rotations + [size * np.broadcast_to(axis, places.shape) for axis in np.eye(3)])
     interface = surfaces_of(finger)["interface"]
     measure = f"largest of 5 gauges and 6 motions of up to {size:.0f} mm (exactly 0)"
@@ -176,7 +176,7 @@ def _rigid_motions() -> Iterator[Case]:
             functional = make(gauge, gauge_frame(finger, gauge, interface), interface)
             at_points = interpolation(space, functional.points)
             worst = max(worst, *(abs(float(np.sum(functional.weights * (at_points @ motion)))) for motion in motions))
-        yield Case(f"rigid motions, gauge {name}", measure + unit, worst, PATCH.bound)
+        yield Case(f"rigid motions, gauge {name}", measure + unit, worst, PATCH_SETTINGS.bound)
 
 
 def _largest_strain(space: TaylorHood, motion: np.ndarray) -> float:
@@ -233,14 +233,20 @@ class Manufactured:
 
 def manufactured() -> Iterator[Case]:
     """Slopes between two meshes and caps on the finer one, for every element, nu, boundary and norm."""
-    for boundary, (element, nu) in product(MADE.orders, MADE.runs):
+    for boundary, (element, nu) in product(MANUFACTURED_SETTINGS.orders, MANUFACTURED_SETTINGS.runs):
         meshes = _meshes(boundary, element)
         coarse, fine = (np.array(_errors(mesh, element, nu, boundary == "curved")) for mesh in meshes)
         name, degree = f"{element}, nu {nu:g}, {boundary} boundary", "P1" if element == "P1" else "P2"
-        for norm, slope, order in zip(NORMS, np.log2(coarse / fine), MADE.orders[boundary][degree], strict=True):
+        for norm, slope, order in zip(
+            ERROR_NORMS, np.log2(coarse / fine), MANUFACTURED_SETTINGS.orders[boundary][degree], strict=True
+        ):
             measure = f"shortfall of the slope, {slope:.2f}, from the order {order:g} (exact solution)"
-            yield Case(f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), MADE.shortfall)
-        for norm, error, cap in zip(NORMS, fine.tolist(), MADE.caps[boundary][degree], strict=True):
+            yield Case(
+                f"{name}, order in {norm}", measure, max(0.0, float(order - slope)), MANUFACTURED_SETTINGS.shortfall
+            )
+        for norm, error, cap in zip(
+            ERROR_NORMS, fine.tolist(), MANUFACTURED_SETTINGS.caps[boundary][degree], strict=True
+        ):
             yield Case(f"{name}, error in {norm}", f"{norm} norm of the error (exact solution)", error, cap)
 
 
@@ -259,7 +265,7 @@ def _errors(mesh: LayeredMesh, element: str, nu: float, curved: bool) -> tuple[f
 
     Boundary values on a sphere are known only on the true sphere, and are taken from it.
     """
-    exact, discrete = Manufactured(Layer(MADE.modulus_MPa, nu)), Discretisation(mesh, element)
+    exact, discrete = Manufactured(Layer(MANUFACTURED_SETTINGS.modulus_MPa, nu)), Discretisation(mesh, element)
     places, load = discrete.points, discrete.body_load(exact.body_force)
     held, on_sphere = places[2] == 0, np.zeros(discrete.space.nodes, dtype=bool)
     if curved:
@@ -273,7 +279,7 @@ def _errors(mesh: LayeredMesh, element: str, nu: float, curved: bool) -> tuple[f
         places = np.where(on_sphere, places / np.linalg.norm(places, axis=0), places)
     for axis, value in ((0, 0), (1, 0)) if curved else ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
         load += _plane_load(discrete, exact, axis, value)
-    layers = dict.fromkeys((OUTER, INNER), exact.layer)
+    layers = dict.fromkeys((OUTER_LAYER, INNER_LAYER), exact.layer)
     found = discrete.solve(layers, load, held | on_sphere, exact.displacement(places).T)
     return discrete.errors(found, exact.displacement, exact.gradient)
 
@@ -282,5 +288,5 @@ def _plane_load(discrete: Discretisation, exact: Manufactured, axis: int, value:
     """The load of the exact traction on the flat side where a coordinate has a value, the smallest or the largest."""
     normal = np.zeros((3, 1, 1))
     normal[axis] = 1 if value else -1
-    facets = discrete.space.skmesh.facets_satisfying(lambda x: np.abs(x[axis] - value) < ROUNDING)
+    facets = discrete.space.skmesh.facets_satisfying(lambda x: np.abs(x[axis] - value) < ROUNDING_SHARE)
     return discrete.surface_load(lambda x: exact.traction(x, normal * np.ones_like(x)), facets)

@@ -14,12 +14,12 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block, Specimen
 from papilla.verify.case import Case
 
-BLOCK = Block(0.51, THICKNESS_MM)
+SWEEP_BLOCK = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus."""
 
 COARSE_MM = 2.0
 """Element size for identities that hold on any mesh."""
-RESIDUAL_BOUND = 1e-10
+FINGER_RESIDUAL_BOUND = 1e-10
 """Largest residual of a solve over its load."""
 
 
@@ -43,7 +43,7 @@ def default_reduced(size_mm: float = DEFAULT_SIZE_MM) -> ReducedFinger:
     return default_model(size_mm).reduce()
 
 
-def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press:
+def pressed_by(reduced: ReducedFinger, force_gf: float, specimen: Specimen = SWEEP_BLOCK) -> Press:
     """The nodal contact under a force in gf, without the ellipse's correction: invariances hold for it on any mesh."""
     return contact_press(reduced, specimen, (gf_to_newton(force_gf), None), 0.0)
 
@@ -76,4 +76,4 @@ def residual(name: str, model: FingerModel) -> Case:
     factor, loads = model.factor()[1], random_loads(model, 4, seed=3)
     full = factor.matrix + sp.tril(factor.matrix, -1).T
     worst = (np.linalg.norm(full @ factor.solve(loads) - loads, axis=0) / np.linalg.norm(loads, axis=0)).max()
-    return Case(f"{name}, residual", "residual of a solve over its load", float(worst), RESIDUAL_BOUND)
+    return Case(f"{name}, residual", "residual of a solve over its load", float(worst), FINGER_RESIDUAL_BOUND)

@@ -20,28 +20,37 @@ from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace, Specimen
 from papilla.references import StackLayer, bonded_layer_sphere
 from papilla.verify import bodies, finger
-from papilla.verify.bodies import BALL, BALL_RADIUS, compared, off
+from papilla.verify.bodies import BALL_RADIUS, BALL_SPECIMEN, compared, off
 from papilla.verify.case import Case
-from papilla.verify.finger import BLOCK, contact_residuals, default_model, default_reduced, pressed_by, residual
+from papilla.verify.finger import SWEEP_BLOCK, contact_residuals, default_model, default_reduced, pressed_by, residual
 from papilla.verify.structured import cylinder
 
-GIVEN = settings.parameters(__name__)
-LIMIT, ENGINES = GIVEN.incompressible, GIVEN.engines
+HARD_PARAMETERS = settings.parameters(__name__)
+INCOMPRESSIBLE_SETTINGS, CHECKED_ENGINES = HARD_PARAMETERS.incompressible, HARD_PARAMETERS.engines
 
 
 def contrast() -> Iterator[Case]:
     """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
-    thickness, depth, nu, usual = GIVEN.thickness_mm, GIVEN.depth_mm, GIVEN.nu, bodies.GIVEN
-    for ratio in GIVEN.contrasts:
+    thickness, depth, nu, usual = (
+        HARD_PARAMETERS.thickness_mm,
+        HARD_PARAMETERS.depth_mm,
+        HARD_PARAMETERS.nu,
+        bodies.BODIES_PARAMETERS,
+    )
+    for ratio in HARD_PARAMETERS.contrasts:
         stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, 1 / ratio, nu)]
         exact = bodies.stack_sphere(1.0, BALL_RADIUS, stack, None)
-        growth, chords = (usual.growth, bodies.FEW_CHORDS) if ratio <= 1 else (GIVEN.growth_on_hard, usual.chords)
+        growth, chords = (
+            (usual.growth, bodies.FEW_CHORDS) if ratio <= 1 else (HARD_PARAMETERS.growth_on_hard, usual.chords)
+        )
         layers = Layer(1.0, nu), Layer(1 / ratio, nu)
-        model = bodies.coated(*layers, thickness, depth, GIVEN.width_mm, ratio=growth, chords=chords)
-        found = press(model.reduce(), BALL, indentation=exact.indentation, fidelity="contact")
+        model = bodies.coated(*layers, thickness, depth, HARD_PARAMETERS.width_mm, ratio=growth, chords=chords)
+        found = press(model.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
         name = f"modulus contrast {ratio:g}"
         against = "at given indentation, against integral transforms (second method)"
-        yield from compared(name, against, found, exact, force=GIVEN.force_bound, area=GIVEN.area_bound)
+        yield from compared(
+            name, against, found, exact, force=HARD_PARAMETERS.force_bound, area=HARD_PARAMETERS.area_bound
+        )
         yield residual(name, model)
 
 
@@ -49,10 +58,10 @@ def loads() -> Iterator[Case]:
     """Specimens from 1 kPa to rigid, from 0.1 gf to the finger's limit: the default mesh compared with another of the
     five."""
     reduced, other = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
-    lightest, *_, heaviest = GIVEN.loads_gf
-    for modulus in GIVEN.moduli_MPa:
+    lightest, *_, heaviest = HARD_PARAMETERS.loads_gf
+    for modulus in HARD_PARAMETERS.moduli_MPa:
         specimen = HalfSpace(modulus)
-        ours, theirs = ([_pressed(one, gf, specimen) for gf in GIVEN.loads_gf] for one in (reduced, other))
+        ours, theirs = ([_pressed(one, gf, specimen) for gf in HARD_PARAMETERS.loads_gf] for one in (reduced, other))
         answers = [one for one in ours if isinstance(one, Press)]
         pairs = [(one, two) for one, two in zip(ours, theirs, strict=True) if isinstance(two, Press)]
         resolved = [(one.sd, two.sd) for one, two in pairs if isinstance(one, Press) and one.resolved]
@@ -61,17 +70,17 @@ def loads() -> Iterator[Case]:
         counts = f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {refused} refused"
         measure = f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)"
         away = max((off(*sds) for sds in resolved), default=np.inf)
-        yield Case(f"{name}, S_d", measure, away, GIVEN.stated)
+        yield Case(f"{name}, S_d", measure, away, HARD_PARAMETERS.stated)
         broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
         measure = "worst of pressure, gap, product (exactly 0)"
-        yield Case(f"{name}, complementarity", measure, broken, GIVEN.complementarity)
-    light = press(reduced, BLOCK, force=gf_to_newton(lightest))
+        yield Case(f"{name}, complementarity", measure, broken, HARD_PARAMETERS.complementarity)
+    light = press(reduced, SWEEP_BLOCK, force=gf_to_newton(lightest))
     measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
     away = off(light.sd / light.force, _point_load_sd(reduced))
-    yield Case(f"{lightest:g} gf, S_d per newton", measure, away, GIVEN.light_bound)
+    yield Case(f"{lightest:g} gf, S_d per newton", measure, away, HARD_PARAMETERS.light_bound)
 
 
-def _pressed(reduced: ReducedFinger, force_gf: float, specimen: Specimen = BLOCK) -> Press | ContactRangeError:
+def _pressed(reduced: ReducedFinger, force_gf: float, specimen: Specimen = SWEEP_BLOCK) -> Press | ContactRangeError:
     """A press, or why it is refused."""
     try:
         return pressed_by(reduced, force_gf, specimen)
@@ -92,18 +101,18 @@ def places() -> Iterator[Case]:
     """Presses beside the apex up to the rim, each on two meshes; refusals and warnings must say so."""
     default, at_places = Finger.default(), []
     for variant in (0, 1):
-        model = FingerModel(replace(default, patch_radius=GIVEN.patch_mm), build(default, variant=variant))
-        reduced = [model.reduce(at) for at in GIVEN.places_mm]
-        at_places.append([(one, _pressed(one, GIVEN.place_gf)) for one in reduced])
-    for at, (here, found), (_, other) in zip(GIVEN.places_mm, *at_places, strict=True):
-        name = f"{GIVEN.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
+        model = FingerModel(replace(default, patch_radius=HARD_PARAMETERS.patch_mm), build(default, variant=variant))
+        reduced = [model.reduce(at) for at in HARD_PARAMETERS.places_mm]
+        at_places.append([(one, _pressed(one, HARD_PARAMETERS.place_gf)) for one in reduced])
+    for at, (here, found), (_, other) in zip(HARD_PARAMETERS.places_mm, *at_places, strict=True):
+        name = f"{HARD_PARAMETERS.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
         if isinstance(found, ContactRangeError) or isinstance(other, ContactRangeError):
             error = found if isinstance(found, ContactRangeError) else other
             yield Case(name, f"refused: {error}", 0.0, 0.0)
             continue
-        broken = max(*contact_residuals(here, BLOCK, found), found.force_balance)
+        broken = max(*contact_residuals(here, SWEEP_BLOCK, found), found.force_balance)
         measure = "worst of pressure, gap, product, force (exactly 0)"
-        yield Case(f"{name}, balance", measure, broken, GIVEN.complementarity)
+        yield Case(f"{name}, balance", measure, broken, HARD_PARAMETERS.complementarity)
         away = bodies.apart(other.reading, found.reading)
         said = f"{'resolved' if found.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
         yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({said})", away, OFF_APEX)
@@ -117,53 +126,57 @@ def incompressible() -> Iterator[Case]:
 
 def _bonded_layer() -> Iterator[Case]:
     """A layer between ball and table, whose response depends most on nu."""
-    modulus = LIMIT.modulus_MPa
-    thickness, indentation = bodies.at_unit_contact(LIMIT.chi, modulus)
+    modulus = INCOMPRESSIBLE_SETTINGS.modulus_MPa
+    thickness, indentation = bodies.at_unit_contact(INCOMPRESSIBLE_SETTINGS.chi, modulus)
     ratios = []
-    for nu in LIMIT.poissons:
+    for nu in INCOMPRESSIBLE_SETTINGS.poissons:
         model = bodies.bonded_layer(Layer(modulus, nu), thickness)
-        found = press(model.reduce(), BALL, indentation=indentation, fidelity="contact")
+        found = press(model.reduce(), BALL_SPECIMEN, indentation=indentation, fidelity="contact")
         exact = bonded_layer_sphere(indentation, BALL_RADIUS, thickness, modulus, nu)
         ratios.append(found.force / exact.force)
         name = f"bonded layer, nu {nu:g}"
         against = "at given indentation, against the dual integral equation (exact solution)"
-        yield from compared(name, against, found, exact, force=GIVEN.force_bound)
+        yield from compared(name, against, found, exact, force=HARD_PARAMETERS.force_bound)
         yield residual(name, model)
     measure = "rise of force over exact force above that at nu 0.49"
-    yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, LIMIT.even_bound)
+    yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, INCOMPRESSIBLE_SETTINGS.even_bound)
 
 
 def _finger() -> Iterator[Case]:
     base, readings = default_model(finger.COARSE_MM), []
     outer, inner = base.finger.outer, base.finger.inner
-    for nu in LIMIT.poissons:
+    for nu in INCOMPRESSIBLE_SETTINGS.poissons:
         changed = replace(base.finger, outer=replace(outer, nu=nu), inner=replace(inner, nu=nu))
         model = FingerModel(changed, base.mesh)
-        found = pressed_by(model.reduce(), LIMIT.firm_gf)
+        found = pressed_by(model.reduce(), INCOMPRESSIBLE_SETTINGS.firm_gf)
         readings.append((found.sd, found.indentation))
         yield residual(f"finger, nu {nu:g}", model)
     # From nu = 0.4999 on, where the term in (1 - 2 nu)^2 is gone
     changes = (np.array(readings) / readings[-1] - 1)[2:]
-    compressibility = 1 - 2 * np.array(LIMIT.poissons)[2:, None]
+    compressibility = 1 - 2 * np.array(INCOMPRESSIBLE_SETTINGS.poissons)[2:, None]
     away = np.abs(changes - changes[0] / compressibility[0] * compressibility).max(axis=0)
     for name, distance, kept in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
-        at = f"{name} at {LIMIT.firm_gf} gf"
+        at = f"{name} at {INCOMPRESSIBLE_SETTINGS.firm_gf} gf"
         measure = f"{at} from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
-        yield Case(f"finger, {name} smooth in nu", measure, float(distance), LIMIT.smooth_bound)
-        yield Case(f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(kept), LIMIT.even_bound)
+        yield Case(f"finger, {name} smooth in nu", measure, float(distance), INCOMPRESSIBLE_SETTINGS.smooth_bound)
+        yield Case(
+            f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(kept), INCOMPRESSIBLE_SETTINGS.even_bound
+        )
 
 
 def engines() -> Iterator[Case]:
     """Displacements of a bonded layer of two halves under random loads, rslab against SuperLU."""
-    radii, sheets = np.linspace(0, ENGINES.radius_mm, ENGINES.rings + 1), ENGINES.sheets
+    radii, sheets = np.linspace(0, CHECKED_ENGINES.radius_mm, CHECKED_ENGINES.rings + 1), CHECKED_ENGINES.sheets
     mesh = cylinder(radii, np.linspace(0, 1, sheets + 1), sheets // 2, sheets)
-    for nu, ratio in ENGINES.materials:
-        model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=ENGINES.interface_mm)
-        (free, factor), loads = model.factor(), finger.random_loads(model, 3, ENGINES.seed)
+    for nu, ratio in CHECKED_ENGINES.materials:
+        model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=CHECKED_ENGINES.interface_mm)
+        (free, factor), loads = model.factor(), finger.random_loads(model, 3, CHECKED_ENGINES.seed)
         moved, pressures = (int(part.sum()) for part in np.split(free, [3 * model.space.nodes]))
         ours, theirs = (
             factorise(factor.matrix, pressures, engine=name).solve(loads)[:moved] for name in ("rslab", "superlu")
         )
         away = np.linalg.norm(ours - theirs, axis=0) / np.linalg.norm(theirs, axis=0)
         name = f"rslab and SuperLU, nu {nu:g}, contrast {ratio:g}"
-        yield Case(name, "displacements under random loads, against each other", float(away.max()), ENGINES.agreement)
+        yield Case(
+            name, "displacements under random loads, against each other", float(away.max()), CHECKED_ENGINES.agreement
+        )

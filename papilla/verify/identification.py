@@ -6,18 +6,18 @@ import numpy as np
 
 from papilla.core import settings
 from papilla.core.errors import MissingExtraError
-from papilla.core.units import MICROSTRAIN
+from papilla.core.units import STRAIN_PER_MICROSTRAIN
 from papilla.fem.pressing.response import Response, response
 from papilla.identification import Identification, identify
-from papilla.identification.diagnosis import NORMAL, profile
+from papilla.identification.diagnosis import INTERVAL_HALF_WIDTH_SIGMAS, profile
 from papilla.identification.posing import family_of
 from papilla.identification.problem import Problem
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Block
+from papilla.model.specimen import STICK_WORD, Block
 from papilla.verify.case import Case
 
-GIVEN = settings.parameters(__name__)
+IDENTIFICATION_PARAMETERS = settings.parameters(__name__)
 
 
 def identification() -> Iterator[Case]:
@@ -28,15 +28,17 @@ def identification() -> Iterator[Case]:
     except ImportError as error:
         raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
     finger = Finger.default()
-    smooth = response(family_of(finger, size_mm=GIVEN.size_mm), Block(1.0, 10.0))
-    for seed, (name, presses) in enumerate(GIVEN.logs.items(), start=1):
+    smooth = response(family_of(finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm), Block(1.0, 10.0))
+    for seed, (name, presses) in enumerate(IDENTIFICATION_PARAMETERS.logs.items(), start=1):
         log = _log(smooth, np.random.default_rng(seed), **presses)
-        yield from _against_minuit(name, identify(log, finger, size_mm=GIVEN.size_mm, friction=STICK))
+        yield from _against_minuit(
+            name, identify(log, finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm, friction=STICK_WORD)
+        )
 
 
 def _log(smooth: Response, rng: np.random.Generator, forces_N, moduli_MPa, deep: bool) -> PressLog:
     """Presses of a randomly drawn finger, with the noise that `identify` assumes."""
-    own, gauges = GIVEN.drawn, 5
+    own, gauges = IDENTIFICATION_PARAMETERS.drawn, 5
     outer, inner = (
         middle * np.exp(rng.uniform(-ln, ln))
         for middle, ln in ((own.outer_MPa, own.outer_ln), (own.inner_MPa, own.inner_ln))
@@ -47,7 +49,7 @@ def _log(smooth: Response, rng: np.random.Generator, forces_N, moduli_MPa, deep:
     zero = rng.uniform(-own.zero_microstrain, own.zero_microstrain, gauges)
     force, modulus = (values.ravel() for values in np.meshgrid(forces_N, moduli_MPa))
     felt = smooth.felt(force * (1 + own.force_noise * rng.normal(size=force.size)), modulus, outer, inner)
-    readings = (gain * felt.values[:, 0] + lever * felt.values[:, 1]) / MICROSTRAIN + zero
+    readings = (gain * felt.values[:, 0] + lever * felt.values[:, 1]) / STRAIN_PER_MICROSTRAIN + zero
     readings += own.noise_microstrain * rng.normal(size=readings.shape)
     depth = felt.indentation + own.depth_zero_mm + own.depth_noise_mm * rng.normal(size=force.size)
     names = tuple(f"g{number + 1}" for number in range(gauges))
@@ -63,15 +65,20 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
         f"least chi-square, {name}",
         "above what Minuit's migrad comes to",
         max(0.0, least - second.fval),
-        GIVEN.same_cost,
+        IDENTIFICATION_PARAMETERS.same_cost,
     )
     away = np.abs((np.array(second.values) - vector) / found.sigma).max()
-    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), GIVEN.same_sigmas)
+    yield Case(
+        f"parameters, {name}",
+        "largest distance to Minuit's, in sigma",
+        float(away),
+        IDENTIFICATION_PARAMETERS.same_sigmas,
+    )
     ends, verdicts = [], 0
     for place in np.flatnonzero(~problem.linear):
         parameter = found.names[place]
         own = profile(found, parameter)
-        second.minos(parameter, cl=GIVEN.confidence)
+        second.minos(parameter, cl=IDENTIFICATION_PARAMETERS.confidence)
         error, middle = second.merrors[parameter], second.values[parameter]
         # If a prior limits the interval there are side valleys, and minos stays in its valley.
         if own.verdict == "bounded" and not own.cut_off_by:
@@ -81,7 +88,7 @@ def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
         verdicts += own.verdict != _verdict(problem, found, parameter)
     if ends:
         against = "largest distance to Minuit's minos, in sigma"
-        yield Case(f"95 % ends of profiles, {name}", against, max(ends), GIVEN.same_sigmas)
+        yield Case(f"95 % ends of profiles, {name}", against, max(ends), IDENTIFICATION_PARAMETERS.same_sigmas)
     what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
     yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
 
@@ -100,7 +107,11 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
         return 2 * problem.jacobian(vector)[rows].T @ problem.residuals(vector)[rows]
 
     found = Minuit(chi_square, start, grad=gradient, name=problem.free)
-    found.errordef, found.strategy, found.tol = Minuit.LEAST_SQUARES, GIVEN.strategy, GIVEN.tolerance
+    found.errordef, found.strategy, found.tol = (
+        Minuit.LEAST_SQUARES,
+        IDENTIFICATION_PARAMETERS.strategy,
+        IDENTIFICATION_PARAMETERS.tolerance,
+    )
     found.errors = step
     sides = zip(*problem.bounds, problem.linear, strict=True)
     found.limits = [(None, None) if linear else (low, high) for low, high, linear in sides]
@@ -118,4 +129,6 @@ def _verdict(problem: Problem, found: Identification, name: str) -> str:
         one = _minuit(problem, start, found.sigma, without_prior_of=name)
         one.fixed[name] = value is not None
         costs.append(one.migrad().fval)
-    return ("flat", "one-sided", "bounded")[sum(cost - min(costs) > NORMAL**2 for cost in costs[1:])]
+    return ("flat", "one-sided", "bounded")[
+        sum(cost - min(costs) > INTERVAL_HALF_WIDTH_SIGMAS**2 for cost in costs[1:])
+    ]

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from papilla.core import settings
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press
-from papilla.fem.discrete.elements import SYMMETRIC
+from papilla.fem.discrete.elements import SYMMETRIC_PARITY
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
@@ -18,11 +18,11 @@ from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.model.finger import Gauge, Layer
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere
-from papilla.verify.bodies import BALL, BALL_RADIUS, FlatModel, apart, bonded_layer, off
+from papilla.verify.bodies import BALL_RADIUS, BALL_SPECIMEN, FlatModel, apart, bonded_layer, off
 from papilla.verify.case import Case
 from papilla.verify.finger import (
-    BLOCK,
     COARSE_MM,
+    SWEEP_BLOCK,
     contact_residuals,
     default_adjoints,
     default_model,
@@ -30,7 +30,7 @@ from papilla.verify.finger import (
     pressed_by,
 )
 
-GIVEN = settings.parameters(__name__)
+INVARIANCE_PARAMETERS = settings.parameters(__name__)
 
 
 def invariance() -> Iterator[Case]:
@@ -48,28 +48,28 @@ def _reciprocity() -> Iterator[Case]:
     frame = Frame.at(model.surfaces["skin"], 0.0, 0.0)
     loaded = build_patch(model.space, model.mesh, model.surfaces["skin"], frame, model.finger.patch_radius, True)
     adjoints = default_adjoints(COARSE_MM)
-    loads = loaded.loads(SYMMETRIC)
+    loads = loaded.loads(SYMMETRIC_PARITY)
     # A press at the apex is symmetric about both planes: only that part of an adjoint, halved for each plane, does work
-    rows = len(adjoints) * adjoints[SYMMETRIC].reshape(loads.shape[0], -1).T @ loads
+    rows = len(adjoints) * adjoints[SYMMETRIC_PARITY].reshape(loads.shape[0], -1).T @ loads
     measure = "adjoint rows, against direct solves (second method)"
-    yield Case("reciprocity of gauge rows", measure, apart(rows, reduced.strain_rows), GIVEN.tight)
+    yield Case("reciprocity of gauge rows", measure, apart(rows, reduced.strain_rows), INVARIANCE_PARAMETERS.tight)
 
 
 def _energy() -> Iterator[Case]:
     model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
-    pressed = pressed_by(reduced, GIVEN.firm_gf)
-    displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC].ravel()
+    pressed = pressed_by(reduced, INVARIANCE_PARAMETERS.firm_gf)
+    displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC_PARITY].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
     measure = "integral over the mesh, against half of pressure times displacement"
-    yield Case("strain energy", measure, off(stored, work), GIVEN.balance)
-    depths = np.linspace(0, pressed.indentation, GIVEN.steps + 1)
-    steps = [contact_press(reduced, BLOCK, (None, float(depth)), 0.0) for depth in depths[1:]]
-    own, last = reduced.compliance + reduced.specimen_compliance(BLOCK), steps[-1].pressure
+    yield Case("strain energy", measure, off(stored, work), INVARIANCE_PARAMETERS.balance)
+    depths = np.linspace(0, pressed.indentation, INVARIANCE_PARAMETERS.steps + 1)
+    steps = [contact_press(reduced, SWEEP_BLOCK, (None, float(depth)), 0.0) for depth in depths[1:]]
+    own, last = reduced.compliance + reduced.specimen_compliance(SWEEP_BLOCK), steps[-1].pressure
     stored = reduced.multiplicity * float(last @ own @ last) / 2
     work = np.trapezoid([0.0, *(step.force for step in steps)], depths)
     measure = "integral of force over indentation, against stored energy"
-    yield Case("work of a press", measure, off(work, stored), GIVEN.work_bound)
+    yield Case("work of a press", measure, off(work, stored), INVARIANCE_PARAMETERS.work_bound)
 
 
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
@@ -84,57 +84,70 @@ def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
 def _complementarity() -> Iterator[Case]:
     """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
     reduced = default_reduced(COARSE_MM)
-    forces = ", ".join(map(str, GIVEN.forces_gf))
+    forces = ", ".join(map(str, INVARIANCE_PARAMETERS.forces_gf))
     specimens: dict[str, Specimen] = {
-        "block": BLOCK,
+        "block": SWEEP_BLOCK,
         "half-space of 0.089 MPa": HalfSpace(0.089),
         "rigid ball of 30 mm": Sphere(1e6, 30.0),
         "soft thin block": Block(0.05, 3.0, 0.5),
     }
     for name, specimen in specimens.items():
-        presses = [pressed_by(reduced, gf, specimen) for gf in GIVEN.forces_gf]
+        presses = [pressed_by(reduced, gf, specimen) for gf in INVARIANCE_PARAMETERS.forces_gf]
         residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
             what = f"complementarity, {name}, {measure}"
-            yield Case(what, f"largest at {forces} gf (exactly 0)", error, GIVEN.balance)
+            yield Case(what, f"largest at {forces} gf (exactly 0)", error, INVARIANCE_PARAMETERS.balance)
         balance = max(off(reduced.multiplicity * (reduced.patch.mass @ one.pressure), one.force) for one in presses)
         measure = f"integral of pressure at {forces} gf, against the force"
-        yield Case(f"force balance, {name}", measure, balance, GIVEN.balance)
+        yield Case(f"force balance, {name}", measure, balance, INVARIANCE_PARAMETERS.balance)
 
 
 def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
     base = default_model(COARSE_MM)
-    x, y = GIVEN.leaning_at_mm
-    there = [Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d) for k, (a, b, d) in enumerate(GIVEN.leaning)]
-    back = [Gauge(f"b{k}", angle_deg=-a, y_mm=b, direction_deg=-d) for k, (a, b, d) in enumerate(GIVEN.leaning)]
-    model = FingerModel(replace(base.finger, gauges=(*there, *back), patch_radius=GIVEN.small_patch_mm), base.mesh)
-    found = [pressed_by(model.reduce((place, y)), GIVEN.small_gf) for place in (x, -x)]
+    x, y = INVARIANCE_PARAMETERS.leaning_at_mm
+    there = [
+        Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d)
+        for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
+    ]
+    back = [
+        Gauge(f"b{k}", angle_deg=-a, y_mm=b, direction_deg=-d)
+        for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
+    ]
+    model = FingerModel(
+        replace(base.finger, gauges=(*there, *back), patch_radius=INVARIANCE_PARAMETERS.small_patch_mm), base.mesh
+    )
+    found = [pressed_by(model.reduce((place, y)), INVARIANCE_PARAMETERS.small_gf) for place in (x, -x)]
     del model
     one, other = found
     against = f"of a design pressed at ({x:g}, {y:g}) mm, against its mirror image pressed at ({-x:g}, {y:g}) mm"
     away = apart(np.roll(other.reading, len(there)), one.reading)
-    yield Case("mirrored design, readings", f"readings {against}", away, GIVEN.mirror)
+    yield Case("mirrored design, readings", f"readings {against}", away, INVARIANCE_PARAMETERS.mirror)
     depth = off(one.indentation, other.indentation)
-    yield Case("mirrored design, indentation", f"indentation {against}", depth, GIVEN.mirror)
-    upper, lower = (Layer(modulus, GIVEN.halves_nu) for modulus in GIVEN.halves_MPa)
-    thickness, sites = GIVEN.halves_thickness_mm, GIVEN.halves_sites_mm
+    yield Case("mirrored design, indentation", f"indentation {against}", depth, INVARIANCE_PARAMETERS.mirror)
+    upper, lower = (Layer(modulus, INVARIANCE_PARAMETERS.halves_nu) for modulus in INVARIANCE_PARAMETERS.halves_MPa)
+    thickness, sites = INVARIANCE_PARAMETERS.halves_thickness_mm, INVARIANCE_PARAMETERS.halves_sites_mm
     quarter = bonded_layer(upper, thickness, lower, sites)
     mesh, radius = replace(quarter.mesh, mirrors=()), quarter.finger.patch_radius
     whole = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
     own, expected = (
-        press(model.reduce(), BALL, indentation=GIVEN.halves_indentation / BALL_RADIUS, fidelity="contact").reading
+        press(
+            model.reduce(),
+            BALL_SPECIMEN,
+            indentation=INVARIANCE_PARAMETERS.halves_indentation / BALL_RADIUS,
+            fidelity="contact",
+        ).reading
         for model in (quarter, whole)
     )
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
-    yield Case("mirror planes, readings", measure, apart(expected, own), GIVEN.mirror)
+    yield Case("mirror planes, readings", measure, apart(expected, own), INVARIANCE_PARAMETERS.mirror)
 
 
 def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
     reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
-    for unit, scales in GIVEN.units.items():
+    for unit, scales in INVARIANCE_PARAMETERS.units.items():
         for stress, length in scales:
             found, taken = _pressed(_rescaled(stress, length), stress, length)
             worst = max(
@@ -144,15 +157,15 @@ def _units() -> Iterator[Case]:
             )
             name = f"{unit} rescaled by {stress * length:g}"
             measure = "strain, indentation, peak pressure, against the usual units"
-            yield Case(f"{name}, answer", measure, worst, GIVEN.balance)
+            yield Case(f"{name}, answer", measure, worst, INVARIANCE_PARAMETERS.balance)
             measure = f"difference of {taken} from {steps} exchanges of the contact search"
             yield Case(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
 
 
 def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf in the given units, and the number of iterations that its contact needs from first touch."""
-    block = Block(BLOCK.modulus * stress, BLOCK.thickness * length, BLOCK.nu)
-    force = gf_to_newton(GIVEN.firm_gf) * stress * length**2
+    block = Block(SWEEP_BLOCK.modulus * stress, SWEEP_BLOCK.thickness * length, SWEEP_BLOCK.nu)
+    force = gf_to_newton(INVARIANCE_PARAMETERS.firm_gf) * stress * length**2
     found = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch

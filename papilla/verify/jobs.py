@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from papilla.core.memory import GIB, available_bytes
+from papilla.core.memory import BYTES_PER_GIB, available_bytes
 from papilla.core.workers import workers
 
 Progress = Callable[[str, int, int], None]
@@ -51,5 +51,5 @@ def run_jobs(
 def fitting_processes() -> int:
     """Number of jobs that this machine can run at once, by its cores and its free memory."""
     free = available_bytes()
-    by_memory = MOST_PROCESSES if free is None else int(free / (LARGEST_JOB_GIB * GIB))
+    by_memory = MOST_PROCESSES if free is None else int(free / (LARGEST_JOB_GIB * BYTES_PER_GIB))
     return max(1, min(MOST_PROCESSES, os.cpu_count() or 1, by_memory))

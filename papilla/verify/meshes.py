@@ -17,7 +17,7 @@ from papilla.core.errors import ContactRangeError, MeshError
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, press
 from papilla.mesh import build
-from papilla.mesh.builder import VARIANTS
+from papilla.mesh.builder import SHIPPED_VARIANTS
 from papilla.mesh.cells import mean_ratio, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.layered import LayeredMesh, mirrored
@@ -27,27 +27,27 @@ from papilla.verify.bodies import apart, compared, off
 from papilla.verify.case import Case
 from papilla.verify.finger import default_model, default_reduced, pressed_by, residual
 
-GIVEN = settings.parameters(__name__)
-MOVED, SCATTER = GIVEN.moved, GIVEN.scatter
+MESHES_PARAMETERS = settings.parameters(__name__)
+MOVED_SETTINGS, SCATTER_SETTINGS = MESHES_PARAMETERS.moved, MESHES_PARAMETERS.scatter
 
 
 def scatter() -> Iterator[Case]:
     """Standard deviation over the meshes, relative to the mean; the calibration's intervals contain the same
     scatter."""
-    finger, measure = Finger.default(), f"standard deviation of {{}} over its mean, {VARIANTS} meshes"
-    reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(VARIANTS)]
-    for force_gf, bound in zip(SCATTER.forces_gf, SCATTER.sd_bounds, strict=True):
+    finger, measure = Finger.default(), f"standard deviation of {{}} over its mean, {SHIPPED_VARIANTS} meshes"
+    reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(SHIPPED_VARIANTS)]
+    for force_gf, bound in zip(SCATTER_SETTINGS.forces_gf, SCATTER_SETTINGS.sd_bounds, strict=True):
         values = [pressed_by(one, force_gf).sd for one in reduced]
         yield Case(f"S_d at {force_gf} gf", measure.format("S_d"), _spread(values), bound)
-    presses = [pressed_by(one, SCATTER.other_gf) for one in reduced]
-    for key, bound in SCATTER.other_bounds.items():
+    presses = [pressed_by(one, SCATTER_SETTINGS.other_gf) for one in reduced]
+    for key, bound in SCATTER_SETTINGS.other_bounds.items():
         name = key.replace("_", " ")
         spread = _spread([getattr(one, key) for one in presses])
-        yield Case(f"{name} at {SCATTER.other_gf} gf", measure.format(name), spread, bound)
+        yield Case(f"{name} at {SCATTER_SETTINGS.other_gf} gf", measure.format(name), spread, bound)
     highest = float(np.mean([one.sd for one in presses]))
     worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
-    about = f"standard deviation of the worst gauge's reading over S_d, {VARIANTS} meshes"
-    yield Case(f"readings at {SCATTER.other_gf} gf", about, worst, SCATTER.gauge_bound)
+    about = f"standard deviation of the worst gauge's reading over S_d, {SHIPPED_VARIANTS} meshes"
+    yield Case(f"readings at {SCATTER_SETTINGS.other_gf} gf", about, worst, SCATTER_SETTINGS.gauge_bound)
 
 
 def _spread(values, scale: float | None = None) -> float:
@@ -56,7 +56,7 @@ def _spread(values, scale: float | None = None) -> float:
 
 def fingers() -> dict[str, Finger]:
     """A dome of revolution, a dome of half size with gauges elsewhere, and a slab."""
-    return {name: _finger(**own) for name, own in MOVED.fingers.items()}
+    return {name: _finger(**own) for name, own in MOVED_SETTINGS.fingers.items()}
 
 
 def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) -> Finger:
@@ -72,26 +72,29 @@ def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) 
 
 def moved() -> Iterator[Case]:
     """Linear presses on 0.15 MPa, without friction, on a moved mesh and on two fresh ones."""
-    kept = MOVED.fingers
+    kept = MOVED_SETTINGS.fingers
     for name, finger in fingers().items():
         found = pressed(finger, build(finger))
-        for row, stored, force_gf in zip(found, np.array(kept[name].stored), MOVED.forces_gf, strict=True):
+        for row, stored, force_gf in zip(found, np.array(kept[name].stored), MOVED_SETTINGS.forces_gf, strict=True):
             errors = {
                 "S_d": off(row[0], stored[0]),
                 "gauges": apart(row[1:6], stored[1:6]),
                 "indentation": off(row[6], stored[6]),
             }
-            if force_gf != MOVED.lightest_gf:
+            if force_gf != MOVED_SETTINGS.lightest_gf:
                 errors["contact area"] = off(row[7], stored[7])
             for quantity, error in errors.items():
                 slab = (name, quantity) == ("slab", "contact area")
-                bound = MOVED.slab_area_bound if slab else MOVED.bounds[quantity]
+                bound = MOVED_SETTINGS.slab_area_bound if slab else MOVED_SETTINGS.bounds[quantity]
                 measure = f"{quantity} on a moved mesh against the mean of two fresh ones"
                 yield Case(f"{name}, {force_gf:g} gf, {quantity}", measure, error, bound)
 
 
 def pressed(
-    finger: Finger, mesh: LayeredMesh, moduli_MPa: Sequence[float] = (MOVED.modulus_MPa,), forces_gf=MOVED.forces_gf
+    finger: Finger,
+    mesh: LayeredMesh,
+    moduli_MPa: Sequence[float] = (MOVED_SETTINGS.modulus_MPa,),
+    forces_gf=MOVED_SETTINGS.forces_gf,
 ) -> np.ndarray:
     """(presses, 8) a row as `stored` for each modulus and force; NaN where the contact would leave its patch."""
     reduced, rows = FingerModel(finger, mesh).reduce(), []
@@ -111,32 +114,32 @@ def thin_layer() -> Iterator[Case]:
     base = default_model().finger
     shape = base.shape
     assert isinstance(shape, Dome)
-    x, y, z = (axis - GIVEN.thin_mm for axis in shape.outer)
+    x, y, z = (axis - MESHES_PARAMETERS.thin_mm for axis in shape.outer)
     thin = replace(base, shape=replace(shape, interface=(x, y, z)))
     mesh = build(thin)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
     found, expected = (
-        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), GIVEN.firm_gf)
+        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), MESHES_PARAMETERS.firm_gf)
         for finger, on in ((thin, mesh), (base, default_model().mesh))
     )
-    name = f"outer layer of {GIVEN.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
-    against = f"at {GIVEN.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
-    yield from compared(name, against, found, expected, **GIVEN.thin_bounds)
+    name = f"outer layer of {MESHES_PARAMETERS.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
+    against = f"at {MESHES_PARAMETERS.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
+    yield from compared(name, against, found, expected, **MESHES_PARAMETERS.thin_bounds)
     yield residual(name, FingerModel(thin, mesh))
 
 
 def slivers() -> Iterator[Case]:
     """The default mesh with crushed cells, and one with a flat cell."""
     base = default_model()
-    ruined = crushed(base.mesh.cell(), GIVEN.slivers)
+    ruined = crushed(base.mesh.cell(), MESHES_PARAMETERS.slivers)
     ratio = mean_ratio(ruined.points, ruined.tets)
     model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
-    found = pressed_by(model.reduce(), GIVEN.firm_gf)
-    sound = pressed_by(default_reduced(), GIVEN.firm_gf)
-    name = f"{int((ratio < GIVEN.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
-    against = f"at {GIVEN.firm_gf} gf, against the sound mesh"
-    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(found.sd, sound.sd), GIVEN.stated)
-    yield from compared(name, against, found, sound, indentation=GIVEN.crushed_indentation_bound)
+    found = pressed_by(model.reduce(), MESHES_PARAMETERS.firm_gf)
+    sound = pressed_by(default_reduced(), MESHES_PARAMETERS.firm_gf)
+    name = f"{int((ratio < MESHES_PARAMETERS.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
+    against = f"at {MESHES_PARAMETERS.firm_gf} gf, against the sound mesh"
+    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(found.sd, sound.sd), MESHES_PARAMETERS.stated)
+    yield from compared(name, against, found, sound, indentation=MESHES_PARAMETERS.crushed_indentation_bound)
     yield residual(name, model)
     yield Case("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
 
@@ -159,7 +162,7 @@ def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:
         normal = np.cross(face[1] - face[0], face[2] - face[0])
         normal /= np.linalg.norm(normal)
         before = points[vertex].copy()
-        points[vertex] -= (1 - GIVEN.crushed_height) * ((before - face[0]) @ normal) * normal
+        points[vertex] -= (1 - MESHES_PARAMETERS.crushed_height) * ((before - face[0]) @ normal) * normal
         if (volumes(points, around) > 0).all():
             taken[around] = True
             count -= 1

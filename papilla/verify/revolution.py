@@ -11,14 +11,14 @@ from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, press, press_finite
 from papilla.mesh import LayeredMesh, build
 from papilla.model.finger import Dome, Finger
-from papilla.model.specimen import STICK, THICKNESS_MM, Block, Friction, friction_coefficient
-from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.model.specimen import STICK_WORD, THICKNESS_MM, Block, Friction, friction_coefficient
+from papilla.references.axisymmetric.bodies import FINE_SHAPE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
 from papilla.verify.case import Case
 
-GIVEN = settings.parameters(__name__)
-LINEAR = GIVEN.linear
+REVOLUTION_PARAMETERS = settings.parameters(__name__)
+LINEAR_SETTINGS = REVOLUTION_PARAMETERS.linear
 
 
 def finger_of(shape: Shape) -> Finger:
@@ -26,21 +26,29 @@ def finger_of(shape: Shape) -> Finger:
     return replace(Finger.default(), shape=Dome(*((a, a, c) for a, c in (shape.outer, shape.interface, shape.bone))))
 
 
-FINGER = finger_of(FINE)
+REVOLUTION_FINGER = finger_of(FINE_SHAPE)
 
 
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
-    yield from _linear(FingerModel(FINGER, build(FINGER)).reduce())
-    mesh = build(FINGER, size_mm=GIVEN.coarse_mm)
-    reduced = FingerModel(FINGER, mesh).reduce()
-    yield from _large_strain(mesh, press(reduced, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, fidelity="contact"))
+    yield from _linear(FingerModel(REVOLUTION_FINGER, build(REVOLUTION_FINGER)).reduce())
+    mesh = build(REVOLUTION_FINGER, size_mm=REVOLUTION_PARAMETERS.coarse_mm)
+    reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
+    yield from _large_strain(
+        mesh,
+        press(
+            reduced,
+            _block(REVOLUTION_PARAMETERS.pressed_MPa),
+            force=REVOLUTION_PARAMETERS.pressed_N,
+            fidelity="contact",
+        ),
+    )
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
-    for modulus in GIVEN.moduli_MPa:
-        rings = Rings(_bodies(FINE, modulus, linear=True), FINGER.gauges)
-        for force_gf in GIVEN.forces_gf:
+    for modulus in REVOLUTION_PARAMETERS.moduli_MPa:
+        rings = Rings(_bodies(FINE_SHAPE, modulus, linear=True), REVOLUTION_FINGER.gauges)
+        for force_gf in REVOLUTION_PARAMETERS.forces_gf:
             force = gf_to_newton(force_gf)
             exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
             errors = {
@@ -52,34 +60,47 @@ def _linear(reduced: ReducedFinger) -> Iterator[Case]:
             }
             for name, error in errors.items():
                 case = f"{modulus:g} MPa, {force_gf} gf, {name}"
-                yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR[name])
+                yield Case(case, f"{name} against axisymmetric rings of 0.02 mm", error, LINEAR_SETTINGS[name])
 
 
 def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     """Changes from a linear press without friction, in which the elements' own errors cancel."""
     before = _pressed(linear=True)
-    frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK, "stuck"))
+    frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        found = press_finite(FINGER, mesh, _block(GIVEN.pressed_MPa), force=GIVEN.pressed_N, friction=friction)
+        found = press_finite(
+            REVOLUTION_FINGER,
+            mesh,
+            _block(REVOLUTION_PARAMETERS.pressed_MPa),
+            force=REVOLUTION_PARAMETERS.pressed_N,
+            friction=friction,
+        )
         changes = {
             "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
             "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(f"large strain {name}, {quantity}", measure, off(*change), GIVEN.change[quantity])
+            yield Case(
+                f"large strain {name}, {quantity}", measure, off(*change), REVOLUTION_PARAMETERS.change[quantity]
+            )
 
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
-    path = press_path(_bodies(Shape(), GIVEN.pressed_MPa, linear), FINGER.gauges, GIVEN.pressed_N, friction)
-    indentation, values = path.at(GIVEN.pressed_N)
+    path = press_path(
+        _bodies(Shape(), REVOLUTION_PARAMETERS.pressed_MPa, linear),
+        REVOLUTION_FINGER.gauges,
+        REVOLUTION_PARAMETERS.pressed_N,
+        friction,
+    )
+    indentation, values = path.at(REVOLUTION_PARAMETERS.pressed_N)
     return float(indentation), float(values[0].std())
 
 
 def _bodies(shape: Shape, modulus: float, linear: bool) -> Bodies:
-    layers = [(layer.modulus, layer.nu) for layer in (FINGER.outer, FINGER.inner)]
+    layers = [(layer.modulus, layer.nu) for layer in (REVOLUTION_FINGER.outer, REVOLUTION_FINGER.inner)]
     return Bodies(shape, [Rubber(E, nu, linear) for E, nu in (*layers, (modulus, _block(modulus).nu))])
 
 

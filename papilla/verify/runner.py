@@ -20,7 +20,7 @@ Family = Callable[[], Iterator[Case]]
 """A family of cases: a generator of cases that share expensive results."""
 
 # The longest come early, so that none of them is left for the end with two processes
-FAMILIES: dict[str, Family] = {
+CASE_FAMILIES: dict[str, Family] = {
     "patch": patch_test,
     "manufactured": manufactured,
     "hertz": hertz,
@@ -49,7 +49,7 @@ def verify(
     processes: int = 1,
     progress: Progress = no_progress,
     skipped: Callable[[str], None] = lambda sentence: None,
-    families: Mapping[str, Family] = FAMILIES,
+    families: Mapping[str, Family] = CASE_FAMILIES,
 ) -> list[Case]:
     """Run all families of cases, or those named in `only`; what a case is called starts with its family's name.
 

@@ -7,19 +7,19 @@ import numpy as np
 
 from papilla.core import settings
 from papilla.fem import Motion, prepare_section, slide
-from papilla.fem.sliding.coulomb import OPEN, Laws, relax, rub
+from papilla.fem.sliding.coulomb import OPEN_NODE, Laws, relax, rub
 from papilla.fem.sliding.section import ReducedSection
 from papilla.model.finger import Finger
 from papilla.model.specimen import Grating
 from papilla.verify.bodies import apart, off
 from papilla.verify.case import Case
 
-GIVEN = settings.parameters(__name__)
+SLIDING_PARAMETERS = settings.parameters(__name__)
 
 
 def depth_of_a_hump(section: ReducedSection) -> float:
     """Mean depth (mm) under a smooth hump of pressure, cos^2 over `hump_mm`, of 1 N/mm."""
-    n, width = len(section.x), GIVEN.hump_mm
+    n, width = len(section.x), SLIDING_PARAMETERS.hump_mm
     hump = np.where(np.abs(section.x) < width / 2, np.cos(np.pi * section.x / width) ** 2, 0.0)
     load = hump * section.hats.sum(axis=1)
     load /= load.sum()
@@ -31,44 +31,55 @@ def sliding() -> Iterator[Case]:
     yield _westergaard()
     finger = Finger.default()
     smooth = replace(finger, ridges=None)
-    depths = [depth_of_a_hump(prepare_section(smooth, size_mm=size)) for size in GIVEN.shrinking_mm]
+    depths = [depth_of_a_hump(prepare_section(smooth, size_mm=size)) for size in SLIDING_PARAMETERS.shrinking_mm]
     coarse, fine = np.abs(np.diff(depths))
     order = float(np.log2(coarse / fine))
     measure = "order of the depth under a smooth pressure, against 2"
-    yield Case("refinement in space", measure, off(order, 2.0), GIVEN.order_bound)
-    yield Case("element size", "change of that depth from 0.5 to 0.25 mm", float(fine / depths[-1]), GIVEN.size_bound)
-    section = prepare_section(finger, size_mm=GIVEN.coarse_mm)
+    yield Case("refinement in space", measure, off(order, 2.0), SLIDING_PARAMETERS.order_bound)
+    yield Case(
+        "element size",
+        "change of that depth from 0.5 to 0.25 mm",
+        float(fine / depths[-1]),
+        SLIDING_PARAMETERS.size_bound,
+    )
+    section = prepare_section(finger, size_mm=SLIDING_PARAMETERS.coarse_mm)
 
     def slid(speed: float, path: float, friction: float, dynamics: str):
         return slide(
-            finger, Grating(*GIVEN.grating_mm), Motion.steady(speed, path / abs(speed)), force=GIVEN.force_N,
-            friction=friction, dynamics=dynamics, section=section, length_mm=GIVEN.length_mm,
+            finger, Grating(*SLIDING_PARAMETERS.grating_mm), Motion.steady(speed, path / abs(speed)),
+            force=SLIDING_PARAMETERS.force_N,
+            friction=friction, dynamics=dynamics, section=section, length_mm=SLIDING_PARAMETERS.length_mm,
         )  # fmt: skip
 
-    there, back = (slid(way * GIVEN.speed_mm_s, GIVEN.path_mm, GIVEN.friction, "quasi-static") for way in (1, -1))
+    there, back = (
+        slid(
+            way * SLIDING_PARAMETERS.speed_mm_s, SLIDING_PARAMETERS.path_mm, SLIDING_PARAMETERS.friction, "quasi-static"
+        )
+        for way in (1, -1)
+    )
     ratio = there.tangential_N[there.sliding] / there.force_N[there.sliding]
-    away = float(np.abs(ratio / GIVEN.friction - 1).max())
-    yield Case("full slip", "net tangential over net normal force, against mu", away, GIVEN.slip_bound)
+    away = float(np.abs(ratio / SLIDING_PARAMETERS.friction - 1).max())
+    yield Case("full slip", "net tangential over net normal force, against mu", away, SLIDING_PARAMETERS.slip_bound)
     mirrored = apart(back.readings[:, ::-1], there.readings)
-    yield Case("reversed motion", "readings mirrored, over the largest", mirrored, GIVEN.mirror_bound)
-    before, last = np.split(there.readings[-2 * GIVEN.period_samples :], 2)
+    yield Case("reversed motion", "readings mirrored, over the largest", mirrored, SLIDING_PARAMETERS.mirror_bound)
+    before, last = np.split(there.readings[-2 * SLIDING_PARAMETERS.period_samples :], 2)
     later = np.abs(last - before).max() / np.ptp(last, axis=0).max()
-    yield Case("a period further", "readings repeated, over their swing", float(later), GIVEN.period_bound)
-    n, own = len(section.x), GIVEN.solvers
+    yield Case("a period further", "readings repeated, over their swing", float(later), SLIDING_PARAMETERS.period_bound)
+    n, own = len(section.x), SLIDING_PARAMETERS.solvers
     laws = Laws(
         section.compliance, section.z.max() - section.z, np.zeros(n), own.drift_mm, own.friction, np.zeros(2 * n),
         depth=own.depth_mm,
     )  # fmt: skip
     differ = apart(rub(laws, np.zeros(n, dtype=int)).force, relax(laws).force)
     yield Case("two solvers", "forces by active sets against relaxation, stick and slip", differ, own.bound)
-    own = GIVEN.fast
+    own = SLIDING_PARAMETERS.fast
     fast = slid(own.speed_mm_s, own.path_mm, own.friction, "modal")
     yield Case("energy", "work, less energy and loss, over work turned over", fast.energy_error, own.bound)
 
 
 def _westergaard() -> Case:
     """Mean pressure p = pi E* a/L sin^2(pi s/2) closes the share s of waves of amplitude a and length L."""
-    own = GIVEN.waves
+    own = SLIDING_PARAMETERS.waves
     n, period, e_star, height = own.points, own.period_mm, own.e_star_MPa, own.height_mm
     q = 2 * np.pi * np.abs(np.fft.fftfreq(n, period / n))
     kernel = np.fft.ifft(np.divide(2.0, e_star * q, out=np.zeros(n), where=q > 0)).real / (period / n)
@@ -77,5 +88,5 @@ def _westergaard() -> Case:
     rise = height * (1 - np.cos(2 * np.pi * np.arange(n) / n))
     none = np.zeros_like(C)
     laws = Laws(np.block([[C, none], [none, C]]), rise, np.zeros(n), 0.0, 0.0, np.zeros(2 * n), load=load)
-    share = float((rub(laws, np.zeros(n, dtype=int)).state != OPEN).mean())
+    share = float((rub(laws, np.zeros(n, dtype=int)).state != OPEN_NODE).mean())
     return Case("sinusoidal indenter", "share in contact, against Westergaard", off(share, own.share), own.bound)

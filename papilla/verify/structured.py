@@ -7,7 +7,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.mesh.cells import paired_faces, volumes
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER, LayeredMesh, mirrored
 
 
 def cylinder(radii: np.ndarray, depths: np.ndarray, interface: int, divisions: int) -> LayeredMesh:
@@ -19,8 +19,8 @@ def cylinder(radii: np.ndarray, depths: np.ndarray, interface: int, divisions: i
     xy, triangles = _quarter_disc(np.asarray(radii, dtype=float), divisions)
     sheets = [np.column_stack([xy, np.full(len(xy), -depth)]) for depth in depths[::-1]]
     points, tets, sheet = _stack(sheets, triangles)
-    layer = np.where(sheet >= len(depths) - 1 - interface, OUTER, INNER)
-    rim = np.hypot(*points[:, :2].T) > radii[-1] * (1 - checks.ROUNDING)
+    layer = np.where(sheet >= len(depths) - 1 - interface, OUTER_LAYER, INNER_LAYER)
+    rim = np.hypot(*points[:, :2].T) > radii[-1] * (1 - checks.ROUNDING_SHARE)
     clamped = [points[:, 2] == -depths[-1], rim]
     return mirrored(_layered(points, tets, layer, [points[:, 2] == 0], clamped), ("x", "y"))
 
@@ -30,8 +30,11 @@ def shell(radii: np.ndarray, divisions: int) -> LayeredMesh:
     directions, triangles = _octant(divisions)
     points, tets, _ = _stack([radius * directions for radius in radii], triangles)
     distance = np.linalg.norm(points, axis=1)
-    outside, inside = distance > radii[-1] * (1 - checks.ROUNDING), distance < radii[0] * (1 + checks.ROUNDING)
-    return _layered(points, tets, np.full(len(tets), OUTER), [outside], [inside])
+    outside, inside = (
+        distance > radii[-1] * (1 - checks.ROUNDING_SHARE),
+        distance < radii[0] * (1 + checks.ROUNDING_SHARE),
+    )
+    return _layered(points, tets, np.full(len(tets), OUTER_LAYER), [outside], [inside])
 
 
 def cube(divisions: int, jitter: float = 0.0, split: bool = False) -> LayeredMesh:
@@ -49,7 +52,7 @@ def cube(divisions: int, jitter: float = 0.0, split: bool = False) -> LayeredMes
     if split:
         inside &= points[:, 2] != line[divisions // 2]
     points[inside] += jitter / divisions * np.random.default_rng(7).uniform(-1, 1, (inside.sum(), 3))
-    layer = np.where(split & (sheet < divisions // 2), INNER, OUTER)
+    layer = np.where(split & (sheet < divisions // 2), INNER_LAYER, OUTER_LAYER)
     return _layered(points, _oriented(points, tets), layer, [points[:, 2] == 1], [points[:, 2] == 0])
 
 

@@ -14,17 +14,27 @@ from scipy.interpolate import LinearNDInterpolator
 from papilla.core.errors import InputError
 from papilla.core.units import KPA_PER_MPA
 from papilla.fem.pressing.contact import contact_shape
-from papilla.fem.pressing.ellipses import SHARPEST, layer_factor, peak_over_mean
+from papilla.fem.pressing.ellipses import SHARPEST_Q, layer_factor, peak_over_mean
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.specimen import Specimen
-from papilla.view.style import INK, MUTED, SEQUENTIAL, THIN, color_bar, friction_text, nice_limit, styled, titled
+from papilla.view.style import (
+    INK_COLOR,
+    MUTED_COLOR,
+    SEQUENTIAL_COLORS,
+    THIN_PT,
+    color_bar,
+    friction_text,
+    nice_limit,
+    styled,
+    titled,
+)
 
-BAR_IN, PANEL_IN, HEIGHT_IN = 1.4, 4.4, 5.6  # Inches of a picture: width of the bar and of a map; height
-ROOM = 1.3  # Half width of a map over the reach of the contact
-PIXELS = 301  # Points across a map, and around a contact
-DOT = 12  # Area of the dot of a nodal pressure, square points
-LAYER_TERMS = np.linspace(-0.5, SHARPEST, 76)  # From the profile with the smallest peak to the sharpest
+BAR_IN, PRESSURE_MAP_IN, MAP_HEIGHT_IN = 1.4, 4.4, 5.6  # Inches of a picture: width of the bar and of a map; height
+MAP_ROOM = 1.3  # Half width of a map over the reach of the contact
+MAP_PIXELS = 301  # Points across a map, and around a contact
+NODE_DOT_AREA = 12  # Area of the dot of a nodal pressure, square points
+LAYER_TERMS = np.linspace(-0.5, SHARPEST_Q, 76)  # From the profile with the smallest peak to the sharpest
 CONTACT_EDGE = 0.02  # Share of the peak pressure at the edge of a contact that is not an ellipse
 
 
@@ -56,7 +66,7 @@ class Profile:
 
     def edge(self) -> np.ndarray:
         """Points (n, 2) of the closed line around the contact, mm."""
-        angle = np.linspace(0, 2 * np.pi, PIXELS)
+        angle = np.linspace(0, 2 * np.pi, MAP_PIXELS)
         return self.centre + np.stack([np.cos(angle), np.sin(angle)], axis=1) @ self.axes.T
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
@@ -90,7 +100,7 @@ def contact_edge(reduced: ReducedFinger, press: Press) -> list[np.ndarray]:
     if profile is not None:
         return [profile.edge()]
     xy, _, pressure = whole_patch(reduced, press)
-    x, y = np.meshgrid(*[np.linspace(xy.min(), xy.max(), PIXELS)] * 2)
+    x, y = np.meshgrid(*[np.linspace(xy.min(), xy.max(), MAP_PIXELS)] * 2)
     generator = contour_generator(x, y, np.nan_to_num(LinearNDInterpolator(xy, pressure)(x, y)), line_type="Separate")
     lines: list[np.ndarray] = generator.lines(CONTACT_EDGE * float(pressure.max()))  # type: ignore[assignment]
     return lines
@@ -105,12 +115,16 @@ def contact_figure(
     The shade is the smooth profile, dots are the nodal pressures; a contact that is not an ellipse has only dots.
     """
     scenes = [(press, specimen), *([] if beside is None else [beside])]
-    reach = ROOM * max(float(np.abs(line).max()) for one, _ in scenes for line in contact_edge(reduced, one))
-    limit = nice_limit(KPA_PER_MPA * max(max(float(one.pressure.max()), one.peak_pressure) for one, _ in scenes))
-    with styled(BAR_IN + PANEL_IN * len(scenes), HEIGHT_IN) as figure:
+    reach = MAP_ROOM * max(
+        float(np.abs(line).max()) for pressed, _ in scenes for line in contact_edge(reduced, pressed)
+    )
+    limit = nice_limit(
+        KPA_PER_MPA * max(max(float(pressed.pressure.max()), pressed.peak_pressure) for pressed, _ in scenes)
+    )
+    with styled(BAR_IN + PRESSURE_MAP_IN * len(scenes), MAP_HEIGHT_IN) as figure:
         panels = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
-        for axes, (one, touched) in zip(panels, scenes, strict=True):
-            shades = _pressure_map(axes, reduced, one, reach, limit)
+        for axes, (pressed, touched) in zip(panels, scenes, strict=True):
+            shades = _pressure_map(axes, reduced, pressed, reach, limit)
             if beside is not None and touched is not None:
                 axes.set_title(f"{touched.modulus:.3g} MPa {touched.words}", fontsize="medium")
             axes.set_xlabel("x across the finger (mm)")
@@ -119,10 +133,14 @@ def contact_figure(
         if beside is None:
             on = f"{press.modulus:.3g} MPa {specimen.words}" if specimen else f"{press.modulus:.3g} MPa"
         else:
-            on = " and on ".join(f"{one.modulus:.3g} MPa" for one, _ in scenes)
+            on = " and on ".join(f"{pressed.modulus:.3g} MPa" for pressed, _ in scenes)
         measures = [
-            (f"{KPA_PER_MPA * one.peak_pressure:.3g} kPa", f"{one.contact_area:.3g} mm²", f"{one.indentation:.3g} mm")
-            for one, _ in scenes
+            (
+                f"{KPA_PER_MPA * pressed.peak_pressure:.3g} kPa",
+                f"{pressed.contact_area:.3g} mm²",
+                f"{pressed.indentation:.3g} mm",
+            )
+            for pressed, _ in scenes
         ]
         peak, area, depth = (" and ".join(values) for values in zip(*measures, strict=True))
         at = f"touched at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm; " if any(reduced.at) else ""
@@ -139,24 +157,30 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
     colours."""
     xy, triangles, pressure = whole_patch(reduced, press)
     profile, at = contact_profile(reduced, press), np.array(reduced.at)
-    shown: dict[str, Any] = {"cmap": SEQUENTIAL, "vmin": 0, "vmax": limit}
+    shading: dict[str, Any] = {"cmap": SEQUENTIAL_COLORS, "vmin": 0, "vmax": limit}
     mesh = Triangulation(*(xy + at).T, triangles)
     if profile is None:
         shades: ScalarMappable = axes.tripcolor(
-            mesh, KPA_PER_MPA * pressure, shading="gouraud", rasterized=True, **shown
+            mesh, KPA_PER_MPA * pressure, shading="gouraud", rasterized=True, **shading
         )
     else:
-        grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, PIXELS)] * 2), axis=-1)
-        smooth = KPA_PER_MPA * profile(grid.reshape(-1, 2)).reshape(PIXELS, PIXELS)
+        grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, MAP_PIXELS)] * 2), axis=-1)
+        smooth = KPA_PER_MPA * profile(grid.reshape(-1, 2)).reshape(MAP_PIXELS, MAP_PIXELS)
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
-        shades = axes.imshow(smooth, origin="lower", extent=ends, **shown)
+        shades = axes.imshow(smooth, origin="lower", extent=ends, **shading)
         x, y = (xy[pressure > 0] + at).T
         axes.scatter(
-            x, y, s=DOT, c=KPA_PER_MPA * pressure[pressure > 0], edgecolors=MUTED, linewidths=THIN / 2, **shown
+            x,
+            y,
+            s=NODE_DOT_AREA,
+            c=KPA_PER_MPA * pressure[pressure > 0],
+            edgecolors=MUTED_COLOR,
+            linewidths=THIN_PT / 2,
+            **shading,
         )
-    axes.triplot(mesh, color=MUTED, linewidth=THIN / 2, alpha=0.5)
+    axes.triplot(mesh, color=MUTED_COLOR, linewidth=THIN_PT / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
-        axes.plot(*(line + at).T, color=INK, linestyle="--")
+        axes.plot(*(line + at).T, color=INK_COLOR, linestyle="--")
     axes.set(xlim=(at[0] - reach, at[0] + reach), ylim=(at[1] - reach, at[1] + reach), aspect="equal")
     axes.grid(False)
     return shades

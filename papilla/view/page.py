@@ -18,7 +18,7 @@ from papilla.view.style import narrow, svg
 
 def environment(package: str) -> Environment:
     """Templates of a package and the page that they extend, with the filters that format numbers."""
-    made = Environment(
+    templates = Environment(
         loader=ChoiceLoader([PackageLoader(package), PackageLoader("papilla.view"), PackageLoader("papilla", "data")]),
         autoescape=True,
         undefined=StrictUndefined,
@@ -26,8 +26,8 @@ def environment(package: str) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    made.filters |= {"number": number, "plain": plain, "percent": percent}
-    return made
+    templates.filters |= {"number": number, "plain": plain, "percent": percent}
+    return templates
 
 
 def number(value: float | None, digits: int = 3, sign: bool = False) -> str:
@@ -68,8 +68,10 @@ def both_widths(figure: Figure) -> tuple[bytes, bytes]:
     return wide, svg(figure)
 
 
-def either(pictures: Iterable[bytes], alt: str, kind: str) -> Markup:
+def either(pictures: Iterable[bytes], alt: str, image_type: str) -> Markup:
     """A wide and a narrow picture of the same, of a kind ("png", "svg+xml"): a page shows the one for its screen."""
-    wide, small = (f"data:image/{kind};base64,{base64.b64encode(one).decode('ascii')}" for one in pictures)
-    shown = '<picture><source media="(max-width: 600px)" srcset="{}"><img alt="{}" src="{}"></picture>'
-    return Markup(shown).format(small, alt, wide)
+    wide, small = (
+        f"data:image/{image_type};base64,{base64.b64encode(picture).decode('ascii')}" for picture in pictures
+    )
+    markup = '<picture><source media="(max-width: 600px)" srcset="{}"><img alt="{}" src="{}"></picture>'
+    return Markup(markup).format(small, alt, wide)

@@ -18,12 +18,12 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
-from papilla.view.style import NARROW_IN, SHEET, STRAIN, content, kind_of, write_bytes
+from papilla.view.style import NARROW_IN, STRAIN_QUANTITY, STYLE_SHEET, content, kind_of, write_bytes
 
 if TYPE_CHECKING:
     from papilla.fem import Field, ReceptiveFields
 
-DPI = 120
+PICTURE_DPI = 120
 
 Progress = Callable[[str], None]
 
@@ -31,8 +31,8 @@ Progress = Callable[[str], None]
 def shown(reduced: ReducedFinger, specimen: Specimen, **scene: Any) -> Press:
     """The press of a scene, as `papilla.fem.press` makes it, for a picture. Pictures show nodal pressures, so the
     contact is solved even if `press` would use `hertz`."""
-    found = press_scene(reduced, specimen, **scene)
-    return press_scene(reduced, specimen, fidelity="contact", **scene) if found.fidelity == "hertz" else found
+    pressed = press_scene(reduced, specimen, **scene)
+    return press_scene(reduced, specimen, fidelity="contact", **scene) if pressed.fidelity == "hertz" else pressed
 
 
 def strain(
@@ -44,7 +44,7 @@ def strain(
     *,
     variant: int = 0,
     progress: Progress | None = None,
-    shown: str = STRAIN,
+    shown: str = STRAIN_QUANTITY,
     beside: tuple[Press, Specimen] | None = None,
 ) -> None:
     """Write the strain field of a press: the finger cut open, its gauges, the contact and the specimen.
@@ -72,7 +72,7 @@ def strain_picture(
     kind: str = "png",
     variant: int = 0,
     progress: Progress | None = None,
-    shown: str = STRAIN,
+    shown: str = STRAIN_QUANTITY,
     beside: tuple[Press, Specimen] | None = None,
 ) -> bytes:
     """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same errors except for the
@@ -90,7 +90,7 @@ def strain_pictures(
     *,
     kind: str = "png",
     variant: int = 0,
-    shown: str = STRAIN,
+    shown: str = STRAIN_QUANTITY,
     beside: tuple[Press, Specimen] | None = None,
     widths: tuple[float | None, ...] = (None, NARROW_IN),
 ) -> list[bytes]:
@@ -103,19 +103,21 @@ def strain_pictures(
     def draw() -> dict[str, np.ndarray]:
         from papilla.view.strain_field import Scene, strain_figure
 
-        first, *others = fields(finger, reduced, [one for one, _ in scenes], variant=variant, progress=progress)
-        other = Scene(others[0], *beside) if beside else None
-        how: Any = {"shown": shown, "beside": other}
+        first, *others = fields(finger, reduced, [item for item, _ in scenes], variant=variant, progress=progress)
+        second = Scene(others[0], *beside) if beside else None
+        how: Any = {"shown": shown, "beside": second}
         figures = [strain_figure(first, reduced, press, specimen, finger, width=width, **how) for width in widths]
-        return {str(k): np.frombuffer(content(one, kind, DPI), dtype=np.uint8) for k, one in enumerate(figures)}
+        return {
+            str(k): np.frombuffer(content(item, kind, PICTURE_DPI), dtype=np.uint8) for k, item in enumerate(figures)
+        }
 
-    if not all(type(one).__module__.startswith("papilla.") for _, one in scenes):
+    if not all(type(item).__module__.startswith("papilla.") for _, item in scenes):
         # A user's own specimen class is not cached, because its code is not part of the key.
-        return [one.tobytes() for one in draw().values()]
-    told = [(touched, one.fidelity, one.force, one.pressure) for one, touched in scenes]
-    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), told, widths, SHEET)
-    kept = cache.fetch("picture", key, draw)
-    return [kept[str(k)].tobytes() for k in range(len(widths))]
+        return [item.tobytes() for item in draw().values()]
+    presses = [(touched, item.fidelity, item.force, item.pressure) for item, touched in scenes]
+    key = cache.key(__name__, kind, shown, finger.sha256, reduced.to_arrays(), presses, widths, STYLE_SHEET)
+    cached = cache.fetch("picture", key, draw)
+    return [cached[str(k)].tobytes() for k in range(len(widths))]
 
 
 def fields(
@@ -145,7 +147,7 @@ def strain_page(
     specimen: Specimen,
     *,
     progress: Progress | None = None,
-    shown: str = STRAIN,
+    shown: str = STRAIN_QUANTITY,
 ) -> None:
     """Write a page that shows presses of a specimen as `strain` does, as a solid that can be turned, with a slider over
     the presses. The pointer over a gauge shows its reading. The page needs no network.
@@ -158,7 +160,7 @@ def strain_page(
     need_plotly()
     recovered = fields(finger, reduced, presses, progress=progress)
     scenes = [Scene(field, press, specimen) for field, press in zip(recovered, presses, strict=True)]
-    write_text(path, strain_html(scenes, reduced, finger, shown=shown))
+    write_text(path, strain_html(scenes, reduced, finger, quantity=shown))
 
 
 def receptive(
@@ -175,17 +177,19 @@ def receptive(
     Raises `InputError` for an unknown gauge or kind of file, `FileAccessError` if the file cannot be written, and what
     meshing and solving raise.
     """
-    kind = kind_of(path)
+    picture_format = kind_of(path)
     names = [gauge.name for gauge in finger.gauges]
     if gauge_name is not None and gauge_name not in names:
         raise InputError(f"{finger.name} has no gauge {gauge_name!r}; its gauges are {', '.join(names)}")
     from papilla.view.receptive_field import receptive_fields_figure, receptive_figure
 
-    found = receptive_of(finger, size_mm=size_mm, progress=progress)
+    responses = receptive_of(finger, size_mm=size_mm, progress=progress)
     figure = (
-        receptive_fields_figure(found, finger) if gauge_name is None else receptive_figure(found, finger, gauge_name)
+        receptive_fields_figure(responses, finger)
+        if gauge_name is None
+        else receptive_figure(responses, finger, gauge_name)
     )
-    write_bytes(path, content(figure, kind, DPI))
+    write_bytes(path, content(figure, picture_format, PICTURE_DPI))
 
 
 def receptive_of(
@@ -203,11 +207,11 @@ def receptive_of(
         fields = receptive_fields(model_of(finger, mesh))
         return {"vertices": fields.vertices, "strain_per_newton": fields.strain_per_newton}
 
-    kept = cache.fetch("receptive", cache.key("papilla.fem.fields", finger.sha256, mesh.sha256), make)
+    cached = cache.fetch("receptive", cache.key("papilla.fem.fields", finger.sha256, mesh.sha256), make)
 
     from papilla.fem import ReceptiveFields
 
-    return ReceptiveFields(mesh, kept["vertices"], kept["strain_per_newton"])
+    return ReceptiveFields(mesh, cached["vertices"], cached["strain_per_newton"])
 
 
 def contact(
@@ -224,4 +228,4 @@ def contact(
     """
     from papilla.view.contact_map import contact_figure
 
-    write_bytes(path, content(contact_figure(reduced, press, specimen, beside), kind_of(path), DPI))
+    write_bytes(path, content(contact_figure(reduced, press, specimen, beside), kind_of(path), PICTURE_DPI))

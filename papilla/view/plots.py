@@ -15,14 +15,19 @@ from papilla.core import checks
 from papilla.core.units import PER_CENT
 from papilla.view import style
 
-CEILING = 50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
-SPREAD, SHARES = "viridis", (0.05, 0.78)  # Colours of curves in an order, and the part of them that is dark enough
-BLANK: Any = {"hatch": "////", "facecolor": "#eceff3"}  # A region without an identified modulus
-SIGMA_LEVELS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, CEILING)  # Ends of the shades of an uncertainty, %
+LARGEST_SIGMA_PERCENT = (
+    50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
+)
+SPREAD_COLORS, DARK_COLOR_SHARES = (
+    "viridis",
+    (0.05, 0.78),
+)  # Colours of curves in an order, and the part of them that is dark enough
+BLANK_STYLE: Any = {"hatch": "////", "facecolor": "#eceff3"}  # A region without an identified modulus
+SIGMA_LEVELS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, LARGEST_SIGMA_PERCENT)  # Ends of the shades of an uncertainty, %
 LOW_FIGURE = 3.2  # Height of a figure of residuals, inches
-DOT, MARGIN = 90, 1.08  # Area of a dot, square points; factor of axes beyond the last dots
+RECOVERY_DOT_AREA, AXES_MARGIN = 90, 1.08  # Area of a dot, square points; factor of axes beyond the last dots
 NAMES_AT = 1.03  # Where the names of curves stand, as a share of the axes
-SAME = 1e-3  # Relative distance of the ends of two curves that coincide
+SAME_END_DISTANCE = 1e-3  # Relative distance of the ends of two curves that coincide
 NAME_GAP = 0.055  # Least distance of the names of two curves, as a share of the axes: a line of small letters
 
 
@@ -43,12 +48,17 @@ def sd_against_force(
         if published is not None:
             dashed: dict = {"linestyle": "--", "zorder": 3}
             for modulus, values in zip(published[1], published[2].T, strict=True):
-                axes.plot(published[0], values / style.THOUSAND, color=colors[_nearest(moduli, modulus)], **dashed)
-            axes.plot([], [], color=style.MUTED, label="published (9), one scale factor", **dashed)
-            axes.plot([], [], color=style.MUTED, linewidth=style.THICK, label="calibration")
+                axes.plot(
+                    published[0],
+                    values / style.MICROSTRAIN_A_THOUSAND,
+                    color=colors[_nearest(moduli, modulus)],
+                    **dashed,
+                )
+            axes.plot([], [], color=style.MUTED_COLOR, label="published (9), one scale factor", **dashed)
+            axes.plot([], [], color=style.MUTED_COLOR, linewidth=style.THICK_PT, label="calibration")
             axes.legend(loc="lower right")
         frame = {"xlabel": "force (N)", "ylabel": r"$S_d$ (10³ µε)", "xlim": (0, float(force_N.max()))}
-        _curves(axes, force_N, sd / style.THOUSAND, _megapascals(moduli), colors, ylim=(0, None), **frame)
+        _curves(axes, force_N, sd / style.MICROSTRAIN_A_THOUSAND, _megapascals(moduli), colors, ylim=(0, None), **frame)
     return figure
 
 
@@ -77,7 +87,7 @@ def residuals_against_force(force_N: np.ndarray, gauges: Sequence[str], residual
     """Residuals (n, g) in standard deviations against force (n,) in N, one colour per gauge."""
     with style.styled(height=LOW_FIGURE) as figure:
         axes = figure.subplots()
-        axes.axhspan(-2, 2, color=style.FAINT, linewidth=0)
+        axes.axhspan(-2, 2, color=style.FAINT_COLOR, linewidth=0)
         for name, values, color in zip(gauges, residual.T, _spread(len(gauges)), strict=True):
             axes.plot(force_N, values, "o", color=color, label=style.named(name))
         axes.set(xlabel="force (N)", ylabel="residual (sigma)", xlim=(0, None))
@@ -93,7 +103,14 @@ def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.
         frame = {"xlabel": "modulus of the specimen (MPa)", "ylabel": r"$S_d$ (10³ µε)", "xscale": "log"}
         ends = float(modulus_MPa.min()), float(modulus_MPa.max())
         _curves(
-            axes, modulus_MPa, sd.T / style.THOUSAND, names, _spread(len(forces)), xlim=ends, ylim=(0, None), **frame
+            axes,
+            modulus_MPa,
+            sd.T / style.MICROSTRAIN_A_THOUSAND,
+            names,
+            _spread(len(forces)),
+            xlim=ends,
+            ylim=(0, None),
+            **frame,
         )
         style.plain_log(axes.xaxis)
     return figure
@@ -114,20 +131,27 @@ def uncertainty_map(
     share, levels = np.where(identified, PER_CENT * relative_sigma, np.nan), np.array(SIGMA_LEVELS)
     with style.styled() as figure:
         axes = figure.subplots()
-        shown = np.log10(np.clip(share, levels[0], CEILING)).T
-        shades = axes.contourf(force_N, modulus_MPa, shown, levels=np.log10(levels), cmap="YlOrBr")
+        log_share = np.log10(np.clip(share, levels[0], LARGEST_SIGMA_PERCENT)).T
+        shades = axes.contourf(force_N, modulus_MPa, log_share, levels=np.log10(levels), cmap="YlOrBr")
         lines = axes.contour(
-            force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=style.INK, linewidths=style.THIN
+            force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=style.INK_COLOR, linewidths=style.THIN_PT
         )
         axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize="small")
         blank = (~identified).astype(float).T
-        axes.contourf(force_N, modulus_MPa, blank, levels=[0.5, 2], colors=BLANK["facecolor"], hatches=[BLANK["hatch"]])
-        handles = [Patch(**BLANK, edgecolor=style.MUTED, label="not identifiable")]
+        axes.contourf(
+            force_N,
+            modulus_MPa,
+            blank,
+            levels=[0.5, 2],
+            colors=BLANK_STYLE["facecolor"],
+            hatches=[BLANK_STYLE["hatch"]],
+        )
+        handles = [Patch(**BLANK_STYLE, edgecolor=style.MUTED_COLOR, label="not identifiable")]
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked
             size = high_force - low_force, high_modulus - low_modulus
-            edge: Any = {"fill": False, "edgecolor": style.ACCENTS[0]}
-            axes.add_patch(Rectangle((low_force, low_modulus), *size, linewidth=style.THICK, **edge))
+            edge: Any = {"fill": False, "edgecolor": style.ACCENT_COLORS[0]}
+            axes.add_patch(Rectangle((low_force, low_modulus), *size, linewidth=style.THICK_PT, **edge))
             handles.append(Patch(**edge, label="where recovery was checked"))
         axes.legend(handles=handles, loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa)
@@ -138,18 +162,21 @@ def uncertainty_map(
 
 def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray) -> Figure:
     """Relative error (n,) of recovered moduli at forces (n,) in N and moduli (n,) in MPa; NaN where none was given."""
-    known = np.isfinite(error)
-    limit = style.nice_limit(PER_CENT * float(np.abs(error[known]).max(initial=checks.ROUNDING)))
+    recovered = np.isfinite(error)
+    limit = style.nice_limit(PER_CENT * float(np.abs(error[recovered]).max(initial=checks.ROUNDING_SHARE)))
     with style.styled() as figure:
         axes = figure.subplots()
         dots = axes.scatter(
-            force_N[known], modulus_MPa[known], c=PER_CENT * error[known], s=DOT, cmap="PuOr_r",
-            vmin=-limit, vmax=limit, edgecolors=style.MUTED, linewidths=style.THIN,
+            force_N[recovered], modulus_MPa[recovered], c=PER_CENT * error[recovered], s=RECOVERY_DOT_AREA,
+            cmap="PuOr_r",
+            vmin=-limit, vmax=limit, edgecolors=style.MUTED_COLOR, linewidths=style.THIN_PT,
         )  # fmt: skip
-        if not known.all():
-            axes.scatter(force_N[~known], modulus_MPa[~known], marker="x", color=style.INK, label="no answer")
+        if not recovered.all():
+            axes.scatter(
+                force_N[~recovered], modulus_MPa[~recovered], marker="x", color=style.INK_COLOR, label="no answer"
+            )
             axes.legend(loc="lower right")
-        _force_modulus_axes(axes, force_N, modulus_MPa, margin=MARGIN)
+        _force_modulus_axes(axes, force_N, modulus_MPa, margin=AXES_MARGIN)
         style.color_bar(dots, axes, "error of the recovered E (%)")
     return figure
 
@@ -158,11 +185,19 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
     """Readings in microstrain (force, gauge) against force in N, one curve per gauge; equal curves coincide."""
     with style.styled() as figure:
         axes = figure.subplots()
-        colors = [style.ACCENTS[number % len(style.ACCENTS)] for number in range(len(names))]
+        colors = [style.ACCENT_COLORS[number % len(style.ACCENT_COLORS)] for number in range(len(names))]
         dashes = ["solid" if number <= len(names) // 2 else "--" for number in range(len(names))]
-        axes.axhline(0, color=style.MUTED, linewidth=style.THIN)
+        axes.axhline(0, color=style.MUTED_COLOR, linewidth=style.THIN_PT)
         frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
-        _curves(axes, force_N, readings / style.THOUSAND, list(map(style.named, names)), colors, dashes, **frame)
+        _curves(
+            axes,
+            force_N,
+            readings / style.MICROSTRAIN_A_THOUSAND,
+            list(map(style.named, names)),
+            colors,
+            dashes,
+            **frame,
+        )
     return figure
 
 
@@ -170,7 +205,7 @@ def _curves(axes: Axes, x: np.ndarray, table: np.ndarray, names: Sequence[str], 
     """Curves, columns of a table (n, k) over x (n,), with their names at the right ends; frame : of `Axes.set`."""
     ends = []
     for values, name, color, dash in zip(table.T, names, colors, dashes or ["solid"] * len(names), strict=True):
-        axes.plot(x, values, color=color, linestyle=dash, linewidth=style.THICK)
+        axes.plot(x, values, color=color, linestyle=dash, linewidth=style.THICK_PT)
         ends.append((float(values[np.isfinite(values)][-1]), name, color))
     axes.set(**frame)
     style.with_formula(axes.yaxis.label)
@@ -191,7 +226,7 @@ def _force_modulus_axes(axes: Axes, force_N: np.ndarray, modulus_MPa: np.ndarray
 
 
 def _spread(count: int) -> list:
-    return [colormaps[SPREAD](place) for place in np.linspace(*SHARES, count)]
+    return [colormaps[SPREAD_COLORS](place) for place in np.linspace(*DARK_COLOR_SHARES, count)]
 
 
 def _nearest(moduli: Sequence[float], modulus: float) -> int:
@@ -204,7 +239,7 @@ def _label_ends(axes: Axes, x: float, ends: list[tuple]) -> None:
     Curves that end at the same place (mirrored gauges) have their names on one line."""
     merged: list[list] = []
     for value, name, color in ends:
-        same = next((one for one in merged if math.isclose(one[0], value, rel_tol=SAME)), None)
+        same = next((curve for curve in merged if math.isclose(curve[0], value, rel_tol=SAME_END_DISTANCE)), None)
         if same is None:
             merged.append([value, name, color])
         else:
@@ -217,5 +252,6 @@ def _label_ends(axes: Axes, x: float, ends: list[tuple]) -> None:
     for (value, name, color), place in zip(merged, places.tolist(), strict=True):
         axes.annotate(
             name, (x, value), xytext=(NAMES_AT, place), textcoords="axes fraction", va="center", fontsize="small",
-            color=color, annotation_clip=False, arrowprops={"arrowstyle": "-", "color": style.FAINT}, parse_math=False,
+            color=color, annotation_clip=False, parse_math=False,
+            arrowprops={"arrowstyle": "-", "color": style.FAINT_COLOR},
         )  # fmt: skip

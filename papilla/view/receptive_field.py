@@ -12,15 +12,15 @@ from papilla.fem.reduction.gauges import gauge_frame
 from papilla.mesh.body import surfaces_of
 from papilla.model.finger import Finger
 from papilla.view import style
-from papilla.view.render import AROUND_IN, MARGIN_MM, Part, View, draw, fitted, framed, use_offscreen_window
+from papilla.view.render import AROUND_IN, MARGIN_MM, PaintedSurface, View, draw, fitted, framed, use_offscreen_window
 
 NEWTON_PER_MN = 1e-3
-ELEVATION = 62.0
+MAP_ELEVATION_DEG = 62.0
 FIGURE_IN = 8.0  # Width of a picture of one gauge
-MAPS, SMALL_MAPS = (5, 2.9), (2, 2.3)  # Maps beside each other, and the width of one, inches
-STEP = 0.2  # Distance of the lines of equal sensitivity, as a share of the colour bar's end
-BAR = "gauge strain per force of a small load (µε per mN)"
-LIFTED = 1.003  # Factor that moves lines off the skin, which would hide parts of them
+MAPS_A_ROW, SMALL_MAPS = (5, 2.9), (2, 2.3)  # Maps beside each other, and the width of one, inches
+SENSITIVITY_STEP = 0.2  # Distance of the lines of equal sensitivity, as a share of the colour bar's end
+BAR_LABEL = "gauge strain per force of a small load (µε per mN)"
+LIFT_FACTOR = 1.003  # Factor that moves lines off the skin, which would hide parts of them
 
 
 def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -> Figure:
@@ -35,17 +35,19 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
     values = skin["sensitivity"]
     limit = style.nice_limit(float(np.abs(values).max()))
     rendered = use_offscreen_window()
-    view = fitted(View(ELEVATION if rendered else 90.0, 0.0), skin.points)
+    view = fitted(View(MAP_ELEVATION_DEG if rendered else 90.0, 0.0), skin.points)
     with framed(view, FIGURE_IN) as (figure, (axes,)):
         if rendered:
-            lines = Part(_contours(skin, limit), style.INK, opacity=0.35, lit=False)
-            draw(axes, [Part(skin, scalars="sensitivity", limit=limit), lines], view)
+            lines = PaintedSurface(_contours(skin, limit), style.INK_COLOR, opacity=0.35, lit=False)
+            draw(axes, [PaintedSurface(skin, scalars="sensitivity", limit=limit), lines], view)
         else:
             x, y = view.project(skin.points).T
             triangles = skin.regular_faces
-            axes.tripcolor(x, y, triangles, values, shading="gouraud", cmap=style.DIVERGING, vmin=-limit, vmax=limit)
+            axes.tripcolor(
+                x, y, triangles, values, shading="gouraud", cmap=style.DIVERGING_COLORS, vmin=-limit, vmax=limit
+            )
         _mark_gauges(axes, view, finger, gauge_name)
-        style.diverging_bar(axes, limit, BAR)
+        style.diverging_bar(axes, limit, BAR_LABEL)
         strongest = np.abs(values).argmax()
         x, y, _ = skin.points[strongest]
         peak = f"{values[strongest]:+.3g} µε/mN at x {x:.3g}, y {y:.3g} mm".replace("-", "−")
@@ -63,7 +65,7 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
     limit = style.nice_limit(max(float(np.abs(skin["sensitivity"]).max()) for skin in skins))
     sites = _grids(finger)
     width, height = np.ptp(skins[0].points, axis=0)[:2] + 2 * MARGIN_MM
-    most, inches = SMALL_MAPS if small else MAPS
+    most, inches = SMALL_MAPS if small else MAPS_A_ROW
     columns = min(len(skins), most)
     rows = -(-len(skins) // columns)
     with style.styled(inches * columns, inches * height / width * rows + AROUND_IN) as figure:
@@ -72,12 +74,15 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
             axes.set_visible(False)
         for number, (axes, skin, gauge) in enumerate(zip(grid.flat, skins, finger.gauges, strict=False)):
             x, y = skin.points[:, :2].T
-            colours: dict = {"cmap": style.DIVERGING, "vmin": -limit, "vmax": limit, "rasterized": True}
+            colours: dict = {"cmap": style.DIVERGING_COLORS, "vmin": -limit, "vmax": limit, "rasterized": True}
             axes.tripcolor(x, y, skin.regular_faces, skin["sensitivity"], shading="gouraud", **colours)
-            for other, ends in enumerate(sites):
-                chosen = other == number
+            for site, ends in enumerate(sites):
+                chosen = site == number
                 style.mark_gauge(
-                    axes, ends[:, :2], style.GAUGE_COLOR if chosen else "white", style.INK if chosen else style.MUTED
+                    axes,
+                    ends[:, :2],
+                    style.GAUGE_COLOR if chosen else "white",
+                    style.INK_COLOR if chosen else style.MUTED_COLOR,
                 )
             strongest = np.abs(skin["sensitivity"]).argmax()
             response = f"{skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−")
@@ -85,7 +90,7 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
             axes.set(aspect="equal", xlabel="x (mm)")
         for axes in grid[:, 0]:
             axes.set_ylabel("y (mm)")
-        style.diverging_bar(grid, limit, BAR)
+        style.diverging_bar(grid, limit, BAR_LABEL)
         facts = "the skin from above; red: a load there stretches the gauge, blue: it shortens it; above: the strongest"
         size = style.TITLE_PT if small else style.LARGE_PT
         style.titled(figure, f"Receptive fields of the {len(skins)} gauges", facts, size)
@@ -104,8 +109,10 @@ def _skin(fields: ReceptiveFields, number: int) -> pv.PolyData:
 
 def _contours(skin: pv.PolyData, limit: float) -> pv.PolyData:
     """Lines of equal sensitivity, none at zero."""
-    lines = skin.contour((np.arange(STEP / 2 - 1, 1, STEP) * limit).tolist(), scalars="sensitivity")
-    lines.points = lines.points * LIFTED
+    lines = skin.contour(
+        (np.arange(SENSITIVITY_STEP / 2 - 1, 1, SENSITIVITY_STEP) * limit).tolist(), scalars="sensitivity"
+    )
+    lines.points = lines.points * LIFT_FACTOR
     return lines
 
 
@@ -124,7 +131,7 @@ def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> Non
     for gauge, grid in zip(finger.gauges, _grids(finger), strict=True):
         ends = view.project(grid)
         chosen = gauge.name == gauge_name
-        color, weight = (style.INK, "bold") if chosen else (style.MUTED, "normal")
+        color, weight = (style.INK_COLOR, "bold") if chosen else (style.MUTED_COLOR, "normal")
         style.mark_gauge(axes, ends, style.GAUGE_COLOR if chosen else "white", color)
         x, y = ends.mean(axis=0)
         axes.text(x, y - 1.0, style.named(gauge.name), ha="center", va="top", weight=weight, color=color)

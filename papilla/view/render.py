@@ -19,9 +19,9 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from papilla.view.style import DIVERGING, styled
+from papilla.view.style import DIVERGING_COLORS, styled
 
-SUPERSAMPLE = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
+SUPERSAMPLE_PIXELS = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
 MARGIN_MM = 1.5  # Margin around the content of a picture
 AWAY_MM = 500  # Distance of the camera and the lights
 PIXELS_PER_MM = 18.0
@@ -34,7 +34,7 @@ SHADE_LIGHT = {"ambient": 0.65, "diffuse": 0.4, "specular": 0.05}
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class PaintedSurface:
     """A surface to render: coloured by its point data `scalars` within +-`limit`, red above zero, or with the one
     colour `color`."""
 
@@ -96,39 +96,39 @@ def framed(view: View, width: float, panels: int = 1) -> Iterator[tuple[Figure, 
         yield figure, frames
 
 
-def draw(axes: Axes, parts: list[Part], view: View) -> None:
+def draw(axes: Axes, parts: list[PaintedSurface], view: View) -> None:
     """Draw rendered parts on axes of `framed`; the caller has made sure that a window exists."""
     axes.imshow(render(parts, view), extent=view.extent, interpolation="antialiased")
 
 
-def render(parts: list[Part], view: View) -> np.ndarray:
+def render(parts: list[PaintedSurface], view: View) -> np.ndarray:
     """An RGB image (rows, columns, 3) of the parts on white; the caller has made sure that a window exists."""
-    size = [round(SUPERSAMPLE * PIXELS_PER_MM * length) for length in (view.width_mm, view.height_mm)]
+    size = [round(SUPERSAMPLE_PIXELS * PIXELS_PER_MM * length) for length in (view.width_mm, view.height_mm)]
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
     try:
         plotter.background_color = "white"
         _light(plotter, view)
-        for part in parts:
-            if part.surface.n_points:
-                _add(plotter, part)
+        for painted in parts:
+            if painted.surface.n_points:
+                _add(plotter, painted)
         _aim(plotter, view)
         return np.asarray(plotter.screenshot(None, return_img=True))
     finally:
         plotter.close()
 
 
-def _add(plotter: pv.Plotter, part: Part) -> None:
-    shading: dict[str, Any] = {"lighting": part.lit, "smooth_shading": part.lit, "opacity": part.opacity}
-    if part.lit:
-        shading |= SKIN_LIGHT if part.scalars is None else SHADE_LIGHT
-    if part.scalars is None:
-        plotter.add_mesh(part.surface, color=part.color, **shading)
+def _add(plotter: pv.Plotter, painted: PaintedSurface) -> None:
+    shading: dict[str, Any] = {"lighting": painted.lit, "smooth_shading": painted.lit, "opacity": painted.opacity}
+    if painted.lit:
+        shading |= SKIN_LIGHT if painted.scalars is None else SHADE_LIGHT
+    if painted.scalars is None:
+        plotter.add_mesh(painted.surface, color=painted.color, **shading)
         return
     plotter.add_mesh(
-        part.surface,
-        scalars=part.scalars,
-        clim=(-part.limit, part.limit),
-        cmap=colormaps[DIVERGING],
+        painted.surface,
+        scalars=painted.scalars,
+        clim=(-painted.limit, painted.limit),
+        cmap=colormaps[DIVERGING_COLORS],
         interpolate_before_map=True,
         show_scalar_bar=False,
         **shading,
@@ -152,10 +152,13 @@ def _aim(plotter: pv.Plotter, view: View) -> None:
     plotter.renderer.reset_camera_clipping_range()
 
 
-ENVIRONMENT = "VTK_DEFAULT_OPENGL_WINDOW"
+WINDOW_VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
 """The environment variable that tells VTK which window to open; a value that the user sets is the only one tried."""
 
-HEADLESS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")  # Kinds that need no display (Linux), in the order tried
+HEADLESS_WINDOWS = (
+    "vtkEGLRenderWindow",
+    "vtkOSOpenGLRenderWindow",
+)  # Kinds that need no display (Linux), in the order tried
 PROBE_SECONDS = 60
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
@@ -172,26 +175,26 @@ raise SystemExit(not window.SupportsOpenGL())
 @lru_cache(maxsize=1)
 def use_offscreen_window() -> bool:
     """Set the window kind for this process; False if VTK cannot render here at all."""
-    for kind in _candidates():
-        if _works(kind):
-            if kind is not None:
-                os.environ[ENVIRONMENT] = kind
+    for window in _candidates():
+        if _works(window):
+            if window is not None:
+                os.environ[WINDOW_VARIABLE] = window
             return True
     return False
 
 
 def _candidates() -> tuple[str | None, ...]:
-    if os.environ.get(ENVIRONMENT):
-        return (os.environ[ENVIRONMENT],)
-    return HEADLESS if sys.platform.startswith("linux") else (None,)
+    if os.environ.get(WINDOW_VARIABLE):
+        return (os.environ[WINDOW_VARIABLE],)
+    return HEADLESS_WINDOWS if sys.platform.startswith("linux") else (None,)
 
 
-def _works(kind: str | None) -> bool:
-    environment = os.environ if kind is None else {**os.environ, ENVIRONMENT: kind}
+def _works(window: str | None) -> bool:
+    environment = os.environ if window is None else {**os.environ, WINDOW_VARIABLE: window}
     try:
-        done = subprocess.run(
+        probe = subprocess.run(
             [sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=PROBE_SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         return False
-    return done.returncode == 0
+    return probe.returncode == 0

@@ -19,13 +19,13 @@ from papilla.mesh.layered import LayeredMesh
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen, Sphere
 from papilla.view.contact_map import contact_edge
-from papilla.view.style import STRAIN
+from papilla.view.style import STRAIN_QUANTITY
 
 OFF_PLANE = 1e-6
 """Distance (mm) of the cut from the plane: a mesh with a mirror plane has whole faces in it, which a slice would
 skip."""
 
-DAMPING = 0.02  # Penalty on slopes in the fit of nodal values, as a fraction of the fit's own stiffness
+SLOPE_PENALTY = 0.02  # Penalty on slopes in the fit of nodal values, as a fraction of the fit's own stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Face:
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class CutGeometry:
     """The cut: a face per layer, outlines by surface name (lists of (k, 3)), bone polygons, gauges (g, 2, 3)."""
 
     faces: tuple[Face, ...]
@@ -47,28 +47,30 @@ class Section:
     gauges: np.ndarray
 
 
-def cut(field: Field, finger: Finger, *, shown: str = STRAIN, scale: float = 1.0, side: int = 1) -> Section:
+def cut(
+    field: Field, finger: Finger, *, quantity: str = STRAIN_QUANTITY, scale: float = 1.0, side: int = 1
+) -> CutGeometry:
     """The section of the deformed finger at y = 0, displacements drawn `scale` times as large.
 
     shown : the values, as of `cell_values`. side : which half is kept (+1: y > 0).
     """
     mesh = field.mesh
     moved = scale * field.displacement
-    values = cell_values(field, finger, shown)
+    values = cell_values(field, finger, quantity)
     faces = tuple(_face(mesh, number, values, moved, side) for number in np.unique(mesh.layer))
     outlines = {name: _outline(mesh, name, moved, side) for name in ("skin", "interface")}
     bone = _bone_polygons(finger, mesh) if finger.bone is None else []
-    return Section(faces, outlines, bone, _gauge_bars(field, finger, scale))
+    return CutGeometry(faces, outlines, bone, _gauge_bars(field, finger, scale))
 
 
-def cell_values(field: Field, finger: Finger, shown: str) -> np.ndarray:
+def cell_values(field: Field, finger: Finger, quantity: str) -> np.ndarray:
     """The values to show, (cells,): `STRAIN` along the layers in %, or one of the `COMPONENTS` of the stress in kPa."""
-    if shown == STRAIN:
+    if quantity == STRAIN_QUANTITY:
         return strain_along_layers(field, finger)
-    if shown == "mises":
+    if quantity == "mises":
         deviator = field.stress - np.trace(field.stress, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         return KPA_PER_MPA * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
-    return KPA_PER_MPA * field.stress[:, "xyz".index(shown[0]), "xyz".index(shown[1])]
+    return KPA_PER_MPA * field.stress[:, "xyz".index(quantity[0]), "xyz".index(quantity[1])]
 
 
 def strain_along_layers(field: Field, finger: Finger) -> np.ndarray:
@@ -113,7 +115,7 @@ def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> 
     doi:10.1002/nme.1620330702), because a mean would be too small at the interface. Layers are not mixed, because
     strain may jump.
     """
-    tets, here = mesh.tets[chosen], values[chosen]
+    tets, centroid_values = mesh.tets[chosen], values[chosen]
     corners = mesh.points[tets]
     away = corners.mean(axis=1)[:, None] - corners
     rows = np.concatenate([np.ones((*tets.shape, 1)), away], axis=2)
@@ -121,11 +123,11 @@ def _nodal_values(mesh: LayeredMesh, chosen: np.ndarray, values: np.ndarray) -> 
     terms = rows.shape[-1]
     normal, load = np.zeros((len(mesh.points), terms, terms)), np.zeros((len(mesh.points), terms))
     np.add.at(normal, tets, volume[:, None, None, None] * rows[..., :, None] * rows[..., None, :])
-    np.add.at(load, tets, (volume * here)[:, None, None] * rows)
+    np.add.at(load, tets, (volume * centroid_values)[:, None, None] * rows)
     # A small penalty keeps the slope finite if few cells meet at a vertex
     spread = np.trace(normal[:, 1:, 1:], axis1=1, axis2=2) / 3
     slopes = np.arange(1, terms)
-    normal[:, slopes, slopes] += DAMPING * spread[:, None]
+    normal[:, slopes, slopes] += SLOPE_PENALTY * spread[:, None]
     used = np.unique(tets)
     nodal = np.zeros(len(mesh.points))
     nodal[used] = np.linalg.solve(normal[used], load[used][..., None])[:, 0, 0]
@@ -143,7 +145,7 @@ def _outline(mesh: LayeredMesh, name: str, moved: np.ndarray, side: int) -> list
 def _bone_polygons(finger: Finger, mesh: LayeredMesh) -> list[np.ndarray]:
     """Outlines (k, 3) of a rigid bone in the plane y = 0, above the base plane."""
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    x, z = np.meshgrid(np.linspace(low[0], high[0], POINTS), np.linspace(low[2], high[2], POINTS))
+    x, z = np.meshgrid(np.linspace(low[0], high[0], SPECIMEN_POINTS), np.linspace(low[2], high[2], SPECIMEN_POINTS))
     points = np.stack([x.ravel(), np.zeros(x.size), z.ravel()], axis=1)
     level = surfaces_of(finger)["bone"].level(points).reshape(x.shape)
     filled: tuple = contour_generator(x, z, level, fill_type="OuterCode").filled(float(level.min()) - 1, 0.0)
@@ -160,7 +162,7 @@ def _gauge_bars(field: Field, finger: Finger, scale: float) -> np.ndarray:
     return np.array(bars)
 
 
-POINTS = 120  # Across a specimen, around a ball, and along each axis of the level of a bone
+SPECIMEN_POINTS = 120  # Across a specimen, around a ball, and along each axis of the level of a bone
 DRAWN_THICKNESS = 10.0  # Height (mm) of a half-space, or of a thicker block, that is drawn
 
 
@@ -173,11 +175,14 @@ def specimen_solid(
     """
     approach = scale * press.indentation
     if isinstance(specimen, Sphere):
-        centre, fine = (0, 0, specimen.radius - approach), {"theta_resolution": POINTS, "phi_resolution": POINTS}
+        centre, fine = (
+            (0, 0, specimen.radius - approach),
+            {"theta_resolution": SPECIMEN_POINTS, "phi_resolution": SPECIMEN_POINTS},
+        )
         solid = pv.Sphere(radius=specimen.radius, center=centre, **fine).clean()
     else:
         thickness = min(getattr(specimen, "thickness", DRAWN_THICKNESS), DRAWN_THICKNESS)
-        x, y = np.meshgrid(*[np.linspace(-half_width, half_width, POINTS)] * 2, indexing="ij")
+        x, y = np.meshgrid(*[np.linspace(-half_width, half_width, SPECIMEN_POINTS)] * 2, indexing="ij")
         skin = _skin_height(field, frame, scale)(x, y)
         height = specimen.gap(np.column_stack([x.ravel(), y.ravel()])).reshape(skin.shape)
         top = np.full_like(skin, thickness - approach)

@@ -12,30 +12,41 @@ from skfem import Basis, ElementTriP2, ElementVector
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.files import replacing
-from papilla.core.units import PER_CENT, TINY
+from papilla.core.units import PER_CENT, TINY_DIVISOR
 from papilla.fem.sliding.section import SectionModel
 from papilla.fem.sliding.slide import Slide
 from papilla.mesh.section import build_section
 from papilla.model.finger import Finger
 from papilla.model.textures import Texture
-from papilla.view.style import ACCENTS, DIVERGING, INK, MUTED, RIGID_COLOR, in_a_row, named, styled
+from papilla.view.style import (
+    ACCENT_COLORS,
+    DIVERGING_COLORS,
+    INK_COLOR,
+    MUTED_COLOR,
+    RIGID_COLOR,
+    in_a_row,
+    named,
+    styled,
+)
 
-FRAMES, FRAMES_A_SECOND, DPI = 60, 12, 90
-HEIGHT_IN = 6.0
+MOVIE_FRAMES, FRAMES_A_SECOND, MOVIE_DPI = 60, 12, 90
+MOVIE_HEIGHT_IN = 6.0
 """Height of the movie, inches."""
-AROUND, BELOW, OVER_MM = 1.6, 0.8, 3.0
+HALF_WIDTH_RATIO, DEPTH_BELOW_RATIO, OVER_MM = 1.6, 0.8, 3.0
 """Half width of the picture over that of the contact; depth below the skin over this; mm of texture above the skin."""
 BARS_MM = 0.6, 2.8
 """Where the bars of pressure begin and end above the skin, mm."""
-COMMON = 99.7
+COMMON_PER_CENT = 99.7
 """Per cent of the strains, and of the signals, that lie within the limits: about three sigmas."""
-POINTS = 1200
+TEXTURE_POINTS = 1200
 """Points of the texture across the picture."""
 SIGNAL_S = 0.25
 """Seconds of signal before each frame."""
 
 
-def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found: Slide, frames: int = FRAMES) -> None:
+def write_slide_movie(
+    path: str | Path, finger: Finger, texture: Texture, slide: Slide, frames: int = MOVIE_FRAMES
+) -> None:
     """Write a GIF of a slide with `frames` evenly spaced samples.
 
     Each frame shows the strain along x of the deformed section under the instantaneous forces (without inertia), the
@@ -44,35 +55,39 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
     """
     if Path(path).suffix.lower() != ".gif":
         raise InputError(f"{path}: a moving picture is written as .gif")
-    if finger.ridge_pitch_mm != found.ridge_pitch_mm:
+    if finger.ridge_pitch_mm != slide.ridge_pitch_mm:
         raise InputError(
             f"the finger has ridges every {finger.ridge_pitch_mm:g} mm, the one that slid every "
-            f"{found.ridge_pitch_mm:g} mm (0 is none): give the finger that slid"
+            f"{slide.ridge_pitch_mm:g} mm (0 is none): give the finger that slid"
         )
-    samples = np.unique(np.linspace(0, len(found.readings) - 1, frames).round().astype(int))
+    samples = np.unique(np.linspace(0, len(slide.readings) - 1, frames).round().astype(int))
     model = SectionModel(finger, build_section(finger))
-    moved, strain = _fields(model, found, samples)
+    moved, strain = _fields(model, slide, samples)
     points, triangles = model.section.points, model.section.triangles
-    width, top = AROUND * model.section.half_width, points[:, 1].max()
-    limit = PER_CENT * float(np.percentile(np.abs(strain), COMMON))
-    with styled(height=HEIGHT_IN) as figure, replacing(path) as temporary:
+    width, top = HALF_WIDTH_RATIO * model.section.half_width, points[:, 1].max()
+    limit = PER_CENT * float(np.percentile(np.abs(strain), COMMON_PER_CENT))
+    with styled(height=MOVIE_HEIGHT_IN) as figure, replacing(path) as temporary:
         FigureCanvasAgg(figure)
         body, signal = figure.subplots(2, 1, height_ratios=(2, 1))
         writer = PillowWriter(fps=FRAMES_A_SECOND)
-        with matplotlib.rc_context({"savefig.dpi": DPI}), writer.saving(figure, f"{temporary}.gif", dpi=DPI):
-            for row, sample in enumerate(samples):
+        with (
+            matplotlib.rc_context({"savefig.dpi": MOVIE_DPI}),
+            writer.saving(figure, f"{temporary}.gif", dpi=MOVIE_DPI),
+        ):
+            for frame, sample in enumerate(samples):
                 body.clear()
-                mesh = Triangulation(*(points + moved[row]).T, triangles)
-                body.tripcolor(mesh, PER_CENT * strain[row], cmap=DIVERGING, vmin=-limit, vmax=limit)
-                _draw_texture(body, texture, found, sample, top, width)
+                mesh = Triangulation(*(points + moved[frame]).T, triangles)
+                body.tripcolor(mesh, PER_CENT * strain[frame], cmap=DIVERGING_COLORS, vmin=-limit, vmax=limit)
+                _draw_texture(body, texture, slide, sample, top, width)
                 body.set(
-                    xlim=(-width, width), ylim=(top - BELOW * width, top + OVER_MM), aspect=1, ylabel="z (mm)",
+                    xlim=(-width, width), ylim=(top - DEPTH_BELOW_RATIO * width, top + OVER_MM), aspect=1,
+                    ylabel="z (mm)",
                     xlabel="x (mm)",
                 )  # fmt: skip
-                scene = f"{found.motion.t_s[sample]:.3f} s, {found.force_N[sample]:.2g} N"
+                scene = f"{slide.motion.t_s[sample]:.3f} s, {slide.force_N[sample]:.2g} N"
                 body.set_title(f"{scene}; strain along x to ±{limit:.2g} %", fontsize="small")
-                _draw_signals(signal, found, sample)
-                if row == 0:
+                _draw_signals(signal, slide, sample)
+                if frame == 0:
                     # Axes stay where the first frame has them
                     figure.draw_without_rendering()
                     figure.set_layout_engine("none")
@@ -80,10 +95,10 @@ def write_slide_movie(path: str | Path, finger: Finger, texture: Texture, found:
         Path(f"{temporary}.gif").replace(temporary)
 
 
-def _fields(model: SectionModel, found: Slide, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _fields(model: SectionModel, slide: Slide, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (f, vertices, 2) in mm and strain along x in each triangle (f, m) of the samples."""
     means, _ = model.patch_weights
-    forces = np.concatenate([found.rubbing[samples], found.pressing[samples]], axis=1)
+    forces = np.concatenate([slide.rubbing[samples], slide.pressing[samples]], axis=1)
     fields = model.solve(means.T @ forces.T)
     vertices = model.scalar.nodal_dofs[0]
     moved = np.stack([fields[model.component[c][vertices]].T for c in (0, 1)], axis=-1)
@@ -93,25 +108,25 @@ def _fields(model: SectionModel, found: Slide, samples: np.ndarray) -> tuple[np.
     return moved, strain
 
 
-def _draw_texture(axes, texture: Texture, found: Slide, sample: int, top: float, width: float) -> None:
-    x = np.linspace(-width, width, POINTS)
-    place = np.clip(x + found.motion.position_mm[sample] + found.carried_mm[sample], *texture.span)
-    under = top - found.depth_mm[sample] + texture.recess(place)
+def _draw_texture(axes, texture: Texture, slide: Slide, sample: int, top: float, width: float) -> None:
+    x = np.linspace(-width, width, TEXTURE_POINTS)
+    place = np.clip(x + slide.motion.position_mm[sample] + slide.carried_mm[sample], *texture.span)
+    under = top - slide.depth_mm[sample] + texture.recess(place)
     axes.fill_between(x, under, top + OVER_MM, color=RIGID_COLOR, linewidth=0)
-    pressure = found.pressing[sample] / max(float(found.pressing.max()), TINY)
+    pressure = slide.pressing[sample] / max(float(slide.pressing.max()), TINY_DIVISOR)
     low, high = BARS_MM
-    axes.vlines(found.x_mm, top + low, top + low + (high - low) * pressure, color=INK)
-    axes.text(width, top + high, "pressure ", ha="right", va="top", fontsize="small", color=MUTED)
+    axes.vlines(slide.x_mm, top + low, top + low + (high - low) * pressure, color=INK_COLOR)
+    axes.text(width, top + high, "pressure ", ha="right", va="top", fontsize="small", color=MUTED_COLOR)
 
 
-def _draw_signals(axes, found: Slide, sample: int) -> None:
+def _draw_signals(axes, slide: Slide, sample: int) -> None:
     axes.clear()
-    rows = slice(max(0, sample - round(SIGNAL_S * found.motion.rate_Hz)), sample + 1)
-    change = found.readings - found.readings.mean(axis=0)
-    for name, color, signal in zip(found.gauge_names, ACCENTS, change[rows].T, strict=False):
-        axes.plot(found.motion.t_s[rows], signal, color=color, label=named(name))
-    reach = max(float(np.percentile(np.abs(change), COMMON)), checks.ROUNDING)
+    rows = slice(max(0, sample - round(SIGNAL_S * slide.motion.rate_Hz)), sample + 1)
+    change = slide.readings - slide.readings.mean(axis=0)
+    for name, color, signal in zip(slide.gauge_names, ACCENT_COLORS, change[rows].T, strict=False):
+        axes.plot(slide.motion.t_s[rows], signal, color=color, label=named(name))
+    reach = max(float(np.percentile(np.abs(change), COMMON_PER_CENT)), checks.ROUNDING_SHARE)
     axes.set(ylim=(-reach, reach), xlabel="time (s)", ylabel="change (µε)")
-    end = max(found.motion.t_s[sample], min(SIGNAL_S, found.motion.t_s[-1]))
+    end = max(slide.motion.t_s[sample], min(SIGNAL_S, slide.motion.t_s[-1]))
     axes.set_xlim(max(end - SIGNAL_S, 0.0), end)
-    axes.legend(ncols=in_a_row(found.gauge_names), loc="upper left")
+    axes.legend(ncols=in_a_row(slide.gauge_names), loc="upper left")

@@ -20,14 +20,17 @@ from papilla.mesh.body import surfaces_of
 from papilla.model.finger import Finger
 from papilla.model.specimen import Specimen
 from papilla.view import style
-from papilla.view.render import Part, View, draw, fitted, framed, use_offscreen_window
-from papilla.view.section import Section, contact_outline, cut, half_skin, specimen_solid
+from papilla.view.render import PaintedSurface, View, draw, fitted, framed, use_offscreen_window
+from papilla.view.section import CutGeometry, contact_outline, cut, half_skin, specimen_solid
 
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR = "#e9d8c7", "#cdd5e0"
 EDGE_COLOR = "#9fb0c4"  # Edge of the specimen
-ELEVATION, CORNER = 20.0, 60  # Degrees of the view above the horizon, and between two faces of a specimen with an edge
-WIDTHS = (10.0, 17.0)  # Inches of a picture of one press and of two
+SECTION_ELEVATION_DEG, CORNER_DEG = (
+    20.0,
+    60,
+)  # Degrees of the view above the horizon, and between two faces of a specimen with an edge
+PICTURE_WIDTHS_IN = (10.0, 17.0)  # Inches of a picture of one press and of two
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,23 +47,26 @@ class Drawn:
     """Drawn parts of a scene: the cut, the skin behind it, the specimen's half, the contact's lines, and the touch-down
     point (3,) on the deformed skin (None at the apex)."""
 
-    section: Section
+    section: CutGeometry
     skin: pv.PolyData
     solid: pv.PolyData
     outline: list[np.ndarray]
     touched: np.ndarray | None
 
 
-def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = style.STRAIN, scale: float = 1.0) -> Drawn:
+def drawn(
+    scene: Scene, reduced: ReducedFinger, finger: Finger, quantity: str = style.STRAIN_QUANTITY, scale: float = 1.0
+) -> Drawn:
     """The geometry of a scene of `reduced`, with displacements `scale` times as large, cut on the side of the touch.
 
     Raises `InputError` if `reduced` was made from another finger, and for an unknown quantity `shown`.
     """
     if finger.sha256 != reduced.finger_sha256:
         raise InputError(f"the reduced finger was not made from this design of {finger.name}")
-    if shown not in (style.STRAIN, *style.COMPONENTS):
+    if quantity not in (style.STRAIN_QUANTITY, *style.STRESS_COMPONENTS):
         raise InputError(
-            f"what is shown must be {style.STRAIN} or, of the stress, {', '.join(style.COMPONENTS)}; got {shown!r}"
+            f"what is shown must be {style.STRAIN_QUANTITY} or, of the stress, "
+            f"{', '.join(style.STRESS_COMPONENTS)}; got {quantity!r}"
         )
     field, press, side = scene.field, scene.press, side_of(reduced)
     frame = Frame.at(surfaces_of(finger)["skin"], *reduced.at)
@@ -72,7 +78,7 @@ def drawn(scene: Scene, reduced: ReducedFinger, finger: Finger, shown: str = sty
     ]
     nearest = int(cKDTree(field.mesh.points).query(frame.origin)[1])
     touched = frame.origin + scale * field.displacement[nearest] if any(reduced.at) else None
-    section = cut(field, finger, shown=shown, scale=scale, side=side)
+    section = cut(field, finger, quantity=quantity, scale=scale, side=side)
     skin, solid = half_skin(field, scale=scale, side=side), solid.clip_closed_surface((0, side, 0), origin=(0, 0, 0))
     return Drawn(section, skin, solid, outline, touched)
 
@@ -82,14 +88,14 @@ def side_of(reduced: ReducedFinger) -> int:
     return -1 if reduced.at[1] < 0 else 1
 
 
-def shown_words(shown: str) -> str:
+def shown_words(quantity: str) -> str:
     """Meaning of the colours, with the unit."""
-    if shown == style.STRAIN:
+    if quantity == style.STRAIN_QUANTITY:
         return "strain along the layers (%): red is tension, blue compression"
-    if shown == "mises":
+    if quantity == "mises":
         return "von Mises stress (kPa)"
-    sides = ": red is tension, blue compression" if shown[0] == shown[1] else ""
-    return f"{'stress' if sides else 'shear stress'} {shown} (kPa){sides}"
+    sides = ": red is tension, blue compression" if quantity[0] == quantity[1] else ""
+    return f"{'stress' if sides else 'shear stress'} {quantity} (kPa){sides}"
 
 
 def strain_figure(
@@ -100,7 +106,7 @@ def strain_figure(
     finger: Finger,
     *,
     scale: float = 1.0,
-    shown: str = style.STRAIN,
+    shown: str = style.STRAIN_QUANTITY,
     beside: Scene | None = None,
     width: float | None = None,
 ) -> Figure:
@@ -112,27 +118,47 @@ def strain_figure(
     """
     scenes = [Scene(field, press, specimen), *([] if beside is None else [beside])]
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
-    limit = style.nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
+    limit = style.nice_limit(
+        max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces)
+    )
     rendered, side = use_offscreen_window(), side_of(reduced)
-    view = View(ELEVATION if rendered else 0.0, 0.0 if side > 0 else 180.0)
-    view = fitted(view, np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)]))
-    with framed(view, width or WIDTHS[len(scenes) - 1], len(scenes)) as (figure, frames):
-        for axes, scene, one in zip(frames, scenes, parts, strict=True):
+    view = View(SECTION_ELEVATION_DEG if rendered else 0.0, 0.0 if side > 0 else 180.0)
+    view = fitted(
+        view, np.concatenate([surface.points for geometry in parts for surface in (geometry.skin, geometry.solid)])
+    )
+    with framed(view, width or PICTURE_WIDTHS_IN[len(scenes) - 1], len(scenes)) as (figure, frames):
+        for axes, scene, geometry in zip(frames, scenes, parts, strict=True):
             if rendered:
-                edges = one.solid.extract_feature_edges(feature_angle=CORNER)
-                lines = [Part(one.skin, SKIN_COLOR), Part(edges, EDGE_COLOR, lit=False)]
+                edges = geometry.solid.extract_feature_edges(feature_angle=CORNER_DEG)
+                lines = [PaintedSurface(geometry.skin, SKIN_COLOR), PaintedSurface(edges, EDGE_COLOR, lit=False)]
                 # Opaque: through a translucent specimen the finger behind the cut would seem to be inside it
-                draw(axes, [*_faces(one.section, limit), *lines, Part(one.solid, SPECIMEN_COLOR, lit=False)], view)
+                draw(
+                    axes,
+                    [
+                        *_faces(geometry.section, limit),
+                        *lines,
+                        PaintedSurface(geometry.solid, SPECIMEN_COLOR, lit=False),
+                    ],
+                    view,
+                )
             else:
-                _paint(axes, one.section, one.solid.points, view, limit)
-            x, y = view.project(np.array(one.solid.center))
+                _paint(axes, geometry.section, geometry.solid.points, view, limit)
+            x, y = view.project(np.array(geometry.solid.center))
             words = f"{scene.specimen.modulus:.3g} MPa\n{scene.specimen.words}"
-            axes.text(x, y, words, ha="center", va="bottom", color=style.MUTED)
+            axes.text(x, y, words, ha="center", va="bottom", color=style.MUTED_COLOR)
             _annotate(
-                axes, one, view, finger, scene.press, strains=shown == style.STRAIN, short=width == style.NARROW_IN
+                axes,
+                geometry,
+                view,
+                finger,
+                scene.press,
+                strains=shown == style.STRAIN_QUANTITY,
+                short=width == style.NARROW_IN,
             )
             if beside is not None:
-                axes.set_title(_facts(scene.press), loc="center", fontsize="medium", weight="normal", color=style.MUTED)
+                axes.set_title(
+                    _facts(scene.press), loc="center", fontsize="medium", weight="normal", color=style.MUTED_COLOR
+                )
         bar = style.diverging_bar(frames, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
         short = width == style.NARROW_IN
@@ -142,44 +168,52 @@ def strain_figure(
     return figure
 
 
-def _faces(section: Section, limit: float) -> list[Part]:
+def _faces(section: CutGeometry, limit: float) -> list[PaintedSurface]:
     parts = []
     for face in section.faces:
         surface = pv.PolyData.from_regular_faces(face.points, face.triangles)
         surface.point_data["shown"] = face.values
-        parts.append(Part(surface, scalars="shown", limit=limit, lit=False))
+        parts.append(PaintedSurface(surface, scalars="shown", limit=limit, lit=False))
     return parts
 
 
-def _paint(axes: Axes, section: Section, solid: np.ndarray, view: View, limit: float) -> None:
+def _paint(axes: Axes, section: CutGeometry, solid: np.ndarray, view: View, limit: float) -> None:
     """Draw the cut face with matplotlib alone, seen from the front, if VTK cannot render."""
     for face in section.faces:
         x, y = view.project(face.points).T
         axes.tripcolor(
-            x, y, face.triangles, face.values, shading="gouraud", cmap=style.DIVERGING, vmin=-limit, vmax=limit
+            x, y, face.triangles, face.values, shading="gouraud", cmap=style.DIVERGING_COLORS, vmin=-limit, vmax=limit
         )
     inside = view.project(solid)
     axes.fill(*inside[ConvexHull(inside).vertices].T, color=SPECIMEN_COLOR, linewidth=0)
 
 
-def _annotate(axes: Axes, one: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool) -> None:
-    for polygon in one.section.bone:
-        axes.fill(*view.project(polygon).T, facecolor=style.RIGID_COLOR, edgecolor=style.INK, linewidth=style.THIN)
+def _annotate(
+    axes: Axes, geometry: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool
+) -> None:
+    for polygon in geometry.section.bone:
+        axes.fill(
+            *view.project(polygon).T, facecolor=style.RIGID_COLOR, edgecolor=style.INK_COLOR, linewidth=style.THIN_PT
+        )
         x, y = view.project(polygon.mean(axis=0))
-        axes.text(x, y, "bone", ha="center", va="center", color=style.MUTED)
-    for name, width in (("skin", style.THIN), ("interface", style.THICK)):
-        for line in one.section.outlines[name]:
-            axes.plot(*view.project(line).T, color=style.INK, linewidth=width)
-    for line in one.outline:
-        axes.plot(*view.project(line).T, color=style.INK, linewidth=style.THICK, linestyle="--")
-    if one.touched is not None:
-        axes.plot(*view.project(one.touched), "+", color=style.INK, markersize=11, markeredgewidth=style.THICK)
-    for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
+        axes.text(x, y, "bone", ha="center", va="center", color=style.MUTED_COLOR)
+    for name, width in (("skin", style.THIN_PT), ("interface", style.THICK_PT)):
+        for line in geometry.section.outlines[name]:
+            axes.plot(*view.project(line).T, color=style.INK_COLOR, linewidth=width)
+    for line in geometry.outline:
+        axes.plot(*view.project(line).T, color=style.INK_COLOR, linewidth=style.THICK_PT, linestyle="--")
+    if geometry.touched is not None:
+        axes.plot(
+            *view.project(geometry.touched), "+", color=style.INK_COLOR, markersize=11, markeredgewidth=style.THICK_PT
+        )
+    for gauge, bar, strain, reading in zip(
+        finger.gauges, geometry.section.gauges, press.strain, press.reading, strict=True
+    ):
         flat = view.project(bar)
         style.mark_gauge(axes, flat)
         facts = f"{reading:+,.0f} µε" + f"\n({PER_CENT * strain:+.2f} %)" * strains
         if short:
-            facts = f"{reading / style.THOUSAND:+.3g}"
+            facts = f"{reading / style.MICROSTRAIN_A_THOUSAND:+.3g}"
         label = f"{style.named(gauge.name)}\n{facts.replace('-', '−')}"
         x, y = flat.mean(axis=0) + LABEL_MM * _inward(flat)
         axes.text(

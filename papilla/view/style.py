@@ -27,43 +27,43 @@ from papilla.core.outside import shipped
 from papilla.model.specimen import friction_words
 
 _SHEET = Path(__file__).parents[1] / "data" / "papilla.mplstyle"
-SHEET = shipped("papilla", "data", _SHEET.name)
+STYLE_SHEET = shipped("papilla", "data", _SHEET.name)
 """The style sheet of all pictures, for the keys of pictures in the cache."""
 _STYLE = matplotlib.rc_params_from_file(_SHEET, use_default_template=False)
-INK, MUTED, FAINT = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.color"))
+INK_COLOR, MUTED_COLOR, FAINT_COLOR = (_STYLE[key] for key in ("text.color", "xtick.color", "grid.color"))
 """Colours of text, of secondary text, and of grids and frames."""
-THIN, THICK = 0.8, 1.7
+THIN_PT, THICK_PT = 0.8, 1.7
 """Widths in points of a line that helps to read (a frame, an edge, zero), and of the curve that a picture is about;
 other curves have the width of the style sheet."""
 GAUGE_COLOR, GAUGE_PT, EDGE_PT = "#f5c400", 4, 6.5
 """Colour of a gauge's grid; width of its line and of the line behind it, in points."""
 RIGID_COLOR = "#c9ced6"
 """Colour of a rigid bone, and of a texture."""
-THOUSAND = 1000
+MICROSTRAIN_A_THOUSAND = 1000
 """Microstrain of a unit of 10³ µε."""
 
-ACCENTS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#be185d", "#475569")
+ACCENT_COLORS = ("#0b5fa5", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#0e7490", "#be185d", "#475569")
 """Colours of curves, in order."""
 
-DIVERGING = "RdBu_r"  # For signed quantities, always centred at zero: red is tension
-SEQUENTIAL = "Blues"  # For quantities that start at zero
+DIVERGING_COLORS = "RdBu_r"  # For signed quantities, always centred at zero: red is tension
+SEQUENTIAL_COLORS = "Blues"  # For quantities that start at zero
 
-STRAIN, COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
+STRAIN_QUANTITY, STRESS_COMPONENTS = "strain", ("xx", "yy", "zz", "xy", "yz", "xz", "mises")
 """What a strain picture shows: strain along the layers, or a component of the stress; "mises" is that of von Mises."""
 
-WIDTH_IN, HEIGHT_IN = 7.2, 4.4
+PLOT_WIDTH_IN, PLOT_HEIGHT_IN = 7.2, 4.4
 """Inches of a plot on a page."""
-TITLE_PT, LARGE_PT, DPI = 12, 14, 150
+TITLE_PT, LARGE_PT, PLOT_DPI = 12, 14, 150
 """Sizes of the message above a plot and above a rendered picture; dots of an inch."""
 NARROW_IN = 4.6
 """Inches of a figure on a telephone: 10 points are then 10.6 pixels in a column of 350."""
 MARGIN_IN, INCH_PER_POINT = 0.12, 1 / 72
 """Margin of the texts at the top of a figure; the size of letters is in points."""
-LETTER, LINE, DETAIL = 0.6, 1.4, 0.75
+LETTER_WIDTH, LINE_DISTANCE, DETAIL_SIZE = 0.6, 1.4, 0.75
 """Width of a letter on average, and distance of lines, over the size of letters; size of a detail over that of its
 message."""
 
-NAME_LETTERS = 24
+PICTURE_NAME_LETTERS = 24
 """Most letters of a name in a picture."""
 
 _UNDATED: dict[str, dict[str, None]] = {
@@ -75,22 +75,22 @@ _UNDATED: dict[str, dict[str, None]] = {
 
 
 @contextmanager
-def styled(width: float = WIDTH_IN, height: float = HEIGHT_IN) -> Iterator[Figure]:
+def styled(width: float = PLOT_WIDTH_IN, height: float = PLOT_HEIGHT_IN) -> Iterator[Figure]:
     """A new figure of `width` x `height` inches, to be drawn on inside the block, in papilla's style."""
     with matplotlib.rc_context(_STYLE):
         yield Figure(figsize=(width, height))
 
 
 def named(name: str) -> str:
-    """A name as it is shown in a picture: at most `NAME_LETTERS` of it, which leave room for the picture, and a space
-    before "_", because matplotlib leaves labels that begin with it out of a legend."""
-    short = name if len(name) <= NAME_LETTERS else f"{name[: NAME_LETTERS - 1]}…"
+    """A name as it is shown in a picture: at most `PICTURE_NAME_LETTERS` of it, which leave room for the picture, and a
+    space before "_", because matplotlib leaves labels that begin with it out of a legend."""
+    short = name if len(name) <= PICTURE_NAME_LETTERS else f"{name[: PICTURE_NAME_LETTERS - 1]}…"
     return f" {short}" if short.startswith("_") else short
 
 
 def in_a_row(names: Sequence[str]) -> int:
     """Number of columns of a legend: all names in a row, or one below the other if they are long."""
-    return len(names) if sum(map(len, names)) <= NAME_LETTERS else 1
+    return len(names) if sum(map(len, names)) <= PICTURE_NAME_LETTERS else 1
 
 
 def with_formula(*texts: Text) -> None:
@@ -101,8 +101,8 @@ def with_formula(*texts: Text) -> None:
 
 def friction_text(coefficient: float) -> str:
     """A press's friction in a title: "friction 0.5", "friction stick"."""
-    said = friction_words(coefficient)
-    return f"friction {said}" if isinstance(said, str) else f"friction {said:g}"
+    words = friction_words(coefficient)
+    return f"friction {words}" if isinstance(words, str) else f"friction {words:g}"
 
 
 def plain_log(axis, steps: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
@@ -119,7 +119,7 @@ def titled(figure: Figure, message: str, detail: str, size: float = TITLE_PT, *,
     """
     figure.text(0, 1, message, fontsize=size, weight="bold", va="top", parse_math=formula)
     if detail:
-        figure.text(0, 1, detail, fontsize=DETAIL * size, color=MUTED, va="top")
+        figure.text(0, 1, detail, fontsize=DETAIL_SIZE * size, color=MUTED_COLOR, va="top")
     _stack(figure)
 
 
@@ -139,10 +139,10 @@ def _stack(figure: Figure) -> float:
     (wide, tall), top = figure.get_size_inches(), MARGIN_IN
     for text in figure.texts:
         size = float(text.get_fontsize()) * INCH_PER_POINT
-        letters = int((wide - 2 * MARGIN_IN) / (LETTER * size))
+        letters = int((wide - 2 * MARGIN_IN) / (LETTER_WIDTH * size))
         lines = textwrap.wrap(text.get_text(), letters)
         text.set(text="\n".join(lines), position=(MARGIN_IN / wide, 1 - top / tall))
-        top += LINE * size * len(lines)
+        top += LINE_DISTANCE * size * len(lines)
     layout: Any = figure.get_layout_engine()
     layout.set(rect=(0, 0, 1, 1 - top / tall))
     return top
@@ -150,8 +150,8 @@ def _stack(figure: Figure) -> float:
 
 def color_bar(shades: Any, axes: Any, label: str, **more) -> Colorbar:
     """A bar of the colours of `shades` next to axes, which give it room; its label may have a formula."""
-    own = np.atleast_1d(axes).flat
-    bar = own[0].figure.colorbar(shades, ax=list(own), label=label, **more)
+    panels = np.atleast_1d(axes).flat
+    bar = panels[0].figure.colorbar(shades, ax=list(panels), label=label, **more)
     with_formula(bar.ax.xaxis.label, bar.ax.yaxis.label)
     bar.outline.set_visible(False)
     return bar
@@ -159,12 +159,12 @@ def color_bar(shades: Any, axes: Any, label: str, **more) -> Colorbar:
 
 def diverging_bar(axes: Any, limit: float, label: str) -> Colorbar:
     """A bar of signed values to +-`limit` below axes."""
-    shades = ScalarMappable(Normalize(-limit, limit), colormaps[DIVERGING])
+    shades = ScalarMappable(Normalize(-limit, limit), colormaps[DIVERGING_COLORS])
     ticks = np.linspace(-limit, limit, 5)
     return color_bar(shades, axes, label, location="bottom", shrink=0.5, aspect=30, ticks=ticks)
 
 
-def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str = INK) -> None:
+def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str = INK_COLOR) -> None:
     """The grid of a gauge between its ends (2, 2)."""
     axes.plot(*ends.T, color=edge, linewidth=EDGE_PT, solid_capstyle="butt")
     axes.plot(*ends.T, color=color, linewidth=GAUGE_PT, solid_capstyle="butt")
@@ -172,13 +172,15 @@ def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str
 
 def kind_of(path: str | Path) -> str:
     """The kind of picture given by a file name's ending; raises `InputError` for an unknown one."""
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _UNDATED:
-        raise InputError(f"{path}: pictures are written as .{', .'.join(_UNDATED)}, not as {kind or 'a name without'}")
-    return kind
+    suffix = Path(path).suffix.lower().removeprefix(".")
+    if suffix not in _UNDATED:
+        raise InputError(
+            f"{path}: pictures are written as .{', .'.join(_UNDATED)}, not as {suffix or 'a name without'}"
+        )
+    return suffix
 
 
-def content(figure: Figure, kind: str, dpi: int = DPI) -> bytes:
+def content(figure: Figure, picture_format: str, dpi: int = PLOT_DPI) -> bytes:
     """The figure as the bytes of a png, pdf or svg file; equal figures give equal bytes."""
     stream = io.BytesIO()
     with matplotlib.rc_context(_STYLE), warnings.catch_warnings():
@@ -186,11 +188,11 @@ def content(figure: Figure, kind: str, dpi: int = DPI) -> bytes:
         warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         figure.draw_without_rendering()  # The layout of axes of a fixed aspect needs a second pass
         # It imports the canvas of the kind when a picture of this kind is written
-        FigureCanvasAgg(figure).print_figure(stream, format=kind, dpi=dpi, metadata=_UNDATED[kind])
+        FigureCanvasAgg(figure).print_figure(stream, format=picture_format, dpi=dpi, metadata=_UNDATED[picture_format])
     return stream.getvalue()
 
 
-def png(figure: Figure, dpi: int = DPI) -> bytes:
+def png(figure: Figure, dpi: int = PLOT_DPI) -> bytes:
     """The figure as PNG bytes."""
     return content(figure, "png", dpi)
 
@@ -215,5 +217,5 @@ def nice_limit(value: float) -> float:
     """The smallest of 1, 1.5, 2, 3, 4, 5, 6, 8 x 10^k that is at least `value` > 0: a round end for a colour bar."""
     power = 10.0 ** int(f"{value:e}".split("e")[1])
     return next(
-        step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - checks.ROUNDING)
+        step * power for step in (1, 1.5, 2, 3, 4, 5, 6, 8, 10) if step * power >= value * (1 - checks.ROUNDING_SHARE)
     )

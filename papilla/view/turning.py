@@ -12,12 +12,12 @@ from papilla.core.units import PER_CENT
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.finger import Finger
 from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
-from papilla.view.style import DIVERGING, GAUGE_COLOR, INK, RIGID_COLOR, STRAIN, nice_limit
+from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY, nice_limit
 
 if TYPE_CHECKING:
     from pyvista import PolyData
 
-EYE, ZOOM = (0.0, -1.6, 0.58), 1.65
+EYE_DIRECTION, ZOOM_FACTOR = (0.0, -1.6, 0.58), 1.65
 """First direction of view and size of the finger, which fills the width of a phone. The cut side faces the viewer."""
 
 LINE_PX = 3
@@ -26,10 +26,10 @@ LINE_PX = 3
 LIFTED_MM, NAMES_MM = 0.3, 2.0
 """Distance of gauges, lines and names from the cut face, which would otherwise hide them."""
 
-FLAT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
+FLAT_LIGHT = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 """Light of the coloured faces, whose shades must match the colour bar."""
 
-SOFT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
+SOFT_LIGHT = {"ambient": 0.9, "diffuse": 0.25, "specular": 0.0}
 """Light of skin and specimen."""
 
 
@@ -41,7 +41,9 @@ def need_plotly() -> None:
         raise MissingExtraError("plotly is not installed; pip install 'papilla[view]'") from error
 
 
-def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, shown: str = STRAIN) -> str:
+def strain_html(
+    scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, quantity: str = STRAIN_QUANTITY
+) -> str:
     """The page of presses of one specimen on `reduced`, self-contained; the last press is shown first.
 
     Raises `MissingExtraError` if plotly is not installed, and as `drawn`.
@@ -49,40 +51,43 @@ def strain_html(scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger,
     need_plotly()
     import plotly.graph_objects as go
 
-    parts = [drawn(scene, reduced, finger, shown) for scene in scenes]
-    limit = nice_limit(max(float(np.abs(face.values).max()) for one in parts for face in one.section.faces))
+    parts = [drawn(scene, reduced, finger, quantity) for scene in scenes]
+    limit = nice_limit(max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces))
     side = side_of(reduced)
     lift = np.array([0, -side, 0])
     groups = [
-        [*_solids(one, LIFTED_MM * lift), *_gauges(one, scene, finger, lift)]
-        for one, scene in zip(parts, scenes, strict=True)
+        [*_solids(geometry, LIFTED_MM * lift), *_gauges(geometry, scene, finger, lift)]
+        for geometry, scene in zip(parts, scenes, strict=True)
     ]
     titles = [_title(scene, finger) for scene in scenes]
     figure = go.Figure([trace for group in groups for trace in group])
     steps: list[dict[str, Any]] = []
     for number, (scene, title) in enumerate(zip(scenes, titles, strict=True)):
-        visible = [other == number for other, group in enumerate(groups) for _ in group]
+        visible = [index == number for index, group in enumerate(groups) for _ in group]
         args = [{"visible": visible}, {"title.text": title}]
         steps.append({"method": "update", "label": f"{scene.press.force:.3g} N", "args": args})
     for trace, now in zip(figure.data, steps[-1]["args"][0]["visible"], strict=True):
         trace.visible = now
-    bar = {"title": shown_words(shown).split(":")[0], "thickness": 12, "orientation": "h", "y": 0, "yanchor": "top"}
-    scale: dict = {"colorscale": DIVERGING, "cmin": -limit, "cmax": limit, "colorbar": bar}
-    seen = np.concatenate([surface.points for one in parts for surface in (one.skin, one.solid)])
+    bar = {"title": shown_words(quantity).split(":")[0], "thickness": 12, "orientation": "h", "y": 0, "yanchor": "top"}
+    scale: dict = {"colorscale": DIVERGING_COLORS, "cmin": -limit, "cmax": limit, "colorbar": bar}
+    seen = np.concatenate([surface.points for geometry in parts for surface in (geometry.skin, geometry.solid)])
     # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
     low, high = seen.min(axis=0) - 2 * NAMES_MM, seen.max(axis=0) + 2 * NAMES_MM
     axes = {
         f"{axis}axis": {"visible": False, "range": [float(a), float(b)]}
         for axis, a, b in zip("xyz", low, high, strict=True)
     }
-    sizes = dict(zip("xyz", (ZOOM * (high - low) / (high - low).max()).tolist(), strict=True))
-    camera = {"eye": dict(zip("xyz", np.array(EYE) * (1, side, 1), strict=True)), "projection.type": "orthographic"}
+    sizes = dict(zip("xyz", (ZOOM_FACTOR * (high - low) / (high - low).max()).tolist(), strict=True))
+    camera = {
+        "eye": dict(zip("xyz", np.array(EYE_DIRECTION) * (1, side, 1), strict=True)),
+        "projection.type": "orthographic",
+    }
     figure.update_layout(
         title={"text": titles[-1], "font": {"size": 14}},
         coloraxis=scale,
         sliders=[{"active": len(scenes) - 1, "steps": steps, "currentvalue": {"prefix": "force "}, "pad": {"t": 70}}],
         scene={**axes, "aspectmode": "manual", "aspectratio": sizes, "camera": camera},
-        font={"family": "DejaVu Sans, Verdana, sans-serif", "color": INK},
+        font={"family": "DejaVu Sans, Verdana, sans-serif", "color": INK_COLOR},
         margin={"l": 30, "r": 30, "t": 90, "b": 10},
         showlegend=False,
     )
@@ -98,7 +103,7 @@ def _title(scene: Scene, finger: Finger) -> str:
     return f"<b>{escape(finger.name)}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
 
 
-def _solids(one: Drawn, lift: np.ndarray) -> list[Any]:
+def _solids(geometry: Drawn, lift: np.ndarray) -> list[Any]:
     """The cut, the skin behind it, the bone, the specimen and their lines."""
     import plotly.graph_objects as go
 
@@ -108,40 +113,44 @@ def _solids(one: Drawn, lift: np.ndarray) -> list[Any]:
             **_mesh(face.points, face.triangles),
             intensity=face.values.astype(np.float32),
             coloraxis="coloraxis",
-            lighting=FLAT,
+            lighting=FLAT_LIGHT,
             hovertemplate="%{intensity:.3g}<extra></extra>",
         )  # fmt: skip
-        for face in one.section.faces
+        for face in geometry.section.faces
     ]
-    for solid, color, flat in ((one.skin, SKIN_COLOR, False), (one.solid, SPECIMEN_COLOR, True)):
-        traces.append(go.Mesh3d(**_mesh(*_triangles(solid)), color=color, flatshading=flat, lighting=SOFT, **quiet))
-    for ring in one.section.bone:
+    for solid, color, flat in ((geometry.skin, SKIN_COLOR, False), (geometry.solid, SPECIMEN_COLOR, True)):
+        traces.append(
+            go.Mesh3d(**_mesh(*_triangles(solid)), color=color, flatshading=flat, lighting=SOFT_LIGHT, **quiet)
+        )
+    for ring in geometry.section.bone:
         around = 1 + np.arange(len(ring))
         fan = _mesh(np.vstack([ring.mean(axis=0), ring]), np.column_stack([0 * around, around, np.roll(around, -1)]))
-        traces.append(go.Mesh3d(**fan, color=RIGID_COLOR, lighting=FLAT, **quiet))
-    outlines = [line for lines in one.section.outlines.values() for line in lines]
-    for lines, dash in ((outlines, "solid"), (one.outline, "dash")):
+        traces.append(go.Mesh3d(**fan, color=RIGID_COLOR, lighting=FLAT_LIGHT, **quiet))
+    outlines = [line for lines in geometry.section.outlines.values() for line in lines]
+    for lines, dash in ((outlines, "solid"), (geometry.outline, "dash")):
         ends = np.vstack([np.vstack([line, np.full((1, 3), np.nan)]) for line in lines]) if lines else np.empty((0, 3))
-        line = {"color": INK, "width": LINE_PX, "dash": dash}
+        line = {"color": INK_COLOR, "width": LINE_PX, "dash": dash}
         traces.append(go.Scatter3d(**_places(ends + lift), mode="lines", line=line, **quiet))
     return traces
 
 
-def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
+def _gauges(geometry: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
     """The gauges' grids, with the text under the pointer, and their names."""
     import plotly.graph_objects as go
 
-    press, ends, told = scene.press, [], []
-    for gauge, bar, strain, reading in zip(finger.gauges, one.section.gauges, press.strain, press.reading, strict=True):
+    press, ends, hover_texts = scene.press, [], []
+    for gauge, bar, strain, reading in zip(
+        finger.gauges, geometry.section.gauges, press.strain, press.reading, strict=True
+    ):
         facts = f"reading {reading:+,.0f} µε<br>strain {PER_CENT * strain:+.2f} %".replace("-", "−")
         words = f"{escape(gauge.name)}: {facts}"
         ends += [bar[0], bar.mean(axis=0), bar[1], np.full(3, np.nan)]
-        told += [words, words, words, ""]
+        hover_texts += [words, words, words, ""]
     grids = go.Scatter3d(
-        **_places(np.array(ends) + LIFTED_MM * lift), mode="lines+markers", hovertext=told, hoverinfo="text",
+        **_places(np.array(ends) + LIFTED_MM * lift), mode="lines+markers", hovertext=hover_texts, hoverinfo="text",
         line={"color": GAUGE_COLOR, "width": 4 * LINE_PX}, marker={"color": GAUGE_COLOR, "size": LINE_PX},
     )  # fmt: skip
-    middles = one.section.gauges.mean(axis=1) + NAMES_MM * lift
+    middles = geometry.section.gauges.mean(axis=1) + NAMES_MM * lift
     names = [escape(gauge.name) for gauge in finger.gauges]
     return [
         grids,
@@ -150,8 +159,8 @@ def _gauges(one: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[
 
 
 def _triangles(surface: "PolyData") -> tuple[np.ndarray, np.ndarray]:
-    whole = surface.triangulate()
-    return whole.points, whole.regular_faces
+    triangulated = surface.triangulate()
+    return triangulated.points, triangulated.regular_faces
 
 
 def _mesh(points: np.ndarray, triangles: np.ndarray) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ from papilla.verify.jobs import Progress, no_progress, run_jobs
 from papilla_papers.claims.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, read_claims
 from papilla_papers.claims.experiments import EXPERIMENTS
 
-CLAIMS: tuple[Claim, ...] = read_claims()
+ALL_CLAIMS: tuple[Claim, ...] = read_claims()
 """Every claim, paper by paper."""
 
 
@@ -33,7 +33,7 @@ def results(
     processes: int = 1,
     progress: Progress = no_progress,
     experiments: Sequence[Experiment] = EXPERIMENTS,
-    claims: Sequence[Claim] = CLAIMS,
+    claims: Sequence[Claim] = ALL_CLAIMS,
 ) -> list[Result]:
     """Answer all claims, or those whose key, experiment, source or words contain the text `only`, by experiment.
 

@@ -4,13 +4,13 @@ from pathlib import Path
 from time import perf_counter
 
 from papilla.cli.options import option
-from papilla.cli.output import Answer, progress, tell
+from papilla.cli.output import CommandResult, progress, tell
 
 
 def figures(
     paper: str = option("", "Only this paper's, such as 2006; all without it.", metavar="NAME"),
     out: Path = option(Path("figures"), "Folder for the page, and an SVG and a CSV file a figure."),
-) -> Answer:
+) -> CommandResult:
     """Compute the figures and tables of the papers, each with the printed values as points and its data as CSV.
 
     The first run takes some minutes; results are kept, so the next one takes seconds.
@@ -47,4 +47,4 @@ def figures(
                 tell(f"    {row['found']}")
         tell(f"{len(made)} figures in {seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
 
-    return Answer({"figures": rows, "page": str(paths["page"])}, show)
+    return CommandResult({"figures": rows, "page": str(paths["page"])}, show)

@@ -6,7 +6,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING
 
 from papilla.cli.options import option
-from papilla.cli.output import Answer, plain, progress, show_table, tell
+from papilla.cli.output import CommandResult, plain, progress, show_table, tell
 
 if TYPE_CHECKING:
     from papilla_papers.claims.runner import Result
@@ -19,7 +19,7 @@ MOST_NOTES = 12
 def reproduce(
     only: str = option("", "Claims whose key, source, experiment or words hold this text.", metavar="TEXT"),
     out: Path | None = option(None, f"Folder for {PAGE}, the page of these claims."),
-) -> Answer:
+) -> CommandResult:
     """Compare the papers' claims with the results of papilla: one row per claim, with a verdict and its evidence.
 
     The whole table takes some minutes, the first time more (meshes and presses are kept); --only is quick.
@@ -46,7 +46,7 @@ def reproduce(
     ]
     facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers)}
     last = [f"{head(answers)}; {seconds:.0f} s", *([] if out is None else [f"Wrote {out / PAGE}"])]
-    return Answer(facts | {"page": None if out is None else str(out / PAGE)}, partial(_print, found, last))
+    return CommandResult(facts | {"page": None if out is None else str(out / PAGE)}, partial(_print, found, last))
 
 
 def _print(found: "list[Result]", last: list[str]) -> None:

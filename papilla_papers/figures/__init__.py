@@ -4,7 +4,19 @@
 >>> papilla_papers.figures.write(Path("figures"), made)
 """
 
-from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture, Shade, Table
+from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade
 from papilla_papers.figures.runner import PAPERS, Made, figures, write
 
-__all__ = ["PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "Shade", "Table", "figures", "write"]
+__all__ = [
+    "PAPERS",
+    "Curve",
+    "Figure",
+    "Made",
+    "Panel",
+    "Paper",
+    "Picture",
+    "Shade",
+    "PrintedTable",
+    "figures",
+    "write",
+]

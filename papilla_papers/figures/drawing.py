@@ -7,12 +7,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from papilla.view.style import ACCENTS, INK, MUTED, NARROW_IN, SEQUENTIAL, THICK, THIN, named, plain_log, styled, svg
-from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, Table
+from papilla.view.style import (
+    ACCENT_COLORS,
+    INK_COLOR,
+    MUTED_COLOR,
+    NARROW_IN,
+    SEQUENTIAL_COLORS,
+    THICK_PT,
+    THIN_PT,
+    named,
+    plain_log,
+    styled,
+    svg,
+)
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
 """Width of a figure; height of a row of panels and of a row of a table, in inches."""
-MANY = 3
+NARROW_COLUMNS = 3
 """From this number of columns on, panels are narrow, and need no more height than others."""
 LEGEND_MARK, TITLE_LINE = 6, 110
 """Width of a curve's mark in a legend, and of the line of a wide panel's title, in letters."""
@@ -24,7 +36,7 @@ LOOKS: dict[str, dict] = {
     "line": {},
     "dashed": {"linestyle": "--"},
     "points": {"linestyle": "", "marker": "o"},
-    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": THICK},
+    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": THICK_PT},
 }
 
 
@@ -39,7 +51,7 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
         return _table(picture.table)
     columns = 1 if narrow else picture.columns
     rows = -(-len(picture.panels) // columns)
-    with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < MANY))) as figure:
+    with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < NARROW_COLUMNS))) as figure:
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
             _panel(figure, axes, panel, wide=columns == 1 and not narrow)
@@ -52,17 +64,17 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     axes.set_title(panel.title, fontsize="small", wrap=True)
     axes.set_xlabel(panel.x_label, fontsize="small")
     axes.set_ylabel(panel.y_label, fontsize="small")
-    axes.tick_params(colors=MUTED, labelsize="small")
+    axes.tick_params(colors=MUTED_COLOR, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
     colors, bars = count(), [one for one in panel.curves if one.look == "bars"]
     for one in panel.curves:
         own = (next(colors) if one.origin == "papilla" else None) if one.color is None else one.color
-        color = INK if own is None or own < 0 else ACCENTS[own % len(ACCENTS)]
+        color = INK_COLOR if own is None or own < 0 else ACCENT_COLORS[own % len(ACCENT_COLORS)]
         if one.look == "bars":
             width = BARS / len(bars)
             left = one.x + (bars.index(one) - (len(bars) - 1) / 2) * width
-            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED, label=named(one.label))
+            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED_COLOR, label=named(one.label))
         else:
             _curve(axes, one, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
@@ -87,13 +99,13 @@ def _curve(axes: Axes, one: Curve, color: str) -> None:
     if one.spread is None:
         axes.plot(one.x, one.y, color=color, label=label, **look)
     else:
-        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN, color=color, label=label, **look)
+        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN_PT, color=color, label=label, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     low = min(0.0, float(np.nanmin(shade.value)))
     drawn = axes.pcolormesh(
-        shade.x, shade.y, shade.value, cmap=SEQUENTIAL, vmin=low, vmax=shade.top, shading="auto", rasterized=True
+        shade.x, shade.y, shade.value, cmap=SEQUENTIAL_COLORS, vmin=low, vmax=shade.top, shading="auto", rasterized=True
     )
     axes.grid(False)
     bar = figure.colorbar(drawn, ax=axes)
@@ -101,7 +113,7 @@ def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
     if shade.over is not None and shade.over.any() and not shade.over.all():
-        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK, linewidths=THICK)
+        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK_COLOR, linewidths=THICK_PT)
     if shade.phase is not None:
         _arrows(axes, shade, log_y)
 
@@ -116,10 +128,10 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
     x, y = np.meshgrid(shade.x[at[1]], shade.y[at[0]])
     shown = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
     angle = shade.phase[at][shown]
-    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK, pivot="mid")
+    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK_COLOR, pivot="mid")
 
 
-def _table(table: Table) -> Figure:
+def _table(table: PrintedTable) -> Figure:
     """The table as a picture: heads above a line, a row each."""
     cells = [[cell if isinstance(cell, str) else f"{cell:.4g}" for cell in row] for row in table.rows]
     with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:

@@ -19,10 +19,10 @@ from papilla_papers.claims.signals import SHARED, answers_to, correlation, lag_m
 from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, dashed, printed
 from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
 
-SHOWN, SOFT = impulses.SCENE.figures, softness.SCENE.figures
-KINDS = ("synthetic", "finger by finite elements")
+SHOWN, SOFTNESS_FIGURES = impulses.SCENE.figures, softness.SCENE.figures
+SIGNAL_KINDS = ("synthetic", "finger by finite elements")
 """The two kinds of signals; below, the names of their scenes at constant speed and under strokes."""
-STEADY, STROKES = (dict(zip(KINDS, names, strict=True)) for names in (SHOWN.steady.scenes, SHOWN.strokes.scenes))
+STEADY, STROKES = (dict(zip(SIGNAL_KINDS, names, strict=True)) for names in (SHOWN.steady.scenes, SHOWN.strokes.scenes))
 JUDGED = slice(impulses.SCENE.touch.first_sample, None)
 """Rows of a scene with strokes from which lags and steps are computed."""
 WINDOW: tuple[float, float] = SHOWN.strokes.window_s
@@ -47,7 +47,7 @@ def two_grooves() -> Picture:
     window, columns, fired = (own.first_s, own.seconds), [], []
     for kind, output, unit in (
         ("skin that follows the edges", impulses.skin_over_grooves(time), "depth of a groove"),
-        ("finger by finite elements", slid.readings[:, gratings.MIDDLE], "microstrain"),
+        ("finger by finite elements", slid.readings[:, gratings.MIDDLE_GAUGE], "microstrain"),
     ):
         rate = np.abs(np.diff(output, prepend=output[0])) * SHARED.rate_Hz
         mean = np.array([rate[max(0, k + 1 - memory) : k + 1].mean() for k in range(len(rate))])
@@ -108,7 +108,7 @@ def depths() -> Picture:
     deep, curves = np.array(SHOWN.depths_mm), []
     for wavelength in (gratings.SCENE.depths.coarse_mm, gratings.SCENE.depths.fine_mm):
         felt = [gratings.over(gratings.ASSUMED, wavelength, gratings.SCENE.usual, depth_mm=float(one)) for one in deep]
-        told = [np.quantile(gratings.density(one, gratings.MIDDLE), SHOWN.two_thirds) for one in felt]
+        told = [np.quantile(gratings.density(one, gratings.MIDDLE_GAUGE), SHOWN.two_thirds) for one in felt]
         low, middle, high = np.array(told).T
         curves += [
             Curve(f"{wavelength:g} mm", deep, middle, "points", (high - low) / 2),
@@ -122,7 +122,7 @@ def depths() -> Picture:
     reaction = (
         Curve("touch-down 0.155 mm early", deep, early),
         Curve("first contact is zero", deep, late, "dashed"),
-        printed("printed", presses.GIVEN.depths_mm[:2], presses.GIVEN.forces_gf),
+        printed("printed", presses.PRINTED_SETTINGS.depths_mm[:2], presses.PRINTED_SETTINGS.forces_gf),
     )
     ratio = curves[0].y / curves[2].y
     found = (
@@ -149,7 +149,7 @@ def _strokes() -> dict[str, Scene]:
 def _frequencies(make) -> tuple[list[Curve], dict[str, np.ndarray]]:
     """Curves of a method's frequency for both kinds of signals after the true one, and the columns by kind."""
     told = {kind: np.asarray(answers_to(make(), seen)[0].frequency_Hz) for kind, seen in _strokes().items()}
-    seen = _strokes()[KINDS[0]]
+    seen = _strokes()[SIGNAL_KINDS[0]]
     curves = [dashed(seen.time_s, seen.frequency_Hz, "|v| / wavelength")]
     return curves + [Curve(kind, seen.time_s, one) for kind, one in told.items()], told
 
@@ -166,7 +166,7 @@ def natural_touch() -> Picture:
     printed, (c) |v| / f. Dashed: what is true, which the paper draws, too.
     """
     own, (curves, told) = SHOWN.strokes, _frequencies(ImpulseDensity)
-    seen = _strokes()[KINDS[0]]
+    seen = _strokes()[SIGNAL_KINDS[0]]
     lengths = [Curve(kind, seen.time_s, np.abs(seen.velocity_mm_s) / one) for kind, one in told.items()]
     true = dashed(WINDOW, impulses.SCENE.wavelength_mm, "1.8 mm")
     lags = {kind: lag_ms(one[JUDGED], seen.frequency_Hz[JUDGED], seen.sample_rate_Hz) for kind, one in told.items()}
@@ -187,12 +187,12 @@ def against_spectrum() -> Picture:
     """
     methods = {"(a) density of impulses": ImpulseDensity, "(b) spectrum of 200 ms": ShortTimeSpectrum}
     both = {title: _frequencies(method) for title, method in methods.items()}
-    truth = _strokes()[KINDS[0]].frequency_Hz[JUDGED]
+    truth = _strokes()[SIGNAL_KINDS[0]].frequency_Hz[JUDGED]
     (_, density), (_, lines) = both.values()
     words = [
         f"{kind} {correlation(density[kind][JUDGED], truth):.2f} (density), "
         f"{correlation(lines[kind][JUDGED], truth):.2f} (spectrum)"
-        for kind in KINDS
+        for kind in SIGNAL_KINDS
     ]
     panels = tuple(
         _over_time(title, "frequency, Hz", curves, SHOWN.strokes.density_Hz) for title, (curves, _) in both.items()
@@ -208,7 +208,7 @@ def single_intervals() -> Picture:
     """
     (true, *curves), told = _frequencies(ImpulseInterval)
     density = _frequencies(ImpulseDensity)[1]
-    steps = [float(np.sqrt(np.nanmean(np.diff(one[KINDS[0]][JUDGED]) ** 2))) for one in (told, density)]
+    steps = [float(np.sqrt(np.nanmean(np.diff(one[SIGNAL_KINDS[0]][JUDGED]) ** 2))) for one in (told, density)]
     found = f"Rms step from sample to sample: {steps[0]:.1f} Hz by intervals, {steps[1]:.1f} Hz by density (synthetic)."
     panels = tuple(
         _over_time(f"({letter}) {one.label}", "frequency, Hz", (true, one), SHOWN.strokes.intervals_Hz)
@@ -224,13 +224,13 @@ def contacts() -> Picture:
     the pressure between them, with the edge of the contact. Right: the pressure along x. Print has a drawing without
     numbers.
     """
-    reduced, line = fem.prepare(Finger.default()), even(SOFT.across_mm)
+    reduced, line = fem.prepare(Finger.default()), even(SOFTNESS_FIGURES.across_mm)
     grid = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     panels, curves, words = [], [], []
     force, thickness = gf_to_newton(presses.SCENE.force_gf), presses.SCENE.thickness_mm
     pressed = {
         name: fem.press(reduced, Block(modulus, thickness), force=force, friction="stick")
-        for name, modulus in (("hard", presses.HARD), ("soft", presses.SOFT))
+        for name, modulus in (("hard", presses.HARD_MODULUS_MPA), ("soft", presses.SOFT_MODULUS_MPA))
     }
     top = KPA_PER_MPA * max(press.peak_pressure for press in pressed.values())
     for letter, (name, press) in zip("ab", pressed.items(), strict=True):
@@ -257,8 +257,12 @@ def spread() -> Picture:
     printed and its data are not either. (a) over the force, (b) over the modulus.
     """
     calibration = softness.calibrated(fem.prepare(Finger.default()))
-    force, moduli, specimens = even(SOFT.force_gf), by_factors(SOFT.modulus_MPa), np.array(SPECIMENS_MPA)
-    some = force[:: SOFT.every]
+    force, moduli, specimens = (
+        even(SOFTNESS_FIGURES.force_gf),
+        by_factors(SOFTNESS_FIGURES.modulus_MPa),
+        np.array(SPECIMENS_MPA),
+    )
+    some = force[:: SOFTNESS_FIGURES.every]
     ours, theirs, _ = compare_with_published(calibration.predict, softness.COMPARED_GF)
     scale, off = softness.scaled_to_9(ours)
     over_force, over_modulus = [], []
@@ -281,7 +285,7 @@ def spread() -> Picture:
         f"{printed_hard / printed_middle:.3f} and {printed_soft / printed_middle:.3f}."
     )
     panels = (
-        Panel("(a)", "force, gf", "S_d, microstrain", tuple(over_force), x_range=SOFT.shown_gf),
+        Panel("(a)", "force, gf", "S_d, microstrain", tuple(over_force), x_range=SOFTNESS_FIGURES.shown_gf),
         Panel("(b)", "modulus, MPa", "S_d, microstrain", tuple(over_modulus)),
     )
     return Picture(panels, columns=2, found=found)

@@ -18,7 +18,7 @@ RATE_HZ: int = SHARED.rate_Hz
 def _slid(texture, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Times (n,) and the middle gauge (n,) in microstrain, with noise."""
     motion = fem.Motion.sampled([0, seconds], [0.0, SHOWN.speed_mm_s * seconds], seconds=seconds)
-    output = gratings.default_slide(texture, motion, depth=SHOWN.depth_mm).amplified[:, gratings.MIDDLE]
+    output = gratings.default_slide(texture, motion, depth=SHOWN.depth_mm).amplified[:, gratings.MIDDLE_GAUGE]
     noise = share_of_noise(SHARED.snr_dB["2007"]) * output[gratings.SCENE.slides_after :].std()
     random = np.random.default_rng(SHOWN.seed).standard_normal(len(output))
     return np.arange(len(output)) / RATE_HZ, output + noise * random

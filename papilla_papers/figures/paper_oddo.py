@@ -9,7 +9,7 @@ from papilla.core.units import PER_CENT, UM_PER_MM
 from papilla_papers.claims.experiments import wavelets
 from papilla_papers.claims.experiments.wavelets import ASSUMED, PERIODS_MM, RUNS, SCENE, RATE_Hz, phase_deg
 from papilla_papers.claims.signals import SHARED, listed, share_of_noise, times
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, dashed, printed
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, dashed, printed
 from papilla_papers.methods.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
 
 CHANNELS = ("P1S4", "P1S1", "P1S2")
@@ -155,12 +155,12 @@ def _runs() -> list[wavelets.ActiveRun]:
 def _means() -> np.ndarray:
     """Means of f_MP (grating, run, pair)."""
     means = np.array([[own.mean_Hz for own in one.windows] for one in _runs()])
-    return means.reshape(len(PERIODS_MM), RUNS, len(PAIRS))
+    return means.reshape(len(PERIODS_MM), RUNS, len(TEXTURE_PAIRS))
 
 
 HZ_DIGITS = 6
 """Decimals of a table in Hz: equal samples have a deviation of zero, not of rounding."""
-PAIRS = ("P1S4, P1S1", "P1S1, P1S2")
+TEXTURE_PAIRS = ("P1S4, P1S1", "P1S1, P1S2")
 
 
 def every_run() -> Picture:
@@ -171,7 +171,7 @@ def every_run() -> Picture:
     """
     panels = []
     runs = _runs()
-    for pair, name in enumerate(PAIRS):
+    for pair, name in enumerate(TEXTURE_PAIRS):
         curves = []
         for color, period in enumerate(PERIODS_MM):
             own = [(k, one.frequency_Hz[pair]) for k, one in enumerate(runs) if one.period_mm == period]
@@ -202,7 +202,7 @@ def clusters() -> Picture:
         edge = centre[:, None] + axes @ (np.sqrt(values)[:, None] * np.stack([np.cos(turn), np.sin(turn)]))
         curves.append(Curve("", edge[1], edge[0], color=color))
     centres = ", ".join(f"{one:.1f}" for one in means.mean(axis=1)[:, 1])
-    panel = Panel("", f"mean f_MP ({PAIRS[1]}), Hz", f"mean f_MP ({PAIRS[0]}), Hz", tuple(curves))
+    panel = Panel("", f"mean f_MP ({TEXTURE_PAIRS[1]}), Hz", f"mean f_MP ({TEXTURE_PAIRS[0]}), Hz", tuple(curves))
     return Picture((panel,), found=f"Centres at {centres} Hz for 400, 440, 480 µm.")
 
 
@@ -257,7 +257,7 @@ def expected() -> Picture:
         cells = [(speed / period, known.get((micrometres, n), "")) for n, speed in enumerate(wavelets.SPEEDS_MM_S)]
         rows.append((f"{micrometres}", *cells[0], *cells[1]))
     heads = ("period, µm", "at 6.7 mm/s, Hz", "printed", "at 10.0 mm/s, Hz", "printed")
-    return Picture(table=Table(heads, tuple(rows)))
+    return Picture(table=PrintedTable(heads, tuple(rows)))
 
 
 INDICES = ("mean, Hz", "deviation, Hz", "mean greatest, Hz", "mean least, Hz")
@@ -286,12 +286,14 @@ def passive_table() -> Picture:
             ridges.append([cross_wavelet(*pair, RATE_Hz, frequencies).ridge.frequency_Hz for pair in pairs])
         values = np.array(ridges)
         for speed, begin in zip(wavelets.SPEEDS_MM_S, begins, strict=True):
-            for pair, name in enumerate(PAIRS):
+            for pair, name in enumerate(TEXTURE_PAIRS):
                 cells = wavelets.indices(values[:, pair, begin : begin + own.samples])
                 rows.append((f"{UM_PER_MM * period:.0f} µm", f"{speed:.2g} mm/s", name, *_in_Hz(cells)))
                 worst = max(worst, PER_CENT * cells[1] / cells[0])
     heads = ("grating", "speed", "pair", *INDICES)
-    return Picture(table=Table(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %).")
+    return Picture(
+        table=PrintedTable(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %)."
+    )
 
 
 def active_table() -> Picture:
@@ -304,11 +306,11 @@ def active_table() -> Picture:
     rows: list[tuple[str | float, ...]] = [
         (f"{UM_PER_MM * period:.0f} µm", name, *_in_Hz(table[k, pair]))
         for k, period in enumerate(PERIODS_MM)
-        for pair, name in enumerate(PAIRS)
+        for pair, name in enumerate(TEXTURE_PAIRS)
     ]
     worst = PER_CENT * float((table[..., 1] / table[..., 0]).max())
     found = f"Largest deviation: {worst:.1f} % (printed 8.3 %)."
-    return Picture(table=Table(("grating", "pair", *INDICES), tuple(rows)), found=found)
+    return Picture(table=PrintedTable(("grating", "pair", *INDICES), tuple(rows)), found=found)
 
 
 def neighbours() -> Picture:
@@ -340,7 +342,7 @@ def neighbours() -> Picture:
         "printed",
     )
     found = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
-    return Picture(table=Table(heads, tuple(rows)), found=found)
+    return Picture(table=PrintedTable(heads, tuple(rows)), found=found)
 
 
 FIGURES = (

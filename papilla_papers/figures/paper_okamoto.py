@@ -8,17 +8,17 @@ import numpy as np
 
 from papilla import fem
 from papilla.model.finger import Finger
-from papilla.telepresence import Motion, read_curve
+from papilla.telepresence import HandMotion, read_curve
 from papilla_papers.claims.experiments import gratings
 from papilla_papers.claims.experiments.spectra import PAPER, SCENE, SEEDS
 from papilla_papers.claims.signals import SHARED, RATE_Hz, answers_mm, noisy_scene, share_of_noise
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Table, dashed
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, dashed
 from papilla_papers.grating_signals import signals_over_gratings
 from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla_papers.telepresence import NOTICED_MS, TESTS_MM, Condition, experiments_2011
 
 SHOWN = SCENE.figures
-HAND = Motion()
+HAND = HandMotion()
 """The average touch of section 4.1.1, whose peak speed and rate are the defaults."""
 
 
@@ -41,7 +41,7 @@ def wavelengths() -> Picture:
     for one in own.gratings_mm:
         slid = gratings.default_slide(gratings.grating(one), motion, depth=SHOWN.depth_mm, section=section)
         # The mean is taken away, as by a bridge that is balanced when the finger rests on the grating
-        output = slid.amplified[:, gratings.MIDDLE] - slid.amplified[:, gratings.MIDDLE].mean()
+        output = slid.amplified[:, gratings.MIDDLE_GAUGE] - slid.amplified[:, gratings.MIDDLE_GAUGE].mean()
         noise = share_of_noise(SHARED.snr_dB[PAPER]) * output.std()
         output = output + noise * np.random.default_rng(own.seed).standard_normal(len(output))
         told = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
@@ -181,7 +181,9 @@ def signals() -> Picture:
         for n, one in _conditions().items()
         for k, explored in enumerate(TESTS_MM)
     )
-    return Picture(table=Table(("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms"), rows))
+    return Picture(
+        table=PrintedTable(("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms"), rows)
+    )
 
 
 FIGURES = (

@@ -12,11 +12,11 @@ from papilla.model.textures import MeasuredProfile
 from papilla_papers.claims.experiments import gratings
 from papilla_papers.claims.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla_papers.claims.signals import listed
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, Table, printed
+from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, printed
 from papilla_papers.methods.texture import band_amplitudes, best_band, concordance, printed_bands
 
 SHOWN = SCENE.figures
-UNIT, FELT, SYNTHETIC = "rms", "finger by finite elements", "synthetic"
+UNIT, FELT_SIGNAL, SYNTHETIC = "rms", "finger by finite elements", "synthetic"
 TEX_OF_COUNT, YARNS_OF_COUNT = 590.5, 28
 """Mass (g a km) of a yarn of the English count 1, and how many of them lie in an inch side by side: Peirce 1937,
 doi:10.1080/19447023708658809. The mass falls as the count, the diameter as its root."""
@@ -73,10 +73,10 @@ def _records() -> dict[str, np.ndarray]:
     section, found = fem.prepare_section(Finger.default()), []
     for number, own in enumerate(FABRICS.values()):
         slid = gratings.default_slide(profile(own, number), motion, force=SHOWN.force_N, section=section)
-        output = slid.amplified[-round(SHOWN.seconds * RATE_Hz) :, gratings.MIDDLE]
+        output = slid.amplified[-round(SHOWN.seconds * RATE_Hz) :, gratings.MIDDLE_GAUGE]
         found.append(output - output.mean())
     made = [fabric(name, np.random.default_rng(k)) for k, name in enumerate(FABRICS)]
-    records = {SYNTHETIC: np.column_stack(made), FELT: np.column_stack(found)}
+    records = {SYNTHETIC: np.column_stack(made), FELT_SIGNAL: np.column_stack(found)}
     return {kind: own / own.std() for kind, own in records.items()}
 
 
@@ -89,7 +89,7 @@ def vibration() -> Picture:
     Left: fabric 1 in time; right: amplitude spectra of all four.
     """
     edges, panels, words = np.arange(SHOWN.spectra_Hz + 1.0), [], []
-    for kind in (FELT, SYNTHETIC):
+    for kind in (FELT_SIGNAL, SYNTHETIC):
         own = _records()[kind]
         time = np.arange(len(own)) / RATE_Hz
         curves = tuple(
@@ -197,7 +197,7 @@ def fabrics() -> Picture:
         for name, one in FABRICS.items()
     )
     heads = ("fabric", "warp x weft", "g/m2, printed", "if an inch", "if 10 cm", "Hz, if an inch", "Hz, if 10 cm")
-    return Picture(table=Table(heads, rows))
+    return Picture(table=PrintedTable(heads, rows))
 
 
 def grid() -> Picture:
@@ -212,7 +212,7 @@ def grid() -> Picture:
         computed = ", ".join(dict.fromkeys(f"{low}-{high}" for low, high in ends))
         rows.append((f"f{number - 1} - f{number}", computed, text, len(own)))
     heads = ("band", "lowest, highest, Hz", "printed", "bands")
-    return Picture(table=Table(heads, tuple(rows)), found=f"{len(printed_bands())} bands in all.")
+    return Picture(table=PrintedTable(heads, tuple(rows)), found=f"{len(printed_bands())} bands in all.")
 
 
 FIGURES = (

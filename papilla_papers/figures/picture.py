@@ -87,7 +87,7 @@ class Panel:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class PrintedTable:
     """Heads with units, and rows of cells as they are shown: text, or numbers followed by the printed ones."""
 
     heads: tuple[str, ...]
@@ -99,7 +99,7 @@ class Picture:
     """Panels in `columns` columns, and a table; found : the results of this run, and their differences from print."""
 
     panels: tuple[Panel, ...] = ()
-    table: Table | None = None
+    table: PrintedTable | None = None
     columns: int = 1
     found: str = ""
 

@@ -15,7 +15,7 @@ from papilla.core.files import check_writable, replacing_set, write_text
 from papilla.model.finger import Finger
 from papilla.telepresence import read_curve
 from papilla.verify.jobs import Progress, no_progress, run_jobs
-from papilla.view.style import SHEET
+from papilla.view.style import STYLE_SHEET
 from papilla_papers.claims.scenes import scenes
 from papilla_papers.figures import drawing, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
 from papilla_papers.figures.picture import Figure, Paper, Picture, as_csv
@@ -131,7 +131,7 @@ def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> 
     """The page of figures, one below the other, with differences from print and the claims about them."""
     from papilla import __version__
     from papilla.view.page import either, environment
-    from papilla_papers.claims.runner import CLAIMS
+    from papilla_papers.claims.runner import ALL_CLAIMS
 
     by_paper = {name: [one for one in made if one.paper == name] for name in papers}
     return (
@@ -139,7 +139,7 @@ def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> 
         .get_template("figures.html")
         .render(
             papers=[(papers[name], own) for name, own in by_paper.items() if own],
-            claims={claim.key: claim for claim in CLAIMS},
+            claims={claim.key: claim for claim in ALL_CLAIMS},
             pictures={one.stem: either((one.svg, one.narrow_svg), one.figure.title, "svg+xml") for one in made},
             seconds=seconds,
             version=__version__,
@@ -170,5 +170,5 @@ def _kept(paper: str, figure: Figure) -> Made:
         files = {name: drawing.as_svg(picture, narrow=name == "narrow") for name in ("svg", "narrow")}
         return {name: np.frombuffer(file, np.uint8) for name, file in files.items()}
 
-    drawn = cache.fetch(KIND, cache.key(drawing.__name__, packed, SHEET), draw)
+    drawn = cache.fetch(KIND, cache.key(drawing.__name__, packed, STYLE_SHEET), draw)
     return Made(paper, figure, picture, drawn["svg"].tobytes(), drawn["narrow"].tobytes())

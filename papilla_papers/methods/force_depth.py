@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from papilla.calibration import IDENTIFIABLE, SoftnessStatus
+from papilla.calibration import IDENTIFIABLE_SIGMA, SoftnessStatus
 from papilla.core.errors import InputError
 
 FINE = 400
@@ -81,7 +81,7 @@ class ForceDepth:
         sigma = modulus / steep * np.sqrt(noise**2 + (by_force * errors.force_N / np.exp(force)) ** 2 + errors.model**2)
         status = np.select(
             [~finite, force_N <= 0, force_N < low * (1 - 1e-9), force_N > high * (1 + 1e-9), ~(depth > curves[:, 0]),
-             depth > curves[:, -1], sigma > IDENTIFIABLE * modulus],
+             depth > curves[:, -1], sigma > IDENTIFIABLE_SIGMA * modulus],
             [SoftnessStatus[name] for name in (
                 "BAD_INPUT", "NO_CONTACT", "FORCE_BELOW", "FORCE_ABOVE", "HARDER", "SOFTER", "NOT_IDENTIFIABLE")],
             SoftnessStatus.OK,

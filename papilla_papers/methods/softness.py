@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, get_args
 
 import numpy as np
 
-from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus, published
+from papilla.calibration import IDENTIFIABLE_SIGMA, Calibration, SoftnessStatus, published
 from papilla.calibration.readouts import Compact, CompactStatus
 from papilla.core import checks
 from papilla.core.errors import InputError
@@ -18,7 +18,7 @@ from papilla.estimators.softness import SoftnessEstimate
 from papilla.estimators.stream import Stream
 
 Form = Literal["printed", "exact", "quadratic", "compact"]
-FORMS: tuple[Form, ...] = get_args(Form)
+REGRESSION_FORMS: tuple[Form, ...] = get_args(Form)
 BEYOND = 1.5
 """Largest modulus for which a regression of the three specimens is used, as a multiple of the hardest of them."""
 COMPARED_GF = tuple(range(10, 101, 10))
@@ -68,8 +68,8 @@ class PrintedSoftness(Stream):
         saturation: float = math.inf,
         stuck_samples: int = STUCK_SAMPLES,
     ):
-        if form not in FORMS:
-            raise InputError(f"form must be {', '.join(FORMS[:-1])} or {FORMS[-1]}, got {form!r}")
+        if form not in REGRESSION_FORMS:
+            raise InputError(f"form must be {', '.join(REGRESSION_FORMS[:-1])} or {REGRESSION_FORMS[-1]}, got {form!r}")
         refitted = form in ("quadratic", "compact")
         if calibration is None and (refitted or scale is None or gauges is None):
             raise InputError("without a calibration the form is printed or exact, and scale and gauges must be given")
@@ -138,7 +138,7 @@ class PrintedSoftness(Stream):
             status = SoftnessStatus.NO_CONTACT
         elif found:
             status = SoftnessStatus.BAD_GAUGE
-        elif not low * (1 - checks.ROUNDING) <= force <= high * (1 + checks.ROUNDING):
+        elif not low * (1 - checks.ROUNDING_SHARE) <= force <= high * (1 + checks.ROUNDING_SHARE):
             status = SoftnessStatus.FORCE_BELOW if force < low else SoftnessStatus.FORCE_ABOVE
         else:
             mean = math.fsum(readings) / self._gauges
@@ -146,7 +146,7 @@ class PrintedSoftness(Stream):
             evaluated = self._by_quadratic if self._compact is None else self._by_compact
             modulus, sigma, status = evaluated(sd, force)
             if math.isfinite(modulus):
-                known = modulus > 0 and sigma <= IDENTIFIABLE * modulus
+                known = modulus > 0 and sigma <= IDENTIFIABLE_SIGMA * modulus
                 status = SoftnessStatus.OK if known else SoftnessStatus.NOT_IDENTIFIABLE
             return SoftnessEstimate(modulus, sigma, int(status))
         return SoftnessEstimate(status=int(status))
@@ -176,5 +176,5 @@ class PrintedSoftness(Stream):
         return modulus, sigma, SoftnessStatus.OK
 
 
-printed, exact, quadratic, compact = (partial(PrintedSoftness, form=form) for form in FORMS)
+printed, exact, quadratic, compact = (partial(PrintedSoftness, form=form) for form in REGRESSION_FORMS)
 """The forms as methods of softness, which a pipeline finds by their entry points."""

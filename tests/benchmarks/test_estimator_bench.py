@@ -14,7 +14,7 @@ from benchmarks.estimators.honesty_figure import honesty_figure
 from benchmarks.estimators.methods import METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.cli.output import json_text
 from papilla.core.errors import InputError
-from papilla.scenes.scenes import CLAIMS, scene
+from papilla.scenes.scenes import FIRST_CLAIM_SEED, scene
 from papilla.view.style import png
 
 SMALL = comparison.Plan(
@@ -257,8 +257,8 @@ def test_two_processes_find_what_one_finds(small):
 
 
 def test_claims_take_any_wavelength_and_tuning_one_of_five():
-    assert len({comparison.wavelength_of(seed) for seed in range(CLAIMS)}) == 5
-    drawn = [comparison.wavelength_of(seed) for seed in range(CLAIMS, CLAIMS + 200)]
+    assert len({comparison.wavelength_of(seed) for seed in range(FIRST_CLAIM_SEED)}) == 5
+    drawn = [comparison.wavelength_of(seed) for seed in range(FIRST_CLAIM_SEED, FIRST_CLAIM_SEED + 200)]
     assert len(set(drawn)) == 200 and min(drawn) > 0.6 and max(drawn) < 3 and min(drawn) < 0.65 and max(drawn) > 2.8
     speeds = [scene("const", 1.0, seed=seed, seconds=0.01, drawn=True).velocity_mm_s[0] for seed in range(100, 300)]
     assert abs(np.corrcoef(np.log(drawn), np.log(speeds))[0, 1]) < 0.3, "a speed says nothing of the wavelength"
@@ -344,4 +344,8 @@ def test_the_figure_shows_shares_and_errors():
 
 
 def test_short_leaves_no_scene_out():
-    assert comparison.SHORT.scenes == () and len(comparison.SHORT.seeds) == 1 and min(comparison.LONG.seeds) >= CLAIMS
+    assert (
+        comparison.SHORT.scenes == ()
+        and len(comparison.SHORT.seeds) == 1
+        and min(comparison.LONG.seeds) >= FIRST_CLAIM_SEED
+    )

@@ -14,7 +14,7 @@ from papilla.core.errors import MissingExtraError, SolverError
 from papilla.fem import FingerModel, press
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.mesh.cells import paired_faces
-from papilla.mesh.layered import INNER, OUTER, LayeredMesh, mirrored
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER, LayeredMesh, mirrored
 from papilla.model.finger import Finger
 from papilla.model.specimen import HalfSpace
 from papilla.verify.structured import shell
@@ -43,7 +43,7 @@ def mesh(finger) -> LayeredMesh:
     axes = np.array([shape.bone, shape.interface, shape.outer])
     semi = np.column_stack([np.interp(depth, [0, 1, 3], axis) for axis in axes.T])
     points = direction * semi
-    layer = np.where(depth[ball.tets].mean(axis=1) > 1, OUTER, INNER)
+    layer = np.where(depth[ball.tets].mean(axis=1) > 1, OUTER_LAYER, INNER_LAYER)
     faces, cells = paired_faces(ball.tets)
     outside = cells[:, 1] < 0
     flat = outside & (points[faces][:, :, 2] == 0).all(axis=1)
@@ -145,7 +145,9 @@ def test_ngsolve_assembles_the_same_form(finger, quarter):
     vector.FV().NumPy()[:] = 0
     vector.FV().NumPy()[: nodal.size] = library.numbering.coefficients(nodal).T.ravel()
     theirs = (form.mat * vector).Evaluate().InnerProduct(vector)
-    lower = TaylorHood(quarter.mesh).matrix({OUTER: finger.outer, INNER: finger.inner})[: nodal.size, : nodal.size]
+    lower = TaylorHood(quarter.mesh).matrix({OUTER_LAYER: finger.outer, INNER_LAYER: finger.inner})[
+        : nodal.size, : nodal.size
+    ]
     flat = nodal.ravel()
     own = 2 * flat @ (lower @ flat) - flat**2 @ lower.diagonal()
     assert theirs == pytest.approx(own, rel=1e-12)

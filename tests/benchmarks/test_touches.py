@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.estimators import touches
-from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Surface, Uncertainty
+from papilla.calibration import BicubicSurface, Calibration, GaugeSurface, Quadratic, SdSurface, Uncertainty
 from papilla.core.errors import InputError
 from papilla.model.finger import Finger
 
@@ -27,11 +27,14 @@ def calibration():
         54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft),
     ]
     sd = SdSurface(
-        Surface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft), np.tile([0, 20], (10, 1)), np.full((10, 2), np.nan), known
+        BicubicSurface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft),
+        np.tile([0, 20], (10, 1)),
+        np.full((10, 2), np.nan),
+        known,
     )
     own = replace(known, scatter=np.full(2, 100.0))
     gauges = tuple(
-        GaugeSurface(f"g{number + 1}", Surface(FORCE, MODULUS, tables[table]), own)
+        GaugeSurface(f"g{number + 1}", BicubicSurface(FORCE, MODULUS, tables[table]), own)
         for number, table in enumerate((0, 1, 2, 1, 0))
     )
     forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)

@@ -18,8 +18,8 @@ from papilla.calibration import (
     SoftnessStatus,
     Uncertainty,
 )
-from papilla.calibration.document import SCHEMA, to_document
-from papilla.calibration.surface import Surface
+from papilla.calibration.document import CALIBRATION_SCHEMA, to_document
+from papilla.calibration.surface import BicubicSurface
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
 
 FORCE, MODULUS = (0.05, 1.0), (0.02, 5.0)
@@ -31,14 +31,14 @@ def record(fit_rms=1e-4, scatter=0.0, fold=False) -> Calibration:
     x = np.log(FORCE[0]) + (np.arange(m + 3) - 1) * np.log(FORCE[1] / FORCE[0]) / m
     y = (np.arange(n + 3) - 1) * np.log(MODULUS[1] / MODULUS[0]) / n
     rise = 0.2 * (y - y**2 / (5 if fold else 2) / (1 if fold else 8))
-    surface = Surface(FORCE, MODULUS, 9 + 0.6 * x[:, None] + rise[None, :] + 0.01 * x[:, None] * y[None, :])
+    surface = BicubicSurface(FORCE, MODULUS, 9 + 0.6 * x[:, None] + rise[None, :] + 0.01 * x[:, None] * y[None, :])
     known = Uncertainty(fit_rms, 1.96, 3 * fit_rms, np.array([0.1, 0.5]), np.full(2, scatter), 2.04, 4)
     usable, twofold = np.tile([0, n], (m, 1)), np.full((m, 2), np.nan)
     forward = Quadratic(
         np.array([-0.03, 14.0, 87.0, 104.0, -81.0]), np.array([0.1, 1, math.nan, 1, 1]),
         np.eye(5), 1.0, 2.0, (0.089, 0.72), 40.0, ("a doubt",),
     )  # fmt: skip
-    gauge = GaugeSurface("g1", Surface(FORCE, MODULUS, -surface.coefficients), known)
+    gauge = GaugeSurface("g1", BicubicSurface(FORCE, MODULUS, -surface.coefficients), known)
     return Calibration(
         {"name": "f", "sha256": "ab"}, {"sha256": "cd"}, forward, forward.inverse,
         SdSurface(surface, usable, twofold, known), (gauge, gauge), {"created": "now"}, ("doubt this",),
@@ -127,7 +127,7 @@ def with_friction(calibration, shift=0.03):
     """The same calibration with S_d larger by exp(shift), and readings by 500 microstrain / N, without friction."""
 
     def doubted(readout, change):
-        friction = Surface(FORCE, MODULUS, np.full((4, 4), change))
+        friction = BicubicSurface(FORCE, MODULUS, np.full((4, 4), change))
         return replace(readout, uncertainty=replace(readout.uncertainty, strain=1e-3, friction=friction))
 
     gauges = tuple(doubted(gauge, 500.0) for gauge in calibration.gauges)
@@ -190,7 +190,7 @@ def test_double_values_are_not_identifiable():
 def test_the_file_has_the_documented_keys(tmp_path):
     record().save(tmp_path / "c.json")
     document = json.loads((tmp_path / "c.json").read_text())
-    assert document["schema"] == SCHEMA == "papilla.calibration/1"
+    assert document["schema"] == CALIBRATION_SCHEMA == "papilla.calibration/1"
     forward, inverse = document["softness"]["forward"], document["softness"]["inverse"]
     assert forward["form"] == "quadratic" and forward["terms"] == ["f2", "f", "E2", "E", "1"]
     assert forward["units"] == {"f": "gf", "E": "MPa", "sd": "microstrain"}

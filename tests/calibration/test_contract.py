@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from made_up_sweep import make_sweep, true_sd
 
-from papilla.calibration import Calibration, SoftnessStatus, Surface, fit
+from papilla.calibration import BicubicSurface, Calibration, SoftnessStatus, fit
 
 SEEDS = range(100)
 MODULI, FORCES = np.geomspace(0.02, 5, 14), np.geomspace(0.05, 1, 12)
@@ -63,7 +63,7 @@ def test_saved_and_loaded_or_rebuilt_from_its_coefficients_it_is_the_same(seed, 
     loaded.save(tmp_path / "again.json")
     assert (tmp_path / "again.json").read_bytes() == (tmp_path / "c.json").read_bytes()
     part = json.loads((tmp_path / "c.json").read_text())["softness"]["surface"]
-    surface = Surface(tuple(part["force_N"]), tuple(part["modulus_MPa"]), np.array(part["coefficients"]))
+    surface = BicubicSurface(tuple(part["force_N"]), tuple(part["modulus_MPa"]), np.array(part["coefficients"]))
     np.testing.assert_array_equal(np.exp(surface(force, modulus)), sd)
     rebuilt = replace(calibration, surface=replace(calibration.surface, surface=surface))
     np.testing.assert_array_equal(answers(rebuilt, sd, force), answers(calibration, sd, force))

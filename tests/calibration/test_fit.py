@@ -7,7 +7,7 @@ import pytest
 
 from papilla.calibration import Calibration, SoftnessStatus, fit
 from papilla.core.errors import InputError
-from papilla.fem.pressing.large_strain import BEYOND
+from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES
 
 RNG_FORCE = np.exp(np.random.default_rng(1).uniform(np.log(0.196), np.log(0.98), 300))
 RNG_MODULUS = np.exp(np.random.default_rng(2).uniform(np.log(0.05), np.log(0.72), 300))
@@ -56,14 +56,14 @@ def test_coarse_presses_are_confessed(truth):
 
 def test_presses_beyond_measured_strain_are_in_sigma_and_counted(truth):
     moduli, forces = np.geomspace(0.05, 1, 12), np.geomspace(0.05, 1, 12)
-    status = tuple(f"contact, {BEYOND}: S_d within 2 %" if k % 4 == 0 else "contact" for k in range(144))
+    status = tuple(f"contact, {BEYOND_STRAIN_TABLES}: S_d within 2 %" if k % 4 == 0 else "contact" for k in range(144))
     plain, found = (fit(truth.sweep(moduli, forces, status=one), strain=0.002) for one in (("contact",) * 144, status))
     assert plain.surface.uncertainty.strain == pytest.approx(0.002)
     assert found.surface.uncertainty.strain == pytest.approx(np.hypot(0.002, 0.01 / 2))
     for one, other in zip(plain.gauges, found.gauges, strict=True):
         size = one.uncertainty.strain / 0.002
         assert other.uncertainty.strain == pytest.approx(np.hypot(0.002, 0.03 / 2) * size)
-    assert any(note.startswith(f"36 of 144 presses are {BEYOND}") for note in found.notes)
+    assert any(note.startswith(f"36 of 144 presses are {BEYOND_STRAIN_TABLES}") for note in found.notes)
     assert found.invert(truth.sd(0.3, 0.3), 0.3).sigma_MPa > plain.invert(truth.sd(0.3, 0.3), 0.3).sigma_MPa
 
 

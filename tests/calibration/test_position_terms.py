@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from papilla.calibration.fitting.position_terms import CELLS, ERROR, fit_positions
+from papilla.calibration.fitting.position_terms import POSITION_CELLS, READING_CHANGE_ERROR, fit_positions
 
 GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])
-PLACES = np.linspace(-4, 4, 2 * CELLS + 1)
+PLACES = np.linspace(-4, 4, 2 * POSITION_CELLS + 1)
 
 
 def seen(force, modulus, x):
@@ -23,7 +23,7 @@ def moved(noise=0.0):
 
 def test_a_smooth_change_is_given_back():
     terms = fit_positions(moved())
-    assert terms.reach_mm == 4.0 and terms.cells == (4, 6, CELLS)
+    assert terms.reach_mm == 4.0 and terms.cells == (4, 6, POSITION_CELLS)
     rng = np.random.default_rng(1)
     force, modulus, x = np.exp(rng.uniform(np.log(0.05), 0, 200)), np.exp(rng.uniform(-3.9, 1.6, 200)), PLACES[3]
     expected = seen(force, modulus, x) - seen(force, modulus, 0.0)
@@ -36,7 +36,7 @@ def test_a_smooth_change_is_given_back():
 def test_its_error_is_a_share_of_the_change_and_what_the_fit_misses():
     smooth, rough = fit_positions(moved()), fit_positions(moved(noise=300.0))
     data = moved()
-    change = (data["reading"][-1] - data["reading"][CELLS]) / data["force_N"][:, None]
-    np.testing.assert_allclose(smooth.error[:, -1], ERROR * np.sqrt((change**2).mean(axis=0)), rtol=0.05)
-    assert (smooth.error[:, CELLS // 2] < 1e-6).all()
+    change = (data["reading"][-1] - data["reading"][POSITION_CELLS]) / data["force_N"][:, None]
+    np.testing.assert_allclose(smooth.error[:, -1], READING_CHANGE_ERROR * np.sqrt((change**2).mean(axis=0)), rtol=0.05)
+    assert (smooth.error[:, POSITION_CELLS // 2] < 1e-6).all()
     assert (rough.error[:, 1] ** 2 > smooth.error[:, 1] ** 2 + 200.0**2).all()

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import BSpline
 
 from papilla.calibration import PositionTerms, SdSurface, SoftnessStatus, Uncertainty
-from papilla.calibration.surface import Axis, Surface, inside, solve_cubic
+from papilla.calibration.surface import Axis, BicubicSurface, inside, solve_cubic
 from papilla.core.errors import InputError
 
 FORCE, MODULUS, CELLS = (0.05, 1.0), (0.02, 5.0), (4, 5)
@@ -28,7 +28,7 @@ def surface():
     rng = np.random.default_rng(1)
     shape = CELLS[0] + 3, CELLS[1] + 3
     rise = 0.6 * np.arange(shape[0])[:, None] + 0.4 * np.arange(shape[1])
-    return Surface(FORCE, MODULUS, rise + rng.uniform(-0.12, 0.12, shape))
+    return BicubicSurface(FORCE, MODULUS, rise + rng.uniform(-0.12, 0.12, shape))
 
 
 @pytest.fixture(scope="module")
@@ -102,16 +102,16 @@ def test_basis_is_scipys_and_nodes_are_equal_steps_of_the_logarithm():
 @pytest.mark.parametrize("shape, message", [((3, 5), "at least 4 x 4 .*got 3 x 5"), ((4, 4, 4), "got 4 x 4 x 4")])
 def test_unusable_coefficients_are_refused(shape, message):
     with pytest.raises(InputError, match=message):
-        Surface(FORCE, MODULUS, np.zeros(shape))
+        BicubicSurface(FORCE, MODULUS, np.zeros(shape))
 
 
 def test_the_smallest_surface_is_one_cell_and_ranges_rise_above_zero():
-    assert Surface(FORCE, MODULUS, np.zeros((4, 4))).cells == (1, 1)
+    assert BicubicSurface(FORCE, MODULUS, np.zeros((4, 4))).cells == (1, 1)
     for force in ((0.0, 1.0), (0.5, 0.5), (0.5, math.inf)):
         with pytest.raises(InputError, match="force_N must be a rising range above 0"):
-            Surface(force, MODULUS, np.zeros((4, 4)))
+            BicubicSurface(force, MODULUS, np.zeros((4, 4)))
     with pytest.raises(InputError, match="must be finite"):
-        Surface(FORCE, MODULUS, np.pad([[math.nan]], ((3, 0), (3, 0))))
+        BicubicSurface(FORCE, MODULUS, np.pad([[math.nan]], ((3, 0), (3, 0))))
 
 
 @pytest.mark.parametrize("cubic", [(0, 1, 0, 0), (0, 0, 0, 1), (0, 3, -3, 1), (-2, 0.01, 0, 5), (1, 1e-12, 1, 0)])

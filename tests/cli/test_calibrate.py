@@ -68,11 +68,11 @@ def test_main_job_writes_what_its_json_names(papilla, tmp_path):
 
 
 def test_help_shows_how_a_finger_from_surface_files_is_written(papilla):
-    from papilla.model.file import FORMS
+    from papilla.model.file import SHAPE_FORMS
 
     told = " ".join(papilla("calibrate", "--help").out.split())
     assert f'"shape" of a design names three closed surface files beside it, as papilla/data/{SCANNED} does' in told
-    assert f'kind = "surfaces", {FORMS["surfaces"]}' in told and (DEFAULT_FINGER.parent / SCANNED).exists()
+    assert f'kind = "surfaces", {SHAPE_FORMS["surfaces"]}' in told and (DEFAULT_FINGER.parent / SCANNED).exists()
     assert f"[default: {DEFAULT_SIZE_MM:g}, that of the meshes that ship]" in " ".join(told.replace("│", " ").split())
 
 
@@ -128,7 +128,7 @@ def test_the_options_of_a_calibration_reach_its_presses_and_files(quick):
     assert sweep.force_N.min() == pytest.approx(0.05) and sweep.force_N.max() == pytest.approx(0.6)
     steps = [np.diff(np.log(np.unique(column))) for column in (sweep.force_N, sweep.modulus_MPa)]
     assert all(np.ptp(one) < 1e-6 for one in steps), "even in the logarithm"
-    assert (found["bench"], found["truth"], found["check"]) == (None, None, None) and job.QUICK in found["notes"]
+    assert (found["bench"], found["truth"], found["check"]) == (None, None, None) and job.QUICK_NOTE in found["notes"]
     assert found["rms_error"] <= found["max_error"] < 0.1 and found["export_c"] == "f.h"
     assert "papilla_modulus_MPa" in (folder / "f.h").read_text()
     made = Calibration.load(folder / found["calibration"])

@@ -8,7 +8,7 @@ import pytest
 
 from papilla.fem.pressing.response import response
 from papilla.identification.posing import family_of
-from papilla.identification.suggest import FORCES_N
+from papilla.identification.suggest import SUGGESTED_FORCES_N
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 from papilla.references import Prony
@@ -184,7 +184,7 @@ def test_a_protocol_from_nothing_and_after_a_log(papilla, bench, tmp_path, crite
     found = json.loads(papilla("identify", *options, "--json").out)
     assert len(found["suggested"]) == 3 and found["criterion"] == criterion
     assert {one["modulus_MPa"] for one in found["suggested"]} <= {0.089, 0.72}
-    assert {one["force_N"] for one in found["suggested"]} <= set(FORCES_N)
+    assert {one["force_N"] for one in found["suggested"]} <= set(SUGGESTED_FORCES_N)
     assert found["expected_sigma_ln_E"]["after"] < found["expected_sigma_ln_E"]["before"]
     told = papilla("identify", *options).out
     assert "Press next, at the apex:" in told and "20-100 gf" in told

@@ -108,7 +108,7 @@ def test_a_fault_of_papilla_itself_is_one_line_and_a_code_of_its_own(ending, mon
     assert (answer.code, answer.out) == (70, "")
     last = answer.err.splitlines()[-1]
     assert last.startswith("papilla: internal error: ZeroDivisionError: division by zero (test_main.py, line ")
-    monkeypatch.setenv(main.TRACEBACK, "1")
+    monkeypatch.setenv(main.TRACEBACK_VARIABLE, "1")
     assert "Traceback (most recent call last)" in ending(ZeroDivisionError()).err
 
 

@@ -51,7 +51,7 @@ def test_new_overwrites_nothing(papilla, refused, tmp_path):
 
 
 def test_surface_files_are_closed_nested_and_smooth_at_the_apex(papilla, tmp_path):
-    from papilla.fem.pressing.press import FACETS
+    from papilla.fem.pressing.press import FACET_DISTANCE_SHARE
     from papilla.mesh.surface_files import read_nested
 
     papilla("new", "mine.toml", "--shape", "surfaces")
@@ -60,13 +60,13 @@ def test_surface_files_are_closed_nested_and_smooth_at_the_apex(papilla, tmp_pat
     apex = skin.project([[0.0, 0.0, 20.0]])[0]
     assert apex[2] == pytest.approx(20.0, abs=0.01)
     indentation_mm = 0.5
-    assert skin.facet_deviation(apex, 3.75) < FACETS * indentation_mm
+    assert skin.facet_deviation(apex, 3.75) < FACET_DISTANCE_SHARE * indentation_mm
 
 
 def test_doctor_tests_itself_and_counts_the_cache(papilla, tmp_path, monkeypatch):
     import numpy as np
 
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path / "cache"))
     cache.keep("thing", "one", {"a": np.arange(1000.0)})
     size = sum(cache.entries().values())
     answer = papilla("doctor", "--json")
@@ -100,7 +100,7 @@ def test_a_new_design_says_what_was_written_and_how_to_try_it(papilla, refused, 
 def test_clean_empties_the_cache_and_nothing_else_and_words_are_those_of_the_json(papilla, tmp_path, monkeypatch):
     import numpy as np
 
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path / "cache"))
     for kind, name in (("thing", "one"), ("thing", "two"), ("other", "one")):
         cache.keep(kind, name, {"a": np.arange(1000.0)})
     (tmp_path / "cache" / "thing" / "notes.txt").write_text("mine")
@@ -118,7 +118,7 @@ def test_clean_empties_the_cache_and_nothing_else_and_words_are_those_of_the_jso
 def test_a_cache_that_others_can_write_to_is_named_unusable(papilla, tmp_path, monkeypatch):
     (tmp_path / "cache").mkdir()
     (tmp_path / "cache").chmod(0o777)
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path / "cache"))
     assert "NOT USABLE" in papilla("doctor").out
 
 

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.text import Text
 
 from papilla.cli.speed.price_figure import price_figure
-from papilla.view.style import ACCENTS
+from papilla.view.style import ACCENT_COLORS
 
 
 def texts(figure) -> list[str]:
@@ -24,9 +24,9 @@ def test_the_price_of_presses():
     ]  # fmt: skip
     figure = price_figure(rows, 0.35)
     (axes,) = figure.axes
-    curve = next(line for line in axes.lines if line.get_marker() == "o" and line.get_color() == ACCENTS[0])
+    curve = next(line for line in axes.lines if line.get_marker() == "o" and line.get_color() == ACCENT_COLORS[0])
     assert list(curve.get_xdata()) == [9.0, 40.0] and list(curve.get_ydata()) == pytest.approx([4.0, 1.0])
-    assert curve.get_markerfacecolor() == ACCENTS[0]
+    assert curve.get_markerfacecolor() == ACCENT_COLORS[0]
     hertz = next(line for line in axes.lines if line.get_marker() == "^" and len(line.get_xdata()))
     assert hertz.get_markerfacecolor() == "white"
     front = next(line for line in axes.lines if line.get_linestyle() == ":")

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.cli.speed import FULL, SHORT, Bench, BenchRow
-from papilla.cli.speed.measure import SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
+from papilla.cli.speed import FULL_PLAN, SHORT_PLAN, BenchRow, SpeedBench
+from papilla.cli.speed.measure import SWEEP_SPECIMEN, answers, measure, peak_memory_MiB, set_up, thousand
 from papilla.cli.speed.price_figure import price_figure
 from papilla.cli.speed.runner import pareto_front
 from papilla.core.units import gf_to_newton
@@ -69,9 +69,9 @@ def test_front_keeps_what_nothing_beats():
     assert pareto_front(np.array([1.0]), np.array([9.0])).tolist() == [True]
 
 
-def bench_of(rows) -> Bench:
+def bench_of(rows) -> SpeedBench:
     default = replace(rows[0], stages={"factorisation": 2.0, "reduction": 3.0})
-    return Bench("a finger", tuple(rows), default, 2)
+    return SpeedBench("a finger", tuple(rows), default, 2)
 
 
 def test_sentences_and_plot():
@@ -87,7 +87,7 @@ def test_sentences_and_plot():
     assert png(figure, dpi=30).startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("plan", [FULL, SHORT])
+@pytest.mark.parametrize("plan", [FULL_PLAN, SHORT_PLAN])
 def test_plans_hold_what_rows_are_compared_with(plan):
     assert plan.default_mm in plan.sizes_mm and min(plan.sizes_mm) == plan.sizes_mm[-1]
     assert set(plan.finite_sizes_mm) <= set(plan.sizes_mm), "small strain is taken on the mesh of a finite row"
@@ -105,11 +105,11 @@ def test_set_up_goes_through_its_stages():
     assert list(stages) == ["basis", "assembly", "factorisation", "reduction"] and min(stages.values()) > 0
     assert isinstance(model, FingerModel) and reduced.element == "P2"
     assert 10 < peak_memory_MiB() < 1e6
-    found = answers(lambda force: press(reduced, SPECIMEN, force=force, fidelity="hertz"), (10, 100))
+    found = answers(lambda force: press(reduced, SWEEP_SPECIMEN, force=force, fidelity="hertz"), (10, 100))
     assert found.shape == (3, 2) and (found[:, 1] > found[:, 0]).all()
     total, median = thousand(reduced, "hertz")
     assert total >= 500 * median > 0
-    assert SPECIMEN.modulus == 0.51 and gf_to_newton(100) < 1
+    assert SWEEP_SPECIMEN.modulus == 0.51 and gf_to_newton(100) < 1
 
 
 @pytest.mark.slow

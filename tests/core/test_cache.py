@@ -89,7 +89,7 @@ def test_what_has_no_content_of_its_own_is_no_part_of_a_key():
 # ---- keys and code: a copy of the sources is edited, and another process makes its keys
 
 SWEEP, REDUCED, READER = calibration.sweep.__module__, REDUCED_BY, read_surface.__module__
-PICTURE, PRICES = pictures.__name__, prices.MEASURED_BY
+PICTURE, PRICES = pictures.__name__, prices.PRICING_MODULE
 MAKERS = (SWEEP, REDUCED, READER, PICTURE, PRICES)
 KEYS = """
 import json, sys

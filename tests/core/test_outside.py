@@ -230,7 +230,7 @@ def test_a_packed_log_that_unpacks_to_far_more_is_refused(tmp_path):
     import gzip
 
     path = tmp_path / "log.csv.gz"
-    path.write_bytes(gzip.compress(b"0" * (100 * outside.MIB)))
+    path.write_bytes(gzip.compress(b"0" * (100 * outside.BYTES_PER_MIB)))
     with pytest.raises(FileFormatError, match="unpacks to more than 700 times"):
         outside.repeatable_stream(path)
     path.write_bytes(gzip.compress(b"t_s,g1\n" + b"0.125,100.5\n" * 10**5))

@@ -59,7 +59,7 @@ def test_the_first_lines_can_be_read_again_until_once(pipe):
 
 
 def test_a_log_from_a_pipe_is_read_as_its_rows_come(pipe):
-    first = time_log.PREAMBLE
+    first = time_log.PREAMBLE_ROWS
     lines = rows(first + 40)
     pipe(HEADER + "".join(lines[:first]))
     with TimeLogFile("-") as log:

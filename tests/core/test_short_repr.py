@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from papilla.calibration import PositionTerms, Surface
+from papilla.calibration import BicubicSurface, PositionTerms
 from papilla.identification import MaterialTests, fit_material
 from papilla.logs import PressLog
 from papilla.model.materials import NeoHookean
@@ -16,7 +16,7 @@ TESTS = MaterialTests(STRETCH, NeoHookean(0.1).nominal_stress(STRETCH, "uniaxial
     "thing, shown",
     [
         (
-            Surface((0.05, 1.0), (0.02, 5.0), np.zeros((9, 15))),
+            BicubicSurface((0.05, 1.0), (0.02, 5.0), np.zeros((9, 15))),
             "Surface(force_N=(0.05, 1.0), modulus_MPa=(0.02, 5.0), coefficients=<9 x 15>)",
         ),
         (

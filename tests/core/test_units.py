@@ -14,7 +14,7 @@ def test_gram_force_is_standard_gravity_times_a_gram():
 
 def test_microstrain():
     assert units.to_microstrain(0.0025) == pytest.approx(2500, rel=1e-15)
-    assert units.MICROSTRAIN == 1e-6
+    assert units.STRAIN_PER_MICROSTRAIN == 1e-6
 
 
 def test_arrays_are_converted_element_by_element():

@@ -10,7 +10,7 @@ import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.core.workers import TRIES, Processes, counted, one_thread_each, workers
+from papilla.core.workers import MOST_TRIES, Processes, counted, one_thread_each, workers
 
 
 def doubled(number, say):
@@ -95,9 +95,9 @@ def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeyp
         others = [pool.submit(divmod, number, 2) for number in range(6)]
         assert killed.result() == 3 and [one.result() for one in others] == [divmod(number, 2) for number in range(6)]
         hopeless = pool.submit(killed_at_first, tmp_path / "b", 99)
-        with pytest.raises(WorkerKilledError, match=f"killed {TRIES} times"):
+        with pytest.raises(WorkerKilledError, match=f"killed {MOST_TRIES} times"):
             hopeless.result()
-        assert (tmp_path / "b").read_text() == "x" * TRIES
+        assert (tmp_path / "b").read_text() == "x" * MOST_TRIES
         assert pool.submit(divmod, 7, 2).result() == (3, 1)
 
 

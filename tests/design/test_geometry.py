@@ -10,7 +10,7 @@ from papilla.design.geometry import GeometryMap, measure_base, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places
-from papilla.design.scene import Scene
+from papilla.design.scene import DesignScene
 from papilla.fem.pressing.large_strain import known
 from papilla.model.finger import Finger, Layer
 
@@ -41,4 +41,4 @@ def test_a_specimen_below_the_first_modulus_of_a_calibration_is_refused(made_up_
     measured = GeometryMap(finger, places, (replace(free, large_strain=True), replace(stuck, large_strain=True)))
     stiff = replace(finger, inner=Layer(inner), outer=Layer(4 * inner))
     with pytest.raises(InputError, match=f"too soft for an inner layer of {inner:.3g} MPa.* a calibration {begins}"):
-        _ = DesignInScene(stiff, measured, Scene(modulus_MPa=(0.019, 0.72))).ends
+        _ = DesignInScene(stiff, measured, DesignScene(modulus_MPa=(0.019, 0.72))).ends

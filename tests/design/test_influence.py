@@ -7,9 +7,9 @@ import pytest
 
 from papilla.design import placement
 from papilla.design.influence import Influence
-from papilla.design.placement import KNOWN, UNKNOWN, Placed, problem
-from papilla.design.scene import PRIOR, Scene
-from papilla.estimators.softness.touch import RULES
+from papilla.design.placement import KNOWN_SIGMA, UNKNOWN_SCENES, Placed, problem
+from papilla.design.scene import PRIOR_SIGMA_LN_MODULUS, DesignScene
+from papilla.estimators.softness.touch import TOUCH_RULES
 from papilla.fem.pressing.large_strain import CONTINUED_GAUGE
 from papilla.model.finger import Finger, Gauge
 
@@ -28,24 +28,24 @@ def found_at(sites, gauges=None) -> Influence:
 
 
 def test_a_problem_has_the_doubts_of_its_scene():
-    scene = Scene(place_mm=1.5, samples=25)
+    scene = DesignScene(place_mm=1.5, samples=25)
     doubts = scene.unknown.doubts
     found = found_at([(0, 0, 0), (0, 4.9, 0), (0, 9.9, 0), (0, 14.9, 0)])
     one = problem(found, scene)
     assert one.slopes[1, 2] == pytest.approx([*found.slopes[:, 1, 2], found.reading[1, 2]])
     own = (placement.GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2) * found.reading**2
-    own += 25.0 / 25 + (RULES.air_share * doubts.zero_microstrain) ** 2
+    own += 25.0 / 25 + (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
     assert one.variance == pytest.approx(own)
     # Foils of 5 mm that touch do not overlap
     assert one.overlap[0, 0] and one.overlap[0, 1] and not one.overlap[1, 2]
     for row, force in enumerate((0.2, 0.8)):
         sigma = np.sqrt(1 / np.diag(one.prior[row]))
-        offset = (RULES.air_share * doubts.force_offset_N) ** 2 + 0.005**2 / 25
+        offset = (TOUCH_RULES.air_share * doubts.force_offset_N) ** 2 + 0.005**2 / 25
         ln_force = math.sqrt(doubts.force_gain**2 + offset / force**2)
-        assert sigma == pytest.approx([PRIOR, ln_force, 0.5, 1.5, 1.5, doubts.creep])
+        assert sigma == pytest.approx([PRIOR_SIGMA_LN_MODULUS, ln_force, 0.5, 1.5, 1.5, doubts.creep])
         assert np.count_nonzero(one.prior[row]) == 6
     known = problem(found, scene, friction=False, place=False)
-    assert np.sqrt(1 / np.diag(known.prior[0]))[2:5] == pytest.approx([KNOWN] * 3)
+    assert np.sqrt(1 / np.diag(known.prior[0]))[2:5] == pytest.approx([KNOWN_SIGMA] * 3)
     assert known.sigma([0, 2]) <= one.sigma([0, 2])
     direct = np.mean([
         np.linalg.inv(one.prior[p] + sum(np.outer(one.slopes[p, k], one.slopes[p, k]) / one.variance[p, k]
@@ -60,7 +60,7 @@ def placed() -> Placed:
               y_mm=-3.0, direction_deg=90.0))  # fmt: skip
     found = found_at([(3.0, 0.0, 1), (-3.0, 2.0, 1), (3.0, -3.0, 1)], gauges)
     sigma = {
-        kind: {name: [start / (n + k) for k in range(count)] for n, name in enumerate(UNKNOWN, start=1)}
+        kind: {name: [start / (n + k) for k in range(count)] for n, name in enumerate(UNKNOWN_SCENES, start=1)}
         for kind, start, count in (("anywhere", 0.6, 3), ("in a row", 0.9, 2))
     }
     return Placed(FINGER, found, [[0], [0, 1], [0, 1, 2]], [[0], [0, 1]], sigma, [])

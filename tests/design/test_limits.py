@@ -11,7 +11,7 @@ from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.places import Places, foil_of, half_length
-from papilla.design.scene import Scene
+from papilla.design.scene import DesignScene
 from papilla.design.study import read_study
 from papilla.model.finger import Finger, Gauge
 
@@ -121,26 +121,26 @@ def test_a_study_takes_what_the_finger_states(study_file, tmp_path):
                                             (0.899, "off by -10 %")])  # fmt: skip
 def test_a_prediction_is_confirmed_within_a_tenth(share, verdict):
     ones = np.ones((2, 3))
-    one = Confirmed("f", {"S_d": 0.2 * share * ones}, {"S_d": 0.2 * ones}, Scene())
+    one = Confirmed("f", {"S_d": 0.2 * share * ones}, {"S_d": 0.2 * ones}, DesignScene())
     assert one.sentence == f"f: S_d: predicted {0.2 * share:.3g}, calibrated 0.2 ({verdict})"
 
 
 def test_the_grid_of_a_scene_extends_beyond_it():
-    force, modulus = Scene((0.2, 0.8), (0.1, 0.4)).grid
+    force, modulus = DesignScene((0.2, 0.8), (0.1, 0.4)).grid
     assert np.unique(force) == pytest.approx(np.geomspace(0.2 / 1.25, 0.8 * 1.25, 10))
     assert np.unique(modulus) == pytest.approx(np.geomspace(0.1 / 1.05, 0.4 * 1.05, 14))
     assert len(force) == len(modulus) == 140 and force[0] == force[13] < force[14] and modulus[0] < modulus[1]
     for parts in ({"forces": 2}, {"moduli": 40}):
-        assert Scene(**parts).points[0][0] == pytest.approx(0.2)
+        assert DesignScene(**parts).points[0][0] == pytest.approx(0.2)
     for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
         with pytest.raises(InputError, match=name):
-            Scene(**{name: 0})
+            DesignScene(**{name: 0})
 
 
 def test_a_design_needs_two_gauges_that_differ_and_a_press_inside_the_model(made_up_geometry):
     places = Places.of(FINGER)
     geometry = made_up_geometry(with_sites(FINGER, places), places)
-    alone = DesignInScene(replace(FINGER, gauges=FINGER.gauges[2:3]), geometry, Scene())
+    alone = DesignInScene(replace(FINGER, gauges=FINGER.gauges[2:3]), geometry, DesignScene())
     row = Places.row(foil_of(FINGER.gauges))
     wide = made_up_geometry(with_sites(FINGER, row), row)
     for finger in (
@@ -149,7 +149,7 @@ def test_a_design_needs_two_gauges_that_differ_and_a_press_inside_the_model(made
     ):
         with pytest.raises(InputError, match="S_d needs at least two gauges whose readings differ"):
             _ = replace(alone, finger=finger, geometry=wide).surfaces
-    hard = Scene((0.2, 0.98), (0.05, 90.0))
+    hard = DesignScene((0.2, 0.98), (0.05, 90.0))
     design = DesignInScene(FINGER, geometry, hard)
     force, modulus = hard.grid
     inside = geometry.ends[0].inside(force, modulus, *design.moduli)

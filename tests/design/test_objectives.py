@@ -8,17 +8,17 @@ import pytest
 from made_up_geometry import made_up_map
 
 from papilla.core.errors import InputError
-from papilla.design import OBJECTIVES, Scene
+from papilla.design import OBJECTIVES_BY_NAME, DesignScene
 from papilla.design.geometry import gains_of, with_sites
 from papilla.design.in_scene import DesignInScene
 from papilla.design.parameters import made
 from papilla.design.places import Places, foil_of
 from papilla.design.scene import Tolerances, Unknowns
-from papilla.fem.reduction.family import RATIOS
+from papilla.fem.reduction.family import MODULUS_RATIO_ENDS
 from papilla.model.finger import Finger
 
 FINGER = Finger.default()
-SCENE = Scene(forces=2, moduli=3, samples=20)
+SCENE = DesignScene(forces=2, moduli=3, samples=20)
 SIGMAS = ("sigma_sd", "sigma_gauges", "sigma_force_depth")
 
 
@@ -34,7 +34,7 @@ def design():
 
 
 def of(name, one):
-    return OBJECTIVES[name].of(one)
+    return OBJECTIVES_BY_NAME[name].of(one)
 
 
 def gained(factors):
@@ -47,8 +47,8 @@ def gained(factors):
 
 
 def test_each_objective_has_a_name_a_sign_a_unit_and_words():
-    assert [one.name for one in OBJECTIVES.values()] == [*OBJECTIVES] == sorted(OBJECTIVES)
-    for one in OBJECTIVES.values():
+    assert [one.name for one in OBJECTIVES_BY_NAME.values()] == [*OBJECTIVES_BY_NAME] == sorted(OBJECTIVES_BY_NAME)
+    for one in OBJECTIVES_BY_NAME.values():
         assert abs(one.sign) == 1 and one.unit and one.words and one.gauges in (1, 2)
 
 
@@ -159,7 +159,7 @@ def test_the_worst_over_tolerances_grows_with_each_of_them(design):
 def test_a_geometry_covers_a_range_of_ratios_and_its_gauges_are_sums_of_sites(design):
     places = Places.row(foil_of(FINGER.gauges))
     geometry = design(places=places).geometry
-    low, high = RATIOS
+    low, high = MODULUS_RATIO_ENDS
     for ratio in (low, high):
         free, stuck = geometry.of(made(FINGER, {"outer.modulus_MPa": ratio * 0.1, "inner.modulus_MPa": 0.1}))
         assert (free.gauge_count, free.friction, stuck.friction) == (5, 0.0, math.inf)
@@ -180,4 +180,4 @@ def test_friction_is_unknown_stick_or_none():
         Unknowns(0.5)
     for parts in ({"forces": 1}, {"moduli": 41}):
         with pytest.raises(InputError, match="must be from 2 to 40"):
-            Scene(**parts)
+            DesignScene(**parts)

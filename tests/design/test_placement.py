@@ -7,12 +7,12 @@ import pytest
 
 from papilla import fem
 from papilla.design.influence import influence
-from papilla.design.placement import Problem, place, problem
-from papilla.design.scene import Scene
+from papilla.design.placement import PlacementProblem, place, problem
+from papilla.design.scene import DesignScene
 from papilla.model.finger import Finger
 
 
-def made_up(seed: int, k: int = 14) -> Problem:
+def made_up(seed: int, k: int = 14) -> PlacementProblem:
     """A row of k places, touched in six ways; slopes are smooth along the row, and neighbours overlap."""
     rng = np.random.default_rng(seed)
     x = np.linspace(-1, 1, k)
@@ -20,10 +20,10 @@ def made_up(seed: int, k: int = 14) -> Problem:
     slopes = np.einsum("pin,nk->pki", rng.standard_normal((6, 6, 6)) * [1.0, 1.0, 0.7, 0.5, 0.5, 0.3], waves)
     prior = np.tile(np.diag([1.0, 4.0, 4.0, 1.0, 1.0, 9.0]), (6, 1, 1))
     overlap = np.abs(np.subtract.outer(np.arange(k), np.arange(k))) < 2
-    return Problem(slopes, 0.05 + 0.1 * rng.random((6, k)), prior, overlap)
+    return PlacementProblem(slopes, 0.05 + 0.1 * rng.random((6, k)), prior, overlap)
 
 
-def brute_force(one: Problem, count: int) -> list[int]:
+def brute_force(one: PlacementProblem, count: int) -> list[int]:
     """The best of all sets, by exhaustive search."""
     sets = (list(s) for s in combinations(range(one.overlap.shape[0]), count))
     free = (s for s in sets if not any(one.overlap[a, b] for a, b in combinations(s, 2)))
@@ -53,7 +53,7 @@ def test_there_are_as_many_gauges_as_there_is_room_for():
 
 @pytest.mark.slow
 def test_rows_of_influence_read_what_presses_read_and_a_row_cannot_see_y():
-    finger, scene = Finger.default(), Scene(forces=2, moduli=2)
+    finger, scene = Finger.default(), DesignScene(forces=2, moduli=2)
     found = influence(finger, scene)
     k = [(g.angle_deg, g.y_mm, g.direction_deg) for g in found.gauges].index((20.0, 0.0, 0.0))
     reduced = fem.prepare(finger)

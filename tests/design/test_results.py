@@ -11,7 +11,7 @@ from scipy import stats
 from papilla.design.confirming import Confirmed
 from papilla.design.results import Outcome, Results, first_words, summary
 from papilla.design.running import Tally
-from papilla.design.scene import Scene
+from papilla.design.scene import DesignScene
 from papilla.design.study import read_study
 from papilla.model.finger import Finger
 
@@ -102,8 +102,8 @@ def test_a_study_as_plain_values(results_of):
     tally = Tally(designs=5, reused=1, seconds=9.5, spent=spent, memory_MB=300.0, workers=2, notes=["a note"])
     ones = np.ones((3, 5))
     confirmed = [
-        Confirmed("finger_1.toml", {"S_d": 0.2 * ones}, {"S_d": 0.25 * ones}, Scene()),
-        Confirmed("own", {}, {}, Scene(), "no mesh"),
+        Confirmed("finger_1.toml", {"S_d": 0.2 * ones}, {"S_d": 0.25 * ones}, DesignScene()),
+        Confirmed("own", {}, {}, DesignScene(), "no mesh"),
     ]
     base = {"sigma_sd": 0.4, "signal_over_noise": 3.0}
     written = {"tables": ["d.csv"], "fingers": ["f1.toml", "f2.toml"], "page": ["p.html"]}

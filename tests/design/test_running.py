@@ -10,7 +10,7 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.core.tables import TableReader
-from papilla.design import Scene, read_study, run_study
+from papilla.design import DesignScene, read_study, run_study
 from papilla.design.batch import Batch, Done, check_done, evaluate, version
 from papilla.design.job import write_page
 from papilla.design.parameters import made
@@ -141,7 +141,7 @@ def test_effects_find_what_was_put_in(study_file):
 
 
 def test_a_batch_of_another_version_is_left_to_others(made_up_geometry):
-    batch = Batch((FINGER,), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), "0.0 (old)", made_up_geometry)
+    batch = Batch((FINGER,), FINGER, Places.of(FINGER), DesignScene(), ("sigma_sd",), "0.0 (old)", made_up_geometry)
     assert evaluate(batch) == Done((), version(), {}, 0.0)
     stiff = replace(FINGER, outer=replace(FINGER.outer, modulus=90.0))
     done = evaluate(replace(batch, fingers=(FINGER, stiff), version=version()))
@@ -189,7 +189,7 @@ RECORDS = {
 )  # fmt: skip
 def test_what_a_worker_sends_is_checked(made_up_geometry, forge):
     other = made(FINGER, {"outer.modulus_MPa": 0.3})
-    batch = Batch((FINGER, other), FINGER, Places.of(FINGER), Scene(), ("sigma_sd",), version(), made_up_geometry)
+    batch = Batch((FINGER, other), FINGER, Places.of(FINGER), DesignScene(), ("sigma_sd",), version(), made_up_geometry)
     done = evaluate(batch)
     check_done(done, batch)
     with pytest.raises(InputError) as refused:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, NotOwnError, PapillaError
-from papilla.design.batch import Record
+from papilla.design.batch import JudgedDesign
 from papilla.design.results import Results
 from papilla.design.store import Store
 from papilla.design.study import read_study
@@ -23,8 +23,8 @@ def rows_of(study, count=12):
     rows = []
     for number in range(count):
         free = {one.name: one.at(number / count) for one in study.free}
-        record = Record({name: value + number for name, value in GOOD.items()}, "ok", f"{number:064x}")
-        rows.append((number, free, f"k{number}", record if number < count - 1 else Record.failed("no mesh")))
+        record = JudgedDesign({name: value + number for name, value in GOOD.items()}, "ok", f"{number:064x}")
+        rows.append((number, free, f"k{number}", record if number < count - 1 else JudgedDesign.failed("no mesh")))
     return rows
 
 
@@ -183,7 +183,7 @@ def test_a_new_store_is_for_its_user_alone(tmp_path):
 def test_a_full_store_is_one_line_and_keeps_what_it_has(stored):
     study, path = stored
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    more = [(number, {}, f"more{number}", Record.failed("w" * 500)) for number in range(12, 2000)]
+    more = [(number, {}, f"more{number}", JudgedDesign.failed("w" * 500)) for number in range(12, 2000)]
     with closing(Store(path)) as store:
         resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, hard))
         try:
@@ -214,7 +214,7 @@ def test_two_clients_write_to_one_store(stored, study_file):
     other = read_study(study_file(("made up", "another")))
     with closing(Store(path)) as one, closing(Store(path)) as two:
         number, free, key, record = rows_of(study)[2]
-        two.add(other.sha256, [(number, free, key, Record(dict.fromkeys(GOOD, 9.0), "ok", "a" * 64))])
+        two.add(other.sha256, [(number, free, key, JudgedDesign(dict.fromkeys(GOOD, 9.0), "ok", "a" * 64))])
         assert [row[2] for row in one.rows(other)] == [record]
     with closing(sqlite3.connect(path)) as connection:
         assert connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
-from papilla.estimators.pipeline.outputs import CREPT, LEAST_CHANGE, Creep
+from papilla.estimators.pipeline.outputs import CREEP_WORDS, LEAST_SD_RATIO_CHANGE, Creep
 from papilla.references import Prony
 
 TERMS = {"shares": [0.2, 0.1], "times_s": [0.3, 4.0]}
@@ -21,7 +21,7 @@ def test_samples_one_by_one_creep_as_the_history_does():
     low, high = np.quantile(ratio, [0.3, 0.6])
     creep = Creep({**TERMS, "crept": [low, high]}, 0.05)
     said = [creep.feel(*sample) for sample in zip(time.tolist(), force.tolist(), strict=True)]
-    expected = np.where(ratio < low - LEAST_CHANGE, 1, np.where(ratio > high + LEAST_CHANGE, 2, 0))
+    expected = np.where(ratio < low - LEAST_SD_RATIO_CHANGE, 1, np.where(ratio > high + LEAST_SD_RATIO_CHANGE, 2, 0))
     expected[force < 0.05] = 0
     assert said == expected.tolist()
     assert set(said) == {0, 1, 2}
@@ -47,9 +47,9 @@ def test_the_pipeline_says_where_a_touch_is_unlike_those_of_the_bench(calibratio
     options = {"columns": ("force_N",), "gauge_sigma": 2.0, "sample_rate_Hz": 100.0, "doubts": Doubts.NONE}
     pipeline = Pipeline(of_bench, **options)
     answer = pipeline.process(stream)
-    said = [1 if CREPT[1] in one else 2 if CREPT[2] in one else 0 for one in answer.status]
+    said = [1 if CREEP_WORDS[1] in one else 2 if CREEP_WORDS[2] in one else 0 for one in answer.status]
     assert said[5] == 1 and said[-1] == 2 and 0 in said and said == sorted(said, key=(1, 0, 2).index)
-    assert f", but {CREPT[2]}" in pipeline.sentences["modulus"]
+    assert f", but {CREEP_WORDS[2]}" in pipeline.sentences["modulus"]
     single, other = Pipeline(of_bench, **options), Pipeline(of_bench, **options)
     first = [single.update(row).status for row in stream[:60]]
     other.state = single.state

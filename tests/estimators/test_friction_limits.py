@@ -9,11 +9,11 @@ from papilla.estimators.friction import Friction, FrictionStatus
 from papilla.estimators.friction.estimator import Direction, Peak
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
-    ANISOTROPY,
-    EXPONENT,
-    LEAST_CHANGE,
-    Block,
-    Offset,
+    ANISOTROPY_SIGMA,
+    FORCE_EXPONENT_RMS,
+    LEAST_STROKE_CHANGE,
+    BlockMeans,
+    ForceOffset,
     Source,
     Stroke,
 )
@@ -22,7 +22,7 @@ STEADY = (0.4, 1.0, 30.0)
 
 
 def unknown(sigma=0.2):
-    return Offset(Source(0.0, sigma**2), Source(0.0, sigma**2))
+    return ForceOffset(Source(0.0, sigma**2), Source(0.0, sigma**2))
 
 
 def stroke(pull, normal, blocks=10):
@@ -31,15 +31,15 @@ def stroke(pull, normal, blocks=10):
 
 def test_air_tells_the_offset_from_its_second_look_on():
     offset = unknown()
-    offset.in_air(Block(0.7, 0.0, 0.0, 0.0), 40)
+    offset.in_air(BlockMeans(0.7, 0.0, 0.0, 0.0), 40)
     assert not offset.observed
     for _ in range(30):
-        offset.in_air(Block(0.1, 0.0, 0.0, 0.0), 40)
+        offset.in_air(BlockMeans(0.1, 0.0, 0.0, 0.0), 40)
     assert offset.all.value_N == pytest.approx(0.1, abs=1e-4)
     assert math.sqrt(offset.all.variance_N2) == pytest.approx(AIR_SIGMA_N, rel=1e-3)
     light = unknown()
     for _ in range(5):
-        light.in_air(Block(0.1, 0.01, 0.0, 0.0), 40)
+        light.in_air(BlockMeans(0.1, 0.01, 0.0, 0.0), 40)
     assert math.sqrt(light.air.variance_N2) == pytest.approx(0.005, rel=0.05), "it may rub"
 
 
@@ -50,19 +50,19 @@ def test_turns_tell_the_offset_with_mu_the_same_both_ways(forces):
     forward, backward = forces
     strokes = stroke(mu * forward + zero, forward), stroke(mu * backward - zero, backward)
     offset = unknown(sigma=100.0)
-    offset.sliding(Block(0.4, 1.0, 30.0, 0.0), *strokes)
+    offset.sliding(BlockMeans(0.4, 1.0, 30.0, 0.0), *strokes)
     assert offset.all.value_N == pytest.approx(zero, abs=1e-4)
     b = 1 / forward + 1 / backward
-    other = EXPONENT * math.log(forward / backward)
+    other = FORCE_EXPONENT_RMS * math.log(forward / backward)
     assert math.sqrt(offset.all.variance_N2) == pytest.approx(
-        mu / b * math.sqrt(ANISOTROPY**2 + LEAST_CHANGE**2 + other**2), rel=1e-3
+        mu / b * math.sqrt(ANISOTROPY_SIGMA**2 + LEAST_STROKE_CHANGE**2 + other**2), rel=1e-3
     )
     offset.keep_turns(*strokes)
     assert offset.turns.value_N == pytest.approx(zero)
     for _ in range(50):
         offset.keep_turns(*strokes)
-    offset.sliding(Block(0.4, 1.0, 30.0, 0.0), *strokes)
-    assert math.sqrt(offset.all.variance_N2) > mu * ANISOTROPY / b, "anisotropy is not averaged away"
+    offset.sliding(BlockMeans(0.4, 1.0, 30.0, 0.0), *strokes)
+    assert math.sqrt(offset.all.variance_N2) > mu * ANISOTROPY_SIGMA / b, "anisotropy is not averaged away"
 
 
 @pytest.mark.parametrize(
@@ -74,10 +74,10 @@ def test_turns_tell_the_offset_with_mu_the_same_both_ways(forces):
     ],
 )  # fmt: skip
 def test_a_rest_counts_where_the_pull_fell_by_more_than_half_and_nothing_better_is_known(moved, rest, told):
-    offset, sliding = unknown(), Block(0.5, 1.0, 30.0, 0.0)
+    offset, sliding = unknown(), BlockMeans(0.5, 1.0, 30.0, 0.0)
     offset.moving = moved
     for tangential in rest:
-        offset.at_rest(Block(tangential, 1.0, 0.0, 0.0))
+        offset.at_rest(BlockMeans(tangential, 1.0, 0.0, 0.0))
     offset.sliding(sliding, stroke(0.5, 1.0), Stroke())
     assert offset.observed == told
     if told:
@@ -89,7 +89,7 @@ def test_a_rest_counts_where_the_pull_fell_by_more_than_half_and_nothing_better_
 def test_a_direction_is_the_ratio_of_means_and_follows_the_offset_at_once():
     way = Direction(-1)
     for normal in (1.0, 2.0) * 10:
-        assert way.take(Block(0.1 - 0.4 * normal, normal, -30.0, 0.0), 40, 0.1, 0.0)
+        assert way.take(BlockMeans(0.1 - 0.4 * normal, normal, -30.0, 0.0), 40, 0.1, 0.0)
     assert way.mu(0.1) == pytest.approx(0.4) and way.mu(0.0) == pytest.approx(0.4 - 0.1 / way.normal)
     assert way.stroke.blocks == 20 and way.stroke.spread == pytest.approx(0.0, abs=1e-20)
     assert way.log_variance == pytest.approx((0.5 * math.log(2)) ** 2, rel=0.3)
@@ -99,15 +99,15 @@ def test_a_look_five_scatters_off_is_left_out_and_the_third_in_a_row_is_a_change
     for sigmas, learnt in ((4.9, True), (5.1, None)):
         way = Direction(1)
         for _ in range(10):
-            way.take(Block(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+            way.take(BlockMeans(0.4, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
         spread = math.sqrt(way.variance + (1e-3 * 0.4) ** 2)
         before = replace(way)
-        assert way.take(Block(0.4 + sigmas * spread, 1.0, 30.0, 0.0), 40, 0.0, 0.3) is learnt
+        assert way.take(BlockMeans(0.4 + sigmas * spread, 1.0, 30.0, 0.0), 40, 0.0, 0.3) is learnt
         assert (way.mu(0.0) == before.mu(0.0)) == (learnt is None)
-    told = [way.take(Block(0.9, 1.0, 30.0, 0.0), 40, 0.0, 0.3) for _ in range(3)]
+    told = [way.take(BlockMeans(0.9, 1.0, 30.0, 0.0), 40, 0.0, 0.3) for _ in range(3)]
     assert told == [None, False, True] and way.mu(0.0) > 0.7
-    way.take(Block(2.0, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
-    way.take(Block(way.mu(0.0), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+    way.take(BlockMeans(2.0, 1.0, 30.0, 0.0), 40, 0.0, 0.3)
+    way.take(BlockMeans(way.mu(0.0), 1.0, 30.0, 0.0), 40, 0.0, 0.3)
     assert way.outliers == (), "not in a row"
 
 
@@ -183,7 +183,7 @@ def test_sigma_holds_scatter_offset_force_and_age():
     alone = known_by().mu_kinetic_sigma ** 2
     assert alone == pytest.approx(1e-6 + 1e-4 + (1e-3 * 0.4) ** 2)
     for known, more in (
-        ({"log_variance": 0.04}, (EXPONENT * 0.2 * 0.4) ** 2),
+        ({"log_variance": 0.04}, (FORCE_EXPONENT_RMS * 0.2 * 0.4) ** 2),
         ({"age": 4.0}, (0.03 * 2 * 0.4) ** 2),
         ({"error": 0.03}, 0.03**2),
     ):

@@ -7,7 +7,7 @@ import pytest
 
 from papilla.estimators import Doubts
 from papilla.estimators.softness.channels import SPREAD_FORCE, ZERO_WALK, GaugeSurfaces
-from papilla.estimators.softness.fitter import SHAPE, FilterState, Fitter, Residuals
+from papilla.estimators.softness.fitter import CELL_ERROR_SHARE, FilterState, Fitter, Residuals
 from papilla.estimators.stream import completed
 
 NOISE = np.array([50.0] * 5 + [0.005])
@@ -143,7 +143,7 @@ def test_learning_is_kalmans_correction(own, keep):
     away = state.mean - [fit.linear.at[2], fit.linear.at[3], *[0.0] * (own.size - 2)]
     innovation = y / NOISE - fit.linear.expected - fit.linear.H @ away
     S = H @ state.covariance @ H.T + B.T @ B + np.eye(6) / count
-    S += np.diag((SHAPE**2 * H[:, shaped_of(own)] ** 2).sum(axis=1))
+    S += np.diag((CELL_ERROR_SHARE**2 * H[:, shaped_of(own)] ** 2).sum(axis=1))
     np.testing.assert_allclose(residuals.precision, np.linalg.inv(S), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(residuals.weighted, np.linalg.solve(S, innovation), rtol=1e-6, atol=1e-8)
     assert residuals.misfit == pytest.approx(innovation @ np.linalg.solve(S, innovation), rel=1e-6)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import SoftnessStatus, Surface
+from papilla.calibration import BicubicSurface, SoftnessStatus
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness
 from papilla.estimators.health import Fault, unpack
@@ -144,7 +144,7 @@ def test_a_calibration_error_does_not_average_out(five):
 def test_unusable_calibrations_and_samples_are_refused(exact, calibration):
     with pytest.raises(InputError, match="at least 2 gauges are needed, the calibration has 1"):
         estimator(replace(exact, gauges=exact.gauges[:1]))
-    other = replace(exact.gauges[1], surface=Surface(FORCE, MODULUS, np.ones((5, 6))))
+    other = replace(exact.gauges[1], surface=BicubicSurface(FORCE, MODULUS, np.ones((5, 6))))
     with pytest.raises(InputError, match="the surface of g2 has another domain or other cells than the first"):
         estimator(replace(exact, gauges=(exact.gauges[0], other)))
     own = estimator(exact)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import GaugeSurface, SoftnessStatus, Surface, Uncertainty
+from papilla.calibration import BicubicSurface, GaugeSurface, SoftnessStatus, Uncertainty
 from papilla.calibration.fitting.position_terms import fit_positions
 from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
@@ -34,7 +34,7 @@ def seen(force, modulus, x):
 def build(make):
     """build(error) -> a calibration with contact positions whose gauges and positions have that relative error."""
     force, modulus = (np.geomspace(*limits, count) for limits, count in ((FORCE, 40), (MODULUS, 60)))
-    axes = [Surface(FORCE, MODULUS, np.ones([cells + 3 for cells in CELLS]))]
+    axes = [BicubicSurface(FORCE, MODULUS, np.ones([cells + 3 for cells in CELLS]))]
     left, right = axes[0].force_axis.basis(force), axes[0].modulus_axis.basis(modulus)
     values = seen(force[:, None], modulus[None, :], 0.0)
     fit = np.einsum("af,fmg,bm->gab", np.linalg.pinv(left), values, np.linalg.pinv(right))
@@ -50,7 +50,7 @@ def build(make):
         for number, table in enumerate(fit):
             own = np.full(2, error * float(np.abs(table).mean()))
             known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), own, 2.0, 4)
-            gauges.append(GaugeSurface(f"g{number + 1}", Surface(FORCE, MODULUS, table), known))
+            gauges.append(GaugeSurface(f"g{number + 1}", BicubicSurface(FORCE, MODULUS, table), known))
         own = replace(terms, error=terms.error if error else 0 * terms.error)
         return replace(make(), gauges=tuple(gauges), position=own)
 

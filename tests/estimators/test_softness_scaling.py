@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.calibration import GaugeSurface, Surface
+from papilla.calibration import BicubicSurface, GaugeSurface
 from papilla.estimators import Doubts, GaugeSoftness
 
 NOISE = {"gauge_sigma": 50.0, "force_sigma_N": 0.005}
@@ -28,7 +28,7 @@ def rescaled(found, reading=1.0, modulus=1.0):
     for gauge in found.gauges:
         old = gauge.surface
         limits = tuple(modulus * end for end in old.modulus_MPa)
-        surface = Surface(old.force_N, limits, reading * np.asarray(old.coefficients))
+        surface = BicubicSurface(old.force_N, limits, reading * np.asarray(old.coefficients))
         known = replace(gauge.uncertainty, scatter=reading * np.asarray(gauge.uncertainty.scatter))
         gauges.append(GaugeSurface(gauge.name, surface, known))
     return replace(found, gauges=tuple(gauges))

@@ -8,7 +8,7 @@ from scipy.interpolate import BSpline
 
 from papilla.calibration.surface import Spline
 from papilla.core.errors import InputError
-from papilla.estimators.softness.channels import GaugeSurfaces, SdSurface, distance_curve
+from papilla.estimators.softness.channels import GaugeSurfaces, SdReading, distance_curve
 
 
 def basis(values, start, step, count, order=0):
@@ -50,7 +50,7 @@ def test_readings_and_slopes_are_the_calibrations(five, calibration, force, modu
     at, step = (math.log(force), math.log(modulus)), 1e-5
     for surfaces, predict in (
         (GaugeSurfaces(five(0.01), False), lambda f, e: five(0.01).predict_readings(f, e)),
-        (SdSurface(calibration), lambda f, e: np.atleast_1d(calibration.predict(f, e))),
+        (SdReading(calibration), lambda f, e: np.atleast_1d(calibration.predict(f, e))),
     ):
         found = surfaces.at(*at, 0.0)
         assert found.reading == pytest.approx(predict(force, modulus), rel=1e-9)
@@ -63,7 +63,7 @@ def test_readings_and_slopes_are_the_calibrations(five, calibration, force, modu
 
 def test_errors_are_those_that_the_calibration_states(make, five):
     sd, gauges = make(fit_rms=0.02), five(0.013)
-    surface, each = SdSurface(sd), GaugeSurfaces(gauges, False)
+    surface, each = SdReading(sd), GaugeSurfaces(gauges, False)
     middle = math.exp(surface.ln_nodes[len(surface.ln_nodes) // 2])
     for force in (0.06, 0.8):
         stated = [gauge.uncertainty.sigma_at(force) for gauge in gauges.gauges]
@@ -75,19 +75,19 @@ def test_errors_are_those_that_the_calibration_states(make, five):
 
 
 def test_s_d_is_of_use_where_it_rises_with_the_modulus(make):
-    everywhere = SdSurface(make())
+    everywhere = SdReading(make())
     assert np.exp(everywhere.usable(-1.0)) == pytest.approx((0.02, 5.0))
     assert np.exp(everywhere.ln_nodes[[0, -1]]) == pytest.approx((0.02, 5.0))
     nodes = np.tile([5, 20], (8, 1))
-    part = SdSurface(make(usable=nodes))
+    part = SdReading(make(usable=nodes))
     step = math.log(5.0 / 0.02) / 24
     assert part.usable(-1.0) == pytest.approx((math.log(0.02) + 5 * step, math.log(0.02) + 20 * step))
     assert len(part.ln_nodes) == 16 and part.ln_nodes[0] == pytest.approx(math.log(0.02) + 5 * step)
     nodes = np.tile([0, 24], (8, 1))
     nodes[0] = 7, 7
-    assert SdSurface(make(usable=nodes)).usable(math.log(0.0501)) == (math.inf, -math.inf)
+    assert SdReading(make(usable=nodes)).usable(math.log(0.0501)) == (math.inf, -math.inf)
     with pytest.raises(InputError, match="does not rise with the modulus: no softness can be estimated"):
-        SdSurface(make(usable=np.tile([7, 7], (8, 1))))
+        SdReading(make(usable=np.tile([7, 7], (8, 1))))
 
 
 def test_a_distance_curve_has_its_slopes_where_they_let_it_rise():

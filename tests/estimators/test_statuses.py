@@ -4,7 +4,7 @@ import pytest
 
 from papilla.calibration import SoftnessStatus
 from papilla.estimators.friction import FrictionStatus
-from papilla.estimators.health import BASE, Fault, pack, unpack
+from papilla.estimators.health import FAULT_CODE_BASE, Fault, pack, unpack
 from papilla.estimators.pipeline.clock import ClockStatus
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.chirp import ChirpStatus
@@ -38,4 +38,4 @@ def test_statuses_count_from_zero_mean_what_old_logs_hold_and_say_what_is_what(s
 def test_faults_of_all_channels_are_digits_of_one_number():
     faults = [Fault.SWAPPED, Fault.NONE, Fault.STUCK, Fault.MISSING]
     code = pack(list(map(int, faults)))
-    assert code == 6 + 0 * 8 + 3 * 64 + 1 * 512 and unpack(code, 4) == faults and max(Fault) < BASE
+    assert code == 6 + 0 * 8 + 3 * 64 + 1 * 512 and unpack(code, 4) == faults and max(Fault) < FAULT_CODE_BASE

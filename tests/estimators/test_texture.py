@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError
-from papilla.core.sealed import CHECKSUM, write_sealed
-from papilla.estimators.texture import UNKNOWN, Features, TextureModel, train
+from papilla.core.sealed import CHECKSUM_KEY, write_sealed
+from papilla.estimators.texture import UNKNOWN_TEXTURE, Features, TextureModel, train
 
 pytest.importorskip("sklearn", reason="scikit-learn (extra `texture`) is not installed")
 HOW = Features(window_mm=30.0, shortest_mm=0.8, longest_mm=10.0, bands=6)
@@ -56,11 +56,11 @@ def test_hum_that_all_gauges_share_does_not_matter(model):
 
 def test_a_texture_like_none_is_unknown(model):
     labels, distances = model.classify(*run(0.9, 60.0, 9))
-    assert labels.count(UNKNOWN) >= 0.9 * len(labels)
+    assert labels.count(UNKNOWN_TEXTURE) >= 0.9 * len(labels)
     assert distances.min() > model.limit
     rng = np.random.default_rng(0)
     place = 60 * np.arange(6000) / 1000
-    assert set(model.classify(place, rng.normal(0, 50, (6000, 3)))[0]) == {UNKNOWN}
+    assert set(model.classify(place, rng.normal(0, 50, (6000, 3)))[0]) == {UNKNOWN_TEXTURE}
 
 
 def test_a_saved_model_answers_alike_and_a_changed_one_is_refused(model, tmp_path):
@@ -179,7 +179,7 @@ def test_features_are_of_wavelengths_that_a_window_holds_twice(options, usable):
 def test_a_resealed_model_of_wrong_content_is_one_line(model, changes, tmp_path):
     path = tmp_path / "model.json"
     model.save(path)
-    document = {name: value for name, value in json.loads(path.read_text()).items() if name != CHECKSUM}
+    document = {name: value for name, value in json.loads(path.read_text()).items() if name != CHECKSUM_KEY}
     write_sealed(document | changes, path)
     with pytest.raises(FileFormatError, match=r"model\.json is (no|not a) texture model"):
         TextureModel.load(path)

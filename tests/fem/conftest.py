@@ -14,7 +14,7 @@ from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.patch import Frame, Patch
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes
-from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh, mirrored
+from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh, mirrored
 from papilla.model.finger import Dome, Finger
 
 
@@ -81,7 +81,7 @@ def _between(points, tets, layer):
     faces, cells = paired_faces(tets)
     both = cells[:, 1] >= 0
     pair = np.sort(layer[cells[both]], axis=1)
-    return faces[both][(pair == [OUTER, INNER]).all(axis=1)]
+    return faces[both][(pair == [OUTER_LAYER, INNER_LAYER]).all(axis=1)]
 
 
 def make_box(divisions=(2, 2, 2), low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0), jitter=0.15, split=True) -> LayeredMesh:
@@ -95,7 +95,7 @@ def make_box(divisions=(2, 2, 2), low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0), jit
     size = (high - low) / divisions
     points[inside] += jitter * size * np.random.default_rng(7).uniform(-1, 1, (inside.sum(), 3))
     tets = _oriented(points, tets)
-    layer = np.where(split & (points[tets].mean(axis=1)[:, 2] < middle), INNER, OUTER)
+    layer = np.where(split & (points[tets].mean(axis=1)[:, 2] < middle), INNER_LAYER, OUTER_LAYER)
     faces, cells = paired_faces(tets)
     faces = faces[cells[:, 1] < 0]
     height = points[faces][:, :, 2]
@@ -130,11 +130,13 @@ def make_dome(finger: Finger, divisions: int = 8, outer_layers: int = 2, inner_l
     count = len(directions)
     points = np.concatenate([directions * shell for shell in axes])
     tets = np.concatenate([_prisms(triangles + k * count, triangles + (k + 1) * count) for k in range(len(axes) - 1)])
-    layer = np.repeat([INNER, OUTER], [3 * len(triangles) * inner_layers, 3 * len(triangles) * outer_layers])
+    layer = np.repeat(
+        [INNER_LAYER, OUTER_LAYER], [3 * len(triangles) * inner_layers, 3 * len(triangles) * outer_layers]
+    )
     if finger.bone is not None:
         points = np.vstack([points, np.zeros(3)])
         core = np.column_stack([triangles, np.full(len(triangles), len(points) - 1)])
-        tets, layer = np.vstack([tets, core]), np.append(layer, np.full(len(triangles), BONE))
+        tets, layer = np.vstack([tets, core]), np.append(layer, np.full(len(triangles), BONE_LAYER))
     tets = _oriented(points, tets)
     faces, cells = paired_faces(tets)
     faces = faces[cells[:, 1] < 0]

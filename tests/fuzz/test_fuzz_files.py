@@ -19,7 +19,7 @@ from papilla import fem
 from papilla.calibration import Calibration
 from papilla.core import cache
 from papilla.core.errors import PapillaError
-from papilla.core.sealed import CHECKSUM, checksum
+from papilla.core.sealed import CHECKSUM_KEY, checksum
 from papilla.fem import ReducedFinger
 from papilla.mesh.surface_files import read_closed, write_half_ellipsoid
 from papilla.model.finger import SHIPPED_FINGERS, Finger
@@ -79,8 +79,8 @@ def resealed(content: bytes) -> bytes:
     """A damaged calibration whose checksum matches again."""
     try:
         document = json.loads(content)
-        document.pop(CHECKSUM, None)
-        return json.dumps(document | {CHECKSUM: checksum(document)}).encode()
+        document.pop(CHECKSUM_KEY, None)
+        return json.dumps(document | {CHECKSUM_KEY: checksum(document)}).encode()
     except (ValueError, RecursionError, AttributeError, TypeError):
         return content
 

@@ -11,7 +11,7 @@ import pytest
 from papilla.calibration import fit
 from papilla.core.errors import InputError
 from papilla.identification.comparison import (
-    NOISE_MICROSTRAIN,
+    COMPARED_NOISE,
     Candidate,
     candidate,
     compare,
@@ -47,7 +47,7 @@ def test_the_uncertainty_is_the_calibration_s_own(found, both):
     calibration, k, m = both[0].calibration, 5, 20
     force, modulus = float(found.force_N[k]), float(found.modulus_MPa[m])
     one = calibration.invert(
-        calibration.predict(force, modulus), force, sd_sigma=NOISE_MICROSTRAIN / np.sqrt(5), force_sigma=0.01 * force
+        calibration.predict(force, modulus), force, sd_sigma=COMPARED_NOISE / np.sqrt(5), force_sigma=0.01 * force
     )
     assert found.rows[0].relative_sigma[k, m] == pytest.approx(one.sigma_MPa / one.modulus_MPa, rel=1e-9)
 

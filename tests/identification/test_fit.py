@@ -11,10 +11,10 @@ from spring_calibration import calibration
 from papilla.calibration import Calibration
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.identification import Noise, compare, diagnose, fit_relaxation, identify, record, suggest_presses
+from papilla.identification import PressNoise, compare, diagnose, fit_relaxation, identify, record, suggest_presses
 from papilla.identification.diagnosis import influence_by_parameter
 from papilla.identification.fit import solve
-from papilla.identification.identified_finger import Change, Comparison, with_identification
+from papilla.identification.identified_finger import Change, PressAgreement, with_identification
 from papilla.identification.noise import estimated_noise
 from papilla.identification.one_touch import crept, fit_touch
 from papilla.identification.page import weighted_residuals, write_identification
@@ -178,7 +178,7 @@ def test_a_finger_is_another_below_one_per_cent(pressed, stored):
     assert explained == sorted(explained, reverse=True) and explained[0] <= other.chi_square
     for probability, rise, is_same, named in ((0.01, 9.0, True, False), (0.0099, 6.7, False, True),
                                               (0.0099, 6.5, False, False)):  # fmt: skip
-        told = Comparison(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
+        told = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
         assert told.same == is_same and ("touch_down_mm -0.12 +- 0.02 mm" in told.verdict) == named
 
 
@@ -214,13 +214,13 @@ def test_repeats_tell_the_noise_that_was_put_in(smooth):
     log, _ = made(smooth, 31, noise=20.0, force_error=0.03, forces=np.repeat([0.2, 0.5, 0.9], 12), moduli=(0.3,))
     posed = problem_of(log, FINGER, size_mm=SIZE_MM, friction="stick")
     fitted = solve(posed)
-    told = estimated_noise(replace(posed, noise=Noise()), fitted.vector)
+    told = estimated_noise(replace(posed, noise=PressNoise()), fitted.vector)
     assert told.repeats == 33 and told.readings_microstrain == pytest.approx(20.0, rel=0.4)
     assert told.force == pytest.approx(0.03, rel=0.5) and "estimated from 33 repeats" in told.words
     for change in ({"modulus_MPa": 0.1 + 0.01 * np.arange(36)}, {"x_mm": 0.05 * np.arange(36)}, {"on": np.arange(36)},
                    {"t_s": np.arange(36.0)}):  # fmt: skip
-        other = replace(posed, noise=Noise(), log=replace(log, **change))
-        assert estimated_noise(other, fitted.vector) == Noise(), change
+        other = replace(posed, noise=PressNoise(), log=replace(log, **change))
+        assert estimated_noise(other, fitted.vector) == PressNoise(), change
 
 
 @pytest.mark.parametrize("deep", [True, False])

@@ -8,8 +8,8 @@ from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.identification import PARAMETERS, Noise, compare, diagnose, identify, record
-from papilla.identification.diagnosis import RATIO, Profile, profile
+from papilla.identification import PARAMETERS_BY_NAME, PressNoise, compare, diagnose, identify, record
+from papilla.identification.diagnosis import RATIO_WORDS, ParameterProfile, profile
 from papilla.identification.fit import descend
 from papilla.identification.posing import family_of, problem_of
 from papilla.model.finger import Finger
@@ -17,7 +17,7 @@ from papilla.model.finger import Finger
 STUCK = {"size_mm": SIZE_MM, "friction": "stick"}
 """Friction that is told needs presses that stick alone; without it presses without friction are made too."""
 
-QUIET = Noise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4, model=1e-4, depth=1e-4)
+QUIET = PressNoise(readings_microstrain=0.01, force=1e-5, indentation_mm=1e-4, model=1e-4, depth=1e-4)
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +139,7 @@ def test_what_cannot_be_identified_is_refused(smooth, change, options, message):
 
 def test_noise_must_be_positive():
     with pytest.raises(InputError, match="noise force must be greater than 0"):
-        Noise(force=0.0)
+        PressNoise(force=0.0)
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_a_profile_ends_where_chi_square_has_risen_by_its_quantile(smooth):
             held = identify(log, Finger.default(), fix={name: end}, **STUCK)
             problem = replace(found.problem, free=held.names, held={**found.problem.held, name: end})
             cost, _ = descend(problem, held.vector[~held.problem.linear])
-            sigma = PARAMETERS[name].sigma
+            sigma = PARAMETERS_BY_NAME[name].sigma
             cost += (np.log(end / found.problem.held[name]) / sigma) ** 2
             assert cost - least == pytest.approx(3.84, abs=0.1), (name, end)
 
@@ -210,9 +210,9 @@ def test_what_presses_leave_open_and_what_cuts_a_profile_off(smooth):
     assert any("its prior decides" in doubt for doubt in open_one.doubts)
     steep, _ = made(smooth, 5, moduli=(0.51,), depth=False, ratio=15.9)
     cut = profile(identify(steep, Finger.default(), **STUCK), "outer_modulus_MPa")
-    assert cut.cut_off_by == (RATIO,)
+    assert cut.cut_off_by == (RATIO_WORDS,)
     assert any("is cut off where the ratio of the moduli comes to its bound" in doubt for doubt in cut.doubts)
 
 
 def test_a_bounded_profile_has_nothing_to_doubt():
-    assert Profile("inner_modulus_MPa", 0.02, 0.03, "bounded").doubts == []
+    assert ParameterProfile("inner_modulus_MPa", 0.02, 0.03, "bounded").doubts == []

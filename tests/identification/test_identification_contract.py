@@ -12,7 +12,7 @@ from drawn_finger import BLOCK, SIZE_MM, made, pulls
 
 from papilla.core.errors import InputError
 from papilla.fem.pressing.response import response
-from papilla.identification import PARAMETERS, diagnose, identify, record
+from papilla.identification import PARAMETERS_BY_NAME, diagnose, identify, record
 from papilla.identification.fit import solve
 from papilla.identification.parameters import kind
 from papilla.identification.posing import family_of
@@ -153,5 +153,5 @@ def test_another_unit_is_refused(drawn, column, factor, message):
 
 
 def test_all_parameters_have_a_unit_a_prior_and_a_source():
-    for name, one in PARAMETERS.items():
+    for name, one in PARAMETERS_BY_NAME.items():
         assert one.sigma > 0 and one.low < 0 < one.high and one.source, name

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.identification import PARAMETERS, diagnose, identify, record
+from papilla.identification import PARAMETERS_BY_NAME, diagnose, identify, record
 from papilla.identification.parameters import kind
 from papilla.identification.posing import problem_of
 from papilla.identification.suggest import suggest_presses
@@ -43,7 +43,7 @@ def measured(log, truth, rng, *, force_error=0.01, noise=5.0):
 
 def pull(found, name, true):
     value, sigma = found[name]
-    return (np.log(value / true) if PARAMETERS[kind(name)].logarithmic else value - true) / sigma
+    return (np.log(value / true) if PARAMETERS_BY_NAME[kind(name)].logarithmic else value - true) / sigma
 
 
 AROUND = ((0.0, 0.0), (3.0, 0.0), (-2.0, 1.5), (0.0, -3.0))
@@ -58,7 +58,9 @@ SLOPES = {
 def test_all_parameters_are_among_those_whose_derivatives_are_checked():
     usual = {"outer_modulus_MPa", "inner_modulus_MPa", "gain", "lever_mm", "zero_microstrain", "touch_down_mm"}
     besides = {name for _, free in SLOPES.values() for name in free}
-    assert usual | besides | {"specimen_modulus", "stick_share", "common_gain", "common_lever_mm"} == set(PARAMETERS)
+    assert usual | besides | {"specimen_modulus", "stick_share", "common_gain", "common_lever_mm"} == set(
+        PARAMETERS_BY_NAME
+    )
 
 
 @pytest.mark.slow

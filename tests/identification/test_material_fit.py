@@ -8,12 +8,12 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.identification.material_fit import MaterialTests, fit_material, model_stress
-from papilla.model.materials import MATERIALS, MODES, NeoHookean, Ogden, Yeoh
+from papilla.model.materials import MATERIALS_BY_KIND, TEST_MODES, NeoHookean, Ogden, Yeoh
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3)]
 
 
-def sampled(card, noise=0.0, seed=0, stretch=None, modes=MODES) -> MaterialTests:
+def sampled(card, noise=0.0, seed=0, stretch=None, modes=TEST_MODES) -> MaterialTests:
     """Synthetic tests of a material in the given modes, with noise in MPa."""
     stretch = np.linspace(0.7, 2.2, 12) if stretch is None else np.asarray(stretch)
     parts = [MaterialTests(stretch, card.nominal_stress(stretch, mode), mode) for mode in modes]
@@ -22,7 +22,7 @@ def sampled(card, noise=0.0, seed=0, stretch=None, modes=MODES) -> MaterialTests
 
 
 def test_every_kind_of_material_is_tested_here():
-    assert {card.kind for card in CARDS} == set(MATERIALS)
+    assert {card.kind for card in CARDS} == set(MATERIALS_BY_KIND)
 
 
 @pytest.mark.parametrize("card", CARDS, ids=repr)
@@ -30,7 +30,7 @@ def test_a_fit_recovers_the_material_that_made_the_data(card):
     data = sampled(card)
     fit = fit_material(card.kind, data)
     assert fit.values == pytest.approx(list(card.describe().values())[1:], rel=1e-7)
-    assert fit.rms < 1e-9 and fit.points == 36 and fit.modes == MODES and fit.stretch_range == (0.7, 2.2)
+    assert fit.rms < 1e-9 and fit.points == 36 and fit.modes == TEST_MODES and fit.stretch_range == (0.7, 2.2)
     assert model_stress(fit.material, data) == pytest.approx(data.stress, abs=1e-8)
 
 
@@ -129,7 +129,7 @@ def test_meunier_silicone_in_all_modes_at_once():
     fit = fit_material("yeoh", data)
     assert fit.values == pytest.approx([0.179, -0.0041, 0.0019], abs=6e-5, rel=3e-3)
     assert fit.points == 55 and fit.rms == pytest.approx(0.029, abs=5e-4)
-    assert fit.notes == () and fit.modes == MODES
+    assert fit.notes == () and fit.modes == TEST_MODES
     # The other two cannot follow equibiaxial and compression at once
     others = [fit_material(kind, data).rms for kind in ("neo-hookean", "ogden")]
     assert min(others) > 3 * fit.rms

@@ -11,7 +11,7 @@ import pytest
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, MemoryEstimateError
 from papilla.core.units import gf_to_newton
 from papilla.logs import TimeLogFile, read_presses, read_time_log
-from papilla.logs.log_map import BOUNDS, Column, LogMap, column_meant, split_unit
+from papilla.logs.log_map import CHANNEL_BOUNDS, Column, LogMap, column_meant, split_unit
 from papilla.logs.proposal import propose
 
 GF = gf_to_newton(1.0)
@@ -171,11 +171,11 @@ def test_a_bad_map_is_one_line(file, text, message):
     assert message in str(caught.value) and str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("name", BOUNDS)
+@pytest.mark.parametrize("name", CHANNEL_BOUNDS)
 @pytest.mark.parametrize("side", [0, 1])
 def test_numbers_of_a_bridge_are_bounded(file, name, side):
     """At the bound a map is read; a hundred times beyond, and for bits at once, it is one line."""
-    bound = BOUNDS[name][side]
+    bound = CHANNEL_BOUNDS[name][side]
     numbers = {"gauge_factor": 2.0, "excitation_V": 2.5, "bits": 16, "span_V": 5.0}
 
     def written(value):

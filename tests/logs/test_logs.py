@@ -10,7 +10,7 @@ import pytest
 
 from papilla.core import tables
 from papilla.core.errors import FileAccessError, FileFormatError
-from papilla.core.rows import BLOCK as ROWS_OF_A_BLOCK
+from papilla.core.rows import BLOCK_ROWS as ROWS_OF_A_BLOCK
 from papilla.core.tables import TableReader, write_table
 from papilla.logs import TimeLogFile, read_presses, read_time_log, statistics, white_noise
 from papilla.model.specimen import Block, HalfSpace, Sphere

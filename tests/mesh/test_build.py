@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError, MeshError
-from papilla.mesh import BONE, BOUNDARIES, INNER, OUTER, LayeredMesh, build
+from papilla.mesh import BONE_LAYER, BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh, build
 from papilla.mesh.cells import components, paired_faces, volumes
 from papilla.mesh.finishing import refuse_unusable
 from papilla.mesh.surfaces import Ellipsoid, EllipticCylinder
@@ -34,15 +34,15 @@ def outer_faces(mesh):
 def test_dome_layer_volumes(dome):
     # Measured at this size: -0.3 % and -0.6 %, because chords cut ellipsoids.
     outer, interface, bone = ELLIPSOID_VOLUMES
-    assert layer_volume(dome, OUTER) == pytest.approx(outer - interface, rel=0.008)
-    assert layer_volume(dome, INNER) == pytest.approx(interface - bone, rel=0.012)
-    assert not np.any(dome.layer == BONE)
+    assert layer_volume(dome, OUTER_LAYER) == pytest.approx(outer - interface, rel=0.008)
+    assert layer_volume(dome, INNER_LAYER) == pytest.approx(interface - bone, rel=0.012)
+    assert not np.any(dome.layer == BONE_LAYER)
 
 
 def test_slab_layer_volumes(slab):
     area = np.pi / 2 * np.array([24 * 20, 21 * 17, 10 * 6])
-    assert layer_volume(slab, OUTER) == pytest.approx(10 * (area[0] - area[1]), rel=0.008)
-    assert layer_volume(slab, INNER) == pytest.approx(10 * (area[1] - area[2]), rel=0.008)
+    assert layer_volume(slab, OUTER_LAYER) == pytest.approx(10 * (area[0] - area[1]), rel=0.008)
+    assert layer_volume(slab, INNER_LAYER) == pytest.approx(10 * (area[1] - area[2]), rel=0.008)
     assert slab.points[:, 1].min() == -5 and slab.points[:, 1].max() == 5
 
 
@@ -105,7 +105,7 @@ def test_mesh_is_its_own_mirror_image_to_the_bit(name, axis, request):
     known = {tuple(point): number for number, point in enumerate(mesh.points.tolist())}
     number = np.array([known[tuple(point)] for point in image.tolist()])
     assert faces_as_set(number[mesh.tets]) == faces_as_set(mesh.tets)
-    for key in BOUNDARIES:
+    for key in BOUNDARY_NAMES:
         assert faces_as_set(number[mesh.boundaries[key]]) == faces_as_set(mesh.boundaries[key])
 
 
@@ -117,7 +117,7 @@ def test_cell_is_a_quarter(name, request):
     assert 4 * len(cell.tets) == len(mesh.tets)
     assert cell.points[:, :2].min() == 0
     assert 4 * volumes(cell.points, cell.tets).sum() == pytest.approx(volumes(mesh.points, mesh.tets).sum(), rel=1e-13)
-    for key in BOUNDARIES:
+    for key in BOUNDARY_NAMES:
         assert 4 * len(cell.boundaries[key]) == len(mesh.boundaries[key])
         assert cell.boundaries[key].min() >= 0
 
@@ -130,7 +130,7 @@ def test_size_out_of_range_is_refused(size):
 
 def two_tets(points):
     tets = np.array([[0, 1, 2, 3], [4, 5, 6, 7]])
-    return LayeredMesh(points, tets, [0, 0], dict.fromkeys(BOUNDARIES, np.empty((0, 3), int)), 1.0)
+    return LayeredMesh(points, tets, [0, 0], dict.fromkeys(BOUNDARY_NAMES, np.empty((0, 3), int)), 1.0)
 
 
 def test_separate_parts_and_flat_cells_are_refused():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from papilla.mesh import BOUNDARIES, INNER, OUTER, LayeredMesh
+from papilla.mesh import BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.mesh.cells import FACES_OF_TET, components, paired_faces, volumes
 from papilla.mesh.layered import mirrored, pack, unpack
 
@@ -33,7 +33,7 @@ def test_cells_without_a_common_face_are_components():
     assert components(paired_faces(TWO)[1], 2).tolist() == [0, 0]
 
 
-def layered(layer=(OUTER, INNER)) -> LayeredMesh:
+def layered(layer=(OUTER_LAYER, INNER_LAYER)) -> LayeredMesh:
     boundaries = {"skin": [[0, 2, 1]], "interface": [[1, 2, 3]], "base": [[4, 2, 1]]}
     return LayeredMesh(PAIR, TWO, np.array(layer), {name: np.array(faces) for name, faces in boundaries.items()}, 1.5)
 
@@ -43,8 +43,10 @@ def test_two_mirrors_make_four_of_each_cell_and_one_of_each_point_on_a_plane():
     assert len(whole.tets) == 8 and len(whole.points) == 5 + 2 + 3
     assert np.array_equal(whole.points[:5], PAIR) and np.array_equal(whole.tets[:2], TWO)
     assert volumes(whole.points, whole.tets) == pytest.approx([1 / 6, 1 / 3] * 4)
-    assert whole.layer.tolist() == [OUTER, INNER] * 4 and whole.mirrors == ("x", "y") and whole.size_mm == 1.5
-    for name in BOUNDARIES:
+    assert (
+        whole.layer.tolist() == [OUTER_LAYER, INNER_LAYER] * 4 and whole.mirrors == ("x", "y") and whole.size_mm == 1.5
+    )
+    for name in BOUNDARY_NAMES:
         assert len(whole.boundaries[name]) == 4 * len(layered().boundaries[name])
     skin = whole.points[whole.boundaries["skin"]]
     normals = np.cross(skin[:, 1] - skin[:, 0], skin[:, 2] - skin[:, 0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError
-from papilla.mesh import BONE, INNER, OUTER, build
+from papilla.mesh import BONE_LAYER, INNER_LAYER, OUTER_LAYER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.model.finger import Layer, Surfaces
@@ -145,7 +145,7 @@ def test_surfaces_clear_of_the_base_are_meshed_exactly(finger, interface_mm, bon
     mesh = build(design, SIZE_MM)
     volume = volumes(mesh.points, mesh.tets)
     skin, interface, bone = map(volume_of, parts)
-    layers = {OUTER: skin - interface, INNER: interface - bone} | ({BONE: bone} if elastic else {})
+    layers = {OUTER_LAYER: skin - interface, INNER_LAYER: interface - bone} | ({BONE_LAYER: bone} if elastic else {})
     assert volume.min() > 0 and set(mesh.layer) == set(layers)
     for layer, expected in layers.items():
         assert volume[mesh.layer == layer].sum() == pytest.approx(expected, rel=0.02)

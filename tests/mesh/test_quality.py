@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from papilla.mesh.cells import dihedral_angles, mean_ratio, quality, volumes
-from papilla.mesh.layered import BOUNDARIES, INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import BOUNDARY_NAMES, INNER_LAYER, OUTER_LAYER, LayeredMesh
 
 CORNERS = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 12], [0, 0, -6]], float) + [100.0, 50.0, -20.0]
 TETS = np.array([[0, 1, 2, 3], [0, 2, 1, 4]])
 
 
 def test_figures_of_two_cells():
-    mesh = LayeredMesh(CORNERS, TETS, [OUTER, INNER], dict.fromkeys(BOUNDARIES, np.zeros((0, 3), int)), 1.0)
+    mesh = LayeredMesh(
+        CORNERS, TETS, [OUTER_LAYER, INNER_LAYER], dict.fromkeys(BOUNDARY_NAMES, np.zeros((0, 3), int)), 1.0
+    )
     found = quality(mesh)
     assert (found["cells"], found["points"]) == (2, 5)
     assert found["volume_mm3"] == pytest.approx({"outer": 24, "inner": 12})

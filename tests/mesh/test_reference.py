@@ -7,7 +7,7 @@ import pytest
 
 from papilla.mesh import DEFAULT_SIZE_MM, build, builder, quality
 from papilla.mesh.body import body_of
-from papilla.mesh.builder import SIZES_MM, VARIANTS, WORST, morphed, relative_sizes
+from papilla.mesh.builder import SHIPPED_VARIANTS, SIZES_MM, WORST_MEAN_RATIO, morphed, relative_sizes
 from papilla.mesh.cells import components, mean_ratio, paired_faces, volumes
 from papilla.mesh.refining import bisected
 from papilla.mesh.sizing import asked
@@ -39,7 +39,7 @@ def shaped(shape, **changes) -> Finger:
     return replace(Finger.default(), shape=shape, **changes)
 
 
-@pytest.mark.parametrize("variant", range(VARIANTS))
+@pytest.mark.parametrize("variant", range(SHIPPED_VARIANTS))
 def test_the_default_finger_gets_a_shipped_mesh_whatever_its_moduli(variant, tmp_path):
     default = Finger.default()
     mesh = build(default, variant=variant)
@@ -54,7 +54,7 @@ def test_the_default_finger_gets_a_shipped_mesh_whatever_its_moduli(variant, tmp
 
 @pytest.mark.parametrize("size", SIZES_MM["dome"])
 def test_the_finger_that_a_mesh_was_drawn_for_gets_it_as_it_is(size):
-    for variant in range(VARIANTS):
+    for variant in range(SHIPPED_VARIANTS):
         said = []
         mesh = build(Finger.default(), size, variant=variant, progress=said.append)
         assert said == [] and mesh.size_mm == size, "as it lies in its file"
@@ -69,7 +69,7 @@ def test_a_moved_mesh_is_sound_and_lies_on_its_surfaces(name):
     mesh = build(finger, size, variant=2)
     body, sizing = asked(finger, size)
     cell = mesh.cell()
-    assert volumes(cell.points, cell.tets).min() > 0 and mean_ratio(cell.points, cell.tets).min() >= WORST
+    assert volumes(cell.points, cell.tets).min() > 0 and mean_ratio(cell.points, cell.tets).min() >= WORST_MEAN_RATIO
     assert components(paired_faces(mesh.tets)[1], len(mesh.tets)).max() == 0
     for surface in ("skin", "interface"):
         on = mesh.points[np.unique(mesh.boundaries[surface])]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import MeshError
-from papilla.mesh.body import Body, Plane
+from papilla.mesh.body import MeshGeometry, Plane
 from papilla.mesh.cells import TaggedCells, mean_ratio
-from papilla.mesh.finishing import POOR, Constraints, relax
+from papilla.mesh.finishing import POOR_MEAN_RATIO, Constraints, relax
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.model.finger import Dome
 
@@ -31,7 +31,7 @@ def octahedron():
 
 
 def constraints_of(points, tets, base, skin=EMPTY):
-    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
+    body = MeshGeometry(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
     cells = TaggedCells(points, tets, np.zeros(len(tets)), {"skin": skin, "interface": EMPTY, "bone": EMPTY}, (base,))
     return Constraints(body, cells)
 
@@ -41,7 +41,7 @@ def test_relaxing_repairs_a_squeezed_vertex():
     before = mean_ratio(points, tets).min()
     constraints = constraints_of(points, tets, np.array([[4, 4, 4]]))
     after = relax(points, tets, constraints)
-    assert before < POOR < mean_ratio(after, tets).min()
+    assert before < POOR_MEAN_RATIO < mean_ratio(after, tets).min()
     assert after[4, 2] == 0
     assert np.array_equal(points, octahedron()[0])
 
@@ -53,7 +53,7 @@ def stars(count=300):
         points, tets = octahedron()
         points = points + random.normal(scale=0.35, size=points.shape) * [1, 1, 1]
         points[6] = points[[0, 2, 5]].mean(axis=0) + random.normal(scale=0.05, size=3)
-        if mean_ratio(points, tets).min() < POOR:
+        if mean_ratio(points, tets).min() < POOR_MEAN_RATIO:
             yield points, tets
 
 
@@ -75,6 +75,6 @@ def test_constraints_move_onto_plane_and_surface():
 def test_surfaces_that_share_a_vertex_are_refused():
     points, tets = octahedron()
     on_surface = {"skin": np.array([[5, 0, 2]]), "interface": np.array([[5, 1, 3]]), "bone": EMPTY}
-    body = Body(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
+    body = MeshGeometry(SURFACES, (Plane(2, 0.0, -1, "base"),), (), np.zeros(3), np.ones(3))
     with pytest.raises(MeshError, match="two surfaces share a vertex"):
         Constraints(body, TaggedCells(points, tets, np.zeros(8), on_surface, (EMPTY,)))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError
-from papilla.mesh import INNER, OUTER, build
+from papilla.mesh import INNER_LAYER, OUTER_LAYER, build
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import volumes
 from papilla.mesh.drawing import drawn
@@ -133,7 +133,7 @@ def test_the_example_that_ships_is_meshed_once_its_files_lie_beside_it(tmp_path,
     finger = Finger.load(tmp_path / example.name)
     assert finger.shape == Surfaces(*(str(tmp_path / f"{name}.stl") for name in ("skin", "interface", "bone")))
     mesh = build(finger, 4.0)
-    assert set(mesh.layer) == {OUTER, INNER} and volumes(mesh.points, mesh.tets).min() > 0
+    assert set(mesh.layer) == {OUTER_LAYER, INNER_LAYER} and volumes(mesh.points, mesh.tets).min() > 0
     # With the commented table, too, and kept by content: another name and other moduli are the same mesh
     whole = example.read_text(encoding="utf-8").replace("# [bone]\n# modulus_MPa = 3000.0\n# nu = 0.35", BONE)
     assert BONE in whole
@@ -153,8 +153,8 @@ def test_files_of_the_dome_give_its_mesh(files, finger_of):
     outer, interface, bone = (2 / 3 * np.pi * np.prod(axes) for axes in AXES.values())
     volume = volumes(mesh.points, mesh.tets)
     assert volume.min() > 0 and mesh.mirrors == ()
-    assert volume[mesh.layer == OUTER].sum() == pytest.approx(outer - interface, rel=0.01)
-    assert volume[mesh.layer == INNER].sum() == pytest.approx(interface - bone, rel=0.01)
+    assert volume[mesh.layer == OUTER_LAYER].sum() == pytest.approx(outer - interface, rel=0.01)
+    assert volume[mesh.layer == INNER_LAYER].sum() == pytest.approx(interface - bone, rel=0.01)
     surfaces = surfaces_of(finger)
     for name in ("skin", "interface"):
         on = mesh.points[np.unique(mesh.boundaries[name])]

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError, InputError, PapillaError
-from papilla.model.file import FORMS
+from papilla.model.file import SHAPE_FORMS
 from papilla.model.finger import (
     DEFAULT_FINGER,
     SHIPPED_FINGERS,
@@ -288,7 +288,7 @@ def test_a_near_miss_of_surface_files_is_told_with_the_right_form(load, old, new
 
 
 def test_each_kind_of_shape_is_told_in_a_form_that_can_be_read(load):
-    for kind, form in FORMS.items():
+    for kind, form in SHAPE_FORMS.items():
         told = refusal(load, edit(DOME_TABLE, f'shape = "{kind}"\n'))
         assert told.endswith(f'; it is written [shape] kind = "{kind}", {form}')
         lines = "\n".join(["[shape]", f'kind = "{kind}"', *re.split(r", (?=\w+ =)", form)])

@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import binomtest
 
 from papilla.core.errors import InputError, MissingExtraError, SolverError
-from papilla_papers.claims import CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, reproduce
+from papilla_papers.claims import ALL_CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, reproduce
 from papilla_papers.claims.claim import EVIDENCE, TESTED, beside, gathered
 from papilla_papers.claims.page import write_page
 from papilla_papers.claims.runner import by_evidence, head, results, summary
@@ -129,10 +129,10 @@ def test_only_takes_keys_and_words_and_refuses_what_no_claim_holds():
 
 
 def test_the_registry_is_whole():
-    assert {claim.experiment for claim in CLAIMS} == {experiment.name for experiment in EXPERIMENTS}
+    assert {claim.experiment for claim in ALL_CLAIMS} == {experiment.name for experiment in EXPERIMENTS}
     assert len({experiment.name for experiment in EXPERIMENTS}) == len(EXPERIMENTS)
     assert all(experiment.methods for experiment in EXPERIMENTS)
-    for claim in CLAIMS:
+    for claim in ALL_CLAIMS:
         low, high = claim.accepted
         assert low <= high, claim.key
         assert claim.source and claim.claim, claim.key
@@ -142,7 +142,7 @@ def test_the_registry_is_whole():
 
 
 def test_what_is_implemented_names_its_test():
-    for claim in CLAIMS:
+    for claim in ALL_CLAIMS:
         assert (claim.evidence == "implemented") == bool(claim.test), claim.key
         if claim.test:
             file, name = claim.test.split("::")
@@ -190,8 +190,8 @@ def test_beside_a_fitted_row_stands_what_the_fit_without_it_gives():
 
 def test_other_values_are_of_what_the_experiment_assumes():
     by_name = {experiment.name: experiment for experiment in EXPERIMENTS}
-    assert sum(bool(claim.vary) for claim in CLAIMS) > 20
-    for claim in CLAIMS:
+    assert sum(bool(claim.vary) for claim in ALL_CLAIMS) > 20
+    for claim in ALL_CLAIMS:
         experiment = by_name[claim.experiment]
         assert not claim.vary or claim.finding in experiment.varied, claim.key
         for name, values in claim.vary.items():
@@ -248,7 +248,7 @@ def test_a_quick_experiment_answers_all_its_claims_the_same_every_time(name):
 @pytest.mark.parametrize("experiment", [one for one in EXPERIMENTS if one.removed], ids=lambda one: one.name)
 def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
     values = with_cause(experiment.name), experiment.run(lambda line: None, cause=False)
-    own = [claim for claim in CLAIMS if claim.experiment == experiment.name and not claim.cannot]
+    own = [claim for claim in ALL_CLAIMS if claim.experiment == experiment.name and not claim.cannot]
     assert own
     for claim in own:
         first, second = (Answer.of(claim, experiment, found) for found in values)

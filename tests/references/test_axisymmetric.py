@@ -12,14 +12,14 @@ from papilla.fem.reduction.gauges import elongation, gauge_functionals, linear_v
 from papilla.mesh.surfaces import Ellipsoid
 from papilla.model.specimen import Block
 from papilla.references import bonded_layer_sphere
-from papilla.references.axisymmetric.bodies import FINE, Bodies, Rubber, Shape
+from papilla.references.axisymmetric.bodies import FINE_SHAPE, Bodies, Rubber, Shape
 from papilla.references.axisymmetric.contact import Contact
-from papilla.references.axisymmetric.presses import Readout, Rings, press_path
+from papilla.references.axisymmetric.presses import InterfaceGauges, Rings, press_path
 from papilla.references.tangential_contact import dundurs_beta, frictional_punch
-from papilla.verify.revolution import FINGER, LINEAR, finger_of
+from papilla.verify.revolution import LINEAR_SETTINGS, REVOLUTION_FINGER, finger_of
 
 COARSE = Shape(cells=(20, 3, 4, 5))
-GAUGES = FINGER.gauges
+GAUGES = REVOLUTION_FINGER.gauges
 
 
 def _bodies(shape, specimen=0.51, linear=False, half_alpha=1):
@@ -75,7 +75,7 @@ def test_gauges_read_what_the_finger_of_revolution_reads():
         return 0.02 * r * (1 + 0.03 * z) - 1e-4 * r**3, -0.5 + 3e-3 * r**2 - 1e-5 * r**4
 
     r, z = bodies.mesh.doflocs
-    told = Readout(bodies, moved)(np.column_stack(displaced(r, z)))
+    told = InterfaceGauges(bodies, moved)(np.column_stack(displaced(r, z)))
     functionals = gauge_functionals(finger, Ellipsoid((21.0, 21.0, 17.0)))
     expected = []
     for number, functional in enumerate(functionals):
@@ -124,13 +124,13 @@ def test_a_small_contact_is_hertzs_and_friction_brings_mossakovskiis_and_spences
 @pytest.mark.slow
 def test_presses_on_another_triangulation_are_the_references():
     """The bounds are those of `papilla verify`, which presses variant 0: twice the worst of six meshes."""
-    rings, specimen = Rings(_bodies(FINE, 0.05, linear=True), GAUGES), Block(0.05, 10)
-    reduced = prepare(FINGER, variant=1)
+    rings, specimen = Rings(_bodies(FINE_SHAPE, 0.05, linear=True), GAUGES), Block(0.05, 10)
+    reduced = prepare(REVOLUTION_FINGER, variant=1)
     for force_gf in (5, 20, 50):
         force = gf_to_newton(force_gf)
         exact, found = rings.press(force), press(reduced, specimen, force=force, fidelity="contact")
-        assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR["S_d"])
-        assert found.strain == pytest.approx(exact.values[0], rel=LINEAR["gauges"])
-        assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR["indentation"])
-        assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR["contact area"])
-        assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR["peak pressure"])
+        assert found.strain.std() == pytest.approx(exact.values[0].std(), rel=LINEAR_SETTINGS["S_d"])
+        assert found.strain == pytest.approx(exact.values[0], rel=LINEAR_SETTINGS["gauges"])
+        assert found.indentation == pytest.approx(exact.indentation, rel=LINEAR_SETTINGS["indentation"])
+        assert found.contact_area == pytest.approx(exact.contact_area, rel=LINEAR_SETTINGS["contact area"])
+        assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=LINEAR_SETTINGS["peak pressure"])

@@ -8,10 +8,10 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.scenes import parts as parts
-from papilla.scenes.parts import HARMONICS, common_period, profile_amplitudes, sheared
-from papilla.scenes.scenes import SCENES, WAVELENGTHS_MM, scene
+from papilla.scenes.parts import SCENE_HARMONICS, common_period, profile_amplitudes, sheared
+from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, scene
 
-FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES]
+FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES_BY_NAME]
 """Scenes of the finite elements take seconds."""
 
 
@@ -55,7 +55,7 @@ def test_the_bound_is_that_of_the_signal_s_own_derivative():
     step, rows = 1e-5, slice(1000, 1200)
     made = scene("const", 1.8, seed=2)
     at = made.position_mm[rows] - made.position_mm[rows].mean()
-    order = np.arange(1, HARMONICS + 1)
+    order = np.arange(1, SCENE_HARMONICS + 1)
     present = made.frequency_Hz[rows, None] * order < 400
 
     def signal(wavelength):
@@ -186,12 +186,16 @@ def without_noise(name, **options):
 
 @pytest.mark.slow
 def test_a_surface_without_a_line_has_no_truth():
-    for name, recipe in SCENES.items():
+    for name, recipe in SCENES_BY_NAME.items():
         made = without_noise(name)
         assert np.isfinite(made.wavelength_mm).all() == recipe.lined, name
         assert np.isnan(made.signal).any() == ("dropped" in name), name
-    assert not SCENES["const, hum only"].lined and SCENES["const, hum"].lined
-    assert SCENES["act2"].clean and not SCENES["harsh"].clean and not SCENES["const, rounded"].clean
+    assert not SCENES_BY_NAME["const, hum only"].lined and SCENES_BY_NAME["const, hum"].lined
+    assert (
+        SCENES_BY_NAME["act2"].clean
+        and not SCENES_BY_NAME["harsh"].clean
+        and not SCENES_BY_NAME["const, rounded"].clean
+    )
 
 
 def test_hum_keeps_its_frequency_and_its_size():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from papilla.identification import PARAMETERS
+from papilla.identification import PARAMETERS_BY_NAME
 from papilla.identification.parameters import kind
 from papilla.logs import PressLog
 from papilla.model.specimen import Block
@@ -40,6 +40,6 @@ def pulls(found, truth):
     result = {}
     for name in found.names:
         value, sigma = found[name]
-        off = np.log(value / truth[name]) if PARAMETERS[kind(name)].logarithmic else value - truth[name]
+        off = np.log(value / truth[name]) if PARAMETERS_BY_NAME[kind(name)].logarithmic else value - truth[name]
         result.setdefault(kind(name), []).append(off / sigma)
     return result

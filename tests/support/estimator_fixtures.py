@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.calibration import Calibration, GaugeSurface, Quadratic, SdSurface, Uncertainty
-from papilla.calibration.surface import Surface
+from papilla.calibration.surface import BicubicSurface
 
 FORCE, MODULUS, GAUGES = (0.05, 1.0), (0.02, 5.0), 5
 
@@ -18,7 +18,7 @@ def make_calibration(fit_rms=0.0, scatter=0.0, usable=None) -> Calibration:
     y = np.log(MODULUS[0]) + (np.arange(n + 3) - 1) * np.log(MODULUS[1] / MODULUS[0]) / n
     knee = np.log(0.1) + 0.2 * x[:, None]
     table = 10.4 + 0.6 * x[:, None] - 0.35 * np.log1p(np.exp(knee - y[None, :]))
-    surface = Surface(FORCE, MODULUS, table)
+    surface = BicubicSurface(FORCE, MODULUS, table)
     known = Uncertainty(fit_rms, 1.96, fit_rms, np.array(FORCE), np.full(2, scatter), 2.0, 4 if scatter else 0)
     forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)
     nodes = np.tile([0, n], (m, 1)) if usable is None else usable
@@ -80,7 +80,7 @@ def five(make):
         for number, table in enumerate((outer, next_to_it, middle, next_to_it, outer), start=1):
             own = error * float(np.abs(table).mean())
             known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, own), 2.0, 4)
-            gauges.append(GaugeSurface(f"g{number}", Surface(FORCE, MODULUS, table), known))
+            gauges.append(GaugeSurface(f"g{number}", BicubicSurface(FORCE, MODULUS, table), known))
         return replace(make(), gauges=tuple(gauges))
 
     return build

@@ -100,7 +100,7 @@ def sheared(friction: np.ndarray, velocity: np.ndarray, rate: float, shear_mm: f
 
 def _given(rng: np.random.Generator, name: str) -> Any:
     """The parameters of a part of a random log."""
-    return settings.Record(settings.drawn(RULES["drawn"][name], rng))
+    return settings.SettingsTable(settings.drawn(RULES["drawn"][name], rng))
 
 
 def _move(rng, kind: str, time: np.ndarray) -> np.ndarray:
@@ -274,7 +274,7 @@ def _named(name: str, seed: int) -> Rubbed:
     rules = RULES["named"][name]
     rules = RULES["named"].get(rules.get("like"), {}) | rules
     values = settings.drawn(rules, np.random.default_rng(seed))
-    own = settings.Record(values)
+    own = settings.SettingsTable(values)
     time = np.arange(round(own.seconds * own.rate_Hz)) / own.rate_Hz
     pull, normal, velocity, mu = FORMS[own.form](own, time)
     samples, offset = np.column_stack([pull + own.offset_N + own.noise_N, normal, velocity]), own.offset_N

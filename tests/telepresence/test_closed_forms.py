@@ -14,23 +14,23 @@ from papilla.telepresence import (
     Gate,
     GratingTexture,
     Hand,
+    HandMotion,
     LinkModel,
     LocalModel,
-    Motion,
     RecordedTexture,
     RemoteHand,
     Safety,
     SideBySide,
     Soft,
-    Touch,
+    TouchLog,
 )
 from papilla.telepresence.direct import HighPass
-from papilla.telepresence.gate import Counts, Offset
+from papilla.telepresence.gate import ClockOffset, Counts
 from papilla.telepresence.local_model import DisplayStatus
-from papilla.telepresence.messages import Header, Parameters, Trust, decode, encode, lines_of
+from papilla.telepresence.messages import Header, Parameters, QuantityTrust, decode, encode, lines_of
 from papilla.telepresence.motion import WANDER_HZ
 from papilla.telepresence.page import settings
-from papilla.telepresence.record import Record, felt_wavelength
+from papilla.telepresence.record import LoopRecord, felt_wavelength
 from papilla.telepresence.udp import Address
 from tests.support.spring_calibration import calibration
 
@@ -46,7 +46,7 @@ def test_the_coupling_is_a_second_order_butterworth_high_pass_of_10_hz():
 
 
 def test_defaults_are_those_of_the_paper_and_of_the_documents():
-    motion = Motion()
+    motion = HandMotion()
     assert (motion.peak_mm_s, motion.strokes_Hz, motion.wander, motion.press_N) == (197.0, 1.07, 0.1, 0.5)
     assert pytest.approx(3.2, rel=0.02) == 1 / WANDER_HZ, "the period with which the rate of strokes varies"
     safety = Safety()
@@ -58,7 +58,7 @@ def test_defaults_are_those_of_the_paper_and_of_the_documents():
 
 
 def test_the_pressing_force_swings_by_40_per_cent_in_1_7_seconds():
-    motion, period = Motion(press_N=0.5), 1 / 0.6
+    motion, period = HandMotion(press_N=0.5), 1 / 0.6
     found = motion.force_N(np.array([0.0, 0.25, 0.5, 0.75, 1.0]) * period)
     assert found == pytest.approx([0.5, 0.7, 0.5, 0.3, 0.5])
 
@@ -157,7 +157,7 @@ def test_errors_of_a_felt_wavelength_are_cut_and_silence_is_left_out():
 
 
 def test_the_shares_of_statuses_and_the_first_second_of_a_record():
-    record = Record(**{name: None for name in Record._fields})._replace(
+    record = LoopRecord(**{name: None for name in LoopRecord._fields})._replace(
         time_s=np.arange(2000) / 1000,
         local_status=np.repeat([0, 1], [1500, 500]),
         direct_status=np.full(2000, 8),
@@ -170,14 +170,14 @@ def test_the_shares_of_statuses_and_the_first_second_of_a_record():
 
 def test_codes_and_counts_are_those_of_files_and_messages():
     assert [int(status) for status in DisplayStatus] == list(range(10))
-    assert [int(trust) for trust in Trust] == list(range(4)) and Trust.DOUBTED == 3
+    assert [int(trust) for trust in QuantityTrust] == list(range(4)) and QuantityTrust.DOUBTED == 3
     assert set(vars(Counts()).values()) == {0} and Counts().dropped == 0
 
 
 @pytest.mark.parametrize("beyond_ns, known", [(0, True), (1, False)])
 @pytest.mark.parametrize("truth", [7_000_000, -7_000_000])
 def test_an_offset_is_contradicted_by_more_than_half_both_trips_and_5_ms_three_times(truth, beyond_ns, known):
-    offset = Offset()
+    offset = ClockOffset()
     offset.learn(2_000, truth)
     seen = truth + (2_000 + 4_000) // 2 + 5_000_000 + beyond_ns
     for _ in range(2):
@@ -244,7 +244,7 @@ def test_a_recorded_texture_is_10_mm_long_at_least(length, enough):
 
 
 def test_friction_of_a_finger_turns_over_within_a_millimetre_per_second():
-    touch = Touch(GratingTexture(1.3), 0.0, Soft(calibration(), 0.3, friction=0.4))
+    touch = TouchLog(GratingTexture(1.3), 0.0, Soft(calibration(), 0.3, friction=0.4))
     pulls = [touch.row(0.0, speed, 0.5, [0.0] * 7)[-1] for speed in (-1.0, 0.0, 1.0, 100.0)]
     assert pulls == pytest.approx([-0.2 * math.tanh(1), 0.0, 0.2 * math.tanh(1), 0.2])
 
@@ -266,7 +266,7 @@ def test_an_address_is_shown_as_it_is_given(text, shown):
 
 def test_the_page_opens_with_strokes_an_uncut_link_and_the_limits_of_the_local_model():
     given = {"wavelength_mm": 1.2, "round_trip_ms": 100.0, "loss": 0.1, "bytes_local": 100.0, "bytes_direct": 68.0}
-    found = settings(Motion(100.0, 0.0), amplitude_um=99.0, **given)
+    found = settings(HandMotion(100.0, 0.0), amplitude_um=99.0, **given)
     limits = found.pop("limits")
     assert found == given | {
         "amplitude_um": 27.5, "strokes_Hz": 1.0, "wander": 0.1, "wander_Hz": 0.31,
@@ -276,7 +276,9 @@ def test_the_page_opens_with_strokes_an_uncut_link_and_the_limits_of_the_local_m
         "band_Hz": 300.0, "amplitude_um": 27.5, "fade": 0.05, "ramp_s": 0.02, "fastest_mm_s": 2000.0,
         "hold_s": 0.5, "decay_s": 0.3, "attack_s": 0.1,
     }  # fmt: skip
-    assert settings(Motion(100.0, 2.0), amplitude_um=9.0, **given)["length_mm"] == pytest.approx(100.0 / (2 * math.pi))
+    assert settings(HandMotion(100.0, 2.0), amplitude_um=9.0, **given)["length_mm"] == pytest.approx(
+        100.0 / (2 * math.pi)
+    )
 
 
 @pytest.mark.parametrize("axis", [(0.0, 1.0, 2.0), (-1.0, 1.0, 2.0), (0.1, 0.1, 2.0), (0.2, 0.1, 2.0)])
@@ -297,7 +299,7 @@ def test_a_table_of_areas_needs_two_values_of_each():
 
 def test_noise_of_one_gauge_is_added_in_its_standard_deviations():
     texture = GratingTexture(1.3)
-    assert Touch(texture, 2.0).row(0.4, 9.0, 0.5, [3.0]) == pytest.approx((texture.reading(0.4, 9.0) + 6.0, 0.4))
+    assert TouchLog(texture, 2.0).row(0.4, 9.0, 0.5, [3.0]) == pytest.approx((texture.reading(0.4, 9.0) + 6.0, 0.4))
 
 
 @pytest.mark.parametrize("turned", [1, -1])

@@ -10,7 +10,7 @@ from papilla.telepresence.actuator import Safety
 from papilla.telepresence.direct import DirectFeedback
 from papilla.telepresence.local_model import DisplayStatus
 from papilla.telepresence.messages import Force, Length, Modulus, Ratio
-from papilla.telepresence.touch import HARMONICS, PASS_BAND_HZ, SKIN_MM
+from papilla.telepresence.touch import GRATING_HARMONICS, PASS_BAND_HZ, SKIN_MM
 
 STEP_S = 1e-3
 
@@ -42,7 +42,7 @@ def test_harmonics_of_a_grating_are_a_square_waves_smoothed_by_the_skin(waveleng
     texture = GratingTexture(wavelength, 40.0)
     for place in (0.0, 0.2, 0.31):
         expected = 0.0
-        for n, sign in zip(HARMONICS, (1, -1, 1), strict=True):
+        for n, sign in zip(GRATING_HARMONICS, (1, -1, 1), strict=True):
             # A Gaussian of width SKIN_MM multiplies wavenumber k by exp(-(k s)^2 / 2), relative to the fundamental
             wide = [math.exp(-0.5 * (2 * math.pi * m * SKIN_MM / wavelength) ** 2) for m in (n, 1)]
             expected += sign / n * wide[0] / wide[1] * math.cos(2 * math.pi * n * place / wavelength)

@@ -7,14 +7,14 @@ import sys
 import pytest
 from stepped_clock import SteppedClock
 
-from papilla.telepresence import GratingTexture, LocalModel, Motion, Touch, Trust
+from papilla.telepresence import GratingTexture, HandMotion, LocalModel, QuantityTrust, TouchLog
 from papilla.telepresence.ends import CATCH_UP, DisplayEnd, HandEnd, SensorEnd, Timer, TouchSource
 from papilla.telepresence.gate import Gate, Received
-from papilla.telepresence.messages import VERSION, Header, Length, Modulus, Parameters, Strain, quantity
-from papilla.telepresence.messages import Line as TextureLine
-from papilla.telepresence.processes import Period, run_display, run_sensor
+from papilla.telepresence.messages import MESSAGE_VERSION, Header, Length, Modulus, Parameters, Strain, quantity
+from papilla.telepresence.messages import TextureLine as TextureLine
+from papilla.telepresence.processes import TickGrid, run_display, run_sensor
 
-HEADER = Header(VERSION, 1, 1, 0, 0, 0, 0)
+HEADER = Header(MESSAGE_VERSION, 1, 1, 0, 0, 0, 0)
 
 
 class KeptWire:
@@ -47,7 +47,7 @@ def test_a_timer_keeps_its_rate_on_the_grid_of_periods(rate_Hz, rows):
 
 
 def test_the_hand_is_read_250_times_a_second_by_display_and_sensor_alike(wire):
-    model, motion = LocalModel(), Motion()
+    model, motion = LocalModel(), HandMotion()
     hand = HandEnd(wire, model, motion, start_mm=7.0, period_s=1 / 4000)
     for row in range(401):
         wire.now = row / 4000
@@ -59,10 +59,10 @@ def test_the_hand_is_read_250_times_a_second_by_display_and_sensor_alike(wire):
 
 
 def test_the_sensor_samples_where_the_hand_is_and_sends_50_times_a_second(wire):
-    touch = Touch(GratingTexture(1.2), 0.0)
+    touch = TouchLog(GratingTexture(1.2), 0.0)
     sensor = SensorEnd(wire, TouchSource(touch), touch.sensing())
     reached = KeptWire()
-    hand = HandEnd(reached, LocalModel(), Motion(100.0, 0.0))
+    hand = HandEnd(reached, LocalModel(), HandMotion(100.0, 0.0))
     sensor.step(0.0)
     assert sensor.sample is None and sensor.received_s == -math.inf, "nobody knows where the hand is"
     for row in range(1, 401):
@@ -76,7 +76,7 @@ def test_the_sensor_samples_where_the_hand_is_and_sends_50_times_a_second(wire):
     assert sensor.sample[1] == pytest.approx(touch.texture.reading(sensor.sample[2], 100.0))
     assert len(wire.sent) == 21 and sensor.received_s == 0.397, "the last reading of the hand"
     found = wire.sent[-1][1]
-    assert found.texture == Trust.OK and found.lines[0].wavelength.value == pytest.approx(1.2, rel=0.01)
+    assert found.texture == QuantityTrust.OK and found.lines[0].wavelength.value == pytest.approx(1.2, rel=0.01)
 
 
 def test_late_samples_are_made_up_for_some_in_a_period(wire):
@@ -93,7 +93,7 @@ def test_late_samples_are_made_up_for_some_in_a_period(wire):
             self.number += 1
             return 0.001 * self.number, 0.0, 0.0
 
-    source, touch = Late(), Touch(GratingTexture(1.2))
+    source, touch = Late(), TouchLog(GratingTexture(1.2))
     sensor = SensorEnd(wire, source, touch.sensing())
     sensor.step(0.01)
     assert source.number == CATCH_UP
@@ -104,7 +104,7 @@ def test_late_samples_are_made_up_for_some_in_a_period(wire):
 
 def test_the_display_learns_from_parameters_alone(wire):
     model = LocalModel()
-    display, hand = DisplayEnd(wire, model), HandEnd(wire, model, Motion(100.0, 0.0))
+    display, hand = DisplayEnd(wire, model), HandEnd(wire, model, HandMotion(100.0, 0.0))
     line = TextureLine(quantity(Length, 2.0), quantity(Strain, 50.0))
     shown = []
     for row in range(200):
@@ -121,7 +121,7 @@ def test_the_display_learns_from_parameters_alone(wire):
 
 def on_a_stepped_clock(wire):
     clock, wire.gate = SteppedClock(), Gate()
-    return Period(1e-3, clock, clock.sleep)
+    return TickGrid(1e-3, clock, clock.sleep)
 
 
 def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
@@ -134,7 +134,7 @@ def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
             wire.arrived = [Received(Parameters(HEADER, 0, (line,), modulus), 0, 0, 3e6)]
 
     found = run_display(
-        wire, LocalModel(), Motion(100.0, 0.0), seconds=0.6, report=told.append, keep=keep, period=period
+        wire, LocalModel(), HandMotion(100.0, 0.0), seconds=0.6, report=told.append, keep=keep, period=period
     )
     assert found is period and period.missed == 0
     assert [live.time_s for live in told] == pytest.approx([0, 0.25, 0.5])
@@ -145,13 +145,13 @@ def test_the_line_of_the_display_tells_what_it_knows_four_times_a_second(wire):
 
 
 def test_both_ends_step_a_thousand_times_a_second_unless_another_period_is_given(wire):
-    wire.gate, touch = Gate(), Touch(GratingTexture(1.2), 0.0)
-    assert run_display(wire, LocalModel(), Motion(100.0, 0.0), seconds=0.01).period_s == 1e-3
+    wire.gate, touch = Gate(), TouchLog(GratingTexture(1.2), 0.0)
+    assert run_display(wire, LocalModel(), HandMotion(100.0, 0.0), seconds=0.01).period_s == 1e-3
     assert run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=0.01).period_s == 1e-3
 
 
 def test_the_line_of_the_sensor_says_whether_a_display_is_heard(wire):
-    period, told, touch = on_a_stepped_clock(wire), [], Touch(GratingTexture(1.2), 0.0)
+    period, told, touch = on_a_stepped_clock(wire), [], TouchLog(GratingTexture(1.2), 0.0)
     run_sensor(wire, TouchSource(touch), touch.sensing(), seconds=1.6, report=told.append, period=period)
     assert [live.time_s for live in told] == pytest.approx([0.25 * number for number in range(7)])
     assert all(live.state == "no display has sent a message" and live.said == "" for live in told)
@@ -174,6 +174,6 @@ def test_a_display_that_runs_holds_no_more_with_time(wire, leaks):
             gc.collect()
             held.append(sys.getallocatedblocks())
 
-    run_display(wire, LocalModel(), Motion(100.0, 1.0), seconds=30.0, keep=keep, period=period)
+    run_display(wire, LocalModel(), HandMotion(100.0, 1.0), seconds=30.0, keep=keep, period=period)
     grown = held[1] - held[0]
     assert 4_900 < grown < 5_600 if leaks else grown < 500, "one a message would be 1000, one a period 20,000"

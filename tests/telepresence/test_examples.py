@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from free_ports import free_ports
 
-from papilla.telepresence import Address, Component, Trust
+from papilla.telepresence import Address, Component, QuantityTrust
 from papilla.telepresence.messages import (
     Area,
     HandReading,
@@ -40,8 +40,8 @@ def bridge():
 
 def test_parameters_are_shown_with_units_sigma_and_status(bridge):
     lines = lines_of((Component(1.2, 40.0, 0.01, 0.3),))
-    modulus, area = quantity(Modulus, 0.3, 0.02, Trust.DOUBTED), quantity(Area, float("nan"))
-    told = bridge.plain(encode(Parameters(HEADER, int(Trust.OK), lines, modulus, area=area)))
+    modulus, area = quantity(Modulus, 0.3, 0.02, QuantityTrust.DOUBTED), quantity(Area, float("nan"))
+    told = bridge.plain(encode(Parameters(HEADER, int(QuantityTrust.OK), lines, modulus, area=area)))
     assert json.loads(json.dumps(told)) == told and told["sequence"] == 7 and told["texture"] == "ok"
     assert told["lines"][0]["wavelength_mm"] == {"value": 1.2, "sigma": 0.01, "status": "ok"}
     assert told["modulus_MPa"] == {"value": 0.3, "sigma": 0.02, "status": "doubted"}

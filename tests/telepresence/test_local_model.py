@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.telepresence import Actuator, Component, DisplayStatus, LocalModel, Safety, Trust, icpf
-from papilla.telepresence.actuator import PIEZO
+from papilla.telepresence import Actuator, Component, DisplayStatus, LocalModel, QuantityTrust, Safety, icpf
+from papilla.telepresence.actuator import PIEZO_STACK
 
 FINE_HZ = 20_000.0
 
@@ -80,7 +80,7 @@ def test_the_drive_is_continuous_whatever_arrives(seed):
             return None
         lines = [Component(*rng.uniform((0.3, 0), (6, 300))) for _ in range(rng.integers(0, 5))]
         lines += [Component(math.nan, 1.0), Component(-1.0, 5.0), Component(1.0, math.inf)]
-        return tuple(lines), rng.choice(list(Trust))
+        return tuple(lines), rng.choice(list(QuantityTrust))
 
     def force(now):
         return rng.choice([math.nan, 0.5, 1.95, 2.5])
@@ -123,16 +123,16 @@ def test_the_roll_off_is_made_good_inside_the_band_and_within_the_volts():
     fast = [play(LocalModel(compensate=on), 1.0, lambda t: 140 * t, events=texture)[-200:] for on in (True, False)]
     felt = [np.abs([one.displacement_um for one in own]).max() for own in fast]
     assert felt[0] == pytest.approx(60 * 0.238, rel=0.02)
-    assert felt[1] == pytest.approx(felt[0] * PIEZO.response(280), rel=0.02)
+    assert felt[1] == pytest.approx(felt[0] * PIEZO_STACK.response(280), rel=0.02)
     loud = play(LocalModel(), 1.0, lambda t: 140 * t, events=every(0.05, (Component(0.5, 1000.0),)))[-200:]
     assert loud[-1].status == DisplayStatus.LIMITED
     assert max(abs(one.drive_V - 75) for one in loud) == pytest.approx(75, rel=0.02)
 
 
 def test_the_actuators_are_those_of_the_papers():
-    assert PIEZO.amplitude_um == 27.5 and PIEZO.volts(27.5) == 150 and PIEZO.volts(-27.5) == 0
-    assert 20 * math.log10(PIEZO.response(310)) == pytest.approx(-3.01, abs=0.01)
-    assert -1.1 < 20 * math.log10(PIEZO.response(300)) < 0
+    assert PIEZO_STACK.amplitude_um == 27.5 and PIEZO_STACK.volts(27.5) == 150 and PIEZO_STACK.volts(-27.5) == 0
+    assert 20 * math.log10(PIEZO_STACK.response(310)) == pytest.approx(-3.01, abs=0.01)
+    assert -1.1 < 20 * math.log10(PIEZO_STACK.response(300)) < 0
     display = LocalModel(icpf(100.0))
     assert display.top_Hz == 200
     shown = play(display, 1.0, lambda t: 250 * t, events=every(0.05, (Component(1.0, 50.0),)))
@@ -194,14 +194,14 @@ def test_components_are_the_strongest_and_gone_ones_fade():
     shown = play(model, 1.0, lambda t: 50 * t, events=every(0.05, lines))
     loud = heard([one.displacement_um for one in shown[400:]], 50 * np.arange(400, len(shown)) / 1000, (1.0, 2.0, 4.0))
     assert loud[0] < 0.05 * loud[2] < 0.05 * loud[1]
-    shown = play(model, 0.3, lambda t: 50 * t, events=every(0.05, (), Trust.UNKNOWN), start_s=1.0)
+    shown = play(model, 0.3, lambda t: 50 * t, events=every(0.05, (), QuantityTrust.UNKNOWN), start_s=1.0)
     assert shown[-1].status == DisplayStatus.NO_TEXTURE and shown[-1].displacement_um == 0
 
 
 def test_what_is_held_stays():
     model = LocalModel()
     play(model, 0.3, lambda t: 50 * t, events=every(0.05, (Component(1.0, 50.0),)))
-    shown = play(model, 1.0, lambda t: 50 * t, events=every(0.05, (), Trust.HELD), start_s=0.3)
+    shown = play(model, 1.0, lambda t: 50 * t, events=every(0.05, (), QuantityTrust.HELD), start_s=0.3)
     assert shown[-1].status == DisplayStatus.OK and shown[-1].wavelength_mm == 1.0
 
 
@@ -210,7 +210,7 @@ def test_the_amplitude_follows_the_hands_force_of_now(exponent, grows):
     """Felt at 0.25 N; the hand presses by 1 N after a second, and no further message says so."""
     model, greatest = LocalModel(force_exponent=exponent, safety=Safety(hold_s=5.0)), []
     for start, force in ((0.0, 0.25), (1.0, 1.0)):
-        events = every(5.0, (Component(1.0, 20.0),), Trust.OK, 0.25) if start == 0 else None
+        events = every(5.0, (Component(1.0, 20.0),), QuantityTrust.OK, 0.25) if start == 0 else None
         shown = play(model, 1.0, lambda t: 50 * t, events=events, force=lambda t, f=force: f, start_s=start)
         greatest.append(max(one.displacement_um for one in shown[500:]))
     assert greatest[0] == pytest.approx(20.0 * 0.238, rel=1e-2)
@@ -220,7 +220,7 @@ def test_the_amplitude_follows_the_hands_force_of_now(exponent, grows):
 def test_without_either_force_the_amplitude_is_the_sensors():
     for sensed, pressed in ((math.nan, 1.0), (0.25, math.nan)):
         model = LocalModel(force_exponent=1.0)
-        events = every(0.05, (Component(1.0, 20.0),), Trust.OK, sensed)
+        events = every(0.05, (Component(1.0, 20.0),), QuantityTrust.OK, sensed)
         shown = play(model, 1.0, lambda t: 50 * t, events=events, force=lambda t, f=pressed: f)
         assert max(one.displacement_um for one in shown[500:]) == pytest.approx(20.0 * 0.238, rel=1e-2)
 

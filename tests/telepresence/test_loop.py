@@ -8,14 +8,23 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.logs.time_log import LogReport, TimeLog
-from papilla.telepresence import GratingTexture, LinkModel, Motion, Record, RecordedTexture, Set, SideBySide, run
+from papilla.telepresence import (
+    GratingTexture,
+    HandMotion,
+    LinkModel,
+    LoopRecord,
+    RecordedTexture,
+    Set,
+    SideBySide,
+    run,
+)
 from papilla.telepresence.link import Link
 from papilla.telepresence.loop import SimulatedWire
 from papilla.telepresence.messages import HandReading, Length, quantity
 from papilla.telepresence.record import felt_wavelength, lag_s
 
 TIME = np.arange(6000) / 1000
-HAND = Motion().place_mm(TIME)
+HAND = HandMotion().place_mm(TIME)
 
 
 @pytest.mark.parametrize("late_ms", [0, 37, 240, 500])
@@ -105,7 +114,7 @@ def test_the_local_model_is_not_late_and_direct_feedback_by_the_round_trip(uplin
 
 def test_two_gratings_reach_the_direct_display_first():
     texture = SideBySide(GratingTexture(1.0), GratingTexture(3.1), 146.0)
-    record = run(Set(texture, Motion(97.0, 0.0), 3.0, downlink=LinkModel(one_way_ms=80)))
+    record = run(Set(texture, HandMotion(97.0, 0.0), 3.0, downlink=LinkModel(one_way_ms=80)))
     assert record.change_ms("direct") == pytest.approx(80, abs=3)
     assert 80 < record.change_ms("local") < 1000
     assert math.isnan(record.lag_ms("local"))
@@ -175,8 +184,8 @@ def test_a_link_that_loses_everything_leaves_both_displays_silent():
 def test_crossings_of_a_border_tell_how_long_the_old_texture_stays():
     truth = np.repeat([1.0, 2.0, 1.0], 100)
     shown = np.repeat([1.0, math.nan, 2.0, math.nan], [130, 20, 60, 90])
-    blank = {name: None for name in Record._fields}
-    record = Record(**(blank | {"truth_mm": truth, "wavelength_mm": shown, "direct_mm": truth}))
+    blank = {name: None for name in LoopRecord._fields}
+    record = LoopRecord(**(blank | {"truth_mm": truth, "wavelength_mm": shown, "direct_mm": truth}))
     np.testing.assert_array_equal(record.crossings("local"), [[30, 50], [10, math.nan]])
     assert record.stale_ms("local") == 30 and math.isnan(record.change_ms("local"))
     assert record.stale_ms("direct") == record.change_ms("direct") == 0

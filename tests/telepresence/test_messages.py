@@ -7,8 +7,8 @@ import msgspec
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.telepresence import Component, Gate, Trust
-from papilla.telepresence.gate import FRESH_NS, Counts, Offset
+from papilla.telepresence import Component, Gate, QuantityTrust
+from papilla.telepresence.gate import FRESH_NS, ClockOffset, Counts
 from papilla.telepresence.messages import (
     MAX_BYTES,
     Area,
@@ -32,7 +32,7 @@ HEADER = Header(1, 5, 1, 10, 0, 0, 0)
 LINES = (Component(1.2, 40.0, 0.01, 0.3), Component(3.0, 10.0))
 FULL = Parameters(
     HEADER,
-    int(Trust.OK),
+    int(QuantityTrust.OK),
     lines_of(LINES),
     quantity(Modulus, 0.3, 0.01),
     quantity(Ratio, 0.4),
@@ -59,7 +59,7 @@ def test_no_part_of_a_message_can_be_changed():
 
 def test_what_is_unknown_is_null_and_components_come_back():
     told = decode(encode(FULL))
-    assert told.mu_static.value is None and told.mu_static.status == Trust.UNKNOWN
+    assert told.mu_static.value is None and told.mu_static.status == QuantityTrust.UNKNOWN
     assert told.components[0] == LINES[0] and math.isnan(told.components[1].wavelength_sigma_mm)
 
 
@@ -139,7 +139,7 @@ def test_a_datagram_has_1200_bytes_at_most():
 
 
 def test_round_trips_of_none_to_five_seconds_tell_the_clock_and_others_nothing():
-    offset = Offset()
+    offset = ClockOffset()
     for trip in (-1, 5_000_000_001):
         offset.learn(trip, 7)
         assert math.isnan(offset.round_trip_ns)
@@ -258,20 +258,20 @@ def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
 
 
 def test_the_offset_of_clocks_is_right_to_half_the_shortest_round_trip_and_follows_a_jump():
-    rng, offset = random.Random(1), Offset()
+    rng, offset = random.Random(1), ClockOffset()
     for truth in (3_000_000_000, -7_000_000_000):
         for _ in range(100):
             there, back = (rng.randrange(1_000_000, 30_000_000) for _ in range(2))
             offset.learn(there + back, truth + (there - back) // 2)
         assert abs(offset.offset_ns - truth) <= offset.round_trip_ns / 2
-    assert math.isnan(Offset().offset_ns)
+    assert math.isnan(ClockOffset().offset_ns)
     offset.learn(-5, 0)
     assert abs(offset.offset_ns + 7_000_000_000) < 30_000_000
 
 
 @pytest.mark.parametrize("truth", [3_000_000_000, -3_000_000_000])
 def test_the_shortest_round_trip_counts_until_64_others_have_come_or_three_contradict_it(truth):
-    offset = Offset()
+    offset = ClockOffset()
     offset.learn(2_000_000, truth)
     for _ in range(63):
         # 20 ms there and 10 ms back: off by 5 ms, which a round trip of 30 ms explains

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.telepresence.actuator import FADE, PIEZO, Actuator, Fader, Safety
+from papilla.telepresence.actuator import BAND_FADE_SHARE, PIEZO_STACK, Actuator, Fader, Safety
 from papilla.telepresence.messages import Component, strongest
-from papilla.telepresence.motion import WANDER_HZ, Motion
+from papilla.telepresence.motion import WANDER_HZ, HandMotion
 
 TIME = np.arange(0, 4, 1e-4)
 
 
 def test_strokes_without_wander_are_a_cosine_of_the_stated_peak_and_rate():
-    motion = Motion(peak_mm_s=120.0, strokes_Hz=2.0, wander=0.0)
+    motion = HandMotion(peak_mm_s=120.0, strokes_Hz=2.0, wander=0.0)
     length = 120.0 / (2 * math.pi)
     np.testing.assert_allclose(motion.place_mm(TIME), 0.5 * length * (1 - np.cos(4 * math.pi * TIME)), atol=1e-9)
     assert motion.length_mm == pytest.approx(length)
@@ -22,7 +22,7 @@ def test_strokes_without_wander_are_a_cosine_of_the_stated_peak_and_rate():
 
 
 def test_the_rate_of_strokes_wanders_by_its_share():
-    motion = Motion(strokes_Hz=1.5, wander=0.2)
+    motion = HandMotion(strokes_Hz=1.5, wander=0.2)
     rate = 1.5 * (1 + 0.2 * np.sin(2 * math.pi * WANDER_HZ * TIME))
     turns = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 1e-4)])
     expected = 0.5 * motion.length_mm * (1 - np.cos(2 * math.pi * turns))
@@ -30,7 +30,7 @@ def test_the_rate_of_strokes_wanders_by_its_share():
 
 
 def test_at_no_rate_it_is_one_stroke_at_a_constant_speed():
-    motion = Motion(peak_mm_s=30.0, strokes_Hz=0.0)
+    motion = HandMotion(peak_mm_s=30.0, strokes_Hz=0.0)
     assert motion.place_mm(2.0) == 60.0 and motion.length_mm == math.inf
 
 
@@ -39,10 +39,10 @@ def test_at_no_rate_it_is_one_stroke_at_a_constant_speed():
 )
 def test_a_motion_outside_its_limits_is_refused(name, low, high):
     for limit in (low, high):
-        Motion(**{name: limit})
+        HandMotion(**{name: limit})
     for beyond in (low - 0.01, high + 0.01):
         with pytest.raises(InputError, match=name):
-            Motion(**{name: beyond})
+            HandMotion(**{name: beyond})
 
 
 def test_the_gain_rises_and_falls_linearly_in_the_stated_times():
@@ -63,15 +63,17 @@ def test_a_press_is_over_the_limit_until_it_is_below_the_release():
 
 
 def test_the_piezo_is_3_dB_down_at_its_corner_and_fades_at_the_end_of_its_band():
-    assert PIEZO.response(0.0) == 1.0 and PIEZO.response(310.0) == pytest.approx(math.sqrt(0.5))
+    assert PIEZO_STACK.response(0.0) == 1.0 and PIEZO_STACK.response(310.0) == pytest.approx(math.sqrt(0.5))
     # 1 dB down at 300 Hz: 1 / sqrt(1 + (300 / 310)^40)
-    assert PIEZO.response(300.0) == pytest.approx(0.8876, abs=1e-4)
-    assert PIEZO.amplitude_um == 27.5
-    assert [PIEZO.volts(drive) for drive in (-27.5, 0.0, 27.5)] == pytest.approx([0, 75, 150])
+    assert PIEZO_STACK.response(300.0) == pytest.approx(0.8876, abs=1e-4)
+    assert PIEZO_STACK.amplitude_um == 27.5
+    assert [PIEZO_STACK.volts(drive) for drive in (-27.5, 0.0, 27.5)] == pytest.approx([0, 75, 150])
     top = 200.0
-    start, middle = (1 - FADE) * top, (1 - FADE / 2) * top
-    assert [PIEZO.passed(f, top) for f in (0, start, middle, top, 2 * top)] == pytest.approx([1, 1, 0.5, 0, 0])
-    assert [PIEZO.passed(f, top) for f in (1.01 * top, (1 + FADE) * top)] == [0, 0], "nothing beyond the band"
+    start, middle = (1 - BAND_FADE_SHARE) * top, (1 - BAND_FADE_SHARE / 2) * top
+    assert [PIEZO_STACK.passed(f, top) for f in (0, start, middle, top, 2 * top)] == pytest.approx([1, 1, 0.5, 0, 0])
+    assert [PIEZO_STACK.passed(f, top) for f in (1.01 * top, (1 + BAND_FADE_SHARE) * top)] == [0, 0], (
+        "nothing beyond the band"
+    )
     assert Actuator("flat", 10.0, 100.0).response(99.0) == 1.0
 
 

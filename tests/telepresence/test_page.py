@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import papilla
-from papilla.telepresence import Component, LocalModel, Motion
+from papilla.telepresence import Component, HandMotion, LocalModel
 from papilla.telepresence.page import settings, write_page
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))), None)
@@ -22,7 +22,7 @@ BYTES = {"bytes_local": 100.0, "bytes_direct": 68.0}
 
 def evaluated(tmp_path, script):
     """What `script` returns in the page, run in the browser."""
-    write_page(tmp_path / "page.html", settings(Motion(), **BEGIN, **BYTES))
+    write_page(tmp_path / "page.html", settings(HandMotion(), **BEGIN, **BYTES))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     probe = f"<script>document.title = JSON.stringify((() => {{ {script} }})());</script></body>"
     (tmp_path / "probe.html").write_text(page.replace("</body>", probe), encoding="utf-8")
@@ -47,7 +47,7 @@ const told = () => { loop.advance(4); tellNumbers();
 
 
 def test_the_page_is_one_file_that_needs_no_network(tmp_path):
-    write_page(tmp_path / "page.html", settings(Motion(), **BEGIN, **BYTES))
+    write_page(tmp_path / "page.html", settings(HandMotion(), **BEGIN, **BYTES))
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "SETTINGS*/{}" not in page and '"round_trip_ms": 100.0' in page
     assert not re.search(r"(src|href)\s*=|https?://|@import|fetch\(|XMLHttpRequest", page)
@@ -108,7 +108,7 @@ def test_the_model_of_the_page_is_that_of_the_package(tmp_path):
 
 
 def test_the_page_has_the_look_of_all_pages_light_and_dark(tmp_path):
-    write_page(tmp_path / "page.html", settings(Motion(), **BEGIN, **BYTES))
+    write_page(tmp_path / "page.html", settings(HandMotion(), **BEGIN, **BYTES))
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
     style = (Path(papilla.__file__).parent / "data" / "page.css").read_text(encoding="utf-8")
     assert style in text

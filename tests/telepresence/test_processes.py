@@ -16,7 +16,7 @@ from stepped_clock import SteppedClock
 from papilla.core.errors import FileAccessError, InputError
 from papilla.telepresence import Address, Endpoint
 from papilla.telepresence.messages import HandReading, Length, quantity
-from papilla.telepresence.processes import Period, Spread
+from papilla.telepresence.processes import TickGrid, TimeHistogram
 
 PATIENCE_S = 60.0
 
@@ -184,7 +184,7 @@ def test_an_address_in_use_is_one_clear_error():
 
 def test_the_loop_keeps_its_grid_and_counts_what_it_missed():
     clock = SteppedClock()
-    period, times = Period(1e-3, clock, clock.sleep), []
+    period, times = TickGrid(1e-3, clock, clock.sleep), []
     for now in period.ticks(0.1):
         times.append(now)
         clock.sleep(0.0052 if len(times) == 10 else 0.0002)
@@ -195,13 +195,13 @@ def test_the_loop_keeps_its_grid_and_counts_what_it_missed():
 
 
 def test_quantiles_of_times_are_right_to_a_bin():
-    spread = Spread()
+    spread = TimeHistogram()
     for number in range(1, 1001):
         spread.add(1e-6 * number)
     assert spread.quantile_s(0.5) == pytest.approx(500e-6, rel=0.05)
     assert spread.quantile_s(0.999) == pytest.approx(999e-6, rel=0.05)
     spread.add(1e9)
-    assert spread.greatest_s == 1e9 and Spread().quantile_s(0.5) != Spread().quantile_s(0.5)
+    assert spread.greatest_s == 1e9 and TimeHistogram().quantile_s(0.5) != TimeHistogram().quantile_s(0.5)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.estimators.pipeline import PipelineEstimate
 from papilla.estimators.wavelength.memory import TrackingStatus
-from papilla.telepresence import Trust
+from papilla.telepresence import QuantityTrust
 from papilla.telepresence.sensing import Sensing
 
 
@@ -45,7 +45,7 @@ def slid(sensing, number, step_mm, amplitudes=(50.0, 80.0), first=0):
 def test_a_line_has_the_amplitude_of_the_gauge_that_feels_it_most():
     for amplitudes in ((50.0, 80.0), (80.0, 50.0)):
         (line,), trust = slid(Sensing(Told()), 150, 0.1, amplitudes)
-        assert trust == Trust.OK and (line.wavelength_mm, line.wavelength_sigma_mm) == (1.2, 0.01)
+        assert trust == QuantityTrust.OK and (line.wavelength_mm, line.wavelength_sigma_mm) == (1.2, 0.01)
         assert line.amplitude_microstrain == pytest.approx(80.0) and line.amplitude_sigma_microstrain < 1e-9
 
 
@@ -57,7 +57,7 @@ def test_amplitudes_are_of_the_last_fifth_of_a_second():
     (line,), _ = slid(sensing, 1, 0.1, (20.0, 10.0), first=499)
     assert line.amplitude_microstrain == pytest.approx(20.0)
     sensing.reset()
-    assert sensing.lines() == ((), Trust.UNKNOWN)
+    assert sensing.lines() == ((), QuantityTrust.UNKNOWN)
 
 
 def test_the_sigma_of_an_amplitude_is_that_of_its_noise():
@@ -75,15 +75,15 @@ def test_the_sigma_of_an_amplitude_is_that_of_its_noise():
 @pytest.mark.parametrize("step_mm, enough", [(0.3, 12), (0.1, 19)])
 def test_twelve_samples_and_one_and_a_half_periods_are_needed(step_mm, enough):
     sensing = Sensing(Told())
-    assert slid(sensing, enough - 1, step_mm) == ((), Trust.HELD)
+    assert slid(sensing, enough - 1, step_mm) == ((), QuantityTrust.HELD)
     sensing.update((0.5, math.nan, 3.0, 90.0))
-    assert sensing.lines() == ((), Trust.HELD), "a sample with a missing gauge does not count"
-    assert slid(sensing, 1, step_mm, first=enough - 1)[1] == Trust.OK
+    assert sensing.lines() == ((), QuantityTrust.HELD), "a sample with a missing gauge does not count"
+    assert slid(sensing, 1, step_mm, first=enough - 1)[1] == QuantityTrust.OK
 
 
 def test_two_lines_need_sixteen_samples():
     sensing = Sensing(Told(lines=((2.0, 0.0, 0.0),)), components=2)
-    assert slid(sensing, 15, 0.3)[1] == Trust.HELD and slid(sensing, 1, 0.3, first=15)[1] == Trust.OK
+    assert slid(sensing, 15, 0.3)[1] == QuantityTrust.HELD and slid(sensing, 1, 0.3, first=15)[1] == QuantityTrust.OK
 
 
 def test_further_lines_are_significant_and_two_per_cent_from_all_others():
@@ -107,9 +107,9 @@ def test_a_wavelength_is_held_where_the_path_or_the_speed_is_missing(status):
     held = {TrackingStatus.STANDSTILL, TrackingStatus.MISSING, TrackingStatus.NO_VELOCITY, TrackingStatus.ALIASED}
     lines, trust = slid(Sensing(Told(status=status.code)), 200, 0.1)
     if status.code.startswith("ok"):
-        assert trust == Trust.OK
+        assert trust == QuantityTrust.OK
     else:
-        assert lines == () and trust == (Trust.HELD if status in held else Trust.UNKNOWN)
+        assert lines == () and trust == (QuantityTrust.HELD if status in held else QuantityTrust.UNKNOWN)
 
 
 def test_a_velocity_is_integrated_over_the_sample_rate():
@@ -117,7 +117,7 @@ def test_a_velocity_is_integrated_over_the_sample_rate():
     for row in range(1, 501):
         sensing.update((row / 2000, 30 * wave(row * 0.05), math.nan if row == 7 else 100.0))
     (line,), trust = sensing.lines()
-    assert trust == Trust.OK and line.amplitude_microstrain == pytest.approx(30.0)
+    assert trust == QuantityTrust.OK and line.amplitude_microstrain == pytest.approx(30.0)
 
 
 def test_a_pipeline_without_a_wavelength_is_refused():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.telepresence import ContactArea, GratingTexture, Motion, Soft, Touch, Trust
+from papilla.telepresence import ContactArea, GratingTexture, HandMotion, QuantityTrust, Soft, TouchLog
 from papilla.telepresence.direct import HighPass
 from papilla.telepresence.messages import Header, decode, encode
 from tests.support.spring_calibration import FORCE, calibration
@@ -23,7 +23,7 @@ def area():
 
 def test_a_row_is_the_press_and_the_texture_one_gauge_after_the_other():
     made, texture = calibration(), GratingTexture(1.3)
-    touch = Touch(texture, 2.0, Soft(made, 0.3, friction=0.4))
+    touch = TouchLog(texture, 2.0, Soft(made, 0.3, friction=0.4))
     *gauges, force, place, pull = touch.row(20.0, 50.0, 0.5, QUIET)
     textures = [texture.reading(20.0 - 6.0 * number, 50.0) for number in range(5)]
     assert gauges == pytest.approx(made.predict_readings(0.5, 0.3) + textures, rel=1e-5)
@@ -35,19 +35,19 @@ def test_a_row_is_the_press_and_the_texture_one_gauge_after_the_other():
 
 
 def test_every_gauge_and_both_forces_have_a_noise_of_their_own():
-    touch = Touch(GratingTexture(1.3), 2.0, Soft(calibration(), 0.3))
+    touch = TouchLog(GratingTexture(1.3), 2.0, Soft(calibration(), 0.3))
     quiet = np.array(touch.row(20.0, 50.0, 0.5, QUIET))
     noises = np.array([touch.row(20.0, 50.0, 0.5, row) for row in np.eye(touch.numbers).tolist()]) - quiet
     expected = np.zeros((7, 8))
     expected[range(5), range(5)] = 2.0  # the gauges, in microstrain
     expected[5, 5] = expected[6, 7] = 1e-3  # force and tangential force in N; the place between them is exact
     assert noises == pytest.approx(expected, abs=1e-9)
-    assert Touch(GratingTexture(1.3)).numbers == 1, "a gauge over a texture"
+    assert TouchLog(GratingTexture(1.3)).numbers == 1, "a gauge over a texture"
 
 
 @pytest.mark.parametrize("force", [1.01, -0.1, math.nan])
 def test_beyond_the_calibrated_forces_there_is_no_reading(force):
-    row = Touch(GratingTexture(1.3), 0.0, Soft(calibration(), 0.3)).row(1.0, 2.0, force, QUIET)
+    row = TouchLog(GratingTexture(1.3), 0.0, Soft(calibration(), 0.3)).row(1.0, 2.0, force, QUIET)
     assert all(math.isnan(value) for value in row[:5])
 
 
@@ -56,12 +56,12 @@ def test_what_no_finger_was_calibrated_for_is_refused():
         with pytest.raises(InputError):
             Soft(calibration(), **options)
     with pytest.raises(InputError):
-        Touch(GratingTexture(1.0), noise_microstrain=-1)
+        TouchLog(GratingTexture(1.0), noise_microstrain=-1)
 
 
 def test_a_message_tells_each_quantity_with_sigma_and_status():
-    touch = Touch(GratingTexture(1.3, 1e-6), 1.0, Soft(calibration(), 0.3, 0.4, area=area()))
-    sensing, motion, rng = touch.sensing(), Motion(), np.random.default_rng(0)
+    touch = TouchLog(GratingTexture(1.3, 1e-6), 1.0, Soft(calibration(), 0.3, 0.4, area=area()))
+    sensing, motion, rng = touch.sensing(), HandMotion(), np.random.default_rng(0)
     before = sensing.parameters(HEADER)
     assert before.modulus is None and before.mu_kinetic is None
     for now in np.arange(1, 1500) / 1000:
@@ -73,22 +73,22 @@ def test_a_message_tells_each_quantity_with_sigma_and_status():
     assert told.area.value == pytest.approx(60 * told.force.value**0.6 * told.modulus.value**-0.2, rel=1e-6)
     assert told.area.sigma > 0.01 * told.area.value and told.area.status == told.modulus.status
     said = sensing.pipeline.sentences
-    assert (told.modulus.status == Trust.OK) == said["modulus"].startswith("ok")
+    assert (told.modulus.status == QuantityTrust.OK) == said["modulus"].startswith("ok")
     assert told.mu_kinetic.value == pytest.approx(0.4, abs=4 * told.mu_kinetic.sigma) and told.mu_kinetic.sigma < 0.05
     # The force leaves the table: no answer is an answer.
     sensing.update((1.6, *touch.row(30.0, 0.0, 0.0, QUIET)))
     told = sensing.parameters(HEADER)
-    assert told.area.value is None and told.area.status == Trust.UNKNOWN
+    assert told.area.value is None and told.area.status == QuantityTrust.UNKNOWN
 
 
 def test_not_identifiable_is_doubted_and_one_stroke_doubts_its_friction():
-    touch = Touch(GratingTexture(1.3, 1e-6), 1.0, Soft(calibration(), 4.0, 0.4))
+    touch = TouchLog(GratingTexture(1.3, 1e-6), 1.0, Soft(calibration(), 4.0, 0.4))
     sensing = touch.sensing()
     for number in range(60):
         sensing.update((1e-3 * number, *touch.row(0.1 * number, 100.0, 0.5, QUIET)))
     told = sensing.parameters(HEADER)
-    assert not sensing.pipeline.sentences["modulus"].startswith("ok") and told.modulus.status != Trust.OK
-    assert told.mu_kinetic is not None and told.mu_kinetic.status != Trust.OK
+    assert not sensing.pipeline.sentences["modulus"].startswith("ok") and told.modulus.status != QuantityTrust.OK
+    assert told.mu_kinetic is not None and told.mu_kinetic.status != QuantityTrust.OK
 
 
 def test_the_coupling_leaves_the_texture_and_takes_the_press():

@@ -22,7 +22,7 @@ from papilla.mesh.cells import mean_ratio, volumes
 from papilla.model.finger import Dome, Finger, Layer, Slab
 from papilla.model.specimen import HalfSpace
 from papilla.references import StackLayer, bonded_layer_sphere, hertz_sphere
-from papilla.verify import FAMILIES, Case, bodies, contact, finger, meshes, verify
+from papilla.verify import CASE_FAMILIES, Case, bodies, contact, finger, meshes, verify
 from papilla.verify.case import Verdict
 from papilla.verify.elements import Discretisation, Manufactured
 from papilla.verify.self_test import self_test
@@ -148,7 +148,7 @@ def test_a_layer_of_another_modulus_than_stated_misses_its_exact_force(modulus, 
     thickness, indentation = bodies.at_unit_contact(1.0, 1.0)
     exact = bonded_layer_sphere(indentation, bodies.BALL_RADIUS, thickness, 1.0, 0.5)
     pressed = press(
-        bodies.bonded_layer(Layer(modulus, 0.5), thickness).reduce(), bodies.BALL, indentation=indentation,
+        bodies.bonded_layer(Layer(modulus, 0.5), thickness).reduce(), bodies.BALL_SPECIMEN, indentation=indentation,
         fidelity="contact",
     )  # fmt: skip
     cases = list(bodies.compared("ball", "against the exact solution", pressed, exact, force=0.01, area=0.02))
@@ -161,7 +161,7 @@ def test_a_coarse_mesh_misses_the_bounds_of_a_fine_one():
     exact = bonded_layer_sphere(indentation, bodies.BALL_RADIUS, thickness, 1.0, 0.5)
     mesh = cylinder(np.linspace(0, 8, 9), np.linspace(0, thickness, 3), 1, 4)
     coarse = bodies.FlatModel(mesh, Layer(1.0, 0.5), Layer(1.0, 0.5), 3.0, interface=thickness / 2).reduce()
-    pressed = press(coarse, bodies.BALL, indentation=indentation, fidelity="contact")
+    pressed = press(coarse, bodies.BALL_SPECIMEN, indentation=indentation, fidelity="contact")
     cases = list(bodies.compared("ball", "against", pressed, exact, force=0.01, radius=0.01, area=0.02))
     assert [case.what for case in cases] == ["ball, force", "ball, radius", "ball, area"] and missed(cases)
     area, radius = cases[2].value, cases[1].value
@@ -289,7 +289,7 @@ def test_stored_presses_are_those_of_their_fingers():
     made, default = meshes.fingers(), Finger.default().gauges
     assert [type(one.shape) for one in made.values()] == [Dome, Dome, Slab]
     for name, one in made.items():
-        rows = np.array(meshes.MOVED.fingers[name].stored)
+        rows = np.array(meshes.MOVED_SETTINGS.fingers[name].stored)
         assert rows[:, 1:6].std(axis=1) == pytest.approx(rows[:, 0], rel=2e-3)
         assert (np.diff(rows[:, [0, 6, 7]], axis=0) > 0).all(), "a firmer press is deeper, wider and read more strongly"
         if one.gauges == default:
@@ -317,16 +317,16 @@ def test_the_self_test_of_an_installation_passes(monkeypatch, tmp_path):
     assert not [path for path in tmp_path.iterdir() if "reduced" in path.name], "the finger is reduced anew each time"
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", CASE_FAMILIES)
 def test_every_family_is_documented(name):
-    assert FAMILIES[name].__doc__
+    assert CASE_FAMILIES[name].__doc__
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     # A layer of 0.3 mm cannot be had by moving a mesh, and the mesher draws it
     "name",
-    [pytest.param(name, marks=pytest.mark.mesher) if name == "thin-layer" else name for name in FAMILIES],
+    [pytest.param(name, marks=pytest.mark.mesher) if name == "thin-layer" else name for name in CASE_FAMILIES],
 )
 def test_a_family_is_within_its_bounds(name):
     assert missed(verify([name])) == []

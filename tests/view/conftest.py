@@ -51,7 +51,7 @@ def renderer(request, monkeypatch) -> str:
     """VTK where it can render, and matplotlib alone as where VTK has no window."""
     render.use_offscreen_window.cache_clear()
     if request.param == "matplotlib":
-        monkeypatch.setenv(render.ENVIRONMENT, "no such window")
+        monkeypatch.setenv(render.WINDOW_VARIABLE, "no such window")
     elif not render.use_offscreen_window():
         pytest.skip("VTK cannot render on this machine")
     assert render.use_offscreen_window() == (request.param == "vtk")

@@ -6,7 +6,7 @@ from matplotlib.colors import to_rgba
 from shown_figures import flaws
 
 from papilla.estimators import Pipeline, find_lines
-from papilla.view.log_picture import OK, LogPicture
+from papilla.view.log_picture import OK_COLOR, LogPicture
 from papilla.view.style import png
 
 
@@ -45,7 +45,7 @@ def test_what_was_measured_stands_above_what_was_estimated():
     told = {text.get_text() for text in strips.get_legend().get_texts()}
     assert told == {*answer.wavelength_status} | {*answer.friction_status}
     # The last rows are ok: the last span of the strip is blue and ends with the log
-    assert strips.collections[0].get_facecolor()[-1] == pytest.approx(to_rgba(OK))
+    assert strips.collections[0].get_facecolor()[-1] == pytest.approx(to_rgba(OK_COLOR))
     assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm"
     assert len(png(figure, dpi=50)) > 10_000 and flaws(figure) == []
 

@@ -23,7 +23,7 @@ def texts(figure) -> str:
 
 def shown(name: str) -> str:
     """The beginning of a long name."""
-    return name if len(name) <= style.NAME_LETTERS else name[: style.NAME_LETTERS - 1]
+    return name if len(name) <= style.PICTURE_NAME_LETTERS else name[: style.PICTURE_NAME_LETTERS - 1]
 
 
 def of_signals(names):

@@ -64,7 +64,7 @@ def test_texts_stand_below_each_other_and_axes_below_them():
         figure.draw_without_rendering()
     message, detail = figure.texts
     assert (message.get_fontsize(), detail.get_fontsize()) == (10, 7.5) and message.get_weight() == "bold"
-    assert detail.get_text().count("\n") == 1 and detail.get_color() == style.MUTED
+    assert detail.get_text().count("\n") == 1 and detail.get_color() == style.MUTED_COLOR
     boxes = [one.get_tightbbox() for one in (message, detail, axes)]
     assert figure.bbox.height > boxes[0].y1 > boxes[0].y0 > boxes[1].y1 > boxes[1].y0 > boxes[2].y1
     assert boxes[0].x0 == pytest.approx(boxes[1].x0, abs=1) and boxes[1].x1 <= figure.bbox.width

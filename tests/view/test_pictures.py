@@ -266,20 +266,22 @@ def test_every_listed_name_exists():
 
 def python(code: str, **environment: str) -> str:
     """What a new process prints."""
-    env = {name: value for name, value in os.environ.items() if name != render.ENVIRONMENT} | environment
+    env = {name: value for name, value in os.environ.items() if name != render.WINDOW_VARIABLE} | environment
     return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True).stdout
 
 
 CHOSEN = f"""import os
 from papilla.view import render
-print(render.use_offscreen_window(), os.environ.get({render.ENVIRONMENT!r}))"""
+print(render.use_offscreen_window(), os.environ.get({render.WINDOW_VARIABLE!r}))"""
 
 
 @pytest.mark.slow
 def test_a_window_that_works_is_set_and_one_that_does_not_is_not_replaced():
     works, kind = python(CHOSEN).split()
-    assert (kind in render.HEADLESS) == (works == "True") or not sys.platform.startswith("linux")
-    assert python(CHOSEN, **{render.ENVIRONMENT: "nothing"}).split() == ["False", "nothing"], "the user's choice stays"
+    assert (kind in render.HEADLESS_WINDOWS) == (works == "True") or not sys.platform.startswith("linux")
+    assert python(CHOSEN, **{render.WINDOW_VARIABLE: "nothing"}).split() == ["False", "nothing"], (
+        "the user's choice stays"
+    )
 
 
 @pytest.mark.slow
@@ -329,7 +331,7 @@ def test_a_rendered_point_is_where_the_view_projects_it(elevation, turn):
         pytest.skip("VTK cannot render on this machine")
     frame, place = pv.Sphere(radius=6.0), np.array([3.0, -4.0, 2.0])
     one = render.fitted(render.View(elevation, turn), frame.points)
-    ball = render.Part(pv.Sphere(radius=0.4, center=place), "#ff0000", lit=False)
+    ball = render.PaintedSurface(pv.Sphere(radius=0.4, center=place), "#ff0000", lit=False)
     image = render.render([ball], one).astype(int)
     rows, columns = np.nonzero((image[:, :, 0] > 200) & (image[:, :, 1] < 60))
     left, right, bottom, top = one.extent

@@ -147,7 +147,7 @@ def test_limits_and_labels_of_curves():
     assert axes.get_xlim() == (0, 1.0) and axes.get_ylim()[0] == 0 and axes.get_xlabel() == "force (N)"
     (axes,) = plots.sd_against_modulus(MODULI, [0.1], SD[:1]).axes
     assert axes.get_xlim() == (0.05, 5.0) and axes.get_xscale() == "log" and axes.get_ylim()[0] == 0
-    assert [line.get_linewidth() for line in axes.lines] == [style.THICK]
+    assert [line.get_linewidth() for line in axes.lines] == [style.THICK_PT]
 
 
 def test_residuals_have_a_band_of_two_sigmas():
@@ -181,7 +181,7 @@ def test_recovered_moduli_in_per_cent_with_room_around():
     axes, bar = figure.axes
     (dots,) = axes.collections
     assert dots.get_offsets().tolist() == [[0.2, 0.05], [0.8, 0.5]] and dots.get_clim() == (-3.0, 3.0)
-    assert axes.get_xlim() == pytest.approx((0.2 / plots.MARGIN, 0.8 * plots.MARGIN))
+    assert axes.get_xlim() == pytest.approx((0.2 / plots.AXES_MARGIN, 0.8 * plots.AXES_MARGIN))
     assert axes.get_legend() is None and bar.get_ylabel() == "error of the recovered E (%)"
     assert plots.recovery_map(force, MODULI[:2], np.full(2, np.nan)).axes[0].get_legend() is not None
 
@@ -193,7 +193,7 @@ def test_gauges_are_drawn_in_order_and_their_mirror_images_dashed():
     zero, *curves = axes.lines
     assert list(zero.get_ydata()) == [0, 0]
     assert [curve.get_linestyle() for curve in curves] == ["-", "-", "-", "--", "--"]
-    assert [curve.get_color() for curve in curves] == list(style.ACCENTS[:5])
+    assert [curve.get_color() for curve in curves] == list(style.ACCENT_COLORS[:5])
     assert [curve.get_ydata()[-1] for curve in curves] == pytest.approx([-1.0, 2.0, 5.0, 2.0001, -1.5])
     labels = {text.get_text(): text for text in axes.texts}
     assert set(labels) == {"g1", "g2, g4", "g3", "g5"} and axes.get_title(loc="left") == "title"
@@ -203,7 +203,7 @@ def test_gauges_are_drawn_in_order_and_their_mirror_images_dashed():
         place = labels[name].xyann[1]
         assert place == pytest.approx((value - low) / (high - low), abs=1e-9) or name == "g1"
     assert labels["g1"].xyann[1] - labels["g5"].xyann[1] >= plots.NAME_GAP - 1e-12
-    assert labels["g3"].get_color() == style.ACCENTS[2]
+    assert labels["g3"].get_color() == style.ACCENT_COLORS[2]
 
 
 def test_a_curve_without_its_last_values_is_named_at_its_last_one():

@@ -23,8 +23,8 @@ from papilla.core.errors import MissingExtraError, SolverError
 from papilla.core.units import to_microstrain
 from papilla.fem import FingerModel
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood
-from papilla.fem.reduction.finger_model import STEEPEST
+from papilla.fem.discrete.elements import SYMMETRIC_PARITY, TaylorHood
+from papilla.fem.reduction.finger_model import SMALLEST_SKIN_COSINE
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.layered import LayeredMesh
@@ -74,7 +74,7 @@ class PeerScene:
     @cached_property
     def held(self) -> np.ndarray:
         """Mask (n, 3) of the displacements that the clamped base and the mirror planes hold at zero."""
-        free = self.space.free(SYMMETRIC, self.model.mesh.mirrors)
+        free = self.space.free(SYMMETRIC_PARITY, self.model.mesh.mirrors)
         return ~free[: 3 * self.space.nodes].reshape(-1, 3)
 
     @cached_property
@@ -89,7 +89,7 @@ class PeerScene:
         local = self.frame.local(self.mesh.points)
         near = np.hypot(local[:, 0], local[:, 1]) < self.model.finger.patch_radius
         skin = self.model.surfaces["skin"]
-        facing = skin.normal(self.mesh.points[triangles].mean(axis=1)) @ self.frame.axes[2] > STEEPEST
+        facing = skin.normal(self.mesh.points[triangles].mean(axis=1)) @ self.frame.axes[2] > SMALLEST_SKIN_COSINE
         return triangles[near[triangles].all(axis=1) & facing]
 
     @cached_property
@@ -115,7 +115,7 @@ class PeerScene:
         """Population standard deviation of the gauge readings (microstrain) of a displacement (n, 3) in mm."""
         functionals = gauge_functionals(self.model.finger, self.model.surfaces["interface"])
         weights = gauge_weights(self.model.finger)
-        quantities = (self.model.rows(functionals, SYMMETRIC) @ displacement.ravel()).reshape(weights.shape)
+        quantities = (self.model.rows(functionals, SYMMETRIC_PARITY) @ displacement.ravel()).reshape(weights.shape)
         return float(to_microstrain((weights * quantities).sum(axis=0)).std())
 
 

@@ -18,20 +18,20 @@ from papilla.fem.finite.strain_tables import finite_presses
 from papilla.logs import PressLog
 from papilla.mesh import build
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Friction, HalfSpace, friction_coefficient, friction_words
+from papilla.model.specimen import STICK_WORD, Friction, HalfSpace, friction_coefficient, friction_words
 
-FORCES_N = (0.25, 1.0)
-MODULI_MPA = (0.07, 0.6)
+CHECKED_FORCES_N = (0.25, 1.0)
+CHECKED_MODULI_MPA = (0.07, 0.6)
 UNSEEN_VARIANT = 4
 """Number of the mesh of these presses."""
 
-TOLERANCE = 0.02
+STATED_MODULUS_TOLERANCE = 0.02
 """Share of the modulus by which the stated one may lie outside the 95 % interval."""
 
 PUBLISHED_POINTS = ((0.20, gf_to_newton(0.70)), (0.80, gf_to_newton(38.37)), (1.0, 0.6))
 """Depth (mm) and force (N) of presses on gratings (2006; 1 mm of 2011), from where the touch was detected."""
 
-RIGID = HalfSpace(1e4)
+RIGID_SPECIMEN = HalfSpace(1e4)
 """Specimen that stands for the gratings, because the papers state neither their material nor the contact."""
 
 
@@ -112,7 +112,9 @@ class Truth(Recovery):
 
     def to_json(self) -> dict:
         """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
-        parts = {f"{friction:g}" if friction != STICK else STICK: self.by(friction) for friction in self.frictions}
+        parts = {
+            f"{friction:g}" if friction != STICK_WORD else STICK_WORD: self.by(friction) for friction in self.frictions
+        }
         return {
             "presses": len(self.force_N),
             "inside_interval": float(self.inside.mean()),
@@ -131,9 +133,9 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) ->
 
     def make() -> dict[str, np.ndarray]:
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, say))
-        words = "stuck" if friction == STICK else f"friction {friction:g}"
+        words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
         steps = counted(say, f"against physics, {words}: press")
-        found = list(finite_presses(finger, mesh, FORCES_N, MODULI_MPA, friction, steps))
+        found = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, steps))
         laws = [said for one in found for said in one.status.split("; ") if "law" in said]
         rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
@@ -214,7 +216,7 @@ def check(
     calibration: Calibration,
     presses: PressLog,
     *,
-    tolerance: float = TOLERANCE,
+    tolerance: float = STATED_MODULUS_TOLERANCE,
     gauge_sigma: float = 0.0,
     force_error: float = 0.0,
 ) -> Check:
@@ -274,6 +276,10 @@ class Depth:
 def published_depths(finger: Finger, reduced: ReducedFinger) -> list[Depth]:
     """The published depths and those of a finger on a rigid flat, which stands for the gratings of the papers."""
     return [
-        Depth(depth, force, cached_press(press, reduced, RIGID, force=force).indentation + finger.bench.touch_down)
+        Depth(
+            depth,
+            force,
+            cached_press(press, reduced, RIGID_SPECIMEN, force=force).indentation + finger.bench.touch_down,
+        )
         for depth, force in PUBLISHED_POINTS
     ]

@@ -11,7 +11,7 @@ from papilla.calibration.fitting.fit import fit_compact
 from papilla.calibration.readouts import Compact
 from papilla.core.outside import shipped
 
-REALS = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}
+C_REAL_TYPES = {"double": ("", ".17g", "DBL_MAX"), "float": ("f", ".9g", "FLT_MAX")}
 """Type of the numbers in C: ending of constants and of the functions of math.h, digits that C reads back bit for bit,
 and the largest number."""
 
@@ -25,7 +25,7 @@ def c_header(calibration: Calibration, real: Literal["double", "float"] = "doubl
     from papilla import __version__
 
     form: Compact = calibration.compact or fit_compact(calibration)
-    ending, digits, largest = REALS[real]
+    ending, digits, largest = C_REAL_TYPES[real]
 
     def exact(*values: float) -> str:
         texts = (format(float(value), digits) for value in values)

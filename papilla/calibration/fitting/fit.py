@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from papilla import __version__
-from papilla.calibration import Calibration, GaugeSurface, SdSurface, Surface, Uncertainty
+from papilla.calibration import BicubicSurface, Calibration, GaugeSurface, SdSurface, Uncertainty
 from papilla.calibration.fitting.surface_fit import (
     Fitted,
     Resolution,
@@ -26,7 +26,7 @@ from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
 from papilla.core.units import gf_to_newton
-from papilla.fem.pressing.large_strain import BEYOND, CONTINUED_GAUGE, CONTINUED_SD
+from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
 
 FRICTION_CELLS = (Resolution(8),) * 2
 """Number of cells over force and modulus for the change by friction, which is smooth."""
@@ -37,7 +37,7 @@ COMPACT_GRID = 24
 """Number of presses along each axis to which the compact form is fitted."""
 COMPACT_START = (0.5, -0.05, -3.0, 0.2)
 """Start values of its coefficients but the first, which starts at the mean of ln S_d."""
-STEEP = 1e-3
+SMALLEST_WEIGHT_SLOPE = 1e-3
 """Smallest slope d ln S_d / d ln E in the weights: a press with a smaller slope says little about the modulus, and its
 weight does not grow further."""
 LEAST_SPAN = 1.5
@@ -90,7 +90,7 @@ def fit(
     missing = ~valid
     table = (np.unique(axis) for axis in (sweep.force_N, sweep.modulus_MPa))
     usable, twofold = usable_part(surface, sweep.force_N[missing], sweep.modulus_MPa[missing], *table)
-    doubts = Doubts(sweep, scatter, frictionless, friction_known, strain)
+    doubts = ComparedSweeps(sweep, scatter, frictionless, friction_known, strain)
     made = Calibration(
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
         mesh={
@@ -117,7 +117,7 @@ def fit(
 
 
 @dataclass(frozen=True, eq=False)
-class Doubts:
+class ComparedSweeps:
     """Other sweeps that a sweep is compared with: on other meshes, and without friction; see `fit`."""
 
     sweep: Sweep
@@ -133,7 +133,7 @@ class Doubts:
         to `unit` and covers presses beyond the measured range."""
         others = [(s.force_N, s.modulus_MPa, value(s)) for s in self.scatter]
         # Share of the presses beyond the measured range of large strain
-        beyond = np.mean([BEYOND in status for status in np.array(self.sweep.status)[self.sweep.valid]])
+        beyond = np.mean([BEYOND_STRAIN_TABLES in status for status in np.array(self.sweep.status)[self.sweep.valid]])
         continued = (CONTINUED_GAUGE if one_site else CONTINUED_SD) * math.sqrt(beyond)
         strain = math.hypot(self.strain, continued) * unit
         if self.frictionless is None:
@@ -147,7 +147,7 @@ class Doubts:
         return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, friction=left_open)
 
 
-def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: Doubts) -> tuple[GaugeSurface, ...]:
+def gauge_surfaces(sweep: Sweep, solver: SurfaceFit, doubts: ComparedSweeps) -> tuple[GaugeSurface, ...]:
     """A surface of reading / force (microstrain / N) for each gauge: it may cross zero, so it has no logarithm."""
     valid, surfaces = sweep.valid, []
     for number, name in enumerate(sweep.gauge_names):
@@ -176,14 +176,14 @@ def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) ->
         raise InputError(f"S_d is 0 at {where}: a calibration needs at least two gauges whose readings differ")
 
 
-def _doubts(sweep: Sweep, surface: Surface, usable: np.ndarray, lacks: list[str]) -> list[str]:
+def _doubts(sweep: Sweep, surface: BicubicSurface, usable: np.ndarray, lacks: list[str]) -> list[str]:
     """The doubts about a surface, as sentences."""
     notes = []
     missing, coarse = int((~sweep.valid).sum()), int((sweep.valid & ~sweep.resolved).sum())
     if missing:
         notes.append(f"{missing} of {len(sweep)} presses left what the model covers and have no readings")
-    if beyond := sum(BEYOND in status for status in sweep.status):
-        notes.append(f"{beyond} of {len(sweep)} presses are {BEYOND}: S_d may be off by 2 % there")
+    if beyond := sum(BEYOND_STRAIN_TABLES in status for status in sweep.status):
+        notes.append(f"{beyond} of {len(sweep)} presses are {BEYOND_STRAIN_TABLES}: S_d may be off by 2 % there")
     if coarse:
         notes.append(f"{coarse} of {len(sweep)} presses are too light for the mesh: S_d may be off by over 3 % there")
     n = surface.cells[1]
@@ -211,7 +211,7 @@ def fit_compact(calibration: Calibration) -> Compact:
     x, y, known = (part[np.isfinite(known)] for part in (x, y, known))
 
     first = least_squares(lambda values: ln_sd(values, x, y) - known, (float(known.mean()), *COMPACT_START))
-    weights = 1 / np.maximum(_slope(first.x, x, y), STEEP)
+    weights = 1 / np.maximum(_slope(first.x, x, y), SMALLEST_WEIGHT_SLOPE)
     found = least_squares(lambda values: weights * (ln_sd(values, x, y) - known), first.x)
     if not found.success or not np.isfinite(found.x).all():
         raise InputError(f"the compact form was not fitted: {found.message}")

@@ -38,14 +38,16 @@ from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.mesh import DEFAULT_SIZE_MM
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Friction, friction_coefficient
+from papilla.model.specimen import STICK_WORD, Friction, friction_coefficient
 
 SCATTER_VARIANTS = (1, 2, 3)
 """Numbers of the independent meshes whose sweeps measure the scatter of S_d between meshes."""
-SCATTER_STEP, SHORT_STEP, SHORT = 6, 2, 24
-"""On each other mesh every `SCATTER_STEP`-th force and modulus of a sweep is pressed; of up to `SHORT` values every
-`SHORT_STEP`-th."""
-QUICK = "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
+SCATTER_STEP, SHORT_STEP, SHORT_AXIS_VALUES = 6, 2, 24
+"""On each other mesh every `SCATTER_STEP`-th force and modulus of a sweep is pressed; of up to `SHORT_AXIS_VALUES`
+values every `SHORT_STEP`-th."""
+QUICK_NOTE = (
+    "quick: one other mesh instead of three, not compared with presses at finite strain, contacts at the apex alone"
+)
 """Note of a quick calibration."""
 QUICK_FORCES, QUICK_MODULI = 15, 12
 """Numbers of forces and moduli of a quick calibration: S_d between them is off by up to 1 %, which its intervals
@@ -55,7 +57,7 @@ CHECKED_PER_AXIS = 10
 """Number of forces and of moduli, inside the range in which a modulus should be recovered, at which it is checked."""
 
 
-class Measured(Protocol):
+class MeasuredPresses(Protocol):
     """What is known of the measured presses that a finger was identified from, for the page and the design file."""
 
     @property
@@ -97,7 +99,7 @@ class Calibrated:
     reduced: fem.ReducedFinger | None = None
     truth: Truth | None = None
     depths: Sequence[Depth] = ()
-    bench: Measured | None = None
+    bench: MeasuredPresses | None = None
 
 
 def calibrate_finger(
@@ -137,7 +139,7 @@ def calibrate_finger(
     friction = finger.bench.friction if friction is None else friction
     size = size_mm or DEFAULT_SIZE_MM
     block, known = finger.bench.specimen, friction is not None
-    pressed: tuple[Friction, ...] = (STICK, 0.0) if friction is None else (friction,)
+    pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
     against: tuple[Friction, ...] = () if quick else pressed
     cold = not all(truth_is_known(finger, size, one) for one in against)
     with workers(processes if cold else 1, progress) as start:
@@ -147,10 +149,10 @@ def calibrate_finger(
         reduced = fem.prepare(finger, size_mm=size, progress=mesh_number(0, progress))
         doubt = tables()
         # Their sweeps need the tables of large strain
-        thin = [one[:: SHORT_STEP if len(one) <= SHORT else SCATTER_STEP] for one in (forces, moduli)]
+        thin = [one[:: SHORT_STEP if len(one) <= SHORT_AXIS_VALUES else SCATTER_STEP] for one in (forces, moduli)]
         scatter = [start(_scatter, finger, size, one, *thin) for one in SCATTER_VARIANTS[: 1 if quick else None]]
         if friction is None:
-            friction = 0.0 if doubt else STICK
+            friction = 0.0 if doubt else STICK_WORD
         error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
         progress("sweeping over force and modulus")
         presses = cached_sweep(reduced, moduli, forces, block, friction, steps)
@@ -171,7 +173,7 @@ def calibrate_finger(
         progress("against physics: presses at finite strain on another mesh")
         unseen, laws = zip(*(of_friction() for of_friction in truth), strict=True) if truth else ((), ())
     law = worst_law(laws)
-    notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK] if quick else []))
+    notes = (*calibration.notes, *([law] if "unstable" in law else []), *([QUICK_NOTE] if quick else []))
     calibration = replace(calibration, notes=notes, provenance=calibration.provenance | {"laws": law})
     judged = Truth.of(calibration, np.concatenate(unseen)) if any(map(len, unseen)) else None
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))

@@ -19,7 +19,7 @@ from papilla.calibration.fitting.sweep import (
     CHECKED_FORCE_N,
     CHECKED_MODULUS_MPA,
     DEFAULT_MODULI,
-    SCENE,
+    SHOWN_PRESS,
     Sweep,
     cached_press,
 )
@@ -27,7 +27,7 @@ from papilla.calibration.published import (
     PUBLISHED_FORWARD,
     PUBLISHED_INVERSE,
     SPECIMENS_MPA,
-    Comparison,
+    PublishedAgreement,
     covered_comparison,
     exact_inverse,
     rounding_error,
@@ -35,24 +35,24 @@ from papilla.calibration.published import (
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
-from papilla.core.units import MICROSTRAIN, gf_to_newton, newton_to_gf
+from papilla.core.units import STRAIN_PER_MICROSTRAIN, gf_to_newton, newton_to_gf
 from papilla.core.workers import Say
 from papilla.logs.presses import USUAL_FORCE_ERROR
 from papilla.model.finger import DEFAULT_FINGER, Finger
 from papilla.view.page import both_widths, either, environment
-from papilla.view.style import SHEET
+from papilla.view.style import STYLE_SHEET
 
-FORCE_N = 0.5
+STATED_EFFECT_FORCE_N = 0.5
 """Force (N) at which this effect is stated, if it is inside the domain."""
 SLOPE_FORCE_N = gf_to_newton(50.0)
 SHOWN_MODULI = tuple(sorted((0.05, 0.2, *SPECIMENS_MPA)))
 """Moduli (MPa) of the curves of S_d, the published ones among them; its slope is stated for two harder ones, too."""
 SLOPE_MODULI = (*SHOWN_MODULI, 2.0, DEFAULT_MODULI[-1])
 MAP_POINTS = 48
-SHOWN_FORCE_N, SHOWN_MODULUS_MPA = SCENE
+PAGE_FORCE_N, PAGE_MODULUS_MPA = SHOWN_PRESS
 """The press in the picture of the strain field."""
-CURVE_POINTS = 80
-ALT = {
+CALIBRATION_CURVE_POINTS = 80
+DIAGRAM_ALT_TEXTS = {
     "sd_against_force": "S_d against force, a curve per modulus",
     "sd_against_modulus": "S_d against modulus, a curve per force",
     "gauge_readings": "gauge readings against force",
@@ -142,7 +142,7 @@ def write_report(
         inverses=(done.calibration.inverse, exact_inverse(), PUBLISHED_INVERSE),
         rounding=rounding_error(PUBLISHED_INVERSE),
         quadratic=quadratic_error(done.calibration),
-        facts=FACTS,
+        facts=PAGE_FACTS,
         **_of_the_model(done, finger, progress),
         **_plots(done, answers, comparison),
         bench=done.bench,
@@ -160,8 +160,8 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None)
     """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
     if done.reduced is None or finger is None:
         return {"strain_picture": None, "default_finger": False}
-    specimen = finger.bench.specimen(SHOWN_MODULUS_MPA)
-    scene = {"force": SHOWN_FORCE_N, "friction": done.presses.friction}
+    specimen = finger.bench.specimen(PAGE_MODULUS_MPA)
+    scene = {"force": PAGE_FORCE_N, "friction": done.presses.friction}
     press = cached_press(view.shown, done.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
@@ -170,19 +170,19 @@ def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None)
     }
 
 
-def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) -> dict[str, Markup]:
+def _plots(done: Calibrated, answers: AnswerMap, comparison: PublishedAgreement | None) -> dict[str, Markup]:
     """The page's diagrams, kept in the cache: to draw them takes longer than the rest of a second calibration."""
     calibration, recovery, plots = done.calibration, done.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
-    modulus = np.geomspace(low, high, CURVE_POINTS)
-    force = np.geomspace(*calibration.domain["force_N"], CURVE_POINTS)
+    modulus = np.geomspace(low, high, CALIBRATION_CURVE_POINTS)
+    force = np.geomspace(*calibration.domain["force_N"], CALIBRATION_CURVE_POINTS)
     moduli = [low, *(value for value in SHOWN_MODULI if low < value < high), high]
     forces = np.linspace(*calibration.domain["force_N"], 6)
     published = None
     if comparison is not None:
         scaled = comparison.published / comparison.scale
         published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
-    shown = SHOWN_MODULUS_MPA if low <= SHOWN_MODULUS_MPA <= high else (low * high) ** 0.5
+    shown = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
     names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, shown)
     by_force = calibration.predict(force[:, None], np.array(moduli))
     by_modulus = calibration.predict(forces[:, None], modulus)
@@ -199,8 +199,11 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: Comparison | None) 
         both = {name: both_widths(getattr(plots, name)(*values)) for name, values in inputs.items()}
         return {f"{name} {k}": np.frombuffer(one, np.uint8) for name, two in both.items() for k, one in enumerate(two)}
 
-    kept = cache.fetch("picture", cache.key(__name__, inputs, SHEET), draw)
-    return {name: either([kept[f"{name} {k}"].tobytes() for k in (0, 1)], alt, "svg+xml") for name, alt in ALT.items()}
+    kept = cache.fetch("picture", cache.key(__name__, inputs, STYLE_SHEET), draw)
+    return {
+        name: either([kept[f"{name} {k}"].tobytes() for k in (0, 1)], alt, "svg+xml")
+        for name, alt in DIAGRAM_ALT_TEXTS.items()
+    }
 
 
 def share_with_known_friction(calibration: Calibration) -> float | None:
@@ -214,7 +217,7 @@ def share_with_known_friction(calibration: Calibration) -> float | None:
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
     """A force (N); the published moduli; and the sigma_E / E that `USUAL_FORCE_ERROR` causes."""
-    force = float(np.clip(FORCE_N, *calibration.domain["force_N"]))
+    force = float(np.clip(STATED_EFFECT_FORCE_N, *calibration.domain["force_N"]))
     rows = []
     for modulus in SPECIMENS_MPA:
         sd = float(calibration.predict(force, modulus))
@@ -245,7 +248,7 @@ def large_strain(sweep: Sweep) -> bool:
 
 def largest_reading(sweep: Sweep) -> float:
     """Largest |reading| of a sweep, as a strain."""
-    return MICROSTRAIN * float(np.nanmax(np.abs(sweep.reading)))
+    return STRAIN_PER_MICROSTRAIN * float(np.nanmax(np.abs(sweep.reading)))
 
 
 def provenance(calibration: Calibration) -> list[tuple[str, object]]:
@@ -277,5 +280,5 @@ def quadratic_error(calibration: Calibration) -> dict[str, float]:
 
 
 _IN_TABLES = (slopes, force_cost, large_strain, largest_reading, provenance)
-FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": USUAL_FORCE_ERROR}
+PAGE_FACTS = {figure.__name__: figure for figure in _IN_TABLES} | {"FORCE_ERROR": USUAL_FORCE_ERROR}
 """What the page's tables and sentences compute, by the names in the template."""

@@ -14,7 +14,7 @@ from scipy.linalg import null_space
 
 from papilla.calibration import Calibration, PositionTerms
 from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
-from papilla.calibration.surface import DEGREE, ORDER, POWERS, power_vector
+from papilla.calibration.surface import SPLINE_DEGREE, SPLINE_ORDER, SPLINE_POWERS, power_vector
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.fem import ReducedFinger
@@ -25,17 +25,17 @@ from papilla.mesh import build
 from papilla.model.finger import Finger
 from papilla.model.specimen import Friction
 
-FORCES, MODULI = 10, 12
+POSITION_FORCES, POSITION_MODULI = 10, 12
 """Number of presses along each axis of the domain, its ends included."""
 ALONG_FORCE, ALONG_MODULUS = Resolution(4), Resolution(6)
-REACH = 1 / 6
+POSITION_REACH_WIDTHS = 1 / 6
 """Largest calibrated |x| in half widths of the finger: 4 mm of 24."""
-CELLS = 8
+POSITION_CELLS = 8
 PLACES_PER_CELL = 2
-ERROR = 0.04
+READING_CHANGE_ERROR = 0.04
 """Relative error (one sigma) of a reading's change: presses at finite strain beside the apex differ by this much from
 linear presses that were moved, and linear presses solved there by half of it (docs/adr/0009)."""
-OPEN = 0.06
+UNKNOWN_FRICTION_ERROR = 0.06
 """The same if friction is not known: half of the difference between the changes of stuck and frictionless presses."""
 
 LEAST_GAUGES = 3
@@ -54,7 +54,11 @@ def with_positions(
     if len(finger.gauges) < LEAST_GAUGES:
         return calibration
     domain = calibration.domain
-    error = ERROR if calibration.surface.uncertainty.friction is None else math.hypot(ERROR, OPEN)
+    error = (
+        READING_CHANGE_ERROR
+        if calibration.surface.uncertainty.friction is None
+        else math.hypot(READING_CHANGE_ERROR, UNKNOWN_FRICTION_ERROR)
+    )
 
     def make() -> dict[str, np.ndarray]:
         return move_presses(model_of(finger, build(finger, reduced.mesh_size_mm)), reduced, domain, friction)
@@ -76,17 +80,20 @@ def move_presses(
     A press outside the range of the model is left out. Raises `InputError` if a contact beside the apex would leave the
     skin.
     """
-    forces, moduli = np.geomspace(*domain["force_N"], FORCES), np.geomspace(*domain["modulus_MPa"], MODULI)
+    forces, moduli = (
+        np.geomspace(*domain["force_N"], POSITION_FORCES),
+        np.geomspace(*domain["modulus_MPa"], POSITION_MODULI),
+    )
     presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
     found = [one for _, one in presses if not isinstance(one, Exception)]
     force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
-    half = CELLS * PLACES_PER_CELL // 2
-    places = REACH * float(np.ptp(model.mesh.points[:, 0])) / 2 / half * np.arange(-half, half + 1)
+    half = POSITION_CELLS * PLACES_PER_CELL // 2
+    places = POSITION_REACH_WIDTHS * float(np.ptp(model.mesh.points[:, 0])) / 2 / half * np.arange(-half, half + 1)
     readings = transported_readings(model, reduced.patch, np.array([one.traction for one in found]), places.tolist())
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
 
-def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> PositionTerms:
+def fit_positions(moved: dict[str, np.ndarray], error: float = READING_CHANGE_ERROR) -> PositionTerms:
     """`PositionTerms` fitted to the result of `move_presses`, with a relative error of each change. Raises `InputError`
     for too few presses."""
     force, places = moved["force_N"], moved["place_mm"]
@@ -99,7 +106,7 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> Positio
     across = across.reshape(-1, *change.shape[1:])
     coefficients = np.array([[surfaces.surface(row).surface.coefficients for row in part.T] for part in across])
     domain = surfaces.force_N, surfaces.modulus_MPa, float(places[-1])
-    terms = PositionTerms(*domain, np.moveaxis(coefficients, 0, -1), np.zeros((change.shape[2], CELLS + 1)))
+    terms = PositionTerms(*domain, np.moveaxis(coefficients, 0, -1), np.zeros((change.shape[2], POSITION_CELLS + 1)))
     # What the splines miss and the known error of moved presses, per place; a cell's end is every second place.
     missed = change - terms.change(force, moved["modulus_MPa"], places[:, None])
     square = (missed**2 + (error * change) ** 2).mean(axis=1)[::PLACES_PER_CELL]
@@ -107,9 +114,9 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = ERROR) -> Positio
 
 
 def _basis(places: np.ndarray) -> np.ndarray:
-    """(p, CELLS + 3) weights of the B-spline coefficients at each place."""
-    at = (places - places[0]) / (places[-1] - places[0]) * CELLS
-    cell = np.minimum(at.astype(int), CELLS - 1)
-    basis = np.zeros((len(places), CELLS + DEGREE))
-    np.put_along_axis(basis, cell[:, None] + np.arange(ORDER), power_vector(at - cell) @ POWERS.T, axis=1)
+    """(p, POSITION_CELLS + 3) weights of the B-spline coefficients at each place."""
+    at = (places - places[0]) / (places[-1] - places[0]) * POSITION_CELLS
+    cell = np.minimum(at.astype(int), POSITION_CELLS - 1)
+    basis = np.zeros((len(places), POSITION_CELLS + SPLINE_DEGREE))
+    np.put_along_axis(basis, cell[:, None] + np.arange(SPLINE_ORDER), power_vector(at - cell) @ SPLINE_POWERS.T, axis=1)
     return basis

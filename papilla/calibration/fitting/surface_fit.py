@@ -22,12 +22,12 @@ from scipy.sparse import csr_array, eye_array, kron
 from scipy.sparse.linalg import splu
 from scipy.special import stdtrit
 
-from papilla.calibration import LEVEL, NORMAL_FACTOR, Uncertainty
-from papilla.calibration.surface import DEGREE, ORDER, Axis, Surface
+from papilla.calibration import INTERVAL_PROBABILITY, NORMAL_FACTOR, Uncertainty
+from papilla.calibration.surface import SPLINE_DEGREE, SPLINE_ORDER, Axis, BicubicSurface
 from papilla.core import checks
 from papilla.core.errors import InputError
 
-ROUGHNESS = 1e-3
+ROUGHNESS_WEIGHT = 1e-3
 """Weight of a squared fourth difference, relative to the mean weight of a coefficient: it only determines the edges."""
 FEW_VALUES = 10
 """Number of distinct values along an axis below which one polynomial replaces the cells."""
@@ -35,7 +35,7 @@ CELLS_PER_VALUE = 0.9
 POLYNOMIAL_CELLS = 16
 """Number of cells for a polynomial, each of which is checked separately for rising S_d."""
 SCATTER_BINS = 8
-PROBES = 32
+PROBES_PER_AXIS = 32
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,15 @@ class Resolution:
     def transform(self) -> np.ndarray:
         """(cells + 3, p): B-spline coefficients of the p free parameters (powers on [-1, 1], for a polynomial)."""
         if self.degree is None:
-            return np.eye(self.cells + DEGREE)
+            return np.eye(self.cells + SPLINE_DEGREE)
         # Blossoms of the powers at the inner knots of each B-spline (Ramshaw 1989, doi:10.1016/0167-8396(89)90032-0).
-        u, v, w = (2 * (np.arange(self.cells + DEGREE) - shift) / self.cells - 1 for shift in reversed(range(DEGREE)))
-        blossoms = np.column_stack([np.ones_like(u), (u + v + w) / DEGREE, (u * v + u * w + v * w) / DEGREE, u * v * w])
+        u, v, w = (
+            2 * (np.arange(self.cells + SPLINE_DEGREE) - shift) / self.cells - 1
+            for shift in reversed(range(SPLINE_DEGREE))
+        )
+        blossoms = np.column_stack(
+            [np.ones_like(u), (u + v + w) / SPLINE_DEGREE, (u * v + u * w + v * w) / SPLINE_DEGREE, u * v * w]
+        )
         return blossoms[:, : self.degree + 1]
 
     @property
@@ -60,8 +65,8 @@ class Resolution:
         """(p, p) squared fourth differences of the parameters, which vanish for a cubic; none for a polynomial."""
         if self.degree is not None:
             return np.zeros((self.degree + 1, self.degree + 1))
-        differences = np.diff(np.eye(self.cells + DEGREE), ORDER, axis=0)
-        return ROUGHNESS * differences.T @ differences
+        differences = np.diff(np.eye(self.cells + SPLINE_DEGREE), SPLINE_ORDER, axis=0)
+        return ROUGHNESS_WEIGHT * differences.T @ differences
 
     def basis(self, axis: Axis, values: np.ndarray) -> np.ndarray:
         """(n, p) weights of the parameters at n values."""
@@ -75,7 +80,7 @@ def table_resolution(values: np.ndarray) -> Resolution:
     """The finest axis that a computed, noise-free table supports: cells, or a polynomial if there are few values."""
     count = len(np.unique(values))
     if count < FEW_VALUES:
-        return Resolution(POLYNOMIAL_CELLS, min(count - 1, DEGREE))
+        return Resolution(POLYNOMIAL_CELLS, min(count - 1, SPLINE_DEGREE))
     return Resolution(round(CELLS_PER_VALUE * count))
 
 
@@ -84,7 +89,7 @@ class Fitted:
     """A fitted surface, the rms error for a new press, the 95 % half width in units of that rms, and the residuals
     (n,)."""
 
-    surface: Surface
+    surface: BicubicSurface
     rms: float
     factor: float
     residual: np.ndarray
@@ -141,8 +146,8 @@ class SurfaceFit:
         """Effective parameters, trace of (G + P)^-1 G, by probes (Hutchinson 1990, doi:10.1080/03610919008812866)."""
         if all(resolution.degree is not None for resolution in self.along):
             return float(size)
-        probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES))
-        return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES)
+        probes = np.random.default_rng(0).choice([-1.0, 1.0], size=(size, PROBES_PER_AXIS))
+        return float((probes * self._solver.solve(gram @ probes)).sum() / PROBES_PER_AXIS)
 
     def surface(self, values: np.ndarray) -> Fitted:
         """The surface fitted to (n,) values, and its errors.
@@ -159,12 +164,12 @@ class SurfaceFit:
         if self.freedom >= 0.5:
             # n - p = freedom, so 1 + p / n = 2 - freedom / n.
             rms = float(np.sqrt(residual @ residual / self.freedom * (2 - self.freedom / len(values))))
-            factor = float(stdtrit(self.freedom, 0.5 + LEVEL / 2))
-        return Fitted(Surface(self.force_N, self.modulus_MPa, table), rms, factor, residual)
+            factor = float(stdtrit(self.freedom, 0.5 + INTERVAL_PROBABILITY / 2))
+        return Fitted(BicubicSurface(self.force_N, self.modulus_MPa, table), rms, factor, residual)
 
 
 def usable_part(
-    surface: Surface,
+    surface: BicubicSurface,
     missing_force: ArrayLike = (),
     missing_modulus: ArrayLike = (),
     forces: ArrayLike = (),
@@ -223,7 +228,7 @@ def uncertainty(
     squares = np.bincount(number, weights=difference[known] ** 2, minlength=SCATTER_BINS)
     filled = counts > 0
     middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
-    factor = float(stdtrit(len(others) * (1 if one_site else filled.sum()), 0.5 + LEVEL / 2))
+    factor = float(stdtrit(len(others) * (1 if one_site else filled.sum()), 0.5 + INTERVAL_PROBABILITY / 2))
     return Uncertainty(*residuals, middles[filled], np.sqrt(squares[filled] / counts[filled]), factor, len(others))
 
 
@@ -232,16 +237,16 @@ def _bernstein(degree: int) -> np.ndarray:
     return np.array([[comb(k, a) / comb(degree, a) for k in range(degree + 1)] for a in range(degree + 1)])
 
 
-def _value_bounds(surface: Surface) -> np.ndarray:
+def _value_bounds(surface: BicubicSurface) -> np.ndarray:
     """(m, n, 4, 4) Bernstein coefficients of each cell: its values lie between their least and their greatest."""
-    cubic = _bernstein(DEGREE)
+    cubic = _bernstein(SPLINE_DEGREE)
     return np.einsum("ak,ijab,bl->ijkl", cubic, surface.polynomials, cubic)
 
 
-def _slope_bounds(surface: Surface) -> np.ndarray:
+def _slope_bounds(surface: BicubicSurface) -> np.ndarray:
     """(m, n, 4, 3) Bernstein coefficients of d/du in each cell: above 0 all, the surface rises with the modulus."""
-    slope = surface.polynomials[..., 1:] * np.arange(1.0, ORDER)
-    return np.einsum("ak,ijab,bl->ijkl", _bernstein(DEGREE), slope, _bernstein(DEGREE - 1))
+    slope = surface.polynomials[..., 1:] * np.arange(1.0, SPLINE_ORDER)
+    return np.einsum("ak,ijab,bl->ijkl", _bernstein(SPLINE_DEGREE), slope, _bernstein(SPLINE_DEGREE - 1))
 
 
 def _around(axis: Axis, values: ArrayLike, value: float) -> slice:
@@ -251,7 +256,7 @@ def _around(axis: Axis, values: ArrayLike, value: float) -> slice:
     place = int(np.searchsorted(known, value))
     ends = known[[max(place - 1, 0), min(place + 1, len(known) - 1)]]
     first, last = ((np.log(end) - axis.start) / axis.step for end in ends)
-    begin, end = int(np.floor(first + checks.ROUNDING)), int(np.ceil(last - checks.ROUNDING))
+    begin, end = int(np.floor(first + checks.ROUNDING_SHARE)), int(np.ceil(last - checks.ROUNDING_SHARE))
     return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 
 

@@ -21,7 +21,7 @@ from papilla.fem import Press, ReducedFinger
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import is_known, known, large_strain_error
 from papilla.fem.reduction.reduced import needs_reduced
-from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient, physics_words
+from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient, physics_words
 
 DEFAULT_MODULI = tuple(sorted((*np.geomspace(0.02, 5.0, 40).tolist(), *SPECIMENS_MPA)))
 """Moduli in MPa, the published ones among them. There are 43, because a contact grows node by node and a coarser table
@@ -30,16 +30,16 @@ DEFAULT_FORCES = tuple(np.geomspace(0.05, 1.0, 60).tolist())
 """Forces in N."""
 CHECKED_FORCE_N, CHECKED_MODULUS_MPA = (gf_to_newton(20.0), gf_to_newton(100.0)), (0.05, SPECIMENS_MPA[-1])
 """Forces and moduli over which a modulus should be recovered well: those of the papers."""
-SCENE = (0.588, SPECIMENS_MPA[1])
+SHOWN_PRESS = (0.588, SPECIMENS_MPA[1])
 """Force (N) and modulus (MPa) of the press that is shown or compared: 60 gf on the middle one of the published
 specimens."""
-NUMBERS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
+NUMBER_COLUMNS = ("force_N", "modulus_MPa", "sd_microstrain", "indentation_mm", "contact_area_mm2", "peak_pressure_MPa")
 
 
 NOT_INCLUDED = 0.018
 """Relative standard deviation of S_d if large strain is not included: it changes S_d by up to twice as much."""
 
-ORIGIN = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
+ORIGIN_COLUMNS = ("finger_name", "finger_sha256", "mesh_sha256", "mesh_size_mm")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -105,7 +105,9 @@ class Sweep:
     def columns(self) -> dict[str, Sequence | np.ndarray]:
         """Name -> column (n,), in the order of sweep.csv."""
         gauges = {f"g{number}": column for number, column in enumerate(self.reading.T, start=1)}
-        first, rest = ({name: getattr(self, name) for name in names} for names in (NUMBERS[:2], NUMBERS[2:]))
+        first, rest = (
+            {name: getattr(self, name) for name in names} for names in (NUMBER_COLUMNS[:2], NUMBER_COLUMNS[2:])
+        )
         return first | gauges | rest | {"resolved": self.resolved.astype(int), "status": self.status}
 
     def to_frame(self) -> Any:
@@ -130,7 +132,7 @@ class Sweep:
 
     def to_arrays(self) -> dict[str, np.ndarray]:
         """Everything as named arrays, as the cache keeps them."""
-        arrays = {name: getattr(self, name) for name in (*NUMBERS, "reading", "resolved")}
+        arrays = {name: getattr(self, name) for name in (*NUMBER_COLUMNS, "reading", "resolved")}
         others = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in arrays}
         return arrays | {"others": np.array(json.dumps(others))}
 
@@ -140,7 +142,7 @@ class Sweep:
         try:
             others: dict[str, Any] = json_value(str(arrays["others"]), "others", finite=False)
             others["status"], others["gauge_names"] = tuple(others["status"]), tuple(others["gauge_names"])
-            columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBERS, "reading", "resolved")}
+            columns: dict[str, Any] = {name: arrays[name] for name in (*NUMBER_COLUMNS, "reading", "resolved")}
             table = cls(**columns, **others)
         except (KeyError, TypeError) as error:
             raise FileFormatError(f"a sweep is not complete: {error}") from error
@@ -187,7 +189,7 @@ def sweep(
     friction = reduced.bench.friction if friction is None else friction
     friction_told = friction is not None
     if friction is None:
-        friction = STICK if large_strain and is_known(reduced, math.inf) else 0.0
+        friction = STICK_WORD if large_strain and is_known(reduced, math.inf) else 0.0
     rubbing, first = friction_coefficient(friction), specimens[0]
     large_strain = large_strain and is_known(reduced, rubbing) and first.curvature == (0.0, 0.0)
     rows: list[tuple] = []
@@ -201,14 +203,14 @@ def sweep(
             found = corrected(reduced, touched, found) if large_strain else found
         except ContactRangeError as error:
             blank = [float("nan")] * len(reduced.gauge_names)
-            rows.append((force, modulus, blank, *[float("nan")] * len(NUMBERS[2:]), False, str(error)))
+            rows.append((force, modulus, blank, *[float("nan")] * len(NUMBER_COLUMNS[2:]), False, str(error)))
         else:
             measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
             rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
         if progress is not None:
             progress(len(rows), len(moduli) * len(forces))
     *columns, status = zip(*rows, strict=True)
-    names = (*NUMBERS[:2], "reading", *NUMBERS[2:], "resolved")
+    names = (*NUMBER_COLUMNS[:2], "reading", *NUMBER_COLUMNS[2:], "resolved")
     values: dict = dict(zip(names, map(np.array, columns), strict=True))
     return Sweep(
         **values,
@@ -218,7 +220,7 @@ def sweep(
         physics=physics_words(first, rubbing, large_strain),
         friction_told=friction_told,
         strain=large_strain_error(reduced, rubbing) if large_strain else NOT_INCLUDED,
-        **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN)},
+        **{name: getattr(reduced, name) for name in ("gauge_names", *ORIGIN_COLUMNS)},
     )
 
 

@@ -5,6 +5,6 @@
 """
 
 from papilla.cli.speed.measure import BenchRow
-from papilla.cli.speed.runner import FULL, SHORT, Bench, Plan, bench
+from papilla.cli.speed.runner import FULL_PLAN, SHORT_PLAN, Plan, SpeedBench, bench
 
-__all__ = ["FULL", "SHORT", "Bench", "BenchRow", "Plan", "bench"]
+__all__ = ["FULL_PLAN", "SHORT_PLAN", "SpeedBench", "BenchRow", "Plan", "bench"]

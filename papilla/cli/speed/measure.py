@@ -21,24 +21,24 @@ from papilla.core.errors import ContactRangeError, PapillaError
 from papilla.core.outside import read_text
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, TaylorHood
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC_PARITY, TaylorHood
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
 
-ANSWERED = "answered"
+STATUS_ANSWERED = "answered"
 """Status of a fidelity that answered all presses."""
 
-HIDDEN = ("seconds_scenes", "stages", "answers")
+HIDDEN_FIELDS = ("seconds_scenes", "stages", "answers")
 """Fields from which rows are made, and which their JSON does not contain."""
 
-MIB, SCENES = 2**20, 1000
+MIB_BYTES, SWEEP_SCENES = 2**20, 1000
 """Bytes of a MiB, and the scenes of a sweep."""
 
-REPEATS, ENOUGH_S = 3, 6.0
+MOST_REPEATS, ENOUGH_S = 3, 6.0
 """Largest number of repetitions of a set-up, and the time after which they end; the fastest counts, because it is
 disturbed least."""
 
-SPECIMEN = Block(0.51, THICKNESS_MM)
+SWEEP_SPECIMEN = Block(0.51, THICKNESS_MM)
 """The specimen of a sweep, of the middle published modulus (MPa, mm)."""
 
 FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
@@ -47,9 +47,9 @@ FORCES_GF = (10, 15, 20, 30, 50, 70, 100)
 FINITE_FORCES_GF = (10, 30, 100)
 """Forces at which fidelity finite is compared; one press takes seconds."""
 
-QUANTITIES = ("sd", "indentation", "contact_area")
+COMPARED_QUANTITIES = ("sd", "indentation", "contact_area")
 
-MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
+DRAWN_MODULI_MPA, DRAWN_GF = (0.05, 0.72), (5.0, 100.0)
 """Ranges of moduli (MPa), log-uniform, and forces (gf), uniform, from which presses are drawn."""
 
 
@@ -87,7 +87,7 @@ class BenchRow:
     seconds_scenes: float
     peak_memory_MiB: float
     answers: np.ndarray
-    status: str = ANSWERED
+    status: str = STATUS_ANSWERED
     error_sd: float = math.nan
     error_indentation: float = math.nan
     error_area: float = math.nan
@@ -109,7 +109,7 @@ class BenchRow:
 
     def to_json(self) -> dict:
         """The documented keys, as plain values."""
-        shown = {name: value for name, value in vars(self).items() if name not in HIDDEN}
+        shown = {name: value for name, value in vars(self).items() if name not in HIDDEN_FIELDS}
         return shown | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
 
     def against(self, other: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
@@ -143,25 +143,25 @@ def measure(
         seconds: list[float] = []
 
         def push(force: float):
-            found = press_finite(finger, mesh, SPECIMEN, force=force)
+            found = press_finite(finger, mesh, SWEEP_SPECIMEN, force=force)
             seconds.append(found.seconds)
             return found
 
         values, status = _answers(push, forces_gf)
-        median = float(np.median(seconds)) if status == ANSWERED else np.nan
-        dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC, mesh.mirrors).sum())
+        median = float(np.median(seconds)) if status == STATUS_ANSWERED else np.nan
+        dofs = int(TaylorHood(mesh.cell()).free(SYMMETRIC_PARITY, mesh.mirrors).sum())
         return [BenchRow("finite", DEFAULT_ELEMENT, size_mm, forces_gf, dofs, None, None, {},
-                         median, SCENES * median, peak_memory_MiB(), values, status)]  # fmt: skip
+                         median, SWEEP_SCENES * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(finger, mesh, element)
     found: dict[str, dict[str, Any]] = {}
     for fidelity in ("hertz", "contact"):
 
         def pressed(force: float, own: str = fidelity):
-            return press(reduced, SPECIMEN, force=force, fidelity=own)
+            return press(reduced, SWEEP_SPECIMEN, force=force, fidelity=own)
 
         values, status = _answers(pressed, forces_gf)
         total = median = np.nan
-        if status == ANSWERED:
+        if status == STATUS_ANSWERED:
             try:
                 total, median = thousand(reduced, fidelity)
             except ContactRangeError as error:
@@ -173,7 +173,7 @@ def measure(
     common |= {"element": element, "size_mm": size_mm, "forces_gf": forces_gf}
     del model, factor
     runs = [stages]
-    while len(runs) < REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
+    while len(runs) < MOST_REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
         runs.append(set_up(finger, mesh, element)[2])
     common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
     return [BenchRow(fidelity, **common, **own) for fidelity, own in found.items()]
@@ -201,16 +201,16 @@ def peak_memory_MiB() -> float:
     if status.exists():
         # ru_maxrss would include the memory of the parent at the start of this process
         line = next(line for line in read_text(status).splitlines() if line.startswith("VmHWM"))
-        return int(line.split()[1]) * 1024 / MIB
+        return int(line.split()[1]) * 1024 / MIB_BYTES
     if os.name == "nt":
         return float("nan")
     import resource
 
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / MIB if sys.platform == "darwin" else peak * 1024 / MIB
+    return peak / MIB_BYTES if sys.platform == "darwin" else peak * 1024 / MIB_BYTES
 
 
-def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=QUANTITIES) -> np.ndarray:
+def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=COMPARED_QUANTITIES) -> np.ndarray:
     """S_d in microstrain, indentation in mm and contact area in mm2 from `pressed` at each force: (3, forces); or other
     quantities by their `names`."""
     found = [pressed(gf_to_newton(gf)) for gf in forces_gf]
@@ -221,9 +221,9 @@ def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[floa
     """Processor seconds of each of `count` scenes, each with its own modulus and force; `how` : further arguments of
     `press`."""
     rng, seconds = np.random.default_rng(seed), []
-    moduli = MODULI_MPA[0] * (MODULI_MPA[1] / MODULI_MPA[0]) ** rng.uniform(size=count)
+    moduli = DRAWN_MODULI_MPA[0] * (DRAWN_MODULI_MPA[1] / DRAWN_MODULI_MPA[0]) ** rng.uniform(size=count)
     for modulus, force_gf in zip(moduli, rng.uniform(*DRAWN_GF, count), strict=True):
-        specimen = Block(float(modulus), SPECIMEN.thickness)
+        specimen = Block(float(modulus), SWEEP_SPECIMEN.thickness)
         began = process_time()
         press(reduced, specimen, force=float(gf_to_newton(force_gf)), **how)
         seconds.append(process_time() - began)
@@ -233,13 +233,13 @@ def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[floa
 def _answers(pressed, forces_gf: tuple[float, ...]) -> tuple[np.ndarray, str]:
     """Answers (3, forces) and the status; NaN and the reason if the fidelity refuses."""
     try:
-        return answers(pressed, forces_gf), ANSWERED
+        return answers(pressed, forces_gf), STATUS_ANSWERED
     except PapillaError as error:
-        return np.full((len(QUANTITIES), len(forces_gf)), np.nan), f"refused: {error}"
+        return np.full((len(COMPARED_QUANTITIES), len(forces_gf)), np.nan), f"refused: {error}"
 
 
 def thousand(reduced: ReducedFinger, fidelity: str) -> tuple[float, float]:
     """Seconds of a thousand drawn scenes, and the median of one."""
     began = perf_counter()
-    seconds = drawn(reduced, SCENES, fidelity=fidelity)
+    seconds = drawn(reduced, SWEEP_SCENES, fidelity=fidelity)
     return perf_counter() - began, float(np.median(seconds))

@@ -8,17 +8,27 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from papilla.core.units import PER_CENT
-from papilla.view.style import ACCENTS, INK, MUTED, THICK, THIN, plain_log, styled, titled, with_formula
+from papilla.view.style import (
+    ACCENT_COLORS,
+    INK_COLOR,
+    MUTED_COLOR,
+    THICK_PT,
+    THIN_PT,
+    plain_log,
+    styled,
+    titled,
+    with_formula,
+)
 
 PRICE_IN = 8.2, 5.2
 """Inches of the figure of speed against error."""
-MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
-MARK, RING, ROOM = 7, 11, 0.09
+FIDELITY_MARKERS = {"hertz": "^", "contact": "o", "finite": "s"}
+MARK_SIZE_PT, RING_SIZE_PT, AXIS_ROOM = 7, 11, 0.09
 """Sizes in points of the mark of a mesh, and of the ring around a best one; room around all of
 them, as a share of the axes."""
 LABEL_PLACES = ((-10, -8, "right"), (9, 6, "left"), (0, 10, "center"))
 """Position of the size labels of the first, second and third element: offset in points, and alignment."""
-SCENES = 1000
+PRICED_PRESSES = 1000
 """Presses whose cost is drawn; from as many seconds on, an axis has the powers of ten alone."""
 
 
@@ -29,16 +39,16 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
     without an error, such as the reference, are left out.
     """
     shown = [row for row in rows if row["error_sd"] > 0]
-    colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENTS, strict=False))
+    colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENT_COLORS, strict=False))
     with styled(*PRICE_IN) as figure:
         axes = figure.subplots()
-        for fidelity, marker in MARKERS.items():
+        for fidelity, marker in FIDELITY_MARKERS.items():
             for place, (element, color) in zip(cycle(LABEL_PLACES), colors.items(), strict=False):
                 belong = [row for row in shown if (row["fidelity"], row["element"]) == (fidelity, element)]
                 _curve(axes, belong, marker, color, place)
         front = sorted((row for row in shown if row["pareto"]), key=lambda row: row["seconds_thousand"])
-        ring: dict = {"marker": "o", "markersize": RING, "markerfacecolor": "none", "markeredgewidth": THIN}
-        (best,) = axes.step(*_points(front), where="post", color=INK, linestyle=":", zorder=1, **ring)
+        ring: dict = {"marker": "o", "markersize": RING_SIZE_PT, "markerfacecolor": "none", "markeredgewidth": THIN_PT}
+        (best,) = axes.step(*_points(front), where="post", color=INK_COLOR, linestyle=":", zorder=1, **ring)
         best.set_label("Pareto front of hertz and contact")
         axes.set(
             xscale="log",
@@ -47,16 +57,17 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
             ylabel=r"worst error of $S_d$, 10-100 gf (%)",
         )
         with_formula(axes.yaxis.label)
-        axes.margins(ROOM)
-        plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > SCENES))
+        axes.margins(AXIS_ROOM)
+        plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > PRICED_PRESSES))
         plain_log(axes.yaxis)
         fidelities = {row["fidelity"] for row in shown}
         marks = [
-            Line2D([], [], color=MUTED, marker=marker, linestyle="none", markersize=MARK, label=f"fidelity {fidelity}",
-                   markerfacecolor=MUTED if fidelity == "contact" else "white", markeredgewidth=THICK)
-            for fidelity, marker in MARKERS.items() if fidelity in fidelities
+            Line2D([], [], color=MUTED_COLOR, marker=marker, linestyle="none", markersize=MARK_SIZE_PT,
+                   label=f"fidelity {fidelity}",
+                   markerfacecolor=MUTED_COLOR if fidelity == "contact" else "white", markeredgewidth=THICK_PT)
+            for fidelity, marker in FIDELITY_MARKERS.items() if fidelity in fidelities
         ]  # fmt: skip
-        lines = [Line2D([], [], color=color, linewidth=THICK, label=element) for element, color in colors.items()]
+        lines = [Line2D([], [], color=color, linewidth=THICK_PT, label=element) for element, color in colors.items()]
         axes.legend(handles=[*marks, *lines, best])
         note = f"Numbers: element size (mm). Errors: to fidelity contact, Taylor-Hood, {reference_mm:g} mm"
         if "finite" in fidelities:
@@ -77,8 +88,8 @@ def _points(rows: Sequence[Mapping]) -> tuple[list[float], list[float]]:
 def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tuple[float, float, str]) -> None:
     ordered = sorted(rows, key=lambda row: -row["size_mm"])
     seconds, errors = _points(ordered)
-    face = color if marker == MARKERS["contact"] else "white"
-    style: dict = {"marker": marker, "markersize": MARK, "markerfacecolor": face, "markeredgewidth": THICK}
+    face = color if marker == FIDELITY_MARKERS["contact"] else "white"
+    style: dict = {"marker": marker, "markersize": MARK_SIZE_PT, "markerfacecolor": face, "markeredgewidth": THICK_PT}
     axes.plot(seconds, errors, color=color, **style)
     right, up, align = place
     for row, x, y in zip(ordered, seconds, errors, strict=True):

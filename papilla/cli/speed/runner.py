@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from papilla import mesh as meshes
-from papilla.cli.speed.measure import ANSWERED, FINITE_FORCES_GF, FORCES_GF, BenchRow, measure_apart
+from papilla.cli.speed.measure import FINITE_FORCES_GF, FORCES_GF, STATUS_ANSWERED, BenchRow, measure_apart
 from papilla.core.errors import ContactRangeError
 from papilla.core.units import MS_PER_S, PER_CENT
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS_BY_NAME
 from papilla.model.finger import Finger
 
 
@@ -28,14 +28,14 @@ class Plan:
     finite_forces_gf: tuple[float, ...] = FINITE_FORCES_GF
 
 
-FULL = Plan((2.0, 1.4, 1.0, 0.7, 0.35), (2.0, 1.4, 1.0, 0.7), meshes.DEFAULT_SIZE_MM, (2.0, 1.4, 1.0, 0.7))
+FULL_PLAN = Plan((2.0, 1.4, 1.0, 0.7, 0.35), (2.0, 1.4, 1.0, 0.7), meshes.DEFAULT_SIZE_MM, (2.0, 1.4, 1.0, 0.7))
 
-SHORT = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,))
+SHORT_PLAN = Plan((2.8, 2.0, meshes.DEFAULT_SIZE_MM), (2.8,), 2.8, (2.8, 2.0), (100,))
 """Coarse meshes, compared with the shipped one."""
 
 
 @dataclass(frozen=True)
-class Bench:
+class SpeedBench:
     """All rows of the bench; `default` is the row of the default mesh."""
 
     finger_name: str
@@ -67,9 +67,9 @@ class Bench:
             f"set-up of {row.element} on {row.size_mm:g} mm: {stages}",
             f"a contact scene at {largest['patch_nodes']} patch nodes: {contact_ms:.2f} ms",
         ]
-        refused = [row for row in self.rows if row.status != ANSWERED]
+        refused = [row for row in self.rows if row.status != STATUS_ANSWERED]
         sentences += [f"{row.fidelity}, {row.element}, {row.size_mm:g} mm {row.status}" for row in refused]
-        finite = [row for row in self.rows if row.small_strain_sd is not None and row.status == ANSWERED]
+        finite = [row for row in self.rows if row.small_strain_sd is not None and row.status == STATUS_ANSWERED]
         if finite:
             finest = min(finite, key=lambda row: row.size_mm)
             forces = ", ".join(f"{gf:g}" for gf in finest.forces_gf)
@@ -81,14 +81,14 @@ class Bench:
         return sentences
 
 
-def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] = lambda text: None) -> Bench:
+def bench(finger: Finger, plan: Plan = FULL_PLAN, *, progress: Callable[[str], None] = lambda text: None) -> SpeedBench:
     """Measure fidelities, elements and meshes of a finger, each in a process of its own, one after the other.
 
     `progress` is called with a line of text for each stage. Raises what meshing and presses raise.
     """
     jobs: list[tuple[float, str | None, tuple[float, ...]]] = [
         (size, element, FORCES_GF)
-        for element in ELEMENTS
+        for element in ELEMENTS_BY_NAME
         for size in (plan.sizes_mm if element == DEFAULT_ELEMENT else plan.other_sizes_mm)
     ]
     jobs += [(size, None, plan.finite_forces_gf) for size in plan.finite_sizes_mm]
@@ -101,7 +101,7 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
         for row in measure_apart(finger, size, element, forces_gf):
             measured[row.fidelity, row.element, row.size_mm] = row
     truth = measured["contact", DEFAULT_ELEMENT, plan.sizes_mm[-1]]
-    if truth.status != ANSWERED:
+    if truth.status != STATUS_ANSWERED:
         raise ContactRangeError(f"the finest mesh, which all others are compared with, gives no answer: {truth.status}")
     rows = {}
     for (fidelity, element, size), row in measured.items():
@@ -111,12 +111,12 @@ def bench(finger: Finger, plan: Plan = FULL, *, progress: Callable[[str], None] 
         rows[fidelity, element, size] = row.against(other, linear)
     marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
     default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
-    return Bench(finger.name, tuple(marked.values()), default, os.cpu_count() or 1)
+    return SpeedBench(finger.name, tuple(marked.values()), default, os.cpu_count() or 1)
 
 
 def with_front(rows: list[BenchRow]) -> list[BenchRow]:
     """The rows, those on the Pareto front of seconds and error marked."""
-    linear = [row for row in rows if row.fidelity != "finite" and not row.reference and row.status == ANSWERED]
+    linear = [row for row in rows if row.fidelity != "finite" and not row.reference and row.status == STATUS_ANSWERED]
     front = pareto_front(np.array([row.seconds_thousand for row in linear]), np.array([row.error_sd for row in linear]))
     best = [row for row, keeps in zip(linear, front, strict=True) if keeps]
     return [replace(row, pareto=any(row is one for one in best)) for row in rows]

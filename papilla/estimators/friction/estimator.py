@@ -22,34 +22,41 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.status import Status
 from papilla.core.units import SAMPLE_RATE_HZ
-from papilla.estimators.friction.offset import EXPONENT, MEMORY_BLOCKS, Block, Offset, Source, Stroke
+from papilla.estimators.friction.offset import (
+    FORCE_EXPONENT_RMS,
+    MEMORY_BLOCKS,
+    BlockMeans,
+    ForceOffset,
+    Source,
+    Stroke,
+)
 from papilla.estimators.stream import Stream
 
-SCATTER, SCATTER_BLOCKS = 0.04, 4.0
+PRIOR_MU_SCATTER, SCATTER_BLOCKS = 0.04, 4.0
 """Prior relative scatter of mu from block to block, and the number of blocks that this prior counts as."""
 LEAST_SCATTER = 1e-3
 """Smallest relative scatter of mu: the linearity of a good force sensor."""
-WANDER = 0.03
+MU_WANDER = 0.03
 """Relative standard deviation of the change of mu in 1 s of sliding; it grows with the root of the time."""
-GATE, CHANGE_BLOCKS = 5.0, 3
-"""A block that is GATE scatters away from the mean is an outlier; CHANGE_BLOCKS consecutive outliers are a change of
-friction."""
+OUTLIER_SCATTERS, CHANGE_BLOCKS = 5.0, 3
+"""A block that is OUTLIER_SCATTERS scatters away from the mean is an outlier; CHANGE_BLOCKS consecutive outliers are a
+change of friction."""
 SLOW_BLOCKS = 100.0
 """Number of blocks over which the slow mean of mu is taken."""
-MEDIAN = 5
+BREAKAWAY_MEDIAN_SAMPLES = 5
 """Number of samples whose median is a candidate for the peak of a breakaway, so that a single faulty sample cannot be
 one."""
-BLOCK_S, TRIMMED = 0.04, 0.1
+BLOCK_S, TRIMMED_SHARE = 0.04, 0.1
 """Length of a block; and the share of the largest and of the smallest samples that its means leave out, at least one of
 each."""
 MEMORY_S = 0.1
 """Time of sliding over which mu is averaged: after 0.3 s a change is followed up to 5 % of itself."""
-SETTLE_S, SETTLE_MM, SIGN_MM_S = 0.1, 1.5, 5.0
+SLIDING_SETTLE_S, SLIDING_SETTLE_MM, SIGN_MM_S = 0.1, 1.5, 5.0
 """Time and path from a start or a turn to steady sliding, while the skin shears and the breakaway passes; a velocity of
 exactly 1 or -1 is only a sign, and counts as SIGN_MM_S."""
 NO_PULL = 0.25
 """Share of the slow mean of mu below which a finger counts as resting, whatever its velocity."""
-SURE, PRIOR_SURE = 0.08, 0.02
+SURE_MU_SIGMA, PRIOR_SURE = 0.08, 0.02
 """Relative sigma of mu up to which it is ok; and the part of it by the offset up to which the prior of the offset is
 enough."""
 REST_NOISES, NOISE_SAMPLES, LEAST_MM_S = 4.0, 200.0, 1e-6
@@ -58,7 +65,7 @@ NOISE_SAMPLES; and always below LEAST_MM_S."""
 REST_SHARE, TOP_MM = 0.02, 50.0
 """The finger also rests below this share of the largest speed on the last TOP_MM, because an encoder's noise grows with
 its speed."""
-THIRD_DIFFERENCE, TAIL = 3.016, 10
+THIRD_DIFFERENCE, TAIL_SAMPLES = 3.016, 10
 """Median size of third differences of white noise of standard deviation 1; and number of samples of earlier blocks that
 are used as well, because a block may have one sample."""
 STATIC_HZ, START_SCATTER = 400.0, 0.03
@@ -106,7 +113,9 @@ class FrictionEstimate(NamedTuple):
 
 
 NOT_SLIDING = FrictionEstimate()
-NO_CONTACT, BAD_INPUT = (NOT_SLIDING._replace(status=int(FrictionStatus[name])) for name in ("NO_CONTACT", "BAD_INPUT"))
+NO_CONTACT, BAD_INPUT_FRICTION = (
+    NOT_SLIDING._replace(status=int(FrictionStatus[name])) for name in ("NO_CONTACT", "BAD_INPUT")
+)
 
 
 class Peak(NamedTuple):
@@ -148,13 +157,13 @@ class Direction:
         """The kinetic coefficient with this offset."""
         return (self.pull - self.s * offset) / self.normal
 
-    def take(self, block: Block, samples: int, offset: float, gain: float) -> bool | None:
+    def take(self, block: BlockMeans, samples: int, offset: float, gain: float) -> bool | None:
         """Take a block of `samples` samples, with at least this gain. Returns True if it was learnt, None if it was
         left out because it contradicts the mean, and False if it was the third such block in a row, so that the means
         begin again."""
         taken, mu = [(self.s * block.tangential, block.normal)], self.mu(offset)
         error = self.s * (block.tangential - offset) / block.normal - mu
-        outlier = self.blocks and error**2 > GATE**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
+        outlier = self.blocks and error**2 > OUTLIER_SCATTERS**2 * (self.variance + (LEAST_SCATTER * mu) ** 2)
         self.outliers = (*self.outliers, *taken) if outlier else ()
         if 0 < len(self.outliers) < CHANGE_BLOCKS:
             return None
@@ -169,7 +178,7 @@ class Direction:
         own, log = (pull - self.s * offset) / normal, math.log(normal)
         if not self.blocks:
             self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
-            self.variance = max(self.variance, (SCATTER * own) ** 2 + noise / normal**2)
+            self.variance = max(self.variance, (PRIOR_MU_SCATTER * own) ** 2 + noise / normal**2)
         # Scatter is a slow mean that begins with its prior; mu is a fast one with `gain`, but a plain mean at first.
         self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
         share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
@@ -189,9 +198,13 @@ class Direction:
     def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
         """Keep the moment when a start pulls most, from samples (n, 3): medians of five, minus twice the noise, over
         the force."""
-        normal = np.maximum(window[MEDIAN // 2 : len(window) - MEDIAN // 2, 1], least_N)
-        pulls = np.sort(self.s * window[:, 0][np.arange(MEDIAN) + np.arange(len(normal))[:, None]], axis=1)
-        middle, spread = pulls[:, MEDIAN // 2], pulls[:, -1] - pulls[:, MEDIAN // 2]
+        normal = np.maximum(
+            window[BREAKAWAY_MEDIAN_SAMPLES // 2 : len(window) - BREAKAWAY_MEDIAN_SAMPLES // 2, 1], least_N
+        )
+        pulls = np.sort(
+            self.s * window[:, 0][np.arange(BREAKAWAY_MEDIAN_SAMPLES) + np.arange(len(normal))[:, None]], axis=1
+        )
+        middle, spread = pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2], pulls[:, -1] - pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2]
         ratios = (middle - 2 * noise - self.s * offset) / normal
         best = int(ratios.argmax())
         # A peak of few samples is higher than the median, by about half of their spread.
@@ -210,7 +223,7 @@ class FrictionState:
     OUTLIER, NO_PULL or OK. answer : for the samples of the next block.
     """
 
-    offset: Offset
+    offset: ForceOffset
     samples: list[tuple[float, ...]] = field(default_factory=list)
     tail: tuple[tuple[float, ...], ...] = ()
     directions: tuple[Direction, Direction] = field(default_factory=lambda: (Direction(1), Direction(-1)))
@@ -228,7 +241,7 @@ class FrictionState:
 
 def _middle(values: tuple[float, ...]) -> list[float]:
     """Sorted values without the largest and the smallest share."""
-    cut = math.ceil(TRIMMED * len(values)) if len(values) >= MEDIAN else 0
+    cut = math.ceil(TRIMMED_SHARE * len(values)) if len(values) >= BREAKAWAY_MEDIAN_SAMPLES else 0
     return sorted(values)[cut : len(values) - cut]
 
 
@@ -289,7 +302,7 @@ class Friction(Stream):
         self.reset()
 
     def _fresh(self) -> FrictionState:
-        return FrictionState(Offset(self._prior, self._prior))
+        return FrictionState(ForceOffset(self._prior, self._prior))
 
     @property
     def coefficients(self) -> tuple[FrictionEstimate, FrictionEstimate]:
@@ -300,13 +313,13 @@ class Friction(Stream):
     def _take(self, sample: tuple[float, ...]) -> FrictionEstimate:
         """A sample with a missing value changes nothing."""
         if not math.isfinite(sum(sample)):
-            return BAD_INPUT
+            return BAD_INPUT_FRICTION
         memory = self._memory
         memory.samples.append(sample)
         if len(memory.samples) == self._size:
             # The last samples of earlier blocks come along, because noise and medians need more than a block may hold.
             window, memory.samples = (*memory.tail, *memory.samples), []
-            memory.tail = window[-TAIL:]
+            memory.tail = window[-TAIL_SAMPLES:]
             self._block(window)
             if memory.last:
                 memory.answer = self._answer(memory.directions[memory.last < 0])
@@ -317,7 +330,7 @@ class Friction(Stream):
         memory, offset = self._memory, self._memory.offset
         forces, normals, velocities = zip(*window, strict=True)
         force, normal, velocity = (_middle(own[-self._size :]) for own in (forces, normals, velocities))
-        block = Block(_mean(force), _mean(normal), _mean(velocity), _noise(forces))
+        block = BlockMeans(_mean(force), _mean(normal), _mean(velocity), _noise(forces))
         heading = self._heading(velocities, block.velocity)
         # Any sample without contact ends the stroke. Only a block entirely without contact shows the offset.
         if normal[0] < self._contact:
@@ -336,7 +349,7 @@ class Friction(Stream):
             memory.heading, memory.standing = 0, True
             offset.at_rest(block)
         if self._fast and directions:
-            samples = np.array(window[-self._size - MEDIAN + 1 :])
+            samples = np.array(window[-self._size - BREAKAWAY_MEDIAN_SAMPLES + 1 :])
             for direction in directions:
                 direction.start(samples, block.noise, offset.all.value_N, self._contact)
 
@@ -356,9 +369,9 @@ class Friction(Stream):
 
     def _settled(self) -> bool:
         memory = self._memory
-        return memory.settling * self._block_s > SETTLE_S and memory.slid > SETTLE_MM
+        return memory.settling * self._block_s > SLIDING_SETTLE_S and memory.slid > SLIDING_SETTLE_MM
 
-    def _idle(self, heading: int, block: Block) -> bool:
+    def _idle(self, heading: int, block: BlockMeans) -> bool:
         """Whether hardly anything pulls although the velocity shows sliding: a start, or a rest that the velocity does
         not show."""
         memory, offset = self._memory, self._memory.offset
@@ -375,7 +388,7 @@ class Friction(Stream):
         for direction in self._memory.directions:
             direction.peak = Peak()
 
-    def _sliding(self, heading: int, block: Block) -> list[Direction]:
+    def _sliding(self, heading: int, block: BlockMeans) -> list[Direction]:
         """Take a block of a start or of steady sliding; returns the directions that begin to slide: one, or none."""
         memory, offset = self._memory, self._memory.offset
         direction = memory.directions[heading < 0]
@@ -421,7 +434,7 @@ class Friction(Stream):
         mu, offset_sigma = direction.mu(offset), math.sqrt(variance)
         # The offset's error divided by the normal force; and that of mu itself: scatter, lag behind a change, force and
         # time since the last block. Both are independent, so squares add.
-        relative = LEAST_SCATTER**2 + EXPONENT**2 * direction.log_variance + WANDER**2 * direction.age
+        relative = LEAST_SCATTER**2 + FORCE_EXPONENT_RMS**2 * direction.log_variance + MU_WANDER**2 * direction.age
         sigma = math.sqrt(variance / direction.normal**2 + (direction.variance + direction.error**2 + relative * mu**2))
         static = (peak.pull - direction.s * offset) / peak.normal
         static_sigma = math.hypot(offset_sigma, peak.sigma, START_SCATTER * peak.pull) / peak.normal
@@ -442,4 +455,4 @@ class Friction(Stream):
             return self._memory.remark
         if not self._memory.offset.observed and by_offset > PRIOR_SURE * mu:
             return FrictionStatus.ONE_WAY
-        return FrictionStatus.OK if sigma <= SURE * mu else FrictionStatus.UNSURE
+        return FrictionStatus.OK if sigma <= SURE_MU_SIGMA * mu else FrictionStatus.UNSURE

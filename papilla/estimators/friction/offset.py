@@ -18,29 +18,29 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-ANISOTROPY = 0.08
+ANISOTROPY_SIGMA = 0.08
 """Prior standard deviation of mu_+ - mu_-, over their mean: as in a worn skin or a woven cloth."""
-EXPONENT = 0.2
+FORCE_EXPONENT_RMS = 0.2
 """Root mean square of the exponent n of mu ~ N^(-n): 0 for Coulomb's law, 1/3 for Hertz's area at constant shear."""
-LEAST_CHANGE = 0.02
+LEAST_STROKE_CHANGE = 0.02
 """Smallest relative standard deviation of the change of mu from one stroke to the next."""
 REST_PULL = 0.06
 """Standard deviation of the pull that remains after the finger was released, as a share of the friction."""
-LET_GO, ALIKE = 0.5, 1.2
+LET_GO, ALIKE_FORCE_RATIO = 0.5, 1.2
 """The finger was released if T differs from sliding by more than the share LET_GO of itself while the normal force
-stays within the ratio ALIKE: a finger that is held keeps most of its pull as long as it is pressed."""
-STEADY_BLOCKS, STEADY = 5, 0.05
+stays within the ratio ALIKE_FORCE_RATIO: a finger that is held keeps most of its pull as long as it is pressed."""
+STEADY_BLOCKS, STEADY_PULL_SHARE = 5, 0.05
 """A pull has not begun yet if T changes over so many blocks by no more than this share of the difference."""
 AIR_SIGMA_N, MEMORY_BLOCKS = 1e-3, 25.0
 """Repeatability of a sensor's zero (N); number of blocks over which air, and a scatter, is averaged."""
 TURNS_FADE = 0.7
 """Weight of earlier turns when a new one is added: zeros drift."""
-CONFLICT = 4.0
+CONFLICT_SQUARES = 4.0
 """Sum of squared deviations over variances above which sources contradict each other; all variances then grow in
 proportion."""
 
 
-class Block(NamedTuple):
+class BlockMeans(NamedTuple):
     """Means over a block: tangential and normal force in N, velocity in mm/s; and the noise of one T, in N."""
 
     tangential: float
@@ -73,12 +73,12 @@ def combined(*readings: Source) -> Source:
         return Source()
     variance = 1 / math.fsum(1 / own for _, own in known)
     value = variance * math.fsum(own / spread for own, spread in known)
-    conflict = math.fsum((own - value) ** 2 / spread for own, spread in known) / CONFLICT
+    conflict = math.fsum((own - value) ** 2 / spread for own, spread in known) / CONFLICT_SQUARES
     return Source(value, variance * max(conflict, 1.0))
 
 
 @dataclass
-class Offset:
+class ForceOffset:
     """The offset by each source, and by all together.
 
     air : mean of `air_blocks`; air_run : number of consecutive blocks in air. moving : (T, N) of the last moving block
@@ -104,7 +104,7 @@ class Offset:
         """Whether anything but the prior shows the offset."""
         return self.all != self.prior
 
-    def in_air(self, block: Block, samples: int) -> None:
+    def in_air(self, block: BlockMeans, samples: int) -> None:
         """Take a block in air, of `samples` samples; the first block may contain the end of the contact."""
         self.air_run += 1
         if self.air_run == 1:
@@ -118,7 +118,7 @@ class Offset:
         # A rest is left out: air is the better evidence of the same thing.
         self.all = combined(self.prior, self.air, self.turns)
 
-    def at_rest(self, block: Block) -> None:
+    def at_rest(self, block: BlockMeans) -> None:
         """Take a block at rest."""
         if not self.rests:
             self.before, self.rest = self.moving, (math.nan, math.nan, math.inf)
@@ -129,16 +129,21 @@ class Offset:
         if len(self.rests) == STEADY_BLOCKS and change < self.rest[-1]:
             self.rest = (math.fsum(tangential) / STEADY_BLOCKS, math.fsum(normal) / STEADY_BLOCKS, change)
 
-    def sliding(self, block: Block, forward: Stroke, backward: Stroke) -> None:
+    def sliding(self, block: BlockMeans, forward: Stroke, backward: Stroke) -> None:
         """Take a block of steady sliding; forward and backward are the last strokes of both directions, this block
         included."""
         # Was the rest before this stroke a release? T must be steady, far from the sliding on both sides, and the
         # normal force unchanged: else the finger was only held less.
         level, force, change = self.rest
         around = [block.tangential] if self.before is None else [block.tangential, self.before[0]]
-        alike = self.before is None or 1 / ALIKE < self.before[1] / force < ALIKE
+        alike = self.before is None or 1 / ALIKE_FORCE_RATIO < self.before[1] / force < ALIKE_FORCE_RATIO
         drop = abs(level - block.tangential)
-        if self.rests and alike and change < STEADY * drop and all(abs(level - T) > LET_GO * abs(T) for T in around):
+        if (
+            self.rests
+            and alike
+            and change < STEADY_PULL_SHARE * drop
+            and all(abs(level - T) > LET_GO * abs(T) for T in around)
+        ):
             self.let_go = Source(level, max((REST_PULL * drop) ** 2 + change**2, AIR_SIGMA_N**2))
         self.rests = ()
         turns, anisotropy = self._turn(forward, backward)
@@ -162,8 +167,8 @@ class Offset:
         # mu = a - offset b = c + offset d
         offset, mu = (a - c) / (b + d), (a * d + c * b) / (b + d)
         # From stroke to stroke mu may change as much as within one stroke; and it may change with the force.
-        variance = (LEAST_CHANGE * mu) ** 2 + spread + another + (EXPONENT * mu * (log - other)) ** 2
+        variance = (LEAST_STROKE_CHANGE * mu) ** 2 + spread + another + (FORCE_EXPONENT_RMS * mu * (log - other)) ** 2
         # A force that never changes has no scatter at all, but a sensor's zero repeats no better than this.
         turn = Source(offset, max(variance / (b + d) ** 2, AIR_SIGMA_N**2))
         faded = Source(self.turns.value_N, self.turns.variance_N2 / TURNS_FADE)
-        return combined(faded, turn), (ANISOTROPY * mu / (b + d)) ** 2
+        return combined(faded, turn), (ANISOTROPY_SIGMA * mu / (b + d)) ** 2

@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from papilla.core.status import Status
 
-GAP_STEPS = 1.5
+CLOCK_GAP_STEPS = 1.5
 """A sample that comes this many periods after the one before leaves a gap, as in `papilla.logs`."""
 LONGEST_GAP_S = 1.0
 """A longer gap is not bridged: the finger may touch something else after it, so everything begins again."""
 RATE_TOLERANCE, RATE_MEMORY = 0.1, 256
 """Relative difference of the mean step from the nominal one, over about so many samples, that means another sampling
 rate."""
-BUNCH, PULL = 3, 0.1
+BUNCH_SAMPLES, PACKET_GAIN = 3, 0.1
 """Number of samples with one time stamp from which stamps are those of packets; and the gain with which the spread time
 follows each stamp."""
 SLOPE_S = 0.01
@@ -34,7 +34,7 @@ class ClockStatus(Status):
     OTHER_RATE = "the times tell another sampling rate than the one that was stated"
 
 
-OK, GAP, REPEATED, BEGUN_ANEW, OTHER_RATE = map(int, ClockStatus)
+CLOCK_OK, CLOCK_GAP, CLOCK_REPEATED, BEGUN_ANEW, OTHER_RATE = map(int, ClockStatus)
 
 
 class Tick(NamedTuple):
@@ -52,7 +52,7 @@ class Tick(NamedTuple):
     place_mm: float = _NONE
 
 
-_LEFT_OUT = Tick(REPEATED)
+_LEFT_OUT = Tick(CLOCK_REPEATED)
 
 
 class ClockState(NamedTuple):
@@ -88,7 +88,14 @@ class Clock:
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """The tick of this sample; without a finite time the sample counts as one period after the last."""
         rate, state = self._rate, self.state
-        last, stamps, status, missing, mean, steps = state.time_s, state.stamps, OK, 0, state.mean_step, state.steps
+        last, stamps, status, missing, mean, steps = (
+            state.time_s,
+            state.stamps,
+            CLOCK_OK,
+            0,
+            state.mean_step,
+            state.steps,
+        )
         if math.isfinite(time):
             time, stamps = self._spread(time)
         else:
@@ -104,11 +111,11 @@ class Clock:
                 return _LEFT_OUT
             else:
                 # The mean starts with the first steps, not with the nominal one, and begins to fade later.
-                if periods < GAP_STEPS or steps < RATE_MEMORY:
+                if periods < CLOCK_GAP_STEPS or steps < RATE_MEMORY:
                     steps = min(steps + 1, RATE_MEMORY)
                     mean += (min(periods, 2.0) - mean) / steps
-                if periods >= GAP_STEPS:
-                    status, missing = GAP, round(periods) - 1
+                if periods >= CLOCK_GAP_STEPS:
+                    status, missing = CLOCK_GAP, round(periods) - 1
                 if steps == RATE_MEMORY and abs(mean - 1.0) > RATE_TOLERANCE:
                     status = OTHER_RATE
         velocity = velocity if math.isfinite(velocity) else _NONE
@@ -124,9 +131,9 @@ class Clock:
         if stamp == before:
             return (even if usual else stamp), (stamp, count + 1, usual)
         packet = stamp - before
-        fits = count >= BUNCH and abs(packet * self._rate - count) <= max(1.0, RATE_TOLERANCE * count)
-        packet = packet if fits else usual if count >= BUNCH else 0.0
-        spread = even + PULL * (stamp - even) if 0 < 2 * abs(stamp - even) < usual else stamp
+        fits = count >= BUNCH_SAMPLES and abs(packet * self._rate - count) <= max(1.0, RATE_TOLERANCE * count)
+        packet = packet if fits else usual if count >= BUNCH_SAMPLES else 0.0
+        spread = even + PACKET_GAIN * (stamp - even) if 0 < 2 * abs(stamp - even) < usual else stamp
         return spread, (stamp, 1, packet)
 
     def _move(self, status: int, missing: int, time: float, velocity: float, position: float, kept) -> Tick:

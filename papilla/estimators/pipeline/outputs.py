@@ -22,15 +22,15 @@ from papilla.references import Prony
 CONTRADICTED_SIGMAS = 3.0
 """Difference between the wavelengths over the path and between the gauges, in standard deviations of the difference,
 above which one of them is wrong."""
-LIVELY_S, LIVELIER = 0.1, 4.0
+LIVELY_S, LIVELIER_VARIANCE_RATIO = 0.1, 4.0
 """Without a velocity: time constant with which the variance of a gauge fades, and the ratio of variances at which
 another gauge is followed."""
 LATE_MS = 1.5
 """Smallest delay that a message mentions; smaller ones are within its error in harsh touch."""
-LEAST_CHANGE = 0.02
+LEAST_SD_RATIO_CHANGE = 0.02
 """Change of that ratio beyond the range from which a touch is called different: 1 to 2 % of S_d."""
 
-CREPT = (
+CREEP_WORDS = (
     "",
     "loaded faster than the touches that the finger was identified by",
     "loaded more slowly, held longer or unloaded, unlike the touches that the finger was identified by",
@@ -39,7 +39,7 @@ CREPT = (
 _NONE = math.nan
 
 
-class Row(NamedTuple):
+class SampleRow(NamedTuple):
     """One sample that is not left out: readings (g) and their faults (see `GaugeHealth`), forces in N (NaN if unknown),
     and its `Tick`."""
 
@@ -71,7 +71,7 @@ class Output(ABC):
         return ""
 
     @abstractmethod
-    def take(self, row: Row) -> tuple:
+    def take(self, row: SampleRow) -> tuple:
         """The columns of a sample, and last the status: a tuple, first its number, last what changes from sample to
         sample."""
 
@@ -126,11 +126,11 @@ class Creep:
                 "the calibration's finger.relaxation must have shares, times_s and crept, two numbers"
             ) from error
         self._terms, self._least = series.retardation, least_N
-        self._low, self._high = low - LEAST_CHANGE, high + LEAST_CHANGE
+        self._low, self._high = low - LEAST_SD_RATIO_CHANGE, high + LEAST_SD_RATIO_CHANGE
         self.state = CreepState(math.nan, 0.0, (0.0,) * len(self._terms))
 
     def feel(self, time_s: float, force_N: float) -> int:
-        """Take a sample. Returns 0, or the index in `CREPT` of the difference. A sample without a force is not
+        """Take a sample. Returns 0, or the index in `CREEP_WORDS` of the difference. A sample without a force is not
         judged."""
         before = self.state
         step = time_s - before.time_s
@@ -205,7 +205,7 @@ class ModulusOutput(Output):
             text = f"{text}, {in_words(bad, self._names)}"
         if self._in_doubt and text.startswith("ok"):
             text += ", by a calibration that is in doubt"
-        return f"{text}, but {CREPT[unlike]}" if unlike else text
+        return f"{text}, but {CREEP_WORDS[unlike]}" if unlike else text
 
     def code(self, status):
         """The status as a short code."""
@@ -267,9 +267,8 @@ class FrequencyOutput(Output):
     """frequency_Hz without a velocity, `lag_s` ago, from the gauge that changes most.
 
     One chirp tracker follows this gauge, because one for each gauge would cost several times more. The tracker needs
-    evenly spaced samples, so missing ones are passed on as missing. Another gauge is followed if it changes `LIVELIER`
-    times more.
-    """
+    evenly spaced samples, so missing ones are passed on as missing. Another gauge is followed if it changes
+    `LIVELIER_VARIANCE_RATIO` times more."""
 
     statuses = ChirpStatus
     fills = ("frequency_Hz",)
@@ -287,7 +286,7 @@ class FrequencyOutput(Output):
         self._moments = tuple(map(self._faded, self._moments, row.readings))
         powers = [power for _, power in self._moments]
         best, own = max(range(len(powers)), key=powers.__getitem__), self._followed
-        if powers[best] > LIVELIER * powers[own]:
+        if powers[best] > LIVELIER_VARIANCE_RATIO * powers[own]:
             self._followed = best
             if powers[own]:
                 self._tracker.reset()

@@ -16,17 +16,17 @@ from papilla.core.errors import InputError
 from papilla.core.units import MS_PER_S, SAMPLE_RATE_HZ
 from papilla.estimators import health
 from papilla.estimators.friction import STATIC_HZ, FrictionEstimate
-from papilla.estimators.health import SATURATED, GaugeHealth, HealthState, numbered
-from papilla.estimators.methods import SURFACES, sample_method, softness_names
+from papilla.estimators.health import FAULT_SATURATED, GaugeHealth, HealthState, numbered
+from papilla.estimators.methods import SURFACES_METHOD, sample_method, softness_names
 from papilla.estimators.pipeline import outputs
-from papilla.estimators.pipeline.clock import BEGUN_ANEW, REPEATED, Clock, ClockState, ClockStatus
+from papilla.estimators.pipeline.clock import BEGUN_ANEW, CLOCK_REPEATED, Clock, ClockState, ClockStatus
 from papilla.estimators.softness import Doubts, GaugeSoftness, Softness
 from papilla.estimators.stream import Stream
-from papilla.estimators.wavelength.trackers import DEFAULT_RANGE_MM, SCALE_SIGMA
+from papilla.estimators.wavelength.trackers import DEFAULT_WAVELENGTHS_MM, HAND_SCALE_SIGMA
 
-QUANTITIES = ("modulus", "wavelength", "friction")
+ESTIMATED_QUANTITIES = ("modulus", "wavelength", "friction")
 """The quantities that have their own status, in the order of the columns."""
-OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
+OPTIONAL_COLUMNS = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 DEFAULT_COLUMNS = ("force_N", "velocity_mm_s", "tangential_N")
 POSITION_SIGMA_MM = 1.0
 SLOW_HZ = 200.0
@@ -136,12 +136,12 @@ class Pipeline(Stream):
         gauges: int | Sequence[str] = 5,
         columns: tuple[str, ...] = DEFAULT_COLUMNS,
         sample_rate_Hz: float = SAMPLE_RATE_HZ,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_WAVELENGTHS_MM,
         gauge_sigma: float = 1.0,
         force_sigma_N: float = 1e-3,
         saturation: float = 1e12,
         position_sigma_mm: float | None = POSITION_SIGMA_MM,
-        scale_sigma: float = SCALE_SIGMA,
+        scale_sigma: float = HAND_SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
         ridge_pitch_mm: float | None = None,
@@ -157,8 +157,8 @@ class Pipeline(Stream):
             raise InputError(f"the names of gauges must differ, got {', '.join(named)}")
         if calibration is not None and len(calibration.gauges) != len(named):
             raise InputError(f"the calibration is of {len(calibration.gauges)} gauges, the pipeline of {len(named)}")
-        if unknown := [name for name in columns if name not in OPTIONAL]:
-            raise InputError(f"columns must be among {', '.join(OPTIONAL)}, got {', '.join(map(str, unknown))}")
+        if unknown := [name for name in columns if name not in OPTIONAL_COLUMNS]:
+            raise InputError(f"columns must be among {', '.join(OPTIONAL_COLUMNS)}, got {', '.join(map(str, unknown))}")
         if len(set(columns)) < len(columns):
             raise InputError(f"columns must differ, got {', '.join(columns)}")
         if gauge_positions_mm is not None and len(gauge_positions_mm) != len(named):
@@ -170,9 +170,9 @@ class Pipeline(Stream):
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._gauges, self._names = len(named), named
         self.columns = ("t_s", *named, *columns)
-        # The values of `OPTIONAL` in a sample; a missing one points to the NaN that is appended.
+        # The values of `OPTIONAL_COLUMNS` in a sample; a missing one points to the NaN that is appended.
         places = {name: place for place, name in enumerate(columns, 1 + len(named))}
-        self._optional = itemgetter(*(places.get(name, len(self.columns)) for name in OPTIONAL))
+        self._optional = itemgetter(*(places.get(name, len(self.columns)) for name in OPTIONAL_COLUMNS))
         self._clock, self._health = Clock(rate), GaugeHealth(self._gauges, limit)
         self._healthy = self._health.fresh
         self.off: dict[str, str] = {}
@@ -186,7 +186,7 @@ class Pipeline(Stream):
         self._add_wavelength(rate, wavelength_range_mm, path)
         self._add_friction(rate, friction_memory_mm)
         self._words = lru_cache(WORDS_KEPT)(self._said)
-        self.legend: dict[str, dict[str, str]] = {name: {} for name in QUANTITIES}
+        self.legend: dict[str, dict[str, str]] = {name: {} for name in ESTIMATED_QUANTITIES}
         self._faults: Counter[tuple[int, tuple[int, ...]]] = Counter()
         # The columns that each output fills, and the output.
         starts = [PipelineEstimate._fields.index(output.fills[0]) for output in self._outputs.values()]
@@ -216,7 +216,7 @@ class Pipeline(Stream):
             return
         if calibration.remark:
             self._notes.append(f"modulus: the calibration is in doubt: {calibration.remark}")
-        if softness not in SURFACES:
+        if softness not in SURFACES_METHOD:
             plain = {name: value for name, value in noise.items() if name != "doubts"}
             method = sample_method(softness, calibration, **plain)
             self._outputs["modulus"] = outputs.ModulusOutput(calibration, self._names, method)
@@ -342,18 +342,18 @@ class Pipeline(Stream):
         known = (*sample, _NONE)
         force, velocity, position, tangential = self._optional(known)
         tick = self._clock.tick(known[0], velocity, position)
-        if tick.status == REPEATED:
-            self._faults[REPEATED, ()] += 1
-            return PipelineEstimate._make((*_NOTHING, *self._words(REPEATED, (), ())))
+        if tick.status == CLOCK_REPEATED:
+            self._faults[CLOCK_REPEATED, ()] += 1
+            return PipelineEstimate._make((*_NOTHING, *self._words(CLOCK_REPEATED, (), ())))
         if tick.status == BEGUN_ANEW:
             self._remember(self._new._replace(clock=self._clock.state))
         readings = known[1 : 1 + self._gauges]
         found, self._healthy = self._health.check(readings, self._healthy)
         if found or tick.status:
             self._faults[tick.status, found] += 1
-        if SATURATED in found:
-            readings = tuple([_NONE if own == SATURATED else r for own, r in zip(found, readings, strict=True)])
-        row, columns, codes = outputs.Row(readings, found, force, tangential, tick), list(_NOTHING), []
+        if FAULT_SATURATED in found:
+            readings = tuple([_NONE if own == FAULT_SATURATED else r for own, r in zip(found, readings, strict=True)])
+        row, columns, codes = outputs.SampleRow(readings, found, force, tangential, tick), list(_NOTHING), []
         for place, output in self._running:
             *columns[place], code = output.take(row)
             codes.append(code)
@@ -361,12 +361,13 @@ class Pipeline(Stream):
         return PipelineEstimate._make((*columns, *self._words(tick.status, found, self._codes)))
 
     def _said(self, time: int, gauges: tuple[int, ...], codes: tuple) -> tuple[str, ...]:
-        """The code of each of `QUANTITIES`, and one sentence with the remarks on time, gauges and estimators."""
-        if time == REPEATED:
+        """The code of each of `ESTIMATED_QUANTITIES`, and one sentence with the remarks on time, gauges and
+        estimators."""
+        if time == CLOCK_REPEATED:
             left_out = ClockStatus.REPEATED
             for own in self.legend.values():
                 own[left_out.code] = left_out.sentence
-            return *(left_out.code for _ in QUANTITIES), left_out.sentence
+            return *(left_out.code for _ in ESTIMATED_QUANTITIES), left_out.sentence
         told = dict(zip(self._outputs, codes, strict=True))
         said = {name: self._outputs[name].sentence(code) for name, code in told.items()}
         live = [f"time: {ClockStatus(time).sentence}"] if time else []
@@ -375,7 +376,7 @@ class Pipeline(Stream):
         remarks = [f"{name}: {text.removeprefix('ok, ')}" for name, text in said.items() if text.startswith("ok, ")]
         live = (live or ["ok"]) + remarks if codes or live else ["nothing to estimate"]
         off = [f"no {output}: {why}" for output, why in self.off.items()]
-        return *(self._code(name, told) for name in QUANTITIES), "; ".join([*live, *off])
+        return *(self._code(name, told) for name in ESTIMATED_QUANTITIES), "; ".join([*live, *off])
 
     def _code(self, quantity: str, told: dict[str, Any]) -> str:
         """The code of a quantity, which is added to the legend; for one that is switched off, the reason up to the

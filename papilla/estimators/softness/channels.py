@@ -1,6 +1,6 @@
 """What the channels of a touch (gauges, or S_d alone, and the force) read at a contact, and which errors they have.
 
-`GaugeSurfaces` and `SdSurface` give the readings that the calibration expects at (force, modulus, x), with slopes.
+`GaugeSurfaces` and `SdReading` give the readings that the calibration expects at (force, modulus, x), with slopes.
 `Doubts` are the errors that are constant in a touch. `Channels` linearises both at a contact: slopes by h, a scale of
 ln E on which readings change along straight lines; by theta, all errors in their standard deviations; and by the
 sample's own force and place. A linearisation costs 35 microseconds.
@@ -14,7 +14,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from papilla.calibration import Calibration
-from papilla.calibration.surface import Curve, spline_of
+from papilla.calibration.surface import ModulusCurve, spline_of
 from papilla.core.errors import InputError
 from papilla.model.specimen import THICKNESS_MM
 
@@ -33,23 +33,23 @@ SPREAD_FORCE = 0.5
 calibration): so wide that the prior has almost no weight."""
 BENT_PLACE = 0.2
 """A step of 1 mm bends the readings as much as a step of ln force by this much."""
-LEVEL, FAR, JITTER = 0.05, 3.0, 6.0
-"""Samples of a slot lie within LEVEL of the same measure; a tangent is valid for steps FAR times as long; noise alone
-moves a sample by up to JITTER standard deviations."""
-SLOT = 64
+SLOT_LEVEL, TANGENT_REACH_LEVELS, SLOT_JITTER = 0.05, 3.0, 6.0
+"""Samples of a slot lie within SLOT_LEVEL of the same measure; a tangent is valid for steps TANGENT_REACH_LEVELS times
+as long; noise alone moves a sample by up to SLOT_JITTER standard deviations."""
+MOST_SLOT_SAMPLES = 64
 """Largest number of samples that are learnt together."""
-CONTACTS, FINE, FINE_MM = 1024, 100, 50
-"""What is computed for a contact is kept for this many; errors of the calibration, on steps of 1 / FINE of ln force and
-ln modulus, and of 1 / FINE_MM mm of the place."""
-ORDERS = 3
+CACHED_CONTACTS, ERROR_STEPS_PER_UNIT, FINE_MM = 1024, 100, 50
+"""What is computed for a contact is kept for this many; errors of the calibration, on steps of 1 / ERROR_STEPS_PER_UNIT
+of ln force and ln modulus, and of 1 / FINE_MM mm of the place."""
+LEGENDRE_ORDERS = 3
 """The calibration's error is a smooth function of ln force: so many Legendre polynomials."""
 LEAST_NOISE = 1e-6
 """Smallest noise relative to the largest reading and force; below it there is only rounding."""
 ZERO_WALK, CREEP_WALK = 1e-4, 1e-2
 """Zeros and creep change slowly: after n samples exp(-n WALK / 2) of what was known of them is left."""
-SAME = 1e-6
+EQUAL_SURFACE_DIFFERENCE = 1e-6
 """Relative difference up to which two surfaces count as one: gauges that mirror each other share their errors."""
-LEAST_SLOPE = 1e-3
+LEAST_MEASURE_SLOPE = 1e-3
 """Smallest slope of h relative to the steepest dh / d ln E: h is only a scale, and must rise even if readings hardly
 change."""
 
@@ -173,7 +173,7 @@ class GaugeSurfaces:
         return np.array([np.interp(x, self._place_nodes, errors) for errors in self._place_errors])
 
 
-class SdSurface:
+class SdReading:
     """S_d of all gauges as the only reading; raises `InputError` if it does not rise with the modulus."""
 
     channels, reach, groups = 1, 0.0, (0,)
@@ -217,21 +217,25 @@ def _groups(tables: np.ndarray) -> tuple[int, ...]:
     """Number of each gauge's group; gauges with the same surface are in one group."""
     groups: list[int] = []
     for number, table in enumerate(tables):
-        like = (groups[k] for k in range(number) if np.abs(tables[k] - table).max() <= SAME * np.abs(table).max())
+        like = (
+            groups[k]
+            for k in range(number)
+            if np.abs(tables[k] - table).max() <= EQUAL_SURFACE_DIFFERENCE * np.abs(table).max()
+        )
         groups.append(next(like, max(groups, default=-1) + 1))
     return tuple(groups)
 
 
-def distance_curve(slopes: np.ndarray, start: float, per_step: float) -> Curve:
+def distance_curve(slopes: np.ndarray, start: float, per_step: float) -> ModulusCurve:
     """A rising curve h(ln E) from dh / d ln E > 0 at its n + 1 nodes: piecewise cubic Hermite, slopes limited so that
     it rises everywhere (Fritsch and Carlson 1980, doi:10.1137/0717021)."""
-    slopes = np.maximum(slopes, LEAST_SLOPE * slopes.max())
+    slopes = np.maximum(slopes, LEAST_MEASURE_SLOPE * slopes.max())
     steps = 0.5 * (slopes[:-1] + slopes[1:]) / per_step
     values = np.concatenate([[0.0], np.cumsum(steps)])
     ends = slopes / per_step
     left, right = np.minimum(ends[:-1], 3 * steps), np.minimum(ends[1:], 3 * steps)
     cubics = np.column_stack([values[:-1], left, 3 * steps - 2 * left - right, left + right - 2 * steps])
-    return Curve(tuple(map(tuple, cubics.tolist())), tuple(values.tolist()), start, per_step)
+    return ModulusCurve(tuple(map(tuple, cubics.tolist())), tuple(values.tolist()), start, per_step)
 
 
 class Linear(NamedTuple):
@@ -300,7 +304,7 @@ class Channels:
         self.spread = np.array([SPREAD_FORCE, surfaces.reach])
         self.low, self.high = map(math.log, surfaces.force_N)
         self._softest, self._hardest = float(surfaces.ln_nodes[0]), float(surfaces.ln_nodes[-1])
-        kept = lru_cache(maxsize=CONTACTS)
+        kept = lru_cache(maxsize=CACHED_CONTACTS)
         self.ln_modulus = kept(self._ln_modulus)
         self._errors = kept(self._errors_near)
         self._error_at = kept(surfaces.error)
@@ -326,7 +330,7 @@ class Channels:
             "the thickness of the specimen": 2,
             "the zero of the gauges": c,
             "the gain of the gauges": c,
-            "the calibration": ORDERS * groups,
+            "the calibration": LEGENDRE_ORDERS * groups,
             "the calibration beside the apex": c if self.anywhere else 0,
             "friction": 0 if self.surfaces.friction_known else 1,
             "creep": 1,
@@ -348,7 +352,7 @@ class Channels:
         self._faded = np.ones(end)
         self._faded[zero], self._faded[creep] = 1 - ZERO_WALK, 1 - CREEP_WALK
         self._shaped = slice(gain.start, beside.stop)
-        own = ORDERS * np.array(self.surfaces.groups)[:, None] + np.arange(ORDERS)
+        own = LEGENDRE_ORDERS * np.array(self.surfaces.groups)[:, None] + np.arange(LEGENDRE_ORDERS)
         self._error = numbers[:, None], error.start + own
         self._beside, self._friction = (numbers, beside.start + numbers), friction
         return parts
@@ -359,10 +363,16 @@ class Channels:
         return self.curve.solve(min(max(h, values[0]), values[-1]), 0, len(values) - 1)
 
     def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
-        """(c, m) part of H for errors of calibration and friction, per newton, near a contact in steps of `FINE`."""
-        H, w, surfaces, ln_force = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces, force / FINE
+        """(c, m) part of H for errors of calibration and friction, per newton, near a contact in steps of
+        `ERROR_STEPS_PER_UNIT`."""
+        H, w, surfaces, ln_force = (
+            np.zeros((self.channels, self.size)),
+            self.whiten[:-1],
+            self.surfaces,
+            force / ERROR_STEPS_PER_UNIT,
+        )
         ln_force = min(max(ln_force, self.low), self.high)
-        ln_modulus = min(max(modulus / FINE, self._softest), self._hardest)
+        ln_modulus = min(max(modulus / ERROR_STEPS_PER_UNIT, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
         # The calibration's error is a smooth function of ln force: Legendre polynomials of degree 0, 1 and 2, the
         # latter two half as large. Gauges that mirror each other share it (`_error`).
@@ -392,7 +402,9 @@ class Channels:
         expected[:-1], expected[-1] = r, force
         expected *= self.whiten
         H = self._template.copy()
-        errors = self._errors(round(FINE * ln_force), round(FINE * apparent), round(FINE_MM * place))
+        errors = self._errors(
+            round(ERROR_STEPS_PER_UNIT * ln_force), round(ERROR_STEPS_PER_UNIT * apparent), round(FINE_MM * place)
+        )
         H[:-1] += expected[:-1, None] * self._of_reading + force * errors
         H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
         H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
@@ -429,14 +441,19 @@ class Channels:
         B, expected = linear.B[:, rows], linear.expected[rows]
         # Projections of a whitened sample onto its force and place, and onto what neither explains: linear, so both are
         # one matrix, computed once.
-        own = np.linalg.inv(B @ B.T + np.eye(2) / SLOT)
+        own = np.linalg.inv(B @ B.T + np.eye(2) / MOST_SLOT_SAMPLES)
         gain, jitter = own @ B, self.spread * np.sqrt(own.diagonal())
         split = np.concatenate([self.spread[:, None] * gain, np.eye(len(rows)) - B.T @ gain])
-        # Samples may share a slot as long as the curvature between them stays below `LEVEL`, plus what noise alone
+        # Samples may share a slot as long as the curvature between them stays below `SLOT_LEVEL`, plus what noise alone
         # moves.
-        bent = math.sqrt(LEVEL / max(float(np.abs(expected).max()), 1.0))
-        slack = bent + JITTER * float(jitter[0]), bent / BENT_PLACE + JITTER * float(jitter[1])
+        bent = math.sqrt(SLOT_LEVEL / max(float(np.abs(expected).max()), 1.0))
+        slack = bent + SLOT_JITTER * float(jitter[0]), bent / BENT_PLACE + SLOT_JITTER * float(jitter[1])
         (at, there, *_), end = linear.at, self.surfaces.reach
         ends = zip(slack, ((self.low - at, self.high - at), (-end - there, end - there)), strict=True)
-        reach = tuple([(max(-FAR * far, low), min(FAR * far, high)) for far, (low, high) in ends])
+        reach = tuple(
+            [
+                (max(-TANGENT_REACH_LEVELS * far, low), min(TANGENT_REACH_LEVELS * far, high))
+                for far, (low, high) in ends
+            ]
+        )
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)

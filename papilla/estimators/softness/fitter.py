@@ -10,9 +10,9 @@ standard deviations. A sample of readings and force, divided by its noise and li
 where l, the sample's own force and place with covariance L, is eliminated.
 
 Two obvious ways fail. Evaluating H at every noisy sample creates information that is not there, so H is evaluated again
-only when force, place or ln E have moved by `NODE`. And errors of gains are not independent from sample to sample: they
-return whenever a force returns. So R holds an error for each cell of force, and a cell that is pressed again adds only
-the information that is new (`_own_errors`).
+only when force, place or ln E have moved by `NODE_STEPS`. And errors of gains are not independent from sample to
+sample: they return whenever a force returns. So R holds an error for each cell of force, and a cell that is pressed
+again adds only the information that is new (`_own_errors`).
 
 The answer is the fit of noise alone as long as it explains the readings, because no other fit has a smaller error;
 otherwise it is the filter's. Sigma is always the filter's, and grows where the gauges contradict each other
@@ -25,38 +25,40 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.estimators.softness.channels import SLOT, SPREAD_FORCE, Channels, Linear
+from papilla.estimators.softness.channels import MOST_SLOT_SAMPLES, SPREAD_FORCE, Channels, Linear
 from papilla.estimators.stream import Pieces
 
-BENT, NEAR = 0.4, 0.005
+LARGEST_LINEARISATION_BEND, LARGEST_REUSE_BEND = 0.4, 0.005
 """Both bound (step of ln force)^2 x (greatest whitened reading), the curvature that a linearisation neglects. Above the
 first a sample is linearised again at its new contact; below the second the linearisation of another sample is used."""
-NODE = (0.05, 0.3, 0.3)
+NODE_STEPS = (0.05, 0.3, 0.3)
 """H is evaluated again after ln force, place (mm) or ln E have changed by this much. Evaluated where noise puts each
 sample, H would create information that no reading holds."""
-CELL, SHAPE = 0.1, 0.5
-"""Gains and calibration errors differ from force to force: each cell of ln force, CELL wide, has an error of its own,
-with SHAPE of their standard deviation. It is the same when the cell is pressed again: only its noise averages out."""
-SHARE = 8
-"""A slot holds at most one in SHARE of the samples learnt so far: a touch that has just begun is learnt one by one."""
-STEPS = 6
+FORCE_CELL_LN, CELL_ERROR_SHARE = 0.1, 0.5
+"""Gains and calibration errors differ from force to force: each cell of ln force, FORCE_CELL_LN wide, has an error of
+its own, with CELL_ERROR_SHARE of their standard deviation. It is the same when the cell is pressed again: only its
+noise averages out."""
+SLOT_SAMPLE_SHARE = 8
+"""A slot holds at most one in SLOT_SAMPLE_SHARE of the samples learnt so far: a touch that has just begun is learnt one
+by one."""
+MOST_GAUSS_NEWTON_STEPS = 6
 """Largest number of Gauss-Newton steps."""
-SURE, SLACK = 5.0, 0.05
-"""Noise alone explains the readings while its mean squared misfit is below 1 + SLACK by at most SURE standard
-deviations: noise itself is known to some per cent only."""
-STATED = 1.0
+SURE_MISFIT_SIGMAS, MISFIT_SLACK = 5.0, 0.05
+"""Noise alone explains the readings while its mean squared misfit is below 1 + MISFIT_SLACK by at most
+SURE_MISFIT_SIGMAS standard deviations: noise itself is known to some per cent only."""
+STATED_SIGMA_WEIGHT = 1.0
 """Weight of the stated standard deviations in `widening`, as a number of squared errors of average size."""
 PRIOR_REACH = 0.25
 """Prior standard deviation of h relative to its range: a first estimate may lie beyond the calibrated moduli."""
-ODD = 20.0
+ODD_MISFIT_RATIO = 20.0
 """If the squared misfit of a sample is this many times the average one, the sample is examined alone."""
 FIRST_STEPS, STEPS_A_PIECE = 15, 3
 """Largest number of Gauss-Newton steps for the first sample of a touch, and the number done within one sample."""
-TRIED = 4
+FITTED_SUSPECT_SETS = 4
 """Number of sets of suspects, the likeliest first, that are fitted if a first sample fits badly."""
-MODULI, FORCES = 7, 9
+START_MODULI, START_FORCES = 7, 9
 """Nodes of the table of contacts over h, and over ln force and place, from the best of which Gauss-Newton starts."""
-WIDE = 4.0
+FIRST_SAMPLE_REACH = 4.0
 """How many times further from its node a first sample may lie than a later sample from the one before it."""
 
 
@@ -88,7 +90,7 @@ class FilterState(NamedTuple):
     @property
     def usual(self) -> float:
         """Largest squared misfit of a sample that agrees with those before."""
-        return ODD * (1 + self.square / max(self.freedom, 1.0))
+        return ODD_MISFIT_RATIO * (1 + self.square / max(self.freedom, 1.0))
 
 
 class Residuals(NamedTuple):
@@ -152,16 +154,16 @@ class Fitter(Channels):
         for name in ("the zero of the gauges", "the offset of the force"):
             variance[self.columns[name]] = zero_share**2
         # The rest of the variance belongs to the cells of force (`_own_errors`).
-        variance[self._shaped] = 1 - SHAPE**2
+        variance[self._shaped] = 1 - CELL_ERROR_SHARE**2
         variance[0] = (PRIOR_REACH * self.top) ** 2
-        return FilterState(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / CELL)))
+        return FilterState(mean, np.diag(variance), np.zeros(1 + int((self.high - self.low) / FORCE_CELL_LN)))
 
     def _own_errors(self, H: np.ndarray, pressed: np.ndarray, ln_force: float, samples: float):
         """Variances (k,) of a mean of `samples` in its cell of force, from noise and the cell's own error: the full
         ones, and those with which only new information counts if the cell was pressed before; and the cell."""
-        cell = min(max(int((ln_force - self.low) / CELL), 0), len(pressed) - 1)
+        cell = min(max(int((ln_force - self.low) / FORCE_CELL_LN), 0), len(pressed) - 1)
         before, slopes = float(pressed[cell]), H[:, self._shaped]
-        own = SHAPE**2 * np.einsum("km,km->k", slopes, slopes)
+        own = CELL_ERROR_SHARE**2 * np.einsum("km,km->k", slopes, slopes)
         plain, after = own + 1 / samples, before + samples
         # Information of all samples of the cell minus that of the earlier ones.
         new = (own + 1 / before) * (own + 1 / after) * (before * after / samples) if before else plain
@@ -176,7 +178,7 @@ class Fitter(Channels):
         # Products of slope a by h, residual r, and slopes l, m by the sample's own force and place: all that the least
         # squares need, by one product of matrices.
         table = np.empty((2 + len(linear.B), len(rows)))
-        for _ in range(STEPS):
+        for _ in range(MOST_GAUSS_NEWTON_STEPS):
             table[0] = slope = linear.H[rows, 0]
             table[1] = white - linear.expected[rows] - slope * (h - linear.at[2])
             table[2:] = linear.B[:, rows]
@@ -186,7 +188,9 @@ class Fitter(Channels):
             det = ll * mm - lm * lm
             steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
             at, place = self.moved(linear, steps)
-            if self.bend(linear, at, place, h, 0.0) * greatest < (NEAR if near else BENT):
+            if self.bend(linear, at, place, h, 0.0) * greatest < (
+                LARGEST_REUSE_BEND if near else LARGEST_LINEARISATION_BEND
+            ):
                 break
             linear, near = self.linear(at, place, h), False
         # Eliminate force and place (Schur complement): what is left of the information and the score belongs to h.
@@ -201,7 +205,7 @@ class Fitter(Channels):
 
     def slot(self, state: FilterState) -> int:
         """Number of samples that are learnt together."""
-        return min(int(state.samples) // SHARE, SLOT)
+        return min(int(state.samples) // SLOT_SAMPLE_SHARE, MOST_SLOT_SAMPLES)
 
     def weighed(self, rows, innovation, H: np.ndarray, B: np.ndarray, P: np.ndarray, R):
         """Residuals of an innovation (k,) with variances R, slopes H (k, m) and B (2, k), and covariance P (m, m) of x;
@@ -228,7 +232,7 @@ class Fitter(Channels):
         multiplies by `keep`."""
         white, samples, state = (y * self.whiten)[rows], fit.samples, known
         linear, greatest = self._first(white, state, fit), float(np.abs(white).max())
-        for step in range(STEPS):
+        for step in range(MOST_GAUSS_NEWTON_STEPS):
             state = self._near(state, linear)
             residuals, PH, new, cell = self._against(white, rows, state, linear, samples)
             if step == 0:
@@ -238,7 +242,7 @@ class Fitter(Channels):
                     return first, known
             B = linear.B[:, rows]
             at, place = self.moved(linear, (B @ residuals.weighted).tolist())
-            if self.bend(linear, at, place, *linear.at[2:]) * greatest < BENT:
+            if self.bend(linear, at, place, *linear.at[2:]) * greatest < LARGEST_LINEARISATION_BEND:
                 break
             # The correction moved the sample's contact too far for its linearisation: again, from there.
             linear = self.linear(at, place, *self._unknowns(state))
@@ -277,7 +281,7 @@ class Fitter(Channels):
         unknowns = self._unknowns(state)
         at, place = (fit.ln_force, fit.place_mm) if fit else (state.ln_force, state.place_mm)
         at, place = at + state.offset[0], place + state.offset[1]
-        if fit and self.bend(fit.linear, at, place, *unknowns) * float(np.abs(white).max()) <= NEAR:
+        if fit and self.bend(fit.linear, at, place, *unknowns) * float(np.abs(white).max()) <= LARGEST_REUSE_BEND:
             return fit.linear
         return self.linear(at, place, *unknowns)
 
@@ -304,7 +308,7 @@ class Fitter(Channels):
         if state.node is not None:
             (at, place, h, _), (before, there, known, _) = linear.at, state.node.at
             far = at - before, place - there, (h - known) / self.ln_modulus(h)[1]
-            if all([abs(distance) <= limit for distance, limit in zip(far, NODE, strict=True)]):
+            if all([abs(distance) <= limit for distance, limit in zip(far, NODE_STEPS, strict=True)]):
                 return state
         return state._replace(node=linear)
 
@@ -319,9 +323,15 @@ class Fitter(Channels):
     def widening(self, state: FilterState) -> float:
         """Factor by which sigma grows if readings contradict each other more than the stated errors of gains and
         calibration allow: root of the sum of squares of the estimated errors, divided by its expectation."""
-        found, known = state.mean[self._shaped], 1 - SHAPE**2
+        found, known = state.mean[self._shaped], 1 - CELL_ERROR_SHARE**2
         left = known - state.covariance.diagonal()[self._shaped]
-        return math.sqrt(max((STATED * known + float(found @ found)) / (STATED * known + float(left.sum())), 1.0))
+        return math.sqrt(
+            max(
+                (STATED_SIGMA_WEIGHT * known + float(found @ found))
+                / (STATED_SIGMA_WEIGHT * known + float(left.sum())),
+                1.0,
+            )
+        )
 
     def noise_explains(self, state: FilterState) -> bool:
         """Whether noise alone explains the readings."""
@@ -329,7 +339,7 @@ class Fitter(Channels):
             return False
         square = state.square - state.score * state.score / state.information
         freedom = max(state.freedom - 1, 1e-9)
-        return square <= freedom * (1 + SLACK) + SURE * math.sqrt(2 * freedom)
+        return square <= freedom * (1 + MISFIT_SLACK) + SURE_MISFIT_SIGMAS * math.sqrt(2 * freedom)
 
     def dominant(self, state: FilterState) -> str:
         """The largest contribution to sigma: the error whose knowledge would lower sigma most."""
@@ -358,15 +368,15 @@ class Start:
     def __init__(self, fitter: Fitter):
         self._fitter = fitter
         self._known = fitter.anywhere and math.isfinite(fitter.position_sigma)
-        hs, forces = np.linspace(0.0, fitter.top, MODULI), np.linspace(fitter.low, fitter.high, FORCES)
+        hs, forces = np.linspace(0.0, fitter.top, START_MODULI), np.linspace(fitter.low, fitter.high, START_FORCES)
         reach = fitter.surfaces.reach
-        places = np.linspace(-reach, reach, FORCES) if fitter.anywhere else np.zeros(1)
+        places = np.linspace(-reach, reach, START_FORCES) if fitter.anywhere else np.zeros(1)
         self._nodes = [(force, place, h) for h in hs.tolist() for place in places.tolist() for force in forces.tolist()]
         found = [fitter.linear(*node) for node in self._nodes]
         # A contact between nodes must not count as a misfit: h, force and place are free by one step of the table.
         prior = np.ones(fitter.size)
         prior[0] = (hs[1] - hs[0]) ** 2
-        narrow = np.array([[(forces[1] - forces[0]) / SPREAD_FORCE], [2 / (FORCES - 1)]])
+        narrow = np.array([[(forces[1] - forces[0]) / SPREAD_FORCE], [2 / (START_FORCES - 1)]])
         H, B = np.array([linear.H for linear in found]), np.array([linear.B for linear in found]) * narrow
         self._covariances = (H * prior) @ H.transpose(0, 2, 1) + B.transpose(0, 2, 1) @ B + np.eye(fitter.channels + 1)
         self._expected = np.array([linear.expected for linear in found])
@@ -408,7 +418,7 @@ class Start:
         # fitted.
         each = left[:, None] - shares_of(weighted, precision, [np.searchsorted(rows, own) for own in sets])
         found = [math.inf] * len(sets)
-        for number in each.min(axis=0).argsort(kind="stable")[:TRIED].tolist():
+        for number in each.min(axis=0).argsort(kind="stable")[:FITTED_SUSPECT_SETS].tolist():
             others = np.setdiff1d(rows, sets[number])
             residuals, _ = yield from self._settled(y, others, prior, int(each[:, number].argmin()))
             found[number] = residuals.misfit
@@ -419,10 +429,10 @@ class Start:
         fitter, (at, place, h) = self._fitter, self._nodes[node]
         white, reach = (y * fitter.whiten)[rows], fitter.surfaces.reach
         # A prior of the place counts for this sample and for no later one.
-        wide = np.array([WIDE, fitter.position_sigma / reach if self._known else WIDE])
+        wide = np.array([FIRST_SAMPLE_REACH, fitter.position_sigma / reach if self._known else FIRST_SAMPLE_REACH])
         far = np.array([1.0, 1.0 / reach if reach else 0.0])
         most = max(float(np.abs(white).max()), 1.0)
-        mean, longest = prior.mean.copy(), 1.5 * fitter.top / MODULI
+        mean, longest = prior.mean.copy(), 1.5 * fitter.top / START_MODULI
         mean[0] = 0.0
         for step in range(FIRST_STEPS):
             if step % STEPS_A_PIECE == 0:
@@ -442,7 +452,7 @@ class Start:
             change = float(PH[0] @ residuals.weighted)
             h = min(max(h + min(max(change, -longest), longest), 0.0), fitter.top)
             at, place = fitter.inside(*fitter.moved(linear, moved.clip(np.negative(far), far).tolist()))
-            if fitter.bend(linear, at, place, h, 0.0) * most < BENT:
+            if fitter.bend(linear, at, place, h, 0.0) * most < LARGEST_LINEARISATION_BEND:
                 break
         mean[0] = h
         return residuals, prior._replace(mean=mean, ln_force=at, place_mm=place, anchor=h)

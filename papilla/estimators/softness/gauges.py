@@ -24,11 +24,11 @@ import numpy as np
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.estimators.health import MISSING, STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
+from papilla.estimators.health import FAULT_MISSING, FAULT_STUCK, STUCK_SAMPLES, Fault, in_words, numbered, pack
 from papilla.estimators.softness import touch
 from papilla.estimators.softness.channels import Doubts, GaugeSurfaces
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Residuals
-from papilla.estimators.stream import Pieces, Spread, completed
+from papilla.estimators.stream import Pieces, SpreadTask, completed
 
 
 @dataclass(frozen=True)
@@ -62,10 +62,10 @@ class BlameRules:
     explained a contradiction."""
 
 
-RULES = BlameRules()
+BLAME_RULES = BlameRules()
 
 
-class Search(NamedTuple):
+class FaultSearch(NamedTuple):
     """A search for an explanation of a sample (c + 1,) with these faults, spread over the next samples: its residuals
     against the filter of the touch (known) or, for the first sample of a touch, against the best first fit."""
 
@@ -107,7 +107,7 @@ class GaugeEstimate(NamedTuple):
         return _words(self.status, int(self.left_out), int(self.channels))
 
 
-class GaugeSoftness(touch.Touch):
+class GaugeSoftness(touch.TouchEstimator):
     """Online estimate of the modulus from all gauges; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     A force or reading that is NaN is left out of its sample. A gauge is left out as long as it is stuck, saturated or
@@ -149,7 +149,7 @@ class GaugeSoftness(touch.Touch):
             raise InputError(f"position_sigma_mm must be greater than 0, or None, got {position_sigma_mm}")
         self._anywhere = position_sigma_mm is not None
         surfaces = GaugeSurfaces(calibration, self._anywhere)
-        self._least = RULES.least_channels + self._anywhere
+        self._least = BLAME_RULES.least_channels + self._anywhere
         if surfaces.channels < self._least - 1:
             raise InputError(f"at least {self._least - 1} gauges are needed, the calibration has {surfaces.channels}")
         fitter = Fitter(surfaces, gauge_sigma, force_sigma_N, doubts or Doubts(), position_sigma_mm)
@@ -178,7 +178,7 @@ class GaugeSoftness(touch.Touch):
         # unusual.
         if fit.here > state.usual:
             residuals = self._fitter.residuals(y, rows, state)
-            if residuals.misfit > RULES.contradicts:
+            if residuals.misfit > BLAME_RULES.contradicts:
                 return self._contradict(y, faults, state, residuals)
         return self._learn(y, rows, faults, state, fit)
 
@@ -187,8 +187,8 @@ class GaugeSoftness(touch.Touch):
         if not self._trusted(1):
             return self._refused(SoftnessStatus.MISFIT, faults)
         residuals, state = completed(self._start(y, rows, self._unknown()))
-        if residuals.misfit > RULES.contradicts:
-            self._memory.search = Spread(Search(y, faults, residuals, state, False))
+        if residuals.misfit > BLAME_RULES.contradicts:
+            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, state, False))
             return self._refused(SoftnessStatus.MISFIT, faults)
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
@@ -196,13 +196,13 @@ class GaugeSoftness(touch.Touch):
         """Handle a sample that the fit so far does not explain: a bad channel, another specimen, or an unknown
         cause."""
         if self._trusted():
-            self._memory.search = Spread(Search(y, faults, residuals, state, True))
+            self._memory.search = SpreadTask(FaultSearch(y, faults, residuals, state, True))
         else:
             # The earlier samples are not trusted either: after a while the touch begins again.
             self._distrust()
         return self._refused(SoftnessStatus.MISFIT, faults)
 
-    def _search(self, search: Spread) -> GaugeEstimate:
+    def _search(self, search: SpreadTask) -> GaugeEstimate:
         """Do the next piece of a search, and use its result. Until its end no sample is learnt and none has an
         answer."""
         found = search.advance(self)
@@ -222,7 +222,7 @@ class GaugeSoftness(touch.Touch):
         # Explained by a new modulus, not by a fault: this adds to the distrust, because over a texture it happens again
         # and again.
         if not named:
-            memory.distrust += RULES.unexplained
+            memory.distrust += BLAME_RULES.unexplained
         return self._learn(y, rows, faults, state, self._fitter.noise_fit(y, rows, state))
 
     def _explained(self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, state, known) -> Pieces[tuple]:
@@ -237,7 +237,7 @@ class GaugeSoftness(touch.Touch):
         yield
         # If another modulus explains it, a pair of bad channels is the less likely cause: only single channels (and
         # mirrored pairs) are suspected.
-        single = known and anew.misfit < RULES.contradicts
+        single = known and anew.misfit < BLAME_RULES.contradicts
         misfits = residuals.misfits_without if known else partial(self._start.misfits_without, y, rows, self._unknown())
         blame = yield from self._to_blame(rows, misfits, single=single)
         if blame is None:
@@ -253,7 +253,7 @@ class GaugeSoftness(touch.Touch):
             fit = self._fitter.noise_fit(y, left, state)
             yield
             # The channel explains the misfit only if the others agree with the touch after a fit of their own.
-            if self._fitter.residuals(y, left, state, fit).misfit >= RULES.contradicts:
+            if self._fitter.residuals(y, left, state, fit).misfit >= BLAME_RULES.contradicts:
                 return None, named, None
         yield
         return None, named, state
@@ -263,14 +263,14 @@ class GaugeSoftness(touch.Touch):
         memory = self._memory
         if samples and memory.distrust:
             memory.distrust = max(memory.distrust - samples, 0)
-            memory.patience = memory.patience if memory.distrust else touch.RULES.patience
-        return memory.distrust <= RULES.trusted
+            memory.patience = memory.patience if memory.distrust else touch.TOUCH_RULES.patience
+        return memory.distrust <= BLAME_RULES.trusted
 
     def _distrust(self) -> None:
         """Forget the touch and wait; the wait grows by half each time until there are good samples in between."""
         memory = self._memory
         memory.filter, memory.distrust = None, memory.patience
-        memory.patience = min(memory.patience + memory.patience // 2, RULES.most_patience)
+        memory.patience = min(memory.patience + memory.patience // 2, BLAME_RULES.most_patience)
 
     def _to_blame(self, rows: np.ndarray, misfits, single: bool = False) -> Pieces[tuple[int, ...] | None]:
         """Channels without which the others agree. None if there are none, or if too few channels would be left to
@@ -292,13 +292,13 @@ class GaugeSoftness(touch.Touch):
         for stage in stages:
             able = [own for own in stage if len(channels) - len(own) >= self._least]
             left = yield from misfits(able)
-            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < RULES.agrees)
+            found = sorted(pair for pair in zip(left, able, strict=True) if pair[0] < BLAME_RULES.agrees)
             # A pair is not suspected if one of its channels alone explains as much.
             suspects = [
                 own
                 for left, own in found
-                if left < found[0][0] + RULES.margin
-                and not any(set(other) < set(own) and less < left + RULES.margin for less, other in found)
+                if left < found[0][0] + BLAME_RULES.margin
+                and not any(set(other) < set(own) and less < left + BLAME_RULES.margin for less, other in found)
             ]
             # Suspects that explain the misfit equally well cannot be told apart: leave out all of them, if enough
             # remain.
@@ -314,7 +314,7 @@ class GaugeSoftness(touch.Touch):
         # What the other channels predict for the blamed ones, and within which error: does -y, or the other's y, fit
         # it?
         scale = self._fitter.noise[list(blamed)]
-        expected, limit = y[list(blamed)] - rest * scale, RULES.explained * variance * scale**2
+        expected, limit = y[list(blamed)] - rest * scale, BLAME_RULES.explained * variance * scale**2
 
         def fits(value: float, place: int) -> bool:
             return bool((value - expected[place]) ** 2 < limit[place])
@@ -335,7 +335,7 @@ class GaugeSoftness(touch.Touch):
         if outside := self._outside(fit):
             return self._refused(outside, faults)
         # The first sample has been judged by its start; there is nothing else to contradict.
-        limit = RULES.contradicts if state.samples else math.inf
+        limit = BLAME_RULES.contradicts if state.samples else math.inf
         residuals, self._memory.filter = self._fitter.learn(y, rows, state, fit, limit=limit)
         if residuals.misfit > limit:
             return self._contradict(y, faults, state, residuals)
@@ -359,9 +359,9 @@ class GaugeSoftness(touch.Touch):
             if fault and math.isfinite(y[channel]):
                 every = np.sort(np.append(rows, channel))
                 (rest,), (variance,) = self._fitter.residuals(y, every, state, fit).expected(channel)
-                fits = rest**2 < RULES.fits_again * variance
+                fits = rest**2 < BLAME_RULES.fits_again * variance
                 returning[channel] = returning[channel] + fit.samples if fits else 0
-                if returning[channel] >= RULES.back_after:
+                if returning[channel] >= BLAME_RULES.back_after:
                     faults[channel] = returning[channel] = 0
         self._memory.faults, self._memory.returning = tuple(faults), tuple(returning)
 
@@ -378,12 +378,15 @@ class GaugeSoftness(touch.Touch):
         memory, before = self._memory, self._memory.found
         if found != before:
             memory.found = found
-            if any(new == STUCK and old != STUCK for new, old in zip(found, before or self._clean, strict=False)):
+            if any(
+                new == FAULT_STUCK and old != FAULT_STUCK
+                for new, old in zip(found, before or self._clean, strict=False)
+            ):
                 # A gauge has just been recognised as stuck: samples learnt with it, and faults found with it, are void.
                 memory.filter, memory.faults, memory.distrust = None, self._clean, 0
         if not found and force - force == 0.0:
             return memory.faults
-        missing = MISSING if self._sensed and force - force != 0.0 else 0
+        missing = FAULT_MISSING if self._sensed and force - force != 0.0 else 0
         now = (*(found or self._clean[1:]), missing)
         return tuple([new or old for new, old in zip(now, memory.faults, strict=True)])
 

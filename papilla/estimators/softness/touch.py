@@ -1,11 +1,11 @@
 """A touch, and Young's modulus from its S_d and force: contact, zeros in the air, slots of samples, and the answer.
 
-`Touch` is the common part of both estimators of softness, `Softness` the one from S_d alone: one reading instead of
-many. A touch is a filter (`fitter`) that begins where a first sample fits best and lives until contact is lost. At 1
-kHz most samples repeat the one before, so samples that lie near each other are summed in a slot, and the filter learns
-the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot still gets its own
-answer: a tangent, y - y_0 = B (force, place), gives its force and place by one small matrix product. A sample beyond
-the tangent's reach, or with a large misfit, closes the slot.
+`TouchEstimator` is the common part of both estimators of softness, `Softness` the one from S_d alone: one reading
+instead of many. A touch is a filter (`fitter`) that begins where a first sample fits best and lives until contact is
+lost. At 1 kHz most samples repeat the one before, so samples that lie near each other are summed in a slot, and the
+filter learns the mean of a full slot: y_slot = (y_1 + ... + y_n) / n with noise R / n. Each sample of a slot still gets
+its own answer: a tangent, y - y_0 = B (force, place), gives its force and place by one small matrix product. A sample
+beyond the tangent's reach, or with a large misfit, closes the slot.
 
 In the air the readings are zeros. Means of 20 samples are learnt as zeros, each only when the next one agrees, so that
 the beginning of a press is never learnt as a zero. Force and readings together decide whether the finger is in the air,
@@ -19,14 +19,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from papilla.calibration import IDENTIFIABLE, Calibration, SoftnessStatus
+from papilla.calibration import IDENTIFIABLE_SIGMA, Calibration, SoftnessStatus
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
-from papilla.estimators.softness.channels import Doubts, SdSurface, Tangent
+from papilla.estimators.softness.channels import Doubts, SdReading, Tangent
 from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
-from papilla.estimators.stream import Spread, Stream, completed
+from papilla.estimators.stream import SpreadTask, Stream, completed
 
 NOISE_REACH = 4.0
 """Number of sigmas by which a measured force may lie outside the domain, if S_d shows that it is inside."""
@@ -61,7 +61,7 @@ class TouchRules:
     """Number of good samples that outweigh the first time that nothing explains the readings."""
 
 
-RULES = TouchRules()
+TOUCH_RULES = TouchRules()
 
 
 class Rest(NamedTuple):
@@ -122,13 +122,13 @@ class TouchState:
     returning: tuple[int, ...] = ()
     found: tuple[int, ...] = ()
     distrust: int = 0
-    patience: int = RULES.patience
+    patience: int = TOUCH_RULES.patience
     dominant: str = ""
     light: int = 0
-    search: Spread | None = None
+    search: SpreadTask | None = None
 
 
-class Touch(Stream):
+class TouchEstimator(Stream):
     """Base of the estimators; `gauges` readings and a force make a sample.
 
     A sample without an answer (the status says why) does not change the state, except that lost contact ends the touch.
@@ -199,8 +199,8 @@ class Touch(Stream):
         # A drifted zero of the gauges looks like a light contact for ever. A force that stays light for long says
         # otherwise.
         memory.light = 0 if force >= self._contact else memory.light + 1
-        square, drift = float(moved @ moved), RULES.largest_drift * self._fitter.doubts.zero_microstrain
-        long = memory.light > RULES.light_samples and force == force
+        square, drift = float(moved @ moved), TOUCH_RULES.largest_drift * self._fitter.doubts.zero_microstrain
+        long = memory.light > TOUCH_RULES.light_samples and force == force
         return square < float(least @ least) or (long and square < len(moved) * drift * drift)
 
     def _lose_contact(self, sample: tuple[float, ...], good: bool) -> None:
@@ -209,13 +209,13 @@ class Touch(Stream):
         memory.slot = None
         if memory.filter is not None:
             memory.dominant = self.dominant
-            memory.filter, memory.distrust, memory.patience = None, 0, RULES.patience
+            memory.filter, memory.distrust, memory.patience = None, 0, TOUCH_RULES.patience
         if not good:
             return
         before, count = memory.rest.before, memory.rest.samples + 1
         total = memory.rest.total + np.array(sample)
         memory.rest = Rest(total, count, before)
-        if count < RULES.rest_samples:
+        if count < TOUCH_RULES.rest_samples:
             return
         mean = total / count
         memory.rest = Rest(before=mean)
@@ -223,12 +223,15 @@ class Touch(Stream):
             # The earlier mean is learnt as zeros (g + 1,), not this one: if this one is the start of a press, it will
             # disagree, and neither is learnt.
             noise = self._zero_noise**2 / count
-            apart = (mean - before) ** 2 / (2 * noise + (RULES.rest_share * self._zero_sigma) ** 2)
-            if apart.mean() <= RULES.rest_limit:
+            apart = (mean - before) ** 2 / (2 * noise + (TOUCH_RULES.rest_share * self._zero_sigma) ** 2)
+            if apart.mean() <= TOUCH_RULES.rest_limit:
                 # Kalman gain of one more mean: exactly known zeros do not change by noise.
                 zeros, variance = np.array(memory.zeros), self._zero_sigma**2
                 zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
-                memory.zeros, memory.airborne = tuple(zeros.tolist()), min(memory.airborne + count, RULES.zero_samples)
+                memory.zeros, memory.airborne = (
+                    tuple(zeros.tolist()),
+                    min(memory.airborne + count, TOUCH_RULES.zero_samples),
+                )
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force minus their zeros; plain numbers, because arrays are slower for so few values."""
@@ -236,7 +239,9 @@ class Touch(Stream):
 
     def _unknown(self) -> FilterState:
         """The filter at the beginning of a touch."""
-        return self._fitter.prior(RULES.air_share if self._memory.airborne >= RULES.zero_samples / 2 else 1.0)
+        return self._fitter.prior(
+            TOUCH_RULES.air_share if self._memory.airborne >= TOUCH_RULES.zero_samples / 2 else 1.0
+        )
 
     def _outside(self, fit: NoiseFit) -> SoftnessStatus | None:
         """The status of a contact outside the calibrated range."""
@@ -318,7 +323,7 @@ class Touch(Stream):
         if state is self._estimated[0]:
             return self._estimated[1]
         modulus, sigma, (h, sigma_h, offset) = math.nan, math.nan, fitter.estimate(state)
-        if float(state.mean[1:] @ state.mean[1:]) > RULES.largest_errors:
+        if float(state.mean[1:] @ state.mean[1:]) > TOUCH_RULES.largest_errors:
             status = SoftnessStatus.MISFIT
         elif not 0.0 <= h <= fitter.top:
             status = SoftnessStatus.SOFTER if h < 0 else SoftnessStatus.HARDER
@@ -326,13 +331,13 @@ class Touch(Stream):
             ln_modulus, slope = fitter.ln_modulus(h)
             modulus, relative = math.exp(ln_modulus), sigma_h / slope
             sigma = relative * modulus
-            status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE else SoftnessStatus.OK
+            status = SoftnessStatus.NOT_IDENTIFIABLE if relative > IDENTIFIABLE_SIGMA else SoftnessStatus.OK
         found = SoftnessEstimate(modulus, sigma, int(status)), offset
         self._estimated = state, found
         return found
 
 
-class Softness(Touch):
+class Softness(TouchEstimator):
     """Online estimate of the modulus; one sample is (g1, ..., gg, force_N), readings in microstrain.
 
     Parameters
@@ -373,7 +378,7 @@ class Softness(Touch):
         self._keep = math.exp(-1 / (memory_s * checks.positive("sample_rate_Hz", sample_rate_Hz)))
         known = doubts or Doubts()
         known = replace(known, zero_microstrain=known.zero_microstrain / math.sqrt(gauges))
-        self._surface = SdSurface(calibration)
+        self._surface = SdReading(calibration)
         fitter = Fitter(self._surface, self._reading_sigma, force_sigma_N, known, None)
         super().__init__(fitter, gauges, contact_force_N, saturation, stuck_samples)
 

@@ -20,33 +20,44 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.core.units import SAMPLE_RATE_HZ, TINY
-from papilla.estimators.stream import Spread, Stream
+from papilla.core.units import SAMPLE_RATE_HZ, TINY_DIVISOR
+from papilla.estimators.stream import SpreadTask, Stream
 from papilla.estimators.wavelength import motion_fit
 from papilla.estimators.wavelength.chirp_memory import (
     FIRST_LIVELY,
-    WANDER,
+    OFFSET_KINK_LIMITS,
     ChirpEstimate,
     ChirpMemory,
     ChirpStatus,
     Step,
 )
-from papilla.estimators.wavelength.frequency_search import STIFFNESS, FrequencySearch, SubharmonicTest, price_of
-from papilla.estimators.wavelength.memory import WIDEST
-from papilla.estimators.wavelength.motion_fit import BAND, KNOTS, MOTION, SHAPE, MotionFit
+from papilla.estimators.wavelength.frequency_search import (
+    PRIOR_STIFFNESS_SIGMA,
+    FrequencySearch,
+    SubharmonicTest,
+    price_of,
+)
+from papilla.estimators.wavelength.memory import WIDEST_RANGE_RATIO
+from papilla.estimators.wavelength.motion_fit import (
+    CHIRP_BAND_LIMIT,
+    MOTION_KNOTS,
+    MOTION_PARAMETERS,
+    SHAPE_PARAMETERS,
+    MotionFit,
+)
 from papilla.estimators.wavelength.spectrum import FEWEST_ROWS
 
-PERIODS, SEARCH_PERIODS = 4.5, 2.0
+WINDOW_PERIODS, SEARCH_PERIODS = 4.5, 2.0
 """Length of the window of the fit, and of that of a search, in periods of the lowest frequency."""
-HOP_S, STRIDE = 0.008, 2
+FIT_HOP_S, CATCH_UP_STEPS = 0.008, 2
 """Time between two steps of the fit; and number of steps that are done at once while a new fit catches up with the
 present."""
-PIECES = 6, 10
+MOST_HOP_PIECES = 6, 10
 """Largest number of pieces per hop, of a step of the fit (which has three) and of a search: each sample does a share of
 them, so that none takes long and half of the samples are free for searches."""
 SAME_TURN = 0.25
 """Largest difference (cycles) of a reading's new phase from its earlier one, for the earlier one to stay valid."""
-LIVELIER = 1.6
+LIVELIER_MOTION_RATIO = 1.6
 """Ratio of residual to noise above which the motion is livelier than expected."""
 SEARCH_S, LONGEST_SEARCH = (0.1, 1.0), 400
 """Time between two searches for a better fit: if the present fit is in doubt, and if it is sure; and largest number of
@@ -54,34 +65,34 @@ samples of a search."""
 HARMONIC_S = 0.1
 """Time between two tests whether the fit follows a harmonic. With half as many tests more of the "ok" rows are wrong:
 24 instead of 11 % in the scene "quick turns", 30 instead of 25 % in "hand, realistic"."""
-RIVAL = 20.0
+RIVAL_NATS = 20.0
 """Difference in log-likelihood (nats) by which another fit must be better to replace the present one."""
 LONGEST_LAG_S, UNSEEN_S = 0.03, 0.05
 """Largest age of an answer; and time constant with which sigma grows while readings are missing."""
 FORGOTTEN_S, LEARNT_S = 0.5, 0.03
 """Time constant with which the knowledge of profile and noise fades; and the one with which the liveliness may
 change."""
-LIVELY = 0.1, 100.0
+MOTION_NOISE_LIMITS = 0.1, 100.0
 """Smallest and largest process noise of the motion, relative to the frequency, in s^-2 and per sqrt(Hz)."""
-WANDERING, FIRM = 10.0, 10.0
+STIFFNESS_WALK, FIRM_STIFFNESS_WALK = 10.0, 10.0
 """Random walk of the stiffness (1/s^2) per second, and the tighter value that holds as long as jumps could explain its
 changes."""
-DOUBTED, LOST = 1.4, 6.0
+DOUBTED_RESIDUAL_RATIO, LOST_RESIDUAL_RATIO = 1.4, 6.0
 """Ratio of residual to noise above which a fit is not believed, and above which it is given up."""
-PROVED = 3.0
+PROVED_PERIODS = 3.0
 """Number of periods that a fit must have followed."""
-CLEAN, SOONER = 8, 0.8
+CLEAN_TESTS, SOONER_TEST_SHARE = 8, 0.8
 """Number of consecutive tests without a sign of a lower frequency that must follow a test with one, because faint
 harmonics come and go; and the share of the time between two tests by which the next one is earlier if there were too
 few periods."""
-VAGUE, CRAWL = 0.05, 0.25
+VAGUE_FREQUENCY_SIGMA, CRAWL_FREQUENCY_SHARE = 0.05, 0.25
 """Relative sigma of the frequency above which a wavelength is held, and the share of its usual frequency below which it
 is held."""
-WHITE = 0.6, 1.5
+WHITE_NOISE_LIMITS = 0.6, 1.5
 """Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
 nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
 part."""
-QUIET = 0.1
+QUIET_POWER_SHARE = 0.1
 """Share of the profile's power that the readings must have for movement."""
 
 
@@ -115,26 +126,27 @@ class ChirpTracker(Stream):
         frequency_range_Hz: tuple[float, float] | None = None,
         sample_rate_Hz: float = SAMPLE_RATE_HZ,
         lag_s: float = 0.014,
-        saturation: float = checks.LARGEST,
+        saturation: float = checks.LARGEST_READING,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        top = BAND * rate
+        top = CHIRP_BAND_LIMIT * rate
         asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
         self._lowest, self._highest = lowest, highest = checks.rising("frequency_range_Hz", asked)
-        if not 2 * lowest <= highest <= min(top, WIDEST * lowest):
+        if not 2 * lowest <= highest <= min(top, WIDEST_RANGE_RATIO * lowest):
             raise InputError(
-                f"frequency_range_Hz must span a factor 2 to {WIDEST} below {BAND:g} of the sampling rate "
+                f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below "
+                f"{CHIRP_BAND_LIMIT:g} of the sampling rate "
                 f"({top:g} Hz), got {lowest:g} to {highest:g} Hz"
             )
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
         self._limit = checks.positive("saturation", saturation)
-        self._window = max(math.ceil(PERIODS / self._lowest * rate), motion_fit.FEWEST_READINGS)
+        self._window = max(math.ceil(WINDOW_PERIODS / self._lowest * rate), motion_fit.FEWEST_READINGS)
         self._kept = 2 * self._window + LONGEST_SEARCH
-        self._hop = max(round(HOP_S * rate), 1)
-        self._step_pieces, self._search_pieces = (math.ceil(pieces / self._hop) for pieces in PIECES)
+        self._hop = max(round(FIT_HOP_S * rate), 1)
+        self._step_pieces, self._search_pieces = (math.ceil(pieces / self._hop) for pieces in MOST_HOP_PIECES)
         self._times = np.arange(1 - self._window, 1) / rate
-        self._spacing = (self._window - 1) / rate / KNOTS
+        self._spacing = (self._window - 1) / rate / MOTION_KNOTS
         searched = round(SEARCH_PERIODS * rate / self._lowest)
         self._middle = (np.arange(searched) - 0.5 * (searched - 1)) / rate
         self._drift = np.vander(self._middle / self._middle[-1], 3)
@@ -170,8 +182,8 @@ class ChirpTracker(Stream):
         memory.asked += 1
         memory.speeds.append(velocity)
         del memory.speeds[0]
-        # A step of the fit is due every HOP_S and has priority; the samples between two steps belong to searches and
-        # tests.
+        # A step of the fit is due every FIT_HOP_S and has priority; the samples between two steps belong to searches
+        # and tests.
         for _ in range(self._step_pieces):
             if memory.step is None and memory.since < self._hop:
                 for _ in range(self._search_pieces * (memory.count >= self._window + len(self._middle))):
@@ -194,11 +206,16 @@ class ChirpTracker(Stream):
         if memory.since >= len(memory.answers):
             memory.answers = self._answers(stroke)
         frequency, sigma = memory.answers[memory.since]
-        seen = memory.since < 2 * self._hop and memory.followed > PROVED and not memory.absent
-        good = seen and stroke.proved and memory.doubt < DOUBTED and sigma < 2 * VAGUE * frequency
-        crawling = frequency <= CRAWL * memory.swing**0.5
+        seen = memory.since < 2 * self._hop and memory.followed > PROVED_PERIODS and not memory.absent
+        good = (
+            seen
+            and stroke.proved
+            and memory.doubt < DOUBTED_RESIDUAL_RATIO
+            and sigma < 2 * VAGUE_FREQUENCY_SIGMA * frequency
+        )
+        crawling = frequency <= CRAWL_FREQUENCY_SHARE * memory.swing**0.5
         # Near a reversal f tends to 0, and v / f is a quotient of two small numbers: hold the wavelength instead.
-        if good and not memory.other and sigma < VAGUE * frequency and not crawling and speed == speed:
+        if good and not memory.other and sigma < VAGUE_FREQUENCY_SIGMA * frequency and not crawling and speed == speed:
             wavelength = speed / frequency
             spread = wavelength * sigma / frequency
             memory.held = wavelength, spread
@@ -206,7 +223,7 @@ class ChirpTracker(Stream):
 
     def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each sample of the next step."""
-        memory, known = self._memory, slice(MOTION + KNOTS)
+        memory, known = self._memory, slice(MOTION_PARAMETERS + MOTION_KNOTS)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
         variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
         # Add the uncertainty by a jump since the youngest knot, because no parameter describes it.
@@ -243,7 +260,7 @@ class ChirpTracker(Stream):
             return
         # A search takes some time: its fit catches up in strides that are short enough for the motion to stay within
         # reach.
-        stride = min(memory.since, STRIDE * self._hop)
+        stride = min(memory.since, CATCH_UP_STEPS * self._hop)
         since = stride / self._rate
         motion = motion_fit.moved(stroke.motion, since)
         # Only the phase within a turn matters. Large phases would lose digits over hours.
@@ -280,54 +297,64 @@ class ChirpTracker(Stream):
 
     def _prior(self, stroke: MotionFit) -> tuple[np.ndarray, np.ndarray]:
         """Information (31, 31) before the readings of the window, and its mean (31,)."""
-        memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + TINY
+        memory, swing, size = self._memory, self._swing(stroke), abs(float(stroke.shape[0])) + TINY_DIVISOR
         mean, variance = memory.stiffness
         # The stiffness k changes slowly. As long as jumps of the chirp could explain the same phases, a change of k is
         # not believed: so the livelier the motion, the firmer is k.
-        firm = FIRM * swing * abs(float(self._times[0])) ** 5 * memory.lively**2
+        firm = FIRM_STIFFNESS_WALK * swing * abs(float(self._times[0])) ** 5 * memory.lively**2
         jump = memory.lively * swing * self._spacing**0.5
         # Standard deviations: phase within a quarter turn, frequency and chirp wide, jumps as large as this hand's so
         # far.
-        motion = [0.25, 0.5 * swing, 20 * swing, (1 / variance + firm) ** -0.5, *[jump] * KNOTS]
-        trend = [math.inf, 2 * size, *[memory.wander * size] * KNOTS]
-        prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE]) ** -2.0)
+        motion = [0.25, 0.5 * swing, 20 * swing, (1 / variance + firm) ** -0.5, *[jump] * MOTION_KNOTS]
+        trend = [math.inf, 2 * size, *[memory.wander * size] * MOTION_KNOTS]
+        prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE_PARAMETERS]) ** -2.0)
         # The profile learnt from readings that have left the window.
-        prior[-SHAPE:, -SHAPE:] += memory.known / stroke.noise
-        about = np.concatenate([stroke.motion, np.zeros(KNOTS), stroke.trend[:2], np.zeros(KNOTS), memory.about])
-        about[MOTION - 1] = (mean / variance + stroke.motion[-1] * firm) / (1 / variance + firm)
+        prior[-SHAPE_PARAMETERS:, -SHAPE_PARAMETERS:] += memory.known / stroke.noise
+        about = np.concatenate(
+            [stroke.motion, np.zeros(MOTION_KNOTS), stroke.trend[:2], np.zeros(MOTION_KNOTS), memory.about]
+        )
+        about[MOTION_PARAMETERS - 1] = (mean / variance + stroke.motion[-1] * firm) / (1 / variance + firm)
         return prior, about
 
     def _learn(self, stroke: MotionFit, readings: np.ndarray) -> None:
         """Update noise, motion and profile from the fit."""
         memory, hop, residual = self._memory, self._hop, stroke.residual
-        count = max(int(np.isfinite(readings).sum()) - MOTION - 4, 1)
-        noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, TINY)
+        count = max(int(np.isfinite(readings).sum()) - MOTION_PARAMETERS - 4, 1)
+        noise = max(float(residual @ residual) / count, 1e-8 * float(stroke.shape[0]) ** 2, TINY_DIVISOR)
         searched = len(self._middle)
-        memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + TINY, searched, self._rate)
+        memory.price = price_of(stroke, float(np.mean(residual[-searched:] ** 2)) + TINY_DIVISOR, searched, self._rate)
         memory.doubt = noise / stroke.noise
         # A residual above the noise means that the hand moves less smoothly than assumed, so let the motion jump more.
-        livelier = 2.0 if memory.doubt > LIVELIER else 1.0
-        usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY
-        spread, begin = stroke.covariance.diagonal(), MOTION + KNOTS + 2
-        found = self._grown(memory.lively, stroke.jumps / usual, spread[MOTION : MOTION + KNOTS] / usual**2)
-        memory.lively = min(max(found * livelier, LIVELY[0]), LIVELY[1])
-        found = self._grown(memory.wander, stroke.trend[-KNOTS:] / size, spread[begin : begin + KNOTS] / size**2)
-        memory.wander = min(max(found * livelier, WANDER[0]), WANDER[1])
+        livelier = 2.0 if memory.doubt > LIVELIER_MOTION_RATIO else 1.0
+        usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY_DIVISOR
+        spread, begin = stroke.covariance.diagonal(), MOTION_PARAMETERS + MOTION_KNOTS + 2
+        found = self._grown(
+            memory.lively, stroke.jumps / usual, spread[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS] / usual**2
+        )
+        memory.lively = min(max(found * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
+        found = self._grown(
+            memory.wander, stroke.trend[-MOTION_KNOTS:] / size, spread[begin : begin + MOTION_KNOTS] / size**2
+        )
+        memory.wander = min(max(found * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
         mean, variance = memory.stiffness
         # One hop of the window's readings is new.
-        own = max(1 / float(stroke.covariance[MOTION - 1, MOTION - 1]) - 1 / variance, 0.0) * hop / self._window
+        own = (
+            max(1 / float(stroke.covariance[MOTION_PARAMETERS - 1, MOTION_PARAMETERS - 1]) - 1 / variance, 0.0)
+            * hop
+            / self._window
+        )
         mean += (float(stroke.motion[-1]) - mean) * own / (1 / variance + own)
-        variance = 1 / (1 / variance + own) + WANDERING**2 * hop / self._rate
-        memory.stiffness = mean, min(variance, STIFFNESS**2)
+        variance = 1 / (1 / variance + own) + STIFFNESS_WALK**2 * hop / self._rate
+        memory.stiffness = mean, min(variance, PRIOR_STIFFNESS_SIGMA**2)
         share = hop / self._rate / FORGOTTEN_S
-        crawling = abs(float(stroke.motion[1])) < CRAWL * self._swing(stroke)
+        crawling = abs(float(stroke.motion[1])) < CRAWL_FREQUENCY_SHARE * self._swing(stroke)
         memory.absent = self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
         memory.quiet = crawling and memory.absent
         # Learn the noise three times as fast, but only from a fit that explains its readings: a bad fit's residual is
         # no noise.
-        share *= 3 * (memory.doubt < DOUBTED)
+        share *= 3 * (memory.doubt < DOUBTED_RESIDUAL_RATIO)
         # A fit that ran beyond the visible band follows nothing: give it up.
-        followed = abs(float(stroke.motion[1])) < BAND * self._rate
+        followed = abs(float(stroke.motion[1])) < CHIRP_BAND_LIMIT * self._rate
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
     def _grown(self, prior: float, found: np.ndarray, variance: np.ndarray) -> float:
@@ -346,7 +373,7 @@ class ChirpTracker(Stream):
         power."""
         newest = self._memory.readings[max(self._memory.count - len(self._middle) // 2, 0) : self._memory.count]
         newest = newest[np.isfinite(newest)]
-        return newest.size > FEWEST_ROWS and float(newest.var()) - noise <= QUIET * power
+        return newest.size > FEWEST_ROWS and float(newest.var()) - noise <= QUIET_POWER_SHARE * power
 
     def _learn_profile(self, stroke: MotionFit, readings: np.ndarray) -> None:
         """Add those readings to the profile whose phase is known best and that will soon leave the window."""
@@ -357,15 +384,15 @@ class ChirpTracker(Stream):
         # Recursive least squares with fading memory: information and right-hand side of the nine shape parameters.
         pull = fade * (memory.known @ memory.about) + columns.T @ (stroke.residual[rows] + columns @ stroke.shape)
         memory.known = fade * memory.known + columns.T @ columns
-        least = 1e-9 * (float(np.trace(memory.known)) + TINY)
-        memory.about = np.linalg.solve(memory.known + least * np.eye(SHAPE), pull)
+        least = 1e-9 * (float(np.trace(memory.known)) + TINY_DIVISOR)
+        memory.about = np.linalg.solve(memory.known + least * np.eye(SHAPE_PARAMETERS), pull)
 
     def _search(self) -> None:
         """The next piece of a search or test, or the first piece."""
         memory, search = self._memory, self._memory.search
         if search is None:
             due = self._due()
-            memory.search = Spread(due) if due else None
+            memory.search = SpreadTask(due) if due else None
             return
         result = search.advance()
         if result is None:
@@ -373,25 +400,25 @@ class ChirpTracker(Stream):
         memory.search = None
         if isinstance(search.task, FrequencySearch):
             self._choose(*result)
-        # A sign of a lower frequency; see `CLEAN` for how long it counts.
+        # A sign of a lower frequency; see `CLEAN_TESTS` for how long it counts.
         elif result > 0:
             # If there was no sign before, a single one may be noise.
-            memory.other = result if memory.clean <= CLEAN else memory.other
+            memory.other = result if memory.clean <= CLEAN_TESTS else memory.other
             memory.clean = 0
         elif result == 0:
             memory.clean += 1
-            memory.other = 0.0 if memory.clean > CLEAN else memory.other
+            memory.other = 0.0 if memory.clean > CLEAN_TESTS else memory.other
         else:
             # Too few periods for a test: repeat it soon.
-            memory.asked += round(SOONER * HARMONIC_S * self._rate)
+            memory.asked += round(SOONER_TEST_SHARE * HARMONIC_S * self._rate)
 
     def _due(self) -> FrequencySearch | SubharmonicTest | None:
         """The search or test that is due, if any."""
         memory, stroke = self._memory, self._memory.stroke
-        if stroke is not None and memory.followed > PROVED and memory.asked >= HARMONIC_S * self._rate:
+        if stroke is not None and memory.followed > PROVED_PERIODS and memory.asked >= HARMONIC_S * self._rate:
             memory.asked = 0
             return self._periods(stroke)
-        sure = stroke is not None and memory.doubt < LIVELIER
+        sure = stroke is not None and memory.doubt < LIVELIER_MOTION_RATIO
         if memory.waited < SEARCH_S[sure] * self._rate * (stroke is not None or memory.idle):
             return None
         begun = self._latest()[-len(self._middle) :].copy()
@@ -399,7 +426,7 @@ class ChirpTracker(Stream):
         memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
         # The present fit's cost on the readings of this search, minus the margin: fixed now, because the search ends
         # later.
-        memory.rival = memory.price - RIVAL
+        memory.rival = memory.price - RIVAL_NATS
         return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
 
     def _periods(self, stroke: MotionFit) -> SubharmonicTest:
@@ -427,15 +454,15 @@ class ChirpTracker(Stream):
         left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
         # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
         noise = np.diff(left, 3)
-        ratio = float(left @ left) / max(float(noise @ noise) / 20, TINY)
-        return not WHITE[0] < ratio < WHITE[1]
+        ratio = float(left @ left) / max(float(noise @ noise) / 20, TINY_DIVISOR)
+        return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
 
     def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a search from now on if it is better than the present one."""
         memory, own = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_SEARCH:
             return
-        if own is not None and own.proved and memory.doubt < LOST and price > memory.rival:
+        if own is not None and own.proved and memory.doubt < LOST_RESIDUAL_RATIO and price > memory.rival:
             return
         # The search fitted the middle of its window; extrapolate to its end. The next steps catch up with the present.
         motion = motion_fit.moved(best.motion, float(self._middle[-1]))
@@ -443,8 +470,12 @@ class ChirpTracker(Stream):
         self._take_on(best._replace(motion=motion, age=0.5 * self._spacing, spacing=self._spacing))
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         # A new fit has learnt nothing yet: profile, stiffness and noise of the motion start from their priors.
-        memory.known, memory.about = np.zeros((SHAPE, SHAPE)), best.shape.copy()
-        memory.stiffness, memory.lively, memory.wander = (0.0, STIFFNESS**2), FIRST_LIVELY, WANDER[0]
+        memory.known, memory.about = np.zeros((SHAPE_PARAMETERS, SHAPE_PARAMETERS)), best.shape.copy()
+        memory.stiffness, memory.lively, memory.wander = (
+            (0.0, PRIOR_STIFFNESS_SIGMA**2),
+            FIRST_LIVELY,
+            OFFSET_KINK_LIMITS[0],
+        )
         memory.swing = float(best.motion[1]) ** 2
         # The first test follows as soon as the fit was followed for long enough.
-        memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN, math.nan
+        memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN_TESTS, math.nan

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from papilla.core.status import Status
-from papilla.estimators.stream import Spread
-from papilla.estimators.wavelength.frequency_search import STIFFNESS
-from papilla.estimators.wavelength.motion_fit import SHAPE, Design, MotionFit
+from papilla.estimators.stream import SpreadTask
+from papilla.estimators.wavelength.frequency_search import PRIOR_STIFFNESS_SIGMA
+from papilla.estimators.wavelength.motion_fit import SHAPE_PARAMETERS, Design, MotionFit
 
 FIRST_LIVELY = 1.0
 """Process noise of the motion at the beginning of a fit, relative to the frequency, in s^-2 and per sqrt(Hz)."""
-WANDER = 0.1, 10.0
+OFFSET_KINK_LIMITS = 0.1, 10.0
 """Smallest and largest kink of the offset at a knot, relative to the first harmonic, over the window."""
 
 
@@ -83,16 +83,16 @@ class ChirpMemory:
     followed: float = 0.0
     doubt: float = 0.0
     price: float = math.inf
-    known: np.ndarray = field(default_factory=lambda: np.zeros((SHAPE, SHAPE)))
-    about: np.ndarray = field(default_factory=lambda: np.zeros(SHAPE))
-    stiffness: tuple[float, float] = (0.0, STIFFNESS**2)
+    known: np.ndarray = field(default_factory=lambda: np.zeros((SHAPE_PARAMETERS, SHAPE_PARAMETERS)))
+    about: np.ndarray = field(default_factory=lambda: np.zeros(SHAPE_PARAMETERS))
+    stiffness: tuple[float, float] = (0.0, PRIOR_STIFFNESS_SIGMA**2)
     lively: float = FIRST_LIVELY
-    wander: float = WANDER[0]
+    wander: float = OFFSET_KINK_LIMITS[0]
     swing: float = 0.0
     quiet: bool = False
     absent: bool = False
     step: Step | None = None
-    search: Spread | None = None
+    search: SpreadTask | None = None
     rival: float = math.inf
     waited: int = 0
     idle: bool = False

@@ -19,26 +19,26 @@ from typing import NamedTuple
 import numpy as np
 
 from papilla.core.errors import InputError
-from papilla.core.units import MS_PER_S, TINY
-from papilla.estimators.stream import Pieces, Spread
+from papilla.core.units import MS_PER_S, TINY_DIVISOR
+from papilla.estimators.stream import Pieces, SpreadTask
 from papilla.estimators.wavelength.line_search import LineSearch
 from papilla.estimators.wavelength.memory import (
-    GRID,
-    LEADING,
-    SAME,
+    CELLS_PER_WAVELENGTH,
+    LEADING_COLUMNS,
+    SAME_WAVELENGTH_DIFFERENCE,
     Cells,
-    Finding,
     Memory,
     Options,
+    SearchResult,
     Task,
     TrackingStatus,
 )
-from papilla.estimators.wavelength.refine import LOST, SURE, share_kept
+from papilla.estimators.wavelength.refine import LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS, share_kept
 from papilla.estimators.wavelength.spectrum import FEWEST_STEPS, size_of, slope
 
 
 @dataclass(frozen=True)
-class Window:
+class WindowSettings:
     """How much path is remembered, and how finely.
 
     cell : length of a cell in shortest wavelengths; averaging in it lowers the line of that wavelength by 3 %.
@@ -86,7 +86,7 @@ class Pace:
 
 
 @dataclass(frozen=True)
-class Trust:
+class TrustLimits:
     """When an answer may be used.
 
     agree, agree_humming : searches in a row that must find the same wavelength: one may be wrong, but two seldom make
@@ -100,7 +100,7 @@ class Trust:
 
 
 @dataclass(frozen=True)
-class Reach:
+class SearchReach:
     """How the path that a search may use shrinks and grows.
 
     A line that looks smeared (the surface or the force changed within the path) is searched in a path that is `shorter`
@@ -131,10 +131,16 @@ class Delay:
     plain: float = 30.0
 
 
-WINDOW, PACE, TRUST, REACH, DELAY = Window(), Pace(), Trust(), Reach(), Delay()
+WINDOW_SETTINGS, PACE_SETTINGS, TRUST_LIMITS, REACH_SETTINGS, DELAY_SETTINGS = (
+    WindowSettings(),
+    Pace(),
+    TrustLimits(),
+    SearchReach(),
+    Delay(),
+)
 
 
-class Search(NamedTuple):
+class PathSearch(NamedTuple):
     """A search as a task, in the cells from `begin` to `end`, with path 0 at `origin`; or, if `trial_s` is a number, a
     test how sharp its lines are if the path is late by this, compared with `score`."""
 
@@ -155,24 +161,26 @@ class Follower:
 
     def __init__(self, gauges: int, options: Options):
         self.options, self._gauges = options, gauges
-        self._cell = WINDOW.cell * options.low
-        self._span = WINDOW.span * options.high
+        self._cell = WINDOW_SETTINGS.cell * options.low
+        self._span = WINDOW_SETTINGS.span * options.high
         # A very wide range of wavelengths gets a shorter path, or it would need too many cells.
-        cells = min(math.ceil(self._span / self._cell), WINDOW.most_cells)
-        self._cells = max(cells, math.ceil(WINDOW.least_span * options.high / self._cell))
-        self._kept = 2 * (self._cells + WINDOW.spare), LEADING + gauges
-        self._grid = options.low / GRID
-        self._size = size_of(WINDOW.grid_span * options.high, self._grid)
-        self._trials = [ms / MS_PER_S for ms in DELAY.trials_ms]
-        self._pieces = max(round(PACE.pieces_Hz / options.rate_Hz), 1)
+        cells = min(math.ceil(self._span / self._cell), WINDOW_SETTINGS.most_cells)
+        self._cells = max(cells, math.ceil(WINDOW_SETTINGS.least_span * options.high / self._cell))
+        self._kept = 2 * (self._cells + WINDOW_SETTINGS.spare), LEADING_COLUMNS + gauges
+        self._grid = options.low / CELLS_PER_WAVELENGTH
+        self._size = size_of(WINDOW_SETTINGS.grid_span * options.high, self._grid)
+        self._trials = [ms / MS_PER_S for ms in DELAY_SETTINGS.trials_ms]
+        self._pieces = max(round(PACE_SETTINGS.pieces_Hz / options.rate_Hz), 1)
 
     def fresh(self) -> Memory:
         """State without any knowledge."""
         given = self.options.latency_s
         cells = Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low)
-        late = (0.0, DELAY.sigma_s**2) if given is None else (given, 0.0)
+        late = (0.0, DELAY_SETTINGS.sigma_s**2) if given is None else (given, 0.0)
         even = [1.0] * len(self._trials)
-        return Memory(cells, hop=PACE.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even)
+        return Memory(
+            cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even
+        )
 
     def remember(self, memory: Memory) -> None:
         """Continue from this state."""
@@ -203,7 +211,7 @@ class Follower:
         self._go_on()
         if not seen:
             return TrackingStatus.MISSING
-        if time - memory.moved_s > PACE.still_s:
+        if time - memory.moved_s > PACE_SETTINGS.still_s:
             return TrackingStatus.STANDSTILL
         # The present speed is too high for the sampling rate: even the longest wavelength would alias.
         if FEWEST_STEPS * step > self.options.high:
@@ -235,11 +243,15 @@ class Follower:
             # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
         wavenumber, sigma = memory.known
-        if memory.agreed < (TRUST.agree_humming if memory.hums_Hz else TRUST.agree) or wavenumber <= 0:
+        if memory.agreed < (TRUST_LIMITS.agree_humming if memory.hums_Hz else TRUST_LIMITS.agree) or wavenumber <= 0:
             return TrackingStatus.SEARCHING
-        if math.hypot(sigma / wavenumber, self.options.scale_sigma) > TRUST.vague:
+        if math.hypot(sigma / wavenumber, self.options.scale_sigma) > TRUST_LIMITS.vague:
             return TrackingStatus.VAGUE
-        inside = self.options.low * (1 - SAME) <= 1 / wavenumber <= self.options.high * (1 + SAME)
+        inside = (
+            self.options.low * (1 - SAME_WAVELENGTH_DIFFERENCE)
+            <= 1 / wavenumber
+            <= self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
+        )
         return found if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
@@ -248,7 +260,7 @@ class Follower:
         memory.waited += 1
         # One job a sample, so that no sample takes long: a glance comes first, because it decides whether a running
         # search looks at a surface that is gone.
-        if end - memory.glanced >= PACE.glance and not memory.doubted and self._glance(end):
+        if end - memory.glanced >= PACE_SETTINGS.glance and not memory.doubted and self._glance(end):
             if memory.doubted:
                 memory.search = None
         elif memory.search is not None:
@@ -256,11 +268,11 @@ class Follower:
         elif memory.doubted or (end - memory.searched >= memory.hop and self._due(end)):
             begin, memory.waited = self._window_begin(end), 0
             # Too little path since the surface changed: wait for more before the first search.
-            if end - begin < PACE.hop:
+            if end - begin < PACE_SETTINGS.hop:
                 memory.searched = end
                 return
-            memory.search = Spread(
-                Search(self._task(begin, end), begin, end, float(memory.cells.between(begin, end)[0, 1]))
+            memory.search = SpreadTask(
+                PathSearch(self._task(begin, end), begin, end, float(memory.cells.between(begin, end)[0, 1]))
             )
 
     def _due(self, end: int) -> bool:
@@ -269,27 +281,27 @@ class Follower:
         memory = self.memory
         if end - memory.seen < memory.hop and end - memory.searched < memory.whole:
             return False
-        rested = memory.waited >= PACE.spare_s * self.options.rate_Hz
-        return rested or not memory.glances or memory.agreed <= PACE.steady
+        rested = memory.waited >= PACE_SETTINGS.spare_s * self.options.rate_Hz
+        return rested or not memory.glances or memory.agreed <= PACE_SETTINGS.steady
 
-    def _advance(self, search: Spread) -> None:
+    def _advance(self, search: SpreadTask) -> None:
         """Do the next piece of the running search, or several at low rates."""
         size = self._gauges * len(search.task.task.rows)
-        for _ in range(max(self._pieces, min(PACE.light // size, PACE.most_pieces))):
+        for _ in range(max(self._pieces, min(PACE_SETTINGS.light // size, PACE_SETTINGS.most_pieces))):
             result = search.advance()
             if result is not None:
                 self.memory.search = self.memory.status = None
-                if isinstance(result, Finding):
+                if isinstance(result, SearchResult):
                     return self._conclude(result, search.task)
                 return self._weigh(result, search.task.score)
 
-    def _glances(self, found: Finding) -> bool:
+    def _glances(self, found: SearchResult) -> bool:
         """Whether a glance may find the line missing. It may not if the line is weaker than the rest of the readings,
         which may be another wave as well as noise."""
         power = np.abs(found.amplitude) ** 2 / 2
         return self._alone(found) and bool((power > found.noise).any())
 
-    def _alone(self, found: Finding) -> bool:
+    def _alone(self, found: SearchResult) -> bool:
         """Whether a glance can measure the line: not if a search must subtract other lines first."""
         return bool(found.amplitude) and not (found.mixed or self.memory.hums_Hz)
 
@@ -312,13 +324,13 @@ class Follower:
             return False
         # Path since the finding's origin, corrected for its delay T: x(t + T) = x + T v.
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
-        seen = np.isfinite(rows[:, LEADING:])
-        readings = np.where(seen, rows[:, LEADING:], 0.0)
+        seen = np.isfinite(rows[:, LEADING_COLUMNS:])
+        readings = np.where(seen, rows[:, LEADING_COLUMNS:], 0.0)
         share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
         if share is not None:
             memory.status = None
-            memory.doubted = memory.glances and share[0] + SURE * share[1] < LOST
-            if share[0] - SURE * share[1] > LOST:
+            memory.doubted = memory.glances and share[0] + LOST_AMPLITUDE_SIGMAS * share[1] < LOST_AMPLITUDE_SHARE
+            if share[0] - LOST_AMPLITUDE_SIGMAS * share[1] > LOST_AMPLITUDE_SHARE:
                 memory.seen = end
         return True
 
@@ -341,7 +353,7 @@ class Follower:
         late = memory.late_s, memory.late_variance
         return Task(rows, breaks, self.options, self._grid, self._size, *late, known, memory.proved, memory.hums_Hz)
 
-    def _conclude(self, found: Finding, search: Search) -> None:
+    def _conclude(self, found: SearchResult, search: PathSearch) -> None:
         """Update the state by a finished search."""
         memory, end = self.memory, search.end
         memory.searched = end
@@ -350,40 +362,47 @@ class Follower:
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
             if found.score > 0:
-                memory.search = Spread(search._replace(trial_s=self._trials[memory.trial], score=found.score))
+                memory.search = SpreadTask(search._replace(trial_s=self._trials[memory.trial], score=found.score))
         if self._held(found):
             memory.doubted = False
             return
         before, memory.finding, memory.doubted = memory.known[0], found, False
         # Searching less often saves time. It is safe once many searches agreed (or none found anything), and all delays
         # were tried.
-        tried, cells = max(memory.agreed, memory.missed) > PACE.steady + len(self._trials), end - search.begin
+        tried, cells = max(memory.agreed, memory.missed) > PACE_SETTINGS.steady + len(self._trials), end - search.begin
         memory.hummed += 1
-        if found.hums_Hz or memory.hummed > PACE.humming:
+        if found.hums_Hz or memory.hummed > PACE_SETTINGS.humming:
             memory.hums_Hz, memory.hummed = found.hums_Hz, 0
         memory.glances = self._glances(found)
-        memory.hop = max(PACE.hop, int(PACE.grown * cells) if tried else 0)
+        memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.grown * cells) if tried else 0)
         if self._pieces > 1:
             # At low rates a search takes few samples, so the next one may come sooner.
-            soon = int(PACE.soon * self.options.high / max(self._cell, memory.step))
-            memory.hop = min(max(soon, 2), PACE.hop)
+            soon = int(PACE_SETTINGS.soon * self.options.high / max(self._cell, memory.step))
+            memory.hop = min(max(soon, 2), PACE_SETTINGS.hop)
         if tried and memory.agreed and memory.glances:
-            memory.hop = max(PACE.hop, int(PACE.spare * cells))
+            memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.spare * cells))
         good = found.status.good
         memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
             # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
-            same = before > 0 and abs(found.wavenumber / before - 1) < SAME + SURE * found.sigma / before
+            same = (
+                before > 0
+                and abs(found.wavenumber / before - 1)
+                < SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * found.sigma / before
+            )
             # A surface that is found again, for example after lost contact, is known.
-            again = memory.changed and abs(found.wavenumber / max(memory.proved, TINY) - 1) < SAME
+            again = (
+                memory.changed
+                and abs(found.wavenumber / max(memory.proved, TINY_DIVISOR) - 1) < SAME_WAVELENGTH_DIFFERENCE
+            )
             memory.agreed = memory.agreed + 1 if same else 1
-            memory.agreed = max(memory.agreed, TRUST.agree_humming * again)
-            memory.proved = found.wavenumber if memory.agreed > PACE.steady else memory.proved
+            memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming * again)
+            memory.proved = found.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
             memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
             if memory.late_variance > 0:
                 memory.late_s = min(max(found.late_s, self._trials[0]), self._trials[-1])
-                memory.late_variance = min(found.late_variance + DELAY.drift_s**2, DELAY.sigma_s**2)
+                memory.late_variance = min(found.late_variance + DELAY_SETTINGS.drift_s**2, DELAY_SETTINGS.sigma_s**2)
         else:
             memory.agreed = 0
             # The known wavelength is better than a guess.
@@ -391,34 +410,36 @@ class Follower:
                 memory.known, memory.guessed = (found.wavenumber, found.sigma), True
         self._choose_path(found)
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
-        if good and found.kept + SURE * found.kept_sigma < LOST:
+        if good and found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE:
             self._begin_anew(end, 2 / found.wavenumber)
-        memory.whole = cells if tried and memory.agreed > PACE.steady else 0
+        memory.whole = cells if tried and memory.agreed > PACE_SETTINGS.steady else 0
 
-    def _choose_path(self, found: Finding) -> None:
-        """Choose the path that the next search may use: see `Reach`."""
+    def _choose_path(self, found: SearchResult) -> None:
+        """Choose the path that the next search may use: see `SearchReach`."""
         memory, good = self.memory, found.status.good
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and found.extent < 1.1 * least:
             memory.limit = self._span
-        elif lost or (found.status == TrackingStatus.INCOHERENT and found.extent > REACH.longer * memory.smeared):
+        elif lost or (
+            found.status == TrackingStatus.INCOHERENT and found.extent > REACH_SETTINGS.longer * memory.smeared
+        ):
             # A step of the force, for example when contact returns, hides the line until the window has passed it. A
             # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
             # is tried.
-            memory.limit = max(REACH.shorter * found.extent, least)
+            memory.limit = max(REACH_SETTINGS.shorter * found.extent, least)
             memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
         else:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
-            memory.limit = min(REACH.grows * max(memory.limit, found.extent), self._span)
+            memory.limit = min(REACH_SETTINGS.grows * max(memory.limit, found.extent), self._span)
 
-    def _held(self, found: Finding) -> bool:
+    def _held(self, found: SearchResult) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for
         refinement."""
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
-        lost = found.kept + SURE * found.kept_sigma < LOST
-        return found.status == TrackingStatus.INCOHERENT and memory.agreed > PACE.steady and near and not lost
+        lost = found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE
+        return found.status == TrackingStatus.INCOHERENT and memory.agreed > PACE_SETTINGS.steady and near and not lost
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Begin again for another surface, with the newest path alone."""
@@ -434,12 +455,12 @@ class Follower:
         memory = self.memory
         if not sharp > 0:
             return
-        ratio = min((sharp + DELAY.plain) / (score + DELAY.plain), DELAY.sharpest)
+        ratio = min((sharp + DELAY_SETTINGS.plain) / (score + DELAY_SETTINGS.plain), DELAY_SETTINGS.sharpest)
         # A single trial is noisy: half of it enters the running ratio of its delay.
         memory.sharper[memory.trial] += 0.5 * (ratio - memory.sharper[memory.trial])
         best = max(range(len(self._trials)), key=memory.sharper.__getitem__)
-        if memory.sharper[best] > DELAY.sharper:
+        if memory.sharper[best] > DELAY_SETTINGS.sharper:
             # The readings now lie elsewhere on the path, so the agreement of earlier searches does not count.
-            memory.late_s, memory.late_variance = self._trials[best], (DELAY.trials_ms.step / MS_PER_S) ** 2
+            memory.late_s, memory.late_variance = self._trials[best], (DELAY_SETTINGS.trials_ms.step / MS_PER_S) ** 2
             memory.sharper = [1.0] * len(self._trials)
             memory.agreed = 0

@@ -6,7 +6,7 @@ profile from the best lines of seven spectra, then from multiples of the best fi
 is found more easily than the right one. The fit with the lowest cost wins: Schwarz's criterion with a bonus for high
 frequencies, because a fit of half the frequency explains every reading as well,
 
-  cost = n ln(noise) + 2 (harmonics) ln(n) - OCTAVE log2(frequency).
+  cost = n ln(noise) + 2 (harmonics) ln(n) - OCTAVE_BONUS_NATS log2(frequency).
 
 A search has some 130 pieces of a tenth of a millisecond.
 """
@@ -18,10 +18,23 @@ import numpy as np
 
 from papilla.estimators.stream import Pieces, completed
 from papilla.estimators.wavelength import motion_fit
-from papilla.estimators.wavelength.fundamental import CONFIRMED, FAINT, SLACK, SUBHARMONICS, fundamental_of, hints
-from papilla.estimators.wavelength.motion_fit import BAND, KNOTS, SHAPE, TREND, MotionFit
+from papilla.estimators.wavelength.fundamental import (
+    CONFIRMED_CHANCE,
+    FAINTEST_HARMONIC,
+    HARMONIC_SLACK_RESOLUTIONS,
+    MOST_SUBHARMONICS,
+    fundamental_of,
+    hints,
+)
+from papilla.estimators.wavelength.motion_fit import (
+    CHIRP_BAND_LIMIT,
+    MOTION_KNOTS,
+    SHAPE_PARAMETERS,
+    TREND_PARAMETERS,
+    MotionFit,
+)
 from papilla.estimators.wavelength.spectrum import (
-    CYCLE,
+    CYCLE_EXPONENT,
     highest_shown,
     longest_strokes,
     middle,
@@ -30,23 +43,23 @@ from papilla.estimators.wavelength.spectrum import (
     strokes_of,
 )
 
-CHIRPS = (0.0, *(sign * rate for rate in (2.0, 5.0, 9.0) for sign in (1, -1)))
+RELATIVE_CHIRP_RATES = (0.0, *(sign * rate for rate in (2.0, 5.0, 9.0) for sign in (1, -1)))
 """Relative chirp rates in 1/s in the middle of the window: those of a 1 Hz stroke during 83 % of its time."""
-NOMINEES, MULTIPLES = 4, (2, 3, 1 / 2, 1 / 3)
+SPECTRUM_NOMINEES, FREQUENCY_MULTIPLES = 4, (2, 3, 1 / 2, 1 / 3)
 """Number of peaks of the spectra from which a fit starts, and the multiples of the best fit's frequency that are tried
 next."""
-REACHES = 0.5, 0.5, 0.75, *[math.inf] * 3
+FITTED_WINDOW_PARTS = 0.5, 0.5, 0.75, *[math.inf] * 3
 """Part of the window, about its middle, to which each step of a candidate is fitted."""
-OCTAVE = 15.0
+OCTAVE_BONUS_NATS = 15.0
 """Bonus in the cost (nats) for each octave of the frequency: a fit of half the frequency can explain every reading as
 well."""
-HELD = 1e-3
+HELD_PRIOR_SIGMA = 1e-3
 """Prior standard deviation of what a search holds at 0."""
-STIFFNESS = 60.0
+PRIOR_STIFFNESS_SIGMA = 60.0
 """Prior standard deviation of the stiffness (1/s^2)."""
-FEWEST_PERIODS = 4.0
+FEWEST_TESTED_PERIODS = 4.0
 """Smallest number of periods in the longest stroke for a test for a harmonic."""
-STEP, MOST_LINES = 1 / 16, 10
+SMALLEST_STEP_CYCLES, MOST_TESTED_LINES = 1 / 16, 10
 """Smallest step, in cycles, of the grid of this test; it divides a cycle, so that aliases fall on harmonics; and the
 largest number of lines that are tested."""
 
@@ -63,7 +76,7 @@ class FrequencySearch(NamedTuple):
     def run(self) -> Pieces[tuple[MotionFit | None, float]]:
         """The best fit, with its motion at time 0, or None if no fit is significant; and its cost."""
         places: list[tuple[float, np.ndarray]] = []
-        for chirp in CHIRPS:
+        for chirp in RELATIVE_CHIRP_RATES:
             places += yield from self._spectrum(chirp)
         best, price, trials = None, math.inf, nominated(places)
         while trials:
@@ -75,7 +88,9 @@ class FrequencySearch(NamedTuple):
                     best, price = found, cost
             # A wrong multiple is found more easily than the right one, and leads to it.
             # All multiples once more from the new best fit, until none is better.
-            trials = [best.motion * (n, n, n, 1) for n in MULTIPLES] if best is not None and price < before else []
+            trials = (
+                [best.motion * (n, n, n, 1) for n in FREQUENCY_MULTIPLES] if best is not None and price < before else []
+            )
         return best, price
 
     def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
@@ -107,13 +122,20 @@ class FrequencySearch(NamedTuple):
         offset = float(self.readings[seen].mean())
         values = np.where(seen, self.readings - offset, 0.0)
         noise = float(values @ values) / int(seen.sum())
-        if noise == 0 or not self.low / 1.1 < motion[1] < BAND * self.rate_Hz:
+        if noise == 0 or not self.low / 1.1 < motion[1] < CHIRP_BAND_LIMIT * self.rate_Hz:
             return None
-        nothing = np.append(offset, np.zeros(TREND - 1)), np.zeros(SHAPE), np.zeros((1, 1)), noise, values, 0.0
-        still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(KNOTS), 0.0, 1.0, *nothing)
-        wave = np.exp(-CYCLE * motion_fit.phase_at(still, self.time)[0])
+        nothing = (
+            np.append(offset, np.zeros(TREND_PARAMETERS - 1)),
+            np.zeros(SHAPE_PARAMETERS),
+            np.zeros((1, 1)),
+            noise,
+            values,
+            0.0,
+        )
+        still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), 0.0, 1.0, *nothing)
+        wave = np.exp(-CYCLE_EXPONENT * motion_fit.phase_at(still, self.time)[0])
         # The phase of the strongest component near the middle, where the motion matters least.
-        near = np.abs(self.time) < REACHES[0] * self.time[-1]
+        near = np.abs(self.time) < FITTED_WINDOW_PARTS[0] * self.time[-1]
         return still._replace(motion=np.array([np.angle((values * wave)[near].sum()) / (2 * np.pi), *motion[1:]]))
 
     def _fitted(self, motion: np.ndarray) -> Pieces[tuple[MotionFit | None, float]]:
@@ -124,17 +146,20 @@ class FrequencySearch(NamedTuple):
             return None, math.inf
         # The short window of a search cannot distinguish jumps from a chirp: jumps, and kinks of the offset, are held
         # at 0.
-        size, still = 2 * begun.noise**0.5, [HELD] * KNOTS
-        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), STIFFNESS]
-        prior = np.diag(np.array([*free, *still, size, size, *[HELD * size] * KNOTS, *[size] * SHAPE]) ** -2.0)
+        size, still = 2 * begun.noise**0.5, [HELD_PRIOR_SIGMA] * MOTION_KNOTS
+        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), PRIOR_STIFFNESS_SIGMA]
+        prior = np.diag(
+            np.array([*free, *still, size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS, *[size] * SHAPE_PARAMETERS])
+            ** -2.0
+        )
         about, distance = begun.values, np.abs(self.time) / self.time[-1]
-        for reach in REACHES:
+        for reach in FITTED_WINDOW_PARTS:
             near = np.where(distance < reach, self.readings, math.nan)
             yield
             design = motion_fit.designed(trial, near, self.time, self.rate_Hz)
             yield
             trial = motion_fit.solved(design, prior, about)
-            count = max(int(design.seen.sum()) - motion_fit.MOTION - 2 - SHAPE, 1)
+            count = max(int(design.seen.sum()) - motion_fit.MOTION_PARAMETERS - 2 - SHAPE_PARAMETERS, 1)
             # The noise falls as the fit improves, and with it the weight of the prior: renewed at each step.
             noise = max(float(trial.residual @ trial.residual) / count, 1e-6 * begun.noise)
             trial = trial._replace(noise=noise)
@@ -155,30 +180,33 @@ class SubharmonicTest(NamedTuple):
         """The other possible frequency, relative to the followed one; 0 for none, NaN if there are too few periods. The
         test is that over the path (`papilla.estimators.wavelength.fundamental`)."""
         turns = np.flatnonzero(np.diff(np.sign(np.diff(self.phase))) != 0) + 1
-        window = longest_strokes(self.phase, [0, *turns.tolist(), len(self.phase)], FEWEST_PERIODS)
+        window = longest_strokes(self.phase, [0, *turns.tolist(), len(self.phase)], FEWEST_TESTED_PERIODS)
         if window is None:
             return math.nan
         rows, begin = window
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.memory.Task`).
-        step, shown = max(STEP, middle(np.abs(np.diff(strokes.place)))), highest_shown(strokes.place, STEP)
+        step, shown = (
+            max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place)))),
+            highest_shown(strokes.place, SMALLEST_STEP_CYCLES),
+        )
         longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))
-        lines = yield from spectrum.lines(1 / SUBHARMONICS, shown, MOST_LINES)
+        lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, shown, MOST_TESTED_LINES)
         near = 2 / strokes.extent
         # Lines at whole cycles are the followed wave itself; the rest may belong to a lower fundamental.
         own = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
         if not own:
             return math.nan
         chosen = own[0]._replace(wavenumber=1.0)
-        reach = SLACK / strokes.extent
-        rest = [line for line in lines if line not in own and line.chance < CONFIRMED]
-        others = [line for line in rest if line.amplitude > FAINT * chosen.amplitude]
+        reach = HARMONIC_SLACK_RESOLUTIONS / strokes.extent
+        rest = [line for line in lines if line not in own and line.chance < CONFIRMED_CHANCE]
+        others = [line for line in rest if line.amplitude > FAINTEST_HARMONIC * chosen.amplitude]
         found = fundamental_of(chosen, others, reach, set(others), False)
         if found.wavenumber < 1 or found.other:
             return found.other if found.wavenumber == 1 else found.wavenumber
-        for divisor in range(2, SUBHARMONICS + 1):
+        for divisor in range(2, MOST_SUBHARMONICS + 1):
             yield
             if hints(spectrum, lines, chosen, divisor, near, self.lowest):
                 return 1 / divisor
@@ -191,12 +219,12 @@ def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
     for _, motion in sorted(places, key=lambda place: -place[0]):
         if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
             chosen.append(motion)
-    return chosen[:NOMINEES]
+    return chosen[:SPECTRUM_NOMINEES]
 
 
 def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> float:
     """Cost of a fit that leaves this noise in `count` readings: Schwarz's criterion (1978, doi:10.1214/aos/1176344136)
-    with the number of harmonics that the rate shows, minus `OCTAVE` for each octave of its frequency."""
+    with the number of harmonics that the rate shows, minus `OCTAVE_BONUS_NATS` for each octave of its frequency."""
     rate = max(abs(float(stroke.motion[1])), 1.0)
-    present = min(motion_fit.HARMONICS, int(BAND * rate_Hz / rate))
-    return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE * math.log2(rate)
+    present = min(motion_fit.FITTED_HARMONICS, int(CHIRP_BAND_LIMIT * rate_Hz / rate))
+    return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE_BONUS_NATS * math.log2(rate)

@@ -12,37 +12,37 @@ from typing import Any, NamedTuple
 
 from papilla.estimators.wavelength.spectrum import Line, Spectrum
 
-SLACK, FAINT, SUBHARMONICS = 0.15, 0.05, 6
+HARMONIC_SLACK_RESOLUTIONS, FAINTEST_HARMONIC, MOST_SUBHARMONICS = 0.15, 0.05, 6
 """Resolutions by which a harmonic may miss its place; smallest amplitude of a harmonic relative to the strongest line;
 and largest order of that line."""
-HARMONICS = 5
+FITTED_HARMONICS = 5
 """Of a wave, that are fitted with it."""
-CONFIRMED = 1e-2
+CONFIRMED_CHANCE = 1e-2
 """Chance of noise at a single place that is tested for a reason: where many searches agreed, or where a fundamental
 would be."""
-HINTING, SELDOM = 0.25, 5e-4
+HINTING_AMPLITUDE, HINTING_CHANCE = 0.25, 5e-4
 """Amplitude relative to the chosen line's, and chance, of a faint line that may yet turn out to be another harmonic of
 a missing fundamental."""
-COINCIDENCE, LOUD, FAINTLY = 0.02, 0.3, 0.001
+COINCIDENCE_CHANCE, LOUD_AMPLITUDE_SHARE, FAINT_COINCIDENCE_CHANCE = 0.02, 0.3, 0.001
 """Chance with which lines of another texture may look like harmonics; and the smaller one that is required if none of
 these lines has the given share of the strongest line's amplitude, because there are more faint lines of unknown
 origin."""
-PLAINER = 0.1
+PLAINER_CHANCE_RATIO = 0.1
 """Ratio of the chance of a lower fundamental to that of a higher one, below which the lower one is accepted."""
-NEAR = 3.0
+NEAR_HARMONIC_REACHES = 3.0
 """Factor of its reach within which a line may still be a harmonic: the skin shifts lines from stroke to stroke."""
 IN_STEP = 0.25
 """Difference of a wavenumber from a whole multiple of the ridges' wavenumber, in ridge orders, up to which all ridges
 feel it in phase."""
-HEARD_IN_STEP, HEARD = 0.125, 0.25
+HEARD_IN_STEP, HIDDEN_HARMONIC_AMPLITUDES = 0.125, 0.25
 """Amplitude, relative to a line, that another of its harmonics may have without being visible: if the finger's ridges
 feel the line in phase, and otherwise. Most gratings that a ridged finger feels show another harmonic that is louder
 (docs/adr/0017)."""
-SEEN = 25.0
+SEEN_POWER_RATIO = 25.0
 """Power over the background above which hardly any line is missed."""
 
 
-class Period(NamedTuple):
+class FundamentalPeriod(NamedTuple):
     """wavenumber (1/mm) of which the lines are harmonics; other : another possible one, 0 for none; loud : whether a
     loud line supports the other one."""
 
@@ -57,7 +57,9 @@ def no_multiples(lines: Sequence[Any], wavenumber: float, reach: float) -> list[
     return [line for n, line in zip(order, lines, strict=True) if abs(line.wavenumber - n * wavenumber) > reach]
 
 
-def fundamental_of(chosen: Line, others: Sequence[Line], reach: float, own: Collection[Line], ridged: bool) -> Period:
+def fundamental_of(
+    chosen: Line, others: Sequence[Line], reach: float, own: Collection[Line], ridged: bool
+) -> FundamentalPeriod:
     """The greatest common divisor, in wavenumber, of the chosen line and the others; the chosen line's wavenumber if
     there is no sign of a lower one.
 
@@ -69,28 +71,35 @@ def fundamental_of(chosen: Line, others: Sequence[Line], reach: float, own: Coll
     so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with stick-slip may
     repeat only after several periods.
     """
-    k, best, found, open_ = chosen.wavenumber, 1.0, Period(chosen.wavenumber, 0.0), Period(chosen.wavenumber, 0.0)
-    for divisor in range(2, SUBHARMONICS + 1):
+    k, best, found, open_ = (
+        chosen.wavenumber,
+        1.0,
+        FundamentalPeriod(chosen.wavenumber, 0.0),
+        FundamentalPeriod(chosen.wavenumber, 0.0),
+    )
+    for divisor in range(2, MOST_SUBHARMONICS + 1):
         base = k / divisor
         slack = min(reach, 0.1 * base)
         off = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) / slack for line in others]
         near = [
-            (by, line) for by, line in zip(off, others, strict=True) if by < (NEAR if ridged else 1) and line in own
+            (by, line)
+            for by, line in zip(off, others, strict=True)
+            if by < (NEAR_HARMONIC_REACHES if ridged else 1) and line in own
         ]
         fits = [line for by, line in near if by < 1]
         if ridged and near and not open_.other:
-            open_ = Period(k, base)
+            open_ = FundamentalPeriod(k, base)
         if not fits:
             continue
         # How often lines of another texture would fit by chance.
         chance = (2 * slack / base * len(others)) ** len(fits)
-        loud = max(line.amplitude for line in fits) > LOUD * chosen.amplitude
-        if chance < min(COINCIDENCE if loud else FAINTLY, PLAINER * best):
+        loud = max(line.amplitude for line in fits) > LOUD_AMPLITUDE_SHARE * chosen.amplitude
+        if chance < min(COINCIDENCE_CHANCE if loud else FAINT_COINCIDENCE_CHANCE, PLAINER_CHANCE_RATIO * best):
             least = HEARD_IN_STEP * max(line.amplitude for line in (chosen, *fits))
             orders = [round(line.wavenumber / base) for line in (chosen, *fits) if line.amplitude > least]
-            best, found = chance, Period(base, 0.0 if math.gcd(*orders) == 1 else k)
-        if (loud or chance <= COINCIDENCE) and not open_.loud and (loud or not open_.other):
-            open_ = Period(k, base, loud)
+            best, found = chance, FundamentalPeriod(base, 0.0 if math.gcd(*orders) == 1 else k)
+        if (loud or chance <= COINCIDENCE_CHANCE) and not open_.loud and (loud or not open_.other):
+            open_ = FundamentalPeriod(k, base, loud)
     return found if found.wavenumber < k else open_
 
 
@@ -110,7 +119,9 @@ def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, nea
         at = round(place / spectrum.step)
         heard = spectrum.power[max(at - half, 0) : at + half + 1].max(initial=0.0) ** 0.5
         # A power that is faint compared with the line is not a sign, even if it is more than noise.
-        least, rare = (FAINT, CONFIRMED / (divisor - 1)) if order == 1 else (HINTING, SELDOM)
+        least, rare = (
+            (FAINTEST_HARMONIC, CONFIRMED_CHANCE / (divisor - 1)) if order == 1 else (HINTING_AMPLITUDE, HINTING_CHANCE)
+        )
         if heard > least * chosen.amplitude and spectrum.chance(place) < rare:
             return True
     return False
@@ -122,5 +133,5 @@ def lone(line: Line, ridge_pitch_mm: float) -> bool:
     if not ridge_pitch_mm:
         return False
     orders = line.wavenumber * ridge_pitch_mm
-    heard = HEARD_IN_STEP if abs(orders - max(round(orders), 1)) < IN_STEP else HEARD
-    return line.ratio * heard**2 < SEEN
+    heard = HEARD_IN_STEP if abs(orders - max(round(orders), 1)) < IN_STEP else HIDDEN_HARMONIC_AMPLITUDES
+    return line.ratio * heard**2 < SEEN_POWER_RATIO

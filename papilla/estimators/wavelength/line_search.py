@@ -21,26 +21,40 @@ its sigma.
 
 import numpy as np
 
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength import fundamental as periods
-from papilla.estimators.wavelength.fundamental import CONFIRMED, HARMONICS, SLACK, SUBHARMONICS, Period
-from papilla.estimators.wavelength.memory import GRID, MAINS_HZ, MOST_LINES, SAME, Finding, Task, TrackingStatus
-from papilla.estimators.wavelength.refine import BENT, KNOWN_NEAR, Refinement
+from papilla.estimators.wavelength.fundamental import (
+    CONFIRMED_CHANCE,
+    FITTED_HARMONICS,
+    HARMONIC_SLACK_RESOLUTIONS,
+    MOST_SUBHARMONICS,
+    FundamentalPeriod,
+)
+from papilla.estimators.wavelength.memory import (
+    CELLS_PER_WAVELENGTH,
+    MAINS_LINES_HZ,
+    MOST_SEARCH_LINES,
+    SAME_WAVELENGTH_DIFFERENCE,
+    SearchResult,
+    Task,
+    TrackingStatus,
+)
+from papilla.estimators.wavelength.refine import KNOWN_NEAR, PATH_BEND_PERIODS, Refinement
 from papilla.estimators.wavelength.spectrum import Line, share_of, slope, spectrum_of, strokes_of
 from papilla.estimators.wavelength.time_lines import credits_of, silenced
 
 TIME_LINES = 3
 """Lines over time that are compared with those over the path."""
-FALSE_ALARM = 1e-4
+SEARCH_FALSE_ALARM = 1e-4
 """Probability of a false line in one search, over all wavelengths."""
-PROVED, DISTINCT, EXCLUDED = 20.0, 0.02, 4.0
+PROVING_ENERGY, DISTINCT_ENERGY_SHARE, EXCLUDING_ENERGY_RATIO = 20.0, 0.02, 4.0
 """Energy over the background that proves a line to be one over the path, or over time; its smallest share of the line's
 energy (less comes from an error of its place); and the factor by which the energy over time must be larger."""
 MOTORS_HZ = 25.0, 90.0
 """Frequencies (Hz) of motors and mounts: at a constant speed a line there, within its resolution and without a
 harmonic, is not accepted."""
-SHOWN = 0.4
+SHOWN_HARMONIC_FREQUENCY = 0.4
 """Frequency, relative to the sampling rate, below which a harmonic should be visible."""
 
 
@@ -51,7 +65,7 @@ class LineSearch(Refinement):
         super().__init__(task)
         self._cleaned = False
 
-    def run(self) -> Pieces[Finding]:
+    def run(self) -> Pieces[SearchResult]:
         """Search."""
         task, finding = self._task, self.finding
         found = yield from self._line()
@@ -59,7 +73,7 @@ class LineSearch(Refinement):
             return finding
         chosen, status, refused = found
         fundamental, other, _ = yield from self._fundamental(chosen)
-        bent = self._bend * chosen.wavenumber > BENT
+        bent = self._bend * chosen.wavenumber > PATH_BEND_PERIODS
         if status == TrackingStatus.CONSTANT_SPEED and not bent and self._motor_like(fundamental):
             status = TrackingStatus.LONE
         self._hum = self._cleaned or refused
@@ -67,7 +81,7 @@ class LineSearch(Refinement):
             # Lines over time are equally sharp at any delay, and at a constant speed all lines are.
             finding.score = 0.0
         # A wavelength longer than the range is reported, but not refined: the window has too few periods of it.
-        if fundamental * (1 + SAME) < 1 / self._options.high:
+        if fundamental * (1 + SAME_WAVELENGTH_DIFFERENCE) < 1 / self._options.high:
             return self._guess(chosen.wavenumber, TrackingStatus.OUT_OF_RANGE)
         # The known wavenumber is nearer to the result of the phases than the place of a peak.
         near = abs(task.before - fundamental) < KNOWN_NEAR / self._strokes.extent
@@ -90,7 +104,7 @@ class LineSearch(Refinement):
         mains = self._mains()
         return (yield from (self._chosen_without(mains) if mains else self._chosen()))
 
-    def _guess(self, wavenumber: float, status: TrackingStatus) -> Finding:
+    def _guess(self, wavenumber: float, status: TrackingStatus) -> SearchResult:
         """The finding for a wavenumber that may not be used."""
         self.finding.status, self.finding.wavenumber = status, wavenumber
         self.finding.sigma = 0.3 / self._strokes.extent
@@ -105,7 +119,9 @@ class LineSearch(Refinement):
             return False
         highest = task.highest(self._place)
         resolution = 1 / self._strokes.extent
-        found = yield from spectrum.lines(2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_LINES)
+        found = yield from spectrum.lines(
+            2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_SEARCH_LINES
+        )
         yield
         # The more places a search looks at, the more often noise makes a peak at one of them. So the chance at one
         # place is multiplied by the number of resolutions within a factor e of it, and by the number of such factors in
@@ -115,10 +131,10 @@ class LineSearch(Refinement):
         real = [
             line
             for line in found
-            if line.chance * max(octaves * line.wavenumber, 1.0) < FALSE_ALARM
-            or (line.chance < CONFIRMED and abs(line.wavenumber - task.proved) < 0.5 * resolution)
+            if line.chance * max(octaves * line.wavenumber, 1.0) < SEARCH_FALSE_ALARM
+            or (line.chance < CONFIRMED_CHANCE and abs(line.wavenumber - task.proved) < 0.5 * resolution)
         ]
-        self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_LINES]
+        self._lines = sorted(real, key=lambda line: -line.amplitude)[:MOST_SEARCH_LINES]
         self._inside = [line for line in self._lines if 1 / self._options.high <= line.wavenumber <= highest]
         finding.extent = self._strokes.extent
         finding.lines = tuple((1 / line.wavenumber, line.ratio, line.chance) for line in self._inside)
@@ -136,13 +152,13 @@ class LineSearch(Refinement):
         """Find lines over time at the frequencies that lines in the range have at the speeds of the strokes."""
         time = self._time
         self._spans = time[self._begin[1:] - 1] - time[self._begin[:-1]]
-        self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), TINY)
+        self._speed = np.abs(slope(self._place)) / np.maximum(np.abs(slope(time)), TINY_DIVISOR)
         self._usual = float(np.average(self._speed, weights=self._strokes.weight))
         self._bend = max(_bend_of(time[r], self._place[r], self._strokes.weight[r]) for r in self._strokes.rows)
         fastest = share_of(self._speed, 0.95)
         # Grid of the spectrum over time: as fine as the shortest wavelength needs at the highest speed, but no finer
         # than the samples are.
-        step = max(self._options.low / (GRID * fastest), 0.5 / self._options.rate_Hz)
+        step = max(self._options.low / (CELLS_PER_WAVELENGTH * fastest), 0.5 / self._options.rate_Hz)
         shortest, longest = float(self._spans.min()), float(self._spans.max())
         if shortest <= 0:
             return
@@ -163,7 +179,11 @@ class LineSearch(Refinement):
             origin = yield from self._origin(line)
             # The strongest line is hum and can be separated: subtract it and look again, once. What is left may be the
             # surface.
-            if origin == TrackingStatus.TIME_LOCKED and self._bend * line.wavenumber > BENT and not self._cleaned:
+            if (
+                origin == TrackingStatus.TIME_LOCKED
+                and self._bend * line.wavenumber > PATH_BEND_PERIODS
+                and not self._cleaned
+            ):
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 return (yield from self._chosen_without(self._time_lines))
             # Accept the first line that is not hum, unless it may be a harmonic of a fundamental that hum hides.
@@ -176,11 +196,11 @@ class LineSearch(Refinement):
     def _mains(self) -> list[Line]:
         """Lines over time at mains harmonics or resonances that are loud enough to shift the surface's line when the
         speed stays near their frequency; none if time and path cannot be distinguished."""
-        if self._cleaned or self._bend * self._inside[0].wavenumber < BENT:
+        if self._cleaned or self._bend * self._inside[0].wavenumber < PATH_BEND_PERIODS:
             return []
         # Only a line over time that is louder than the surface's can shift it, and only exact mains frequencies and
         # stated resonances are certain enough to be subtracted unseen.
-        sure = [line for line in self._time_lines if line.chance < FALSE_ALARM]
+        sure = [line for line in self._time_lines if line.chance < SEARCH_FALSE_ALARM]
         loud = [line for line in sure if line.amplitude > self._inside[0].amplitude]
         exact = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in loud]
         return [line for line in exact if line.wavenumber in self._options.hums_Hz]
@@ -205,15 +225,18 @@ class LineSearch(Refinement):
         # Each explanation is credited with the energy that the other one leaves: the line over the path fitted after
         # the lines over time are removed, and the reverse.
         path, time = yield from credits_of(line, self._spectrum, self._strokes, self._time, self._time_lines)
-        enough = max(PROVED, DISTINCT * line.ratio)
+        enough = max(PROVING_ENERGY, DISTINCT_ENERGY_SHARE * line.ratio)
         # Below this bend both explanations fit equally well, whatever the energies say.
-        separable = self._bend * line.wavenumber > BENT
-        if separable and path > enough and EXCLUDED * path > time:
+        separable = self._bend * line.wavenumber > PATH_BEND_PERIODS
+        if separable and path > enough and EXCLUDING_ENERGY_RATIO * path > time:
             return TrackingStatus.OK
-        if separable and time > enough and time > EXCLUDED * path:
+        if separable and time > enough and time > EXCLUDING_ENERGY_RATIO * path:
             return TrackingStatus.TIME_LOCKED
         # If a longer path once separated a line from the mains, a short one after lost contact does not make it theirs.
-        hum = self._near_hum(line) and abs(line.wavenumber - self._task.proved) >= SAME * self._task.proved
+        hum = (
+            self._near_hum(line)
+            and abs(line.wavenumber - self._task.proved) >= SAME_WAVELENGTH_DIFFERENCE * self._task.proved
+        )
         return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
@@ -223,17 +246,20 @@ class LineSearch(Refinement):
 
     def _near_hum(self, line: Line, highest_Hz: float = np.inf, within: float = 1.0) -> bool:
         """Whether a line may be that of the mains or of a resonance up to a frequency, within so many resolutions."""
-        frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), TINY)
+        frequency, resolution = line.wavenumber * self._usual, within / max(float(self._spans.min()), TINY_DIVISOR)
         return any(abs(frequency - hum) < resolution for hum in self._options.hums_Hz if hum <= highest_Hz)
 
     def _motor_like(self, wavenumber: float) -> bool:
         """Whether a line may come from a motor or mount: it has such a frequency, and no sign of the harmonics that
         most surfaces have, although the sampling rate would show the second one."""
-        frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), TINY)
+        frequency, resolution = wavenumber * self._usual, 1 / max(float(self._spans.min()), TINY_DIVISOR)
         slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
-        if not slowest < frequency < min(fastest, SHOWN * self._options.rate_Hz / 2):
+        if not slowest < frequency < min(fastest, SHOWN_HARMONIC_FREQUENCY * self._options.rate_Hz / 2):
             return False
-        return min(self._spectrum.chance(order * wavenumber) for order in range(2, HARMONICS + 1)) > FALSE_ALARM
+        return (
+            min(self._spectrum.chance(order * wavenumber) for order in range(2, FITTED_HARMONICS + 1))
+            > SEARCH_FALSE_ALARM
+        )
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may hide the fundamental of which this line is a harmonic."""
@@ -242,20 +268,20 @@ class LineSearch(Refinement):
         return any(
             abs(line.wavenumber / order - hum.wavenumber) < reach
             for hum in hums
-            for order in range(2, SUBHARMONICS)
+            for order in range(2, MOST_SUBHARMONICS)
             if hum.amplitude > line.amplitude
         )
 
-    def _fundamental(self, chosen: Line) -> Pieces[Period]:
+    def _fundamental(self, chosen: Line) -> Pieces[FundamentalPeriod]:
         """The wavenumber of which the chosen line and others are harmonics (its own if there is no sign of a lower
         one), and another possible wavenumber."""
         k = chosen.wavenumber
-        reach = SLACK / self._strokes.extent
+        reach = HARMONIC_SLACK_RESOLUTIONS / self._strokes.extent
         # A harmonic of the mains counts as theirs only if other mains lines are present.
-        bent = self._bend * k > BENT
-        humming = not bent and any(self._near_hum(line, max(MAINS_HZ)) for line in self._lines)
+        bent = self._bend * k > PATH_BEND_PERIODS
+        humming = not bent and any(self._near_hum(line, max(MAINS_LINES_HZ)) for line in self._lines)
         others = periods.no_multiples(
-            [line for line in self._lines if line.amplitude > periods.FAINT * chosen.amplitude], k, reach
+            [line for line in self._lines if line.amplitude > periods.FAINTEST_HARMONIC * chosen.amplitude], k, reach
         )
         own = set()
         for line in others:
@@ -269,19 +295,19 @@ class LineSearch(Refinement):
         if not bent and found.wavenumber == k:
             # At a constant speed a line beside the mains, but not at their frequency, may be the surface's: not proved,
             # only doubtful.
-            apart = {line for line in others if not self._near_hum(line, within=SLACK)}
+            apart = {line for line in others if not self._near_hum(line, within=HARMONIC_SLACK_RESOLUTIONS)}
             either = periods.fundamental_of(chosen, others, reach, own | apart, False)
             if either.loud or either.wavenumber < k:
-                found = Period(k, either.other or either.wavenumber, True)
+                found = FundamentalPeriod(k, either.other or either.wavenumber, True)
         # No line gives a lower fundamental. Look for one that is too weak to be a line: it makes the answer doubtful.
         if found.wavenumber == k and not found.other and not humming:
-            divisors = range(2, SUBHARMONICS + 1)
+            divisors = range(2, MOST_SUBHARMONICS + 1)
             near, lowest = 2 / self._strokes.extent, 1 / self._options.high
             hinted = (k / n for n in divisors if periods.hints(self._spectrum, self._lines, chosen, n, near, lowest))
             beside = k / 2 if periods.lone(chosen, self._options.ridge_pitch_mm) else 0.0
             found = found._replace(other=next(hinted, beside))
         # Faint lines that come and go do not raise doubt about a wavenumber on which many searches agreed.
-        agreed = found.wavenumber == k and abs(k - self._task.proved) < SAME * k
+        agreed = found.wavenumber == k and abs(k - self._task.proved) < SAME_WAVELENGTH_DIFFERENCE * k
         return found._replace(other=0.0) if agreed and not found.loud else found
 
 
@@ -289,5 +315,5 @@ def _bend_of(time: np.ndarray, place: np.ndarray, weight: np.ndarray) -> float:
     """Deviation of a stroke from a straight line over time: root mean square in mm, with weights (m,)."""
     total = float(weight.sum())
     t, x = time - float(weight @ time) / total, place - float(weight @ place) / total
-    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), TINY))
+    off = x - t * (float(weight @ (t * x)) / max(float(weight @ t**2), TINY_DIVISOR))
     return (float(weight @ off**2) / total) ** 0.5

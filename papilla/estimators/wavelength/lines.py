@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import completed
-from papilla.estimators.wavelength.fundamental import SLACK, fundamental_of
+from papilla.estimators.wavelength.fundamental import HARMONIC_SLACK_RESOLUTIONS, fundamental_of
 from papilla.estimators.wavelength.spectrum import (
-    CUBIC,
+    CUBIC_SHARES,
     FEWEST_STEPS,
     Line,
     Spectrum,
@@ -26,28 +26,28 @@ from papilla.estimators.wavelength.spectrum import (
     strokes_of,
 )
 
-FALSE_ALARM = 0.01
-FEWEST_PERIODS = 3.0
+LOG_FALSE_ALARM = 0.01
+FEWEST_PATH_PERIODS = 3.0
 """The longest wavelength that is searched is the path divided by this number; a taper cannot separate longer ones from
 drift."""
-TREND = 3
+DRIFT_DEGREE = 3
 """Degree of the polynomial in position that is subtracted as drift."""
-BEYOND = 4.0
+SPECTRUM_EXTENSION = 4.0
 """Factor by which the spectrum reaches beyond the searched wavenumbers, if the log shows them: it helps to recognise
 harmonics and the background."""
 
-GRID, PADDING = 8, 8
+POINTS_PER_WAVELENGTH, GRID_PADDING = 8, 8
 """Grid points in the shortest wavelength; and the factor by which the grid is extended with zeros, so that a peak is
 sampled near its top."""
-IMAGE = 5e-4
-"""Amplitude of an image over that of its line, at most: sinc(1 - 1 / GRID)^4 / sinc(1 / GRID)^4. The steps of an even
-path repeat a line at each multiple of their wavenumber, and the grid folds these images back. A weaker peak may be an
-image, unless it is a harmonic."""
+IMAGE_AMPLITUDE = 5e-4
+"""Amplitude of an image over that of its line, at most: sinc(1 - 1 / POINTS_PER_WAVELENGTH)^4 / sinc(1 /
+POINTS_PER_WAVELENGTH)^4. The steps of an even path repeat a line at each multiple of their wavenumber, and the grid
+folds these images back. A weaker peak may be an image, unless it is a harmonic."""
 MOST_HARMONICS = 12
 """Largest order of a harmonic that is recognised."""
 SLACK_SIGMAS, SLACK_RESOLUTIONS = 3.0, 0.25
 """How far a peak may be from a multiple: so many sigmas of the difference plus a share of the resolution."""
-LEAST = 1e-100
+LEAST_CHANNEL_CHANGE = 1e-100
 """A channel that changes by less counts as constant: the square of its change would be near the limit of floating-point
 numbers."""
 LONGEST_GRID = 500_000
@@ -125,27 +125,27 @@ def find_lines(
     readings: ArrayLike,
     *,
     wavelength_range_mm: tuple[float, float] | None = None,
-    false_alarm: float = FALSE_ALARM,
+    false_alarm: float = LOG_FALSE_ALARM,
 ) -> LineSpectrum:
     """All significant lines of readings (n,) or (n, channels) at positions (n,) in mm, greatest amplitude first.
 
     Positions need not be evenly spaced or rising. Rows and channels without a finite number are left out and counted.
-    A peak of less than `IMAGE` of the greatest one's amplitude that is no harmonic may be an image of that one, and
-    counts as no line.
-    Raises `InputError` for unequal lengths, fewer than 16 usable rows, no movement, no usable channel, and a range of
-    which nothing can be searched.
-    """
+    A peak of less than `IMAGE_AMPLITUDE` of the greatest one's amplitude that is no harmonic may be an image of that
+    one, and counts as no line. Raises `InputError` for unequal lengths, fewer than 16 usable rows, no movement, no
+    usable channel, and a range of which nothing can be searched."""
     false_alarm = checks.within("false_alarm", false_alarm, 1e-12, 0.5)
     position, channels, unused_samples, used = usable(position_mm, readings)
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     # Minus their mean, so that an offset costs no digits.
-    strokes = completed(strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), TREND))
-    finest = max(shortest, low / BEYOND)
-    step = finest / GRID
-    size = 1 << int(np.ceil(np.log2(PADDING * (int(strokes.extent / step) + 2))))
+    strokes = completed(
+        strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), DRIFT_DEGREE)
+    )
+    finest = max(shortest, low / SPECTRUM_EXTENSION)
+    step = finest / POINTS_PER_WAVELENGTH
+    size = 1 << int(np.ceil(np.log2(GRID_PADDING * (int(strokes.extent / step) + 2))))
     count = int((1 / finest + 3 / strokes.extent) * size * step) + 1
-    spectrum = completed(spectrum_of(strokes, step, size, count, CUBIC))
+    spectrum = completed(spectrum_of(strokes, step, size, count, CUBIC_SHARES))
     octaves = float(np.log(high / low)) * strokes.extent
     peaks = _peaks(spectrum, strokes, used, false_alarm, octaves)
     wavenumber = spectrum.step * np.arange(len(spectrum.power))
@@ -172,10 +172,14 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
     known = position[rows]
     if known.size < 2:
         raise InputError("a spectrum over position needs rows with a position")
-    low = _shortest(known) if wavelength_range_mm is None else max(wavelength_range_mm[0] / BEYOND, _shortest(known))
+    low = (
+        _shortest(known)
+        if wavelength_range_mm is None
+        else max(wavelength_range_mm[0] / SPECTRUM_EXTENSION, _shortest(known))
+    )
     # For each row: the length of the path from it to the end.
     reach = np.maximum.accumulate(known[::-1]) - np.minimum.accumulate(known[::-1])
-    fits = int(np.searchsorted(reach, LONGEST_GRID * low / GRID, side="right"))
+    fits = int(np.searchsorted(reach, LONGEST_GRID * low / POINTS_PER_WAVELENGTH, side="right"))
     return int(rows[known.size - fits]) if fits < known.size else 0
 
 
@@ -192,7 +196,7 @@ def usable(position_mm, readings) -> tuple[np.ndarray, np.ndarray, int, np.ndarr
     if rows.sum() < 16:
         raise InputError(f"a spectrum needs 16 rows with a position and finite readings, got {int(rows.sum())}")
     kept = table[np.ix_(rows, alive)]
-    changing = np.ptp(kept, axis=0) > LEAST
+    changing = np.ptp(kept, axis=0) > LEAST_CHANNEL_CHANGE
     if not changing.any():
         raise InputError("no channel has changing, finite readings")
     return position[rows], kept[:, changing], int((~rows).sum()), np.flatnonzero(alive)[changing]
@@ -209,7 +213,7 @@ def _shortest(position: np.ndarray) -> float:
 def _searched(position: np.ndarray, shortest: float, asked: tuple[float, float] | None) -> tuple[float, float]:
     """The wavelengths that these positions allow, inside the requested range."""
     path = float(np.ptp(position))
-    longest = path / FEWEST_PERIODS
+    longest = path / FEWEST_PATH_PERIODS
     low, high = shortest, longest
     if asked is not None:
         first, last = checks.rising("wavelength_range_mm", asked)
@@ -245,7 +249,7 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
             continue
         orders = ((order_of(peak, stronger, resolution), agreed) for stronger, agreed in fundamentals)
         order, fundamental = next((found for found in orders if found[0] > 1), (1, 0.0))
-        if order == 1 and peak.amplitude < IMAGE * peaks[0].amplitude:
+        if order == 1 and peak.amplitude < IMAGE_AMPLITUDE * peaks[0].amplitude:
             continue
         agreed = peak if order > 1 else with_harmonics(peak, peaks, resolution)
         wavelength, sigma = 1 / agreed.wavenumber, agreed.sigma / agreed.wavenumber**2
@@ -263,7 +267,7 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
 def _common(peak: Line, peaks: list[Line], resolution: float, longest_mm: float) -> float:
     """The wavenumber of which this peak and others as loud are, or may be, harmonics, even if no peak has it; its own
     if there is none in the range."""
-    k, reach = peak.wavenumber, SLACK * resolution
+    k, reach = peak.wavenumber, HARMONIC_SLACK_RESOLUTIONS * resolution
     others = [own for own in peaks if abs(own.wavenumber - round(own.wavenumber / k) * k) > reach]
     found = fundamental_of(peak, others, reach, set(others), False)
     base = found.other if found.loud else found.wavenumber
@@ -303,7 +307,7 @@ def with_harmonics(fundamental: Line, peaks: list[Line], resolution: float) -> L
 def _peaks(spectrum: Spectrum, strokes: Strokes, used: np.ndarray, false_alarm: float, octaves: float) -> list[Line]:
     """All peaks that noise would reach less often than `false_alarm` in all trials, largest first; used : the channels'
     numbers."""
-    power, each, resolution = spectrum.power, np.maximum(spectrum.each, TINY), spectrum.resolution
+    power, each, resolution = spectrum.power, np.maximum(spectrum.each, TINY_DIVISOR), spectrum.resolution
     tops = spectrum.tops(1, len(power) - 1)
     # A line that few channels show disappears in the mean with others: the most significant channel counts, with as
     # many trials as channels.

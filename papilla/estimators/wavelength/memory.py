@@ -1,7 +1,7 @@
 """What trackers of a path remember: the latest path in cells, a search for lines in them, and what searches found.
 
 A cell holds the means of time, place and readings of neighbouring samples; the ends of strokes are numbers of cells. A
-search is given a `Task`, rows of cells and what is known of them, and returns a `Finding`.
+search is given a `Task`, rows of cells and what is known of them, and returns a `SearchResult`.
 """
 
 import math
@@ -14,22 +14,22 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.status import Status
-from papilla.estimators.stream import Pieces, Spread
+from papilla.estimators.stream import Pieces, SpreadTask
 from papilla.estimators.wavelength.spectrum import highest_shown, longest_strokes, middle, spectrum_of, strokes_of
 
-LEADING = 3
+LEADING_COLUMNS = 3
 """Columns of a row of the path before the readings: time, place, number of samples."""
-MAINS_HZ = (50.0, 60.0)
-MOST_LINES = 8
+MAINS_LINES_HZ = (50.0, 60.0)
+MOST_SEARCH_LINES = 8
 """Of a search, strongest first."""
 LATEST_S = 0.1
 """Largest delay of a path that may be stated."""
-GRID = 4
+CELLS_PER_WAVELENGTH = 4
 """Grid points in the shortest wavelength: aliases from beyond are then weaker than a third, and none is a sum of
 lines."""
-WIDEST = 100
+WIDEST_RANGE_RATIO = 100
 """Largest ratio of the ends of a range that is searched."""
-SAME = 0.02
+SAME_WAVELENGTH_DIFFERENCE = 0.02
 """Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
 FEWEST_WAVES = 4.0
 """Number of shortest wavelengths that the longest stroke must contain."""
@@ -71,10 +71,12 @@ class Options(NamedTuple):
 def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz, ridge_pitch_mm=None) -> Options:
     """The options, or `InputError` for unusable ones: a range must span a factor of 1.5 to 100."""
     low, high = checks.rising("wavelength_range_mm", wavelength_range_mm)
-    if not 1.5 * low <= high <= WIDEST * low:
-        raise InputError(f"wavelength_range_mm must span a factor 1.5 to {WIDEST}, got {low:g} to {high:g} mm")
+    if not 1.5 * low <= high <= WIDEST_RANGE_RATIO * low:
+        raise InputError(
+            f"wavelength_range_mm must span a factor 1.5 to {WIDEST_RANGE_RATIO}, got {low:g} to {high:g} mm"
+        )
     rate = checks.positive("sample_rate_Hz", rate_Hz)
-    hums = {n * base for base in MAINS_HZ for n in range(1, int(0.5 * rate / base) + 1)}
+    hums = {n * base for base in MAINS_LINES_HZ for n in range(1, int(0.5 * rate / base) + 1)}
     hums |= {checks.positive("resonances_Hz", value) for value in resonances_Hz}
     late = None if latency_s is None else checks.within("latency_s", latency_s, -LATEST_S, LATEST_S)
     pitch = 0.0 if ridge_pitch_mm is None else checks.within("ridge_pitch_mm", ridge_pitch_mm, 0, 100)
@@ -82,7 +84,7 @@ def checked(wavelength_range_mm, rate_Hz, scale_sigma, latency_s, resonances_Hz,
 
 
 class Task(NamedTuple):
-    """rows (m, `LEADING` + g) of time, place, samples, readings; breaks : rows at which strokes begin.
+    """rows (m, `LEADING_COLUMNS` + g) of time, place, samples, readings; breaks : rows at which strokes begin.
 
     step, size : the grid; late_s : delay of the path behind the readings, and its variance (0: known); before : the
     known wavenumber, 0 for none; proved : the one on which many searches agreed, 0 for none. known_hums_Hz :
@@ -121,12 +123,12 @@ class Task(NamedTuple):
             return 0.0
         strokes = yield from strokes_of(window.place, window.readings, window.begin)
         spectrum = yield from spectrum_of(strokes, self.grid(window.place), self.size)
-        lines = yield from spectrum.lines(1 / self.options.high, self.highest(window.place), MOST_LINES)
+        lines = yield from spectrum.lines(1 / self.options.high, self.highest(window.place), MOST_SEARCH_LINES)
         return max((line.ratio for line in lines), default=0.0)
 
 
 @dataclass
-class Finding:
+class SearchResult:
     """Result of a search.
 
     status : of this search alone. wavenumber (1/mm) and its sigma, 0 before the first; extent : mm of path that was
@@ -158,7 +160,7 @@ class Finding:
     other: float = 0.0
 
 
-class Window(NamedTuple):
+class PathWindow(NamedTuple):
     """time, place, samples (m,) and number of the stroke (m,) of each row; begin (s + 1,) : first row of each stroke;
     readings (m, g)."""
 
@@ -170,7 +172,7 @@ class Window(NamedTuple):
     readings: np.ndarray
 
 
-def window_of(task: Task, late_s: float) -> Window | None:
+def window_of(task: Task, late_s: float) -> PathWindow | None:
     """The strokes of a task that are long enough; None if there are none.
 
     The path is late: at a time t the finger is where the path says at t + late.
@@ -192,7 +194,7 @@ def window_of(task: Task, late_s: float) -> Window | None:
     index, begin = found
     stroke = np.repeat(np.arange(len(begin) - 1), np.diff(begin))
     # Only strokes nearly as long as the longest are used: the shortest sets the resolution of all.
-    return Window(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING:])
+    return PathWindow(time[index], place[index], rows[index, 2], stroke, begin, rows[index, LEADING_COLUMNS:])
 
 
 @dataclass(eq=False)
@@ -297,8 +299,8 @@ class Memory:
     searched: int = 0
     hop: int = 0
     waited: int = 0
-    search: Spread | None = None
-    finding: Finding = field(default_factory=Finding)
+    search: SpreadTask | None = None
+    finding: SearchResult = field(default_factory=SearchResult)
     known: tuple[float, float] = (0.0, 0.0)
     agreed: int = 0
     missed: int = 0

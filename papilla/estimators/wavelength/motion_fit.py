@@ -14,23 +14,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.core.units import TINY
-from papilla.estimators.wavelength.fundamental import HARMONICS
-from papilla.estimators.wavelength.spectrum import CYCLE
+from papilla.core.units import TINY_DIVISOR
+from papilla.estimators.wavelength.fundamental import FITTED_HARMONICS
+from papilla.estimators.wavelength.spectrum import CYCLE_EXPONENT
 
-ORDERS = np.arange(1, HARMONICS + 1)
-BAND = 0.4
+HARMONIC_ORDERS = np.arange(1, FITTED_HARMONICS + 1)
+CHIRP_BAND_LIMIT = 0.4
 """Frequency relative to the sampling rate above which an anti-aliasing filter has probably removed harmonics."""
 FEWEST_READINGS = 32
 """In a window."""
-KNOTS = 8
+MOTION_KNOTS = 8
 """Number of moments in the window at which the chirp may jump, because a hand is not exactly sinusoidal, and at which
 the offset may bend."""
-MOTION, TREND, SHAPE = 4, 2 + KNOTS, 2 * HARMONICS - 1
+MOTION_PARAMETERS, TREND_PARAMETERS, SHAPE_PARAMETERS = 4, 2 + MOTION_KNOTS, 2 * FITTED_HARMONICS - 1
 """Parameters: phi (cycles), f (Hz), g (Hz/s), k (1/s^2); offset, slope and its changes; cosines and sines."""
-FAINT = 2.5
+FAINTEST_FIT_ENERGY = 2.5
 """Energy over the noise, per parameter, that a fit must explain: noise alone explains one."""
-TURN, BENT = 0.1, 0.02
+LARGEST_PHASE_STEP, PHASE_NONLINEARITY = 0.1, 0.02
 """Largest change of the phase by one step, in cycles; and its largest deviation from linearity in the stiffness."""
 _HELD = 1e-2
 """Stiffness (1/s^2) below which its effect in any window is negligible, and its series is used."""
@@ -64,12 +64,14 @@ class MotionFit(NamedTuple):
     @property
     def knots(self) -> np.ndarray:
         """(8,) times of the jumps, in s before now."""
-        return -(self.age + self.spacing * np.arange(KNOTS))
+        return -(self.age + self.spacing * np.arange(MOTION_KNOTS))
 
     @property
     def proved(self) -> bool:
         """Whether the harmonics explain more than noise could."""
-        return self.gain > FAINT * (MOTION + KNOTS + TREND + SHAPE)
+        return self.gain > FAINTEST_FIT_ENERGY * (
+            MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS + SHAPE_PARAMETERS
+        )
 
 
 def swung(stiffness: float, time):
@@ -102,9 +104,16 @@ def rates_at(stroke: MotionFit, time: np.ndarray) -> tuple[np.ndarray, np.ndarra
     _, rate, chirp, stiffness = stroke.motion.tolist()
     sine, _, by_sine, _, turned = swung(stiffness, time)
     # The parameters are those of the present. Before a jump the frequency differs from them by jump x (t - t_jump).
-    bent, slopes = np.minimum(time[:, None] - stroke.knots, 0.0), np.zeros((len(time), MOTION + KNOTS))
-    slopes[:, 1], slopes[:, 2], slopes[:, MOTION - 1] = turned, sine, chirp * by_sine - 0.5 * rate * time * sine
-    slopes[:, MOTION:] = bent
+    bent, slopes = (
+        np.minimum(time[:, None] - stroke.knots, 0.0),
+        np.zeros((len(time), MOTION_PARAMETERS + MOTION_KNOTS)),
+    )
+    slopes[:, 1], slopes[:, 2], slopes[:, MOTION_PARAMETERS - 1] = (
+        turned,
+        sine,
+        chirp * by_sine - 0.5 * rate * time * sine,
+    )
+    slopes[:, MOTION_PARAMETERS:] = bent
     return rate * turned + chirp * sine + bent @ stroke.jumps, slopes
 
 
@@ -124,16 +133,16 @@ def _phase(stroke: MotionFit, sine, cosine, turned, before: np.ndarray) -> tuple
 def profile(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns of the shape (m, 9) at phases and |rates| (m,), and their derivatives by the phase, per cycle."""
     waves = _waves(phase, speed, rate_Hz)
-    return _shaped(waves), _shaped(CYCLE * ORDERS * waves)
+    return _shaped(waves), _shaped(CYCLE_EXPONENT * HARMONIC_ORDERS * waves)
 
 
 def _waves(phase: np.ndarray, speed: np.ndarray, rate_Hz: float) -> np.ndarray:
     """(m, 5) harmonics; 0 if the sampling rate does not show them."""
-    waves = np.empty((len(phase), HARMONICS), complex)
-    waves[:, 0] = np.exp(CYCLE * phase)
-    for order in range(1, HARMONICS):
+    waves = np.empty((len(phase), FITTED_HARMONICS), complex)
+    waves[:, 0] = np.exp(CYCLE_EXPONENT * phase)
+    for order in range(1, FITTED_HARMONICS):
         waves[:, order] = waves[:, order - 1] * waves[:, 0]
-    waves *= np.outer(speed, ORDERS) < BAND * rate_Hz
+    waves *= np.outer(speed, HARMONIC_ORDERS) < CHIRP_BAND_LIMIT * rate_Hz
     return waves
 
 
@@ -168,16 +177,16 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     waves = _waves(*_phase(stroke, sine, cosine, turned, before), rate_Hz)
     # Complex amplitudes a - i b, so that Re(waves @ shape) is the profile, and 2 pi i n times it its slope by the
     # phase.
-    shape = stroke.shape[:HARMONICS] - 1j * np.append(0.0, stroke.shape[HARMONICS:])
-    slopes = (waves @ (CYCLE * ORDERS * shape)).real
-    motion = np.empty((len(time), MOTION + KNOTS))
+    shape = stroke.shape[:FITTED_HARMONICS] - 1j * np.append(0.0, stroke.shape[FITTED_HARMONICS:])
+    slopes = (waves @ (CYCLE_EXPONENT * HARMONIC_ORDERS * shape)).real
+    motion = np.empty((len(time), MOTION_PARAMETERS + MOTION_KNOTS))
     # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
     # the reading. Offset and shape are linear: their columns are their values.
     own = [np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine]
-    motion[:, :MOTION] = np.column_stack(own)
-    motion[:, MOTION:] = 0.5 * before * before
+    motion[:, :MOTION_PARAMETERS] = np.column_stack(own)
+    motion[:, MOTION_PARAMETERS:] = 0.5 * before * before
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
-    fitted = columns[:, MOTION + KNOTS :] @ stroke.values[MOTION + KNOTS :]
+    fitted = columns[:, MOTION_PARAMETERS + MOTION_KNOTS :] @ stroke.values[MOTION_PARAMETERS + MOTION_KNOTS :]
     if not seen.all():
         columns *= seen[:, None]
     return Design(stroke, columns, np.where(seen, readings - fitted, 0.0), motion, seen, abs(float(time[0])))
@@ -195,16 +204,21 @@ def solved(design: Design, prior: np.ndarray, about: np.ndarray) -> MotionFit:
     inverse *= np.multiply.outer(scale, scale)
     step = inverse @ (jacobian.T @ residual / stroke.noise + prior @ (about - values))
     # A Gauss-Newton step is valid as long as the readings are linear in the parameters.
-    turn = float(np.abs((motion @ step[: MOTION + KNOTS])[seen]).max(initial=0.0))
-    bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION - 1]) ** 2 / 60
-    # Shorten a step that would turn the phase by more than TURN, or change k so much that its second order counts.
-    step *= min(TURN / max(turn, TINY), (BENT / max(bend, TINY)) ** 0.5, 1.0)
+    turn = float(np.abs((motion @ step[: MOTION_PARAMETERS + MOTION_KNOTS])[seen]).max(initial=0.0))
+    bend = abs(float(stroke.motion[1]) * reach**5) * float(step[MOTION_PARAMETERS - 1]) ** 2 / 60
+    # Shorten a step that would turn the phase by more than LARGEST_PHASE_STEP, or change k so much that its second
+    # order counts.
+    step *= min(
+        LARGEST_PHASE_STEP / max(turn, TINY_DIVISOR), (PHASE_NONLINEARITY / max(bend, TINY_DIVISOR)) ** 0.5, 1.0
+    )
     values += step
     # The columns of missing readings are 0.
-    waves = jacobian[:, -SHAPE:] @ values[-SHAPE:]
+    waves = jacobian[:, -SHAPE_PARAMETERS:] @ values[-SHAPE_PARAMETERS:]
     # Energy of the harmonics about their mean: what the profile explains beyond an offset.
     power = float(waves @ waves) - float(waves.sum()) ** 2 / max(int(seen.sum()), 1)
     return stroke._replace(
-        motion=values[:MOTION], jumps=values[MOTION : MOTION + KNOTS], trend=values[MOTION + KNOTS : -SHAPE],
-        shape=values[-SHAPE:], covariance=inverse, residual=residual - jacobian @ step, gain=power / stroke.noise,
+        motion=values[:MOTION_PARAMETERS], jumps=values[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS],
+        trend=values[MOTION_PARAMETERS + MOTION_KNOTS : -SHAPE_PARAMETERS],
+        shape=values[-SHAPE_PARAMETERS:], covariance=inverse,
+        residual=residual - jacobian @ step, gain=power / stroke.noise,
     )  # fmt: skip

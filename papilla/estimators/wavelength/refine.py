@@ -17,43 +17,52 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
-from papilla.estimators.wavelength.fundamental import HARMONICS, no_multiples
-from papilla.estimators.wavelength.memory import GRID, Finding, Task, TrackingStatus, window_of
-from papilla.estimators.wavelength.spectrum import CYCLE, Line, Spectrum, Strokes, background, middle, slope, strokes_of
+from papilla.estimators.wavelength.fundamental import FITTED_HARMONICS, no_multiples
+from papilla.estimators.wavelength.memory import CELLS_PER_WAVELENGTH, SearchResult, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.spectrum import (
+    CYCLE_EXPONENT,
+    Line,
+    Spectrum,
+    Strokes,
+    background,
+    middle,
+    slope,
+    strokes_of,
+)
 from papilla.estimators.wavelength.time_lines import forward, levelled, silenced
 
-BLOCKS = 24
+MOST_BLOCKS = 24
 """Largest number of blocks along a window; each has whole periods."""
-WHOLE = 0.9
+COVERED_BLOCK_SHARE = 0.9
 """Share of a block's length that its rows must cover."""
-PRESENT = 12.0
+PRESENT_HARMONIC_ENERGY = 12.0
 """Smallest energy of a harmonic, relative to half the noise, for it to take part: a smaller one is mostly noise."""
 MEDIAN_TO_SIGMA = 1.4826
-OUTLYING = 3.0
+OUTLYING_PHASE_SIGMAS = 3.0
 """Sigmas of a block's phase above which it counts less (Huber 1964, doi:10.1214/aoms/1177703732)."""
 
-COHERENT, SCATTERED = 0.8, 0.12
+LEAST_PHASE_COHERENCE, PHASE_SCATTER = 0.8, 0.12
 """Coherence of the blocks' phases below which a line is smeared and searched in a shorter path; and their scatter
 beyond the noise, in periods, above which it is."""
-LOST, SURE = 0.5, 3.0
+LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS = 0.5, 3.0
 """Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
 """Standard deviation of the distance by which the skin trails the finger, and the path after a turn over which it
 settles again."""
-KNOWN_NEAR, SETTLED = 0.1, 0.3
+KNOWN_NEAR, SETTLED_STEPS = 0.1, 0.3
 """Distance in resolutions within which a search continues from the known wavenumber; and the step, in sigmas, after
 which no further step is needed."""
 LATE_S = 1e-4
 """Recompute the path when the estimated delay changes by more than this; the phases are linear in smaller changes."""
 LATE_STEP_S = 0.004
 """Largest step of the delay."""
-BENT = 0.04
+PATH_BEND_PERIODS = 0.04
 """Deviation of the path from a straight line over time, in periods (RMS under the taper of a stroke), above which lines
 over path and over time can be distinguished. Ramps at the ends of a stroke do not help, because the taper hides them:
 with quick turns and a constant speed between them, lines of the surface were taken for lines over time."""
-BAND = 0.45
+PATH_BAND_LIMIT = 0.45
 """Frequency, relative to the sampling rate, above which an anti-aliasing filter has probably removed harmonics."""
 STILL_MM = 1e-12
 """Path that a row stands for at least, so that no weight vanishes."""
@@ -89,15 +98,15 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     stroke (m,) : number of each row's; noise (h, g) : variance of a sample at each harmonic, infinite for none.
     """
     begin = np.flatnonzero(np.diff(stroke, prepend=-1))
-    # Cut each stroke into at most BLOCKS blocks of the same whole number of periods, so that an offset, and every
+    # Cut each stroke into at most MOST_BLOCKS blocks of the same whole number of periods, so that an offset, and every
     # harmonic, is orthogonal to the others within a block. `label` numbers the blocks of all strokes.
     along = cycles - np.minimum.reduceat(cycles, begin)[stroke]
-    length = max(int(np.ceil(along.max() / BLOCKS)), 1)
-    label = stroke * (BLOCKS + 2) + (along / length).astype(int)
+    length = max(int(np.ceil(along.max() / MOST_BLOCKS)), 1)
+    label = stroke * (MOST_BLOCKS + 2) + (along / length).astype(int)
     order = np.argsort(label, kind="stable")
     edges = np.flatnonzero(np.diff(label[order], prepend=-1))
     of_stroke = stroke[order][edges]
-    turns, orders = np.exp(-CYCLE * cycles[order]), np.arange(1, len(noise) + 1)
+    turns, orders = np.exp(-CYCLE_EXPONENT * cycles[order]), np.arange(1, len(noise) + 1)
     yield
     weight, along = weight[order], along[order]
     used = weight[:, None] * seen[order]
@@ -112,33 +121,35 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     total = np.add.reduceat(weight, edges)
     reach = np.maximum.reduceat(along, edges) - np.minimum.reduceat(along, edges)
     # The remainder at the end of a stroke is not a whole period.
-    whole = (reach + middle(np.abs(np.diff(cycles))) > WHOLE * length)[:, None]
+    whole = (reach + middle(np.abs(np.diff(cycles))) > COVERED_BLOCK_SHARE * length)[:, None]
     # Mean amplitude of each stroke and harmonic: the reference against which its blocks' phases are measured.
     first = np.flatnonzero(np.diff(of_stroke, prepend=-1))
     mean = np.add.reduceat(blocks * whole[:, :, None], first)
-    mean /= np.maximum(np.add.reduceat(amount * whole, first), TINY)[:, None, :]
+    mean /= np.maximum(np.add.reduceat(amount * whole, first), TINY_DIVISOR)[:, None, :]
     yield
     # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
-    variance = 0.5 * np.minimum(noise, 1 / TINY) * (square / np.maximum(amount, TINY**0.5) ** 2)[:, None, :]
-    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY), 0.0)
+    variance = (
+        0.5 * np.minimum(noise, 1 / TINY_DIVISOR) * (square / np.maximum(amount, TINY_DIVISOR**0.5) ** 2)[:, None, :]
+    )
+    inverse = np.where((whole & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY_DIVISOR), 0.0)
     # Harmonics that noise could have made take no part: their phases would be random.
     size = np.abs(mean) ** 2
-    certain = (size * np.add.reduceat(inverse, first) > PRESENT)[of_stroke] * inverse
+    certain = (size * np.add.reduceat(inverse, first) > PRESENT_HARMONIC_ENERGY)[of_stroke] * inverse
     turn = 2 * np.pi * orders[:, None]
     # Rotate each block by the stroke's reference: its imaginary part is the phase deviation times the amplitude.
     # Harmonic n turns n times as far, so its score and information carry n and n^2. Their ratio is the phase in cycles.
-    pull = blocks / np.maximum(amount, TINY)[:, None, :] * np.conj(mean)[of_stroke]
+    pull = blocks / np.maximum(amount, TINY_DIVISOR)[:, None, :] * np.conj(mean)[of_stroke]
     score = (turn * pull.imag * certain).sum(axis=(1, 2))
     information = (turn**2 * size[of_stroke] * certain).sum(axis=(1, 2))
     # Coherence: length of the sum of all blocks along the reference, over the length if all pointed along it.
     agreeing = (pull * certain).sum(axis=(1, 2))
     return Phases(
-        np.where(information > 0, score / np.maximum(information, TINY), 0.0),
+        np.where(information > 0, score / np.maximum(information, TINY_DIVISOR), 0.0),
         information,
         sums[:, 2 * gauges :] / total[:, None],
         of_stroke,
         2 * mean[:, 0],
-        float(agreeing.real.sum() / max(np.abs(agreeing).sum(), TINY)),
+        float(agreeing.real.sum() / max(np.abs(agreeing).sum(), TINY_DIVISOR)),
     )
 
 
@@ -156,12 +167,12 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         yield
         # Each stroke has a free phase: subtract its weighted mean instead of adding a parameter for it.
         share = weight[:, None] * stroke
-        means = share.T @ columns / np.maximum(share.sum(axis=0), TINY)[:, None]
+        means = share.T @ columns / np.maximum(share.sum(axis=0), TINY_DIVISOR)[:, None]
         centred = columns - means[phases.stroke]
         regressors, cycles = centred[:, :-1], centred[:, -1]
         normal = (regressors.T * weight) @ regressors + np.diag(prior)
         # Scaled to a unit diagonal, because path (mm) and delay (s) differ by many powers of ten.
-        scale = np.sqrt(np.maximum(normal.diagonal(), TINY))
+        scale = np.sqrt(np.maximum(normal.diagonal(), TINY_DIVISOR))
         inverse = np.linalg.inv(normal / np.outer(scale, scale) + 1e-9 * np.eye(len(prior))) / np.outer(scale, scale)
         step = inverse @ (regressors.T @ (weight * cycles) + prior * off)
         left = np.abs(cycles - regressors @ step)
@@ -169,7 +180,7 @@ def regressed(phases: Phases, prior: np.ndarray, off: np.ndarray) -> Pieces[Fit]
         # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): blocks may scatter more than noise does.
         usual = MEDIAN_TO_SIGMA * middle(rest[known]) or 1.0
         # Huber's weights: full up to three robust sigmas, falling as 1 / residual beyond.
-        pull = np.minimum(OUTLYING * max(usual, 1.0) / np.maximum(rest, TINY), 1.0)
+        pull = np.minimum(OUTLYING_PHASE_SIGMAS * max(usual, 1.0) / np.maximum(rest, TINY_DIVISOR), 1.0)
         weight = phases.information * pull**2
     ratio = max(float((pull * rest) @ (pull * rest)) / spare, 1.0)
     # Scatter beyond the noise: robust variance of the residuals minus what noise alone would give.
@@ -190,18 +201,18 @@ def share_kept(place, readings, seen, wavenumber: float, wanted, noise, periods:
         return None
     place, readings, seen = place[first:], readings[first:], seen[first:]
     path = np.maximum(np.abs(slope(place)), STILL_MM)
-    total = np.maximum(path @ seen, TINY**0.5)
+    total = np.maximum(path @ seen, TINY_DIVISOR**0.5)
     # A gauge that is lost does not mean that its line is lost.
     weight = np.where(total > 0.5 * path.sum(), 1 / np.asarray(noise), 0.0)
     if not weight.any():
         return None
     wanted = np.asarray(wanted)
     power = np.abs(wanted) ** 2 * weight
-    size = max(float(power.sum()), TINY)
+    size = max(float(power.sum()), TINY_DIVISOR)
     # Amplitude in whole periods, where the mean is orthogonal to the wave; then the part of it in phase with the known
     # one.
     values = seen * (readings - path @ (seen * readings) / total)
-    wave = np.exp(-CYCLE * wavenumber * place)
+    wave = np.exp(-CYCLE_EXPONENT * wavenumber * place)
     own = 2 * ((wave * path) @ values) / total
     rest = path @ (values - seen * np.outer(wave.conj(), own).real) ** 2 / total
     share = path**2 @ seen / total**2
@@ -217,7 +228,7 @@ class Refinement:
 
     def __init__(self, task: Task):
         self._task, self._options = task, task.options
-        self.finding = Finding(late_s=task.late_s, late_variance=task.late_variance)
+        self.finding = SearchResult(late_s=task.late_s, late_variance=task.late_variance)
         self._late = task.late_s
         self._strokes: Strokes
         self._spectrum: Spectrum
@@ -239,7 +250,7 @@ class Refinement:
         self._strokes = yield from strokes_of(self._place, readings, self._begin)
         return True
 
-    def _by_phases(self, fundamental: float, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
+    def _by_phases(self, fundamental: float, status: TrackingStatus, refused: bool) -> Pieces[SearchResult]:
         """The finding for a line of this fundamental and status; refused : whether a louder line was refused."""
         yield
         # The noise comes from the spectrum with all lines; then other lines are subtracted, or they would pull the
@@ -257,13 +268,13 @@ class Refinement:
     def _noise(self, wavenumber: float) -> np.ndarray:
         """(h, g) variance of one sample's noise at the harmonics that the steps can show."""
         spectrum, strokes = self._spectrum, self._strokes
-        orders = np.arange(1, HARMONICS + 1)
+        orders = np.arange(1, FITTED_HARMONICS + 1)
         at = np.minimum(np.round(orders * wavenumber / spectrum.step).astype(int), len(spectrum.power) - 1)
         level = background(spectrum.power, at, spectrum.resolution, pooled=False).power
         finite = np.isfinite(level)
         level = np.where(finite, level, level[finite].max(initial=1.0))
-        band = orders * wavenumber * middle(self._speed) < BAND * self._options.rate_Hz
-        reachable = (orders * wavenumber < 2 / self._task.step / GRID * 2) & band
+        band = orders * wavenumber * middle(self._speed) < PATH_BAND_LIMIT * self._options.rate_Hz
+        reachable = (orders * wavenumber < 2 / self._task.step / CELLS_PER_WAVELENGTH * 2) & band
         reachable[0] = True
         level = np.where(reachable, level, np.inf)
         return level[:, None] * spectrum.own / float((strokes.weight**2 / self._count).sum())
@@ -273,14 +284,18 @@ class Refinement:
         strokes, wavenumber = self._strokes, self._wavenumber
         if self._hum:
             known = np.array((*self._task.known_hums_Hz, *self.finding.hums_Hz, *self._options.hums_Hz))
-            near = 2 / max(np.ptp(self._time), TINY)
+            near = 2 / max(np.ptp(self._time), TINY_DIVISOR)
             hums = [line for line in self._time_lines if (np.abs(line.wavenumber - known) < near).any()]
             strokes = yield from silenced(strokes, self._time, hums, wavenumber)
         foreign = no_multiples(self._lines, wavenumber, 2 / strokes.extent)
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
         below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
         # If the speed changes, slow changes come mostly from the force, and cause a doubt.
-        one = self._bend * wavenumber < BENT and len(self._begin) == 2 and below > self._inside[0].amplitude ** 2
+        one = (
+            self._bend * wavenumber < PATH_BEND_PERIODS
+            and len(self._begin) == 2
+            and below > self._inside[0].amplitude ** 2
+        )
         return (yield from levelled(strokes, wavenumber)) if one else strokes
 
     def _refined(self) -> Pieces[bool]:
@@ -294,7 +309,7 @@ class Refinement:
         columns, prior, off = [self._place - self._place[-1]], [1e-12], [0.0]
         if task.late_variance > 0:
             # Derivative of the phase by the delay: k v, so only changes of the speed v determine it.
-            columns.append(self._wavenumber * slope(self._place) / np.maximum(slope(self._time), TINY))
+            columns.append(self._wavenumber * slope(self._place) / np.maximum(slope(self._time), TINY_DIVISOR))
             prior.append(1 / task.late_variance)
             off.append(task.late_s - self._late)
         regressors = np.column_stack([*columns, self._play()])
@@ -310,7 +325,7 @@ class Refinement:
         if task.late_variance > 0:
             self._late += min(max(float(fit.step[1]), -LATE_STEP_S), LATE_STEP_S)
         self._phases, self._fit = phases, fit
-        settled = abs(step) < SETTLED * float(fit.covariance[0, 0]) ** 0.5
+        settled = abs(step) < SETTLED_STEPS * float(fit.covariance[0, 0]) ** 0.5
         return settled and abs(self._late - task.late_s) < LATE_S
 
     def _play(self) -> np.ndarray:
@@ -321,10 +336,10 @@ class Refinement:
         # There was no turn at the beginning of the window.
         return np.where(self._stroke > 0, self._wavenumber * way * np.exp(-along / RELAXED_MM), 0.0)
 
-    def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[Finding]:
+    def _judged(self, status: TrackingStatus, refused: bool) -> Pieces[SearchResult]:
         """The finding for a line with this status; refused : whether a louder line was refused."""
         phases, fit = self._phases, self._fit
-        if phases.coherence < COHERENT or fit.scatter > SCATTERED or not phases.information.any():
+        if phases.coherence < LEAST_PHASE_COHERENCE or fit.scatter > PHASE_SCATTER or not phases.information.any():
             # A louder line that may be one over time leaves no answer: a longer path, not a shorter one, determines its
             # frequency.
             status = TrackingStatus.TIME_LOCKED if refused else TrackingStatus.INCOHERENT
@@ -332,7 +347,7 @@ class Refinement:
         # averaged.
         last = phases.amplitude[-1]
         angle = np.angle(last) / (2 * np.pi)
-        power = np.maximum(np.abs(last), TINY**0.25) ** 2 * float(self._count[self._begin[-2] :].sum())
+        power = np.maximum(np.abs(last), TINY_DIVISOR**0.25) ** 2 * float(self._count[self._begin[-2] :].sum())
         spread = np.sqrt(2 * self._level[0] / power) / (2 * np.pi)
         finding, estimated = self.finding, self._task.late_variance > 0
         # A low-passed velocity is not only late but also too small: in strokes of angular frequency w by (w T)^2 / 2,
@@ -357,7 +372,7 @@ class Refinement:
             if found is None:
                 break
             kept, sigma = found
-            if kept + SURE * sigma < LOST:
+            if kept + LOST_AMPLITUDE_SIGMAS * sigma < LOST_AMPLITUDE_SHARE:
                 break
             yield
         return kept, sigma

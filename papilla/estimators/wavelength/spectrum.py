@@ -25,43 +25,43 @@ from typing import NamedTuple
 
 import numpy as np
 
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
 
-CYCLE = 2j * np.pi
+CYCLE_EXPONENT = 2j * np.pi
 """Exponent of a wave for one cycle."""
 FEWEST_STEPS = 2.2
 """Smallest number of steps of the path in a wavelength; two are the aliasing limit."""
-SHOWN, MOST_STEPS = 0.45, 0.9
+SHOWN_WAVENUMBER_RATIO, EVEN_STEP_SHARE = 0.45, 0.9
 """Highest wavenumber, relative to that of the steps, that uneven steps show; and the share of the steps that must be
 short enough for it."""
-PADDED = 1.6
+PADDED_GRID_LENGTH = 1.6
 """Length of a grid, relative to what it holds: zeros behind it, so that a peak is sampled near its top."""
-POINTS = 2**20
+MOST_GRID_POINTS = 2**20
 """Of a grid, above which gauges are transformed one by one: a long log then does not need them all at once."""
-FEWEST_ROWS, NEARLY = 8, 0.6
+FEWEST_ROWS, COMPARABLE_STROKES = 8, 0.6
 """Rows that a stroke must have more than; and the part of the longest stroke's extent that the others must have: the
 shortest one sets the resolution."""
-LINEAR = np.array([[-1, 1], [1, 0]])
+LINEAR_SHARES = np.array([[-1, 1], [1, 0]])
 """Shares of two grid points in a sample: a row by power (1, 0) of its distance from the begin of its cell, a column by
 point. The images of a line beyond the grid, which even steps of the path make, come back by the transform sinc^2: with
 2 % of its amplitude at most where the grid has eight points in the shortest wavelength."""
-CUBIC = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
+CUBIC_SHARES = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6
 """The same of four points by a cubic B-spline: sinc^4, 4e-4 at most. On a grid as coarse as the path's steps it would
 raise the noise of short wavelengths 17 times."""
 SPARE_TOPS = 8
 """Peaks beside those that are wanted: some are too near to drift to be separated from it."""
-WIDTH, GUARD, FEWEST = 20, 2, 2
+MOST_SIDE_CELLS, GUARD_RESOLUTIONS, FEWEST_SIDE_CELLS = 20, 2, 2
 """Largest number of cells on each side for the median, resolutions from the line to the first cell, and smallest number
 of cells."""
-LOWEST = 1.0
+LOWEST_RESOLUTIONS = 1.0
 """Resolutions from zero to the lowest cell; what lies below counts as drift."""
-LOCAL = 2.0
+LARGEST_SIDE_WIDTH = 2.0
 """Largest width of a side, relative to its distance from zero, where drift bends the spectrum."""
 MEDIAN_EFFICIENCY = 0.36
 """Number of cells whose mean is as certain as a median of one cell: (ln 2)^2 for noise, times three quarters because a
 taper correlates cells."""
-TOGETHER = 4096
+PLACES_AT_ONCE = 4096
 """Places whose background is examined at once."""
 
 
@@ -141,7 +141,7 @@ class Spectrum(NamedTuple):
     def vertices(self, tops: np.ndarray) -> np.ndarray:
         """Wavenumbers (m,) of peaks: the vertices of the parabolas through the logarithms about each."""
         left, middle, right = np.log(self.power[np.add.outer((-1, 0, 1), tops)])
-        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -TINY))
+        return self.step * (tops + 0.5 * (left - right) / np.minimum(left - 2 * middle + right, -TINY_DIVISOR))
 
 
 def vertex(powers: Sequence[float] | np.ndarray) -> float:
@@ -165,7 +165,7 @@ class Level(NamedTuple):
     def chance(self, power) -> np.ndarray:
         """Probability (m,) that noise reaches this power (m,)."""
         # As for one channel: a cause common to all channels, such as a rough surface, acts on all of them alike.
-        return (1 + power / self.power / np.maximum(self.cells, TINY)) ** -self.cells
+        return (1 + power / self.power / np.maximum(self.cells, TINY_DIVISOR)) ** -self.cells
 
 
 def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: bool = True) -> Level:
@@ -178,7 +178,10 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
     # One part after the other: all cells of all places of a long spectrum would take hundreds of MB.
-    parts = [_around(logarithm, at[first : first + TOGETHER], resolution) for first in range(0, len(at), TOGETHER)]
+    parts = [
+        _around(logarithm, at[first : first + PLACES_AT_ONCE], resolution)
+        for first in range(0, len(at), PLACES_AT_ONCE)
+    ]
     twice, known, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
     own = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
     # Wilson and Hilferty's median of a chi-square over its mean.
@@ -189,17 +192,17 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
 def _around(logarithm: np.ndarray, at: np.ndarray, resolution: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For places (m,): twice the sum of the medians of ln power on both sides; whether there are enough cells; and the
     sum of the inverse numbers of cells. logarithm (n + 1,) : infinite in its last place."""
-    width = np.clip(LOCAL * at / resolution, 2 * FEWEST, WIDTH)[:, None]
-    steps = np.arange(WIDTH)
-    offsets = np.round((GUARD + steps) * resolution).astype(int)
+    width = np.clip(LARGEST_SIDE_WIDTH * at / resolution, 2 * FEWEST_SIDE_CELLS, MOST_SIDE_CELLS)[:, None]
+    steps = np.arange(MOST_SIDE_CELLS)
+    offsets = np.round((GUARD_RESOLUTIONS + steps) * resolution).astype(int)
     # (2, m, cells): both sides of each place.
     places = at[:, None] + np.multiply.outer((-1, 1), offsets)[:, None]
-    seen = (steps < width) & (places >= round(LOWEST * resolution)) & (places < len(logarithm) - 1)
+    seen = (steps < width) & (places >= round(LOWEST_RESOLUTIONS * resolution)) & (places < len(logarithm) - 1)
     values = np.sort(logarithm[np.where(seen, places, -1)], axis=-1)
     count = seen.sum(axis=-1)
     sides, rows = np.arange(2)[:, None], np.arange(len(at))
     twice = values[sides, rows, np.maximum(count - 1, 0) // 2] + values[sides, rows, count // 2]
-    return twice.sum(axis=0), (count >= FEWEST).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
+    return twice.sum(axis=0), (count >= FEWEST_SIDE_CELLS).all(axis=0), (1 / np.maximum(count, 1)).sum(axis=0)
 
 
 def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
@@ -207,12 +210,12 @@ def _freedom(power: np.ndarray, at: np.ndarray, stride: int) -> np.ndarray:
     from scipy.ndimage import median_filter
 
     logarithm = np.log(power[::stride])
-    if len(logarithm) < 2 * WIDTH:
+    if len(logarithm) < 2 * MOST_SIDE_CELLS:
         return np.full(len(at), 2.0)
     # A taper correlates neighbours.
-    steps = np.abs(logarithm[GUARD:] - logarithm[:-GUARD])
+    steps = np.abs(logarithm[GUARD_RESOLUTIONS:] - logarithm[:-GUARD_RESOLUTIONS])
     values, spreads = _spreads()
-    seen = np.pad(median_filter(steps, 2 * WIDTH + 1, mode="mirror"), (GUARD, 0), mode="edge")
+    seen = np.pad(median_filter(steps, 2 * MOST_SIDE_CELLS + 1, mode="mirror"), (GUARD_RESOLUTIONS, 0), mode="edge")
     return np.interp(-seen[np.minimum(at // stride, len(seen) - 1)], -spreads, values)
 
 
@@ -234,9 +237,9 @@ def longest_strokes(place: np.ndarray, edges: Iterable[int], least: float) -> tu
     strokes = [np.arange(first, last) for first, last in pairwise(edges) if last - first > FEWEST_ROWS]
     extents = [float(np.ptp(place[rows])) for rows in strokes]
     longest = max(extents, default=0.0)
-    if longest < max(least, TINY):
+    if longest < max(least, TINY_DIVISOR):
         return None
-    kept = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= NEARLY * longest]
+    kept = [rows for rows, extent in zip(strokes, extents, strict=True) if extent >= COMPARABLE_STROKES * longest]
     return np.concatenate(kept), np.cumsum([0, *map(len, kept)])
 
 
@@ -260,14 +263,14 @@ def strokes_of(place: np.ndarray, readings: np.ndarray, begin: np.ndarray, trend
 
 
 def spectrum_of(
-    strokes: Strokes, step: float, size: int, count: int | None = None, spread: np.ndarray = LINEAR
+    strokes: Strokes, step: float, size: int, count: int | None = None, spread: np.ndarray = LINEAR_SHARES
 ) -> Pieces[Spectrum]:
     """Spectrum on a grid of `size` points (a power of two), `step` apart, of each stroke and gauge: its first `count`
-    places (all). spread : of a sample over points, `LINEAR` or `CUBIC`."""
+    places (all). spread : of a sample over points, `LINEAR_SHARES` or `CUBIC_SHARES`."""
     from scipy.fft import rfft
 
     gauges, count = strokes.readings.shape[1], count or size // 2 + 1
-    each, together = np.zeros((gauges, count)), max(POINTS // size, 1)
+    each, together = np.zeros((gauges, count)), max(MOST_GRID_POINTS // size, 1)
     for rows in strokes.rows:
         place = strokes.place[rows]
         at = (place - place.min()) / step
@@ -288,7 +291,7 @@ def spectrum_of(
     own = np.median(each[:, int(resolution) :: max(int(resolution), 1)], axis=1)
     own = np.where(own > 1e-12 * own.max(), own, np.inf)
     shown = max(int(np.isfinite(own).sum()), 1)
-    return Spectrum(np.maximum((1 / own) @ each / shown, TINY), each, own, 1 / (size * step), resolution)
+    return Spectrum(np.maximum((1 / own) @ each / shown, TINY_DIVISOR), each, own, 1 / (size * step), resolution)
 
 
 @lru_cache(maxsize=8)
@@ -299,12 +302,12 @@ def _spread(size: int, count: int, points: int) -> np.ndarray:
 
 def size_of(extent: float, step: float) -> int:
     """Points of a grid for this extent: a power of two."""
-    return 1 << math.ceil(math.log2(PADDED * extent / step))
+    return 1 << math.ceil(math.log2(PADDED_GRID_LENGTH * extent / step))
 
 
-def highest_shown(place: np.ndarray, least: float = TINY) -> float:
+def highest_shown(place: np.ndarray, least: float = TINY_DIVISOR) -> float:
     """The highest wavenumber that the distances of these places can show, if they are `least` or more."""
-    return SHOWN / max(share_of(np.abs(np.diff(place)), MOST_STEPS), least)
+    return SHOWN_WAVENUMBER_RATIO / max(share_of(np.abs(np.diff(place)), EVEN_STEP_SHARE), least)
 
 
 def slope(values: np.ndarray) -> np.ndarray:

@@ -7,20 +7,20 @@ is not, a least-squares fit of both separates their energies, stroke by stroke.
 
 import numpy as np
 
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
-from papilla.estimators.wavelength.fundamental import HARMONICS
-from papilla.estimators.wavelength.spectrum import CYCLE, Line, Spectrum, Strokes
+from papilla.estimators.wavelength.fundamental import FITTED_HARMONICS
+from papilla.estimators.wavelength.spectrum import CYCLE_EXPONENT, Line, Spectrum, Strokes
 
-FOREIGN = 0.7
+FOREIGN_ENERGY_SHARE = 0.7
 """Largest share of its energy that a line over time may share with harmonics of the surface if it is to be removed."""
-LOUD = 0.1
+LOUD_ENERGY_RATIO = 0.1
 """Energy of a line over time, relative to the surface's, above which it is removed."""
-LEVELLED = 6.0
+LEVELLED_HALF_PERIODS = 6.0
 """Number of half periods in a stroke from which long waves are removed from it."""
-RIDGE = 1e-6
+FIT_RIDGE = 1e-6
 """Of the diagonal of a fit, added to it: waves that the rows cannot tell apart share their energy."""
-ALIKE = 0.05
+ALIKE_ENERGY_SHARE = 0.05
 """Share of a line's energy that a line over time must be able to explain to compete with it."""
 
 
@@ -39,27 +39,27 @@ def silenced(strokes: Strokes, time: np.ndarray, lines: list[Line], wavenumber: 
         lines = [line for line in lines if line.amplitude > 0.5 * most]
     if not lines:
         return strokes
-    count = HARMONICS if wavenumber else 0
+    count = FITTED_HARMONICS if wavenumber else 0
     frequencies = np.array([line.wavenumber for line in lines])[:, None]
     turns = [wavenumber * np.arange(1, count + 1)[:, None] * forward(strokes), frequencies * time]
-    atoms = np.exp(CYCLE * np.concatenate(turns))
+    atoms = np.exp(CYCLE_EXPONENT * np.concatenate(turns))
     readings = strokes.readings.copy()
     for rows in strokes.rows:
         yield
         own = atoms[:, rows]
         weighted = np.conj(own) * strokes.weight[rows]
         gram = weighted @ own.T
-        size = np.maximum(gram.diagonal().real, TINY)
+        size = np.maximum(gram.diagonal().real, TINY_DIVISOR)
         alike = np.abs(gram[count:, :count]) ** 2 / np.outer(size[count:], size[:count])
-        foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN)
+        foreign = count + np.flatnonzero(alike.max(axis=1, initial=0.0) < FOREIGN_ENERGY_SHARE)
         pull = weighted @ readings[rows]
         for _ in range(2):
             used = np.concatenate([np.arange(count), foreign])
-            some = gram[np.ix_(used, used)] + RIDGE * size.max() * np.eye(len(used))
+            some = gram[np.ix_(used, used)] + FIT_RIDGE * size.max() * np.eye(len(used))
             amplitude = np.linalg.solve(some, pull[used])
             energy = (np.abs(amplitude) ** 2).sum(axis=1)
             # A line that is faint compared with the surface's own may be an error of it, and does no harm.
-            kept = energy[count:] > LOUD * energy[:count].sum()
+            kept = energy[count:] > LOUD_ENERGY_RATIO * energy[:count].sum()
             foreign, amplitude = foreign[kept], amplitude[count:][kept]
         readings[rows] -= 2 * (own[foreign].T @ amplitude).real
     return strokes._replace(readings=np.where(strokes.seen, readings, 0.0))
@@ -70,7 +70,7 @@ def levelled(strokes: Strokes, wavenumber: float) -> Pieces[Strokes]:
     leak into blocks of few periods; the mean over a period contains none of the harmonics."""
     readings, half = strokes.readings.copy(), 0.5 / wavenumber
     along = np.maximum.accumulate(np.abs(strokes.place - strokes.place[0]))
-    if along[-1] < LEVELLED * half or not strokes.seen.all():
+    if along[-1] < LEVELLED_HALF_PERIODS * half or not strokes.seen.all():
         return strokes
     sums = np.zeros_like(readings)
     np.cumsum(0.5 * np.diff(along)[:, None] * (readings[1:] + readings[:-1]), axis=0, out=sums[1:])
@@ -95,7 +95,7 @@ def credits_of(
     """Energy over the background that only this line explains, and the largest energy that only one line over time
     explains."""
     turns = [line.wavenumber * forward(strokes), *(other.wavenumber * time for other in others)]
-    atoms = np.exp(CYCLE * np.array(turns))
+    atoms = np.exp(CYCLE_EXPONENT * np.array(turns))
     credit = np.zeros(len(atoms))
     for rows in strokes.rows:
         yield
@@ -105,12 +105,12 @@ def credits_of(
         size = float(gram[0, 0].real)
         if size <= 0:
             continue
-        gram += RIDGE * size * np.eye(len(gram))
+        gram += FIT_RIDGE * size * np.eye(len(gram))
         inverse = np.linalg.inv(gram)
         amplitude = inverse @ (weighted @ strokes.readings[rows])
         energy = np.abs(amplitude) ** 2 * size / inverse.diagonal().real[:, None]
         shared = np.abs(gram[0]) ** 2 / (size * gram.diagonal().real)
-        credit += np.where(shared > ALIKE, energy @ (1 / spectrum.own), 0.0)
+        credit += np.where(shared > ALIKE_ENERGY_SHARE, energy @ (1 / spectrum.own), 0.0)
     shown = max(int(np.isfinite(spectrum.own).sum()), 1)
     credit /= shown * line.amplitude**2 / line.ratio
     return float(credit[0]), float(credit[1:].max(initial=0.0))

@@ -17,20 +17,20 @@ from papilla.estimators.stream import Stream
 from papilla.estimators.wavelength.follower import Follower, Memory
 from papilla.estimators.wavelength.memory import TrackingStatus, checked
 
-DEFAULT_RANGE_MM = (0.4, 6.0)
-SCALE_SIGMA = 0.015
+DEFAULT_WAVELENGTHS_MM = (0.4, 6.0)
+HAND_SCALE_SIGMA = 0.015
 """Relative error of the velocity or path of a hand-held finger: one standard deviation, half of 3 %."""
-SPIKE, FADING = 8.0, 100
+SPIKE_CHANGE_RATIO, SPIKE_FADING_SAMPLES = 8.0, 100
 """A change this many times the mean change between samples of a gauge (over so many samples) is a spike if it is a
 single one."""
-SHARP = 0.1
+SHARP_PHASE_CYCLES = 0.1
 """Standard deviation of a gauge's phase, in cycles, above which it is not compared with the others."""
 SPEED_SD, SPEED_REACH = 0.03, 0.1
 """Relative error of a velocity: its standard deviation, and the largest error that is searched."""
-CLEAR = 25.0
+CLEAR_TURN_MISFIT = 25.0
 """Smallest difference of squared misfit to any other number of turns."""
-UNKNOWN = math.nan, math.nan
-TURN = 2 * math.pi
+UNKNOWN_WAVELENGTH = math.nan, math.nan
+FULL_TURN_RAD = 2 * math.pi
 
 
 class WavelengthEstimate(NamedTuple):
@@ -112,13 +112,13 @@ class FusedTracker(Stream):
         self,
         gauge_positions_mm: int | Sequence[float],
         *,
-        wavelength_range_mm: tuple[float, float] = DEFAULT_RANGE_MM,
+        wavelength_range_mm: tuple[float, float] = DEFAULT_WAVELENGTHS_MM,
         sample_rate_Hz: float = SAMPLE_RATE_HZ,
-        scale_sigma: float = SCALE_SIGMA,
+        scale_sigma: float = HAND_SCALE_SIGMA,
         latency_s: float | None = None,
         resonances_Hz: tuple[float, ...] = (),
         ridge_pitch_mm: float | None = None,
-        saturation: float = checks.LARGEST,
+        saturation: float = checks.LARGEST_READING,
     ):
         given, self._places = gauge_positions_mm, None
         if not isinstance(given, int):
@@ -174,7 +174,7 @@ class FusedTracker(Stream):
     def follow(self, time_s: float, place_mm: float, velocity_mm_s: float, readings: tuple[float, ...]) -> Any:
         """The estimate after one more sample at this time and place, for callers that compute both."""
         readings = self._plain(readings)
-        status, by_phase = self._follower.advance(time_s, place_mm, readings), UNKNOWN
+        status, by_phase = self._follower.advance(time_s, place_mm, readings), UNKNOWN_WAVELENGTH
         self._memory.follower = self._follower.memory
         wavelength, sigma = self._follower.estimate()
         frequency = math.nan if status is TrackingStatus.NO_VELOCITY else abs(velocity_mm_s) / wavelength
@@ -194,10 +194,10 @@ class FusedTracker(Stream):
             reading = given if -limit < given < limit else math.nan
             last, usual, count, out = changes.get(gauge) or (reading, 0.0, 0, False)
             change = abs(reading - last)
-            if change > SPIKE * usual and count == FADING and not out:
+            if change > SPIKE_CHANGE_RATIO * usual and count == SPIKE_FADING_SAMPLES and not out:
                 changes[gauge], reading = (last, usual, count, True), math.nan
             elif change == change:
-                count += count < FADING
+                count += count < SPIKE_FADING_SAMPLES
                 changes[gauge] = reading, usual + (change - usual) / count, count, False
             elif last != last:
                 changes[gauge] = reading, usual, count, False
@@ -208,10 +208,13 @@ class FusedTracker(Stream):
 @lru_cache
 def _by_phase(places, phases, sigmas, wavelength: float) -> tuple[float, float]:
     """Wavelength and sigma from the phases (cycles) between the gauges, which change only after a search."""
-    rows = [(place, TURN * phase, TURN * sigma) for place, phase, sigma in zip(places, phases, sigmas, strict=True)]
-    known = [row for row in rows if row[2] < TURN * SHARP]
+    rows = [
+        (place, FULL_TURN_RAD * phase, FULL_TURN_RAD * sigma)
+        for place, phase, sigma in zip(places, phases, sigmas, strict=True)
+    ]
+    known = [row for row in rows if row[2] < FULL_TURN_RAD * SHARP_PHASE_CYCLES]
     if len(known) < 2:
-        return UNKNOWN
+        return UNKNOWN_WAVELENGTH
     where, turned, spread = zip(*known, strict=True)
     return wavelength_between(where, turned, spread, wavelength)
 
@@ -266,25 +269,25 @@ def wavelength_between(places, phases, sigmas, wavelength: float) -> tuple[float
     span = float(np.abs(distance).max()) / wavelength
     steps = int(2 * SPEED_REACH * span)
     cycles = (1 + np.arange(-steps, steps + 1) / (2 * span)) / wavelength
-    turns = np.unique(np.round(np.outer(cycles, distance) - phase / TURN), axis=0)
+    turns = np.unique(np.round(np.outer(cycles, distance) - phase / FULL_TURN_RAD), axis=0)
     # Weighted regression of the phase differences on the distances, for all numbers of turns at once.
     pull = distance / (np.square(others) + base**2)
     stiffness = float(pull @ distance)
-    turned = phase + TURN * turns
+    turned = phase + FULL_TURN_RAD * turns
     wavenumber = turned @ pull / stiffness
     # The first gauge's phase is 0, and all of them are free to shift together.
     left = np.pad(turned - np.outer(wavenumber, distance), ((0, 0), (1, 0)))
     misfit = left**2 @ sigmas**-2 - (left @ sigmas**-2) ** 2 / (sigmas**-2).sum()
-    speed = ((wavenumber * wavelength / TURN - 1) / SPEED_SD) ** 2
+    speed = ((wavenumber * wavelength / FULL_TURN_RAD - 1) / SPEED_SD) ** 2
     best = int((misfit + speed).argmin())
     # Birge's ratio (1932, doi:10.1103/PhysRev.40.207): if phases scatter more than their sigmas, they distinguish turns
     # less.
     ratio = max(1.0, float(misfit[best]) / (len(distance) - 1)) if len(distance) > 1 else 1.0
     price = misfit / ratio + speed
-    if wavenumber[best] <= 0 or (np.delete(price, best) < price[best] + CLEAR).any():
-        return UNKNOWN
+    if wavenumber[best] <= 0 or (np.delete(price, best) < price[best] + CLEAR_TURN_MISFIT).any():
+        return UNKNOWN_WAVELENGTH
     # The first gauge's phase error enters every lag: it shifts the slope by the sum of the weights, and does not
     # average out.
     error = math.hypot(*(pull * others), base * float(pull.sum())) * math.sqrt(ratio) / stiffness
-    found = TURN / float(wavenumber[best])
-    return found, found**2 / TURN * error
+    found = FULL_TURN_RAD / float(wavenumber[best])
+    return found, found**2 / FULL_TURN_RAD * error

@@ -12,12 +12,12 @@ import scipy.sparse as sp
 
 from papilla.model.finger import Layer
 
-AXES = 3  # Components of a displacement
+SPACE_AXES = 3  # Components of a displacement
 
 LARGEST_COMPRESSIBILITY = 1e10
 """Largest mu/lambda that is used: for nu = 0 it is infinite and the pressure zero; this value leaves 1e-10 of it."""
 
-CHUNK = 1024
+CELLS_AT_ONCE = 1024
 """Number of cells whose element matrices are made at once, so that they stay in the processor's cache."""
 
 
@@ -34,10 +34,10 @@ def shear_blocks(gradients: np.ndarray, weights: np.ndarray, pairs: np.ndarray) 
     gradients : (m, a, 3, q) of the scalar basis functions at quadrature points of `weights` (m, q).
     pairs : (2, k) local numbers of test and trial function.
     """
-    result = np.empty((len(weights), pairs.shape[1], AXES, AXES))
-    for part, products in _products(gradients, weights, pairs):
-        result[part] = products.swapaxes(-1, -2)
-        diagonal = np.einsum("ekii->eki", result[part])
+    result = np.empty((len(weights), pairs.shape[1], SPACE_AXES, SPACE_AXES))
+    for chunk, products in _products(gradients, weights, pairs):
+        result[chunk] = products.swapaxes(-1, -2)
+        diagonal = np.einsum("ekii->eki", result[chunk])
         diagonal += np.einsum("ekii->ek", products)[:, :, None]
     return result.reshape(*result.shape[:2], -1)
 
@@ -52,13 +52,13 @@ def _products(gradients, weights, pairs) -> Iterator[tuple[slice, np.ndarray]]:
     """Cells, and integrals (cells, k, 3, 3) of the derivative of the test function along i times that of the trial
     function along j."""
     cells, nodes, _, points = gradients.shape
-    for first in range(0, cells, CHUNK):
-        part = slice(first, min(first + CHUNK, cells))
-        flat = gradients[part].reshape(-1, AXES * nodes, points)
-        all_pairs = np.matmul(flat * weights[part, None, :], flat.transpose(0, 2, 1))
+    for first in range(0, cells, CELLS_AT_ONCE):
+        chunk = slice(first, min(first + CELLS_AT_ONCE, cells))
+        flat = gradients[chunk].reshape(-1, SPACE_AXES * nodes, points)
+        all_pairs = np.matmul(flat * weights[chunk, None, :], flat.transpose(0, 2, 1))
         # Pairs come first: NumPy moves an index array on both sides of a slice to the front
-        chosen = all_pairs.reshape(-1, nodes, AXES, nodes, AXES)[:, pairs[0], :, pairs[1], :]
-        yield part, chosen.swapaxes(0, 1)
+        chosen = all_pairs.reshape(-1, nodes, SPACE_AXES, nodes, SPACE_AXES)[:, pairs[0], :, pairs[1], :]
+        yield chunk, chosen.swapaxes(0, 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +119,8 @@ class Layout:
 
         Values above the diagonal are left out.
         """
-        kept = np.flatnonzero(rows >= columns)
-        structure = sp.coo_matrix((kept, (rows[kept], columns[kept])), shape=(size, size)).tocsc()
+        lower = np.flatnonzero(rows >= columns)
+        structure = sp.coo_matrix((lower, (rows[lower], columns[lower])), shape=(size, size)).tocsc()
         structure.sort_indices()
         return cls(structure.indices, structure.indptr, structure.data)
 
@@ -141,7 +141,7 @@ def scaled(matrix: sp.csc_matrix, scale: np.ndarray) -> sp.csc_matrix:
 def restricted(matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix:
     """The rows and columns of the matrix (n, n) that `free` (mask) chooses."""
     columns = np.repeat(np.arange(len(free)), np.diff(matrix.indptr))
-    kept = free[matrix.indices] & free[columns]
+    inside = free[matrix.indices] & free[columns]
     number, size = np.cumsum(free) - 1, int(free.sum())
-    starts = np.append(0, np.cumsum(np.bincount(number[columns[kept]], minlength=size)))
-    return sp.csc_matrix((matrix.data[kept], number[matrix.indices[kept]], starts), shape=(size, size))
+    starts = np.append(0, np.cumsum(np.bincount(number[columns[inside]], minlength=size)))
+    return sp.csc_matrix((matrix.data[inside], number[matrix.indices[inside]], starts), shape=(size, size))

@@ -16,24 +16,24 @@ from scipy.spatial import cKDTree
 from skfem import Basis, Element, ElementTetP1, ElementTetP2, MeshTet, MeshTet2
 
 from papilla.core.errors import InputError
-from papilla.fem.discrete.assembly import AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
-from papilla.mesh.cells import CORNERS, places
+from papilla.fem.discrete.assembly import SPACE_AXES, Couplings, Layout, lame, shear_blocks, volumetric_blocks
+from papilla.mesh.cells import TET_CORNERS, places
 from papilla.mesh.layered import LayeredMesh
 from papilla.model.finger import Layer
 
-QUADRATURE_ORDER = 2
+P2_QUADRATURE_ORDER = 2
 """Exact for products of two P2 gradients or of two P1 functions on straight tetrahedra."""
 
-SYMMETRIC = (1, 1)
+SYMMETRIC_PARITY = (1, 1)
 """The parity of fields that are symmetric about both mirror planes."""
 
-CANDIDATES = 80
+CANDIDATE_CELLS = 80
 """Number of cells that are tested for each point, nearest centroids first."""
 
-LIKELY, STEPS = 6, 12
+LIKELY_CELLS, INVERSION_STEPS = 6, 12
 """Number of these that are tested with their bent edges, and of Newton steps of the inversion there."""
 
-TOLERANCE = 0.25
+BARYCENTRIC_TOLERANCE = 0.25
 """Most negative smallest barycentric coordinate of a point that still counts as inside the mesh."""
 
 
@@ -86,23 +86,23 @@ class Space(ABC):
 
     def part(self, name: str, layer: int | None = None) -> sp.csc_matrix:
         """One part of the matrix, at its place: "shear" of a layer, and further parts of the element."""
-        found = getattr(self, name) if layer is None else getattr(self, name)[layer]
-        matrix = self._filled(**{name if name in self._blocks else "shear": found})
+        blocks = getattr(self, name) if layer is None else getattr(self, name)[layer]
+        matrix = self._filled(**{name if name in self._blocks else "shear": blocks})
         matrix.eliminate_zeros()
         return matrix
 
     @cached_property
     def _blocks(self) -> dict[str, tuple[Couplings, tuple[int, int]]]:
         """Kind of the matrix' blocks -> the pairs of numbers that have one, with rows and columns of a block."""
-        return {"shear": (self._coupled_nodes, (AXES, AXES))}
+        return {"shear": (self._coupled_nodes, (SPACE_AXES, SPACE_AXES))}
 
     @cached_property
     def _layout(self) -> Layout:
         """Structure of the matrix; the numbers of pressures follow those of displacements."""
         entries: tuple[list[np.ndarray], list[np.ndarray]] = [], []
         for coupled, shape in self._blocks.values():
-            for found, numbers, size in zip(entries, coupled.entries(*shape), shape, strict=True):
-                found.append(numbers.ravel() + (AXES * self.nodes if size == 1 else 0))
+            for indices, numbers, size in zip(entries, coupled.entries(*shape), shape, strict=True):
+                indices.append(numbers.ravel() + (SPACE_AXES * self.nodes if size == 1 else 0))
         rows, columns = map(np.concatenate, entries)
         return Layout.of(rows, columns, self.unknowns)
 
@@ -127,7 +127,7 @@ class Space(ABC):
     @cached_property
     def displacement(self) -> Basis:
         """Scalar basis, which each component uses."""
-        return Basis(self.skmesh, self.scalar_element, intorder=QUADRATURE_ORDER)
+        return Basis(self.skmesh, self.scalar_element, intorder=P2_QUADRATURE_ORDER)
 
     @property
     def nodes(self) -> int:
@@ -137,7 +137,7 @@ class Space(ABC):
     @property
     def unknowns(self) -> int:
         """Number of all unknowns, before boundary conditions are applied."""
-        return AXES * self.nodes + self.pressures
+        return SPACE_AXES * self.nodes + self.pressures
 
     @cached_property
     def layer_numbers(self) -> list[int]:
@@ -149,12 +149,12 @@ class Space(ABC):
         parity."""
         free = np.ones(self.unknowns, dtype=bool)
         base = self.nodes_on(self.mesh.boundaries["base"])
-        free[: AXES * self.nodes].reshape(-1, AXES)[base] = False
+        free[: SPACE_AXES * self.nodes].reshape(-1, SPACE_AXES)[base] = False
         for axis in ("xyz".index(name) for name in mirrors):
             on_plane = np.flatnonzero(self.displacement.doflocs[axis] == 0)
             # Across the plane a symmetric field is zero there, along the plane an antisymmetric one
-            held = (np.arange(AXES) == axis) == (parity[axis] > 0)
-            free[: AXES * self.nodes].reshape(-1, AXES)[np.ix_(on_plane, held)] = False
+            fixed_axes = (np.arange(SPACE_AXES) == axis) == (parity[axis] > 0)
+            free[: SPACE_AXES * self.nodes].reshape(-1, SPACE_AXES)[np.ix_(on_plane, fixed_axes)] = False
         return free
 
     def nodes_on(self, triangles: np.ndarray) -> np.ndarray:
@@ -192,12 +192,12 @@ class Space(ABC):
 
     def _by_layer(self, blocks) -> dict[int, np.ndarray]:
         """Layer -> sums (pairs of nodes, 9) of element blocks over its cells."""
-        coupled, found = self._coupled_nodes, {}
+        coupled, by_layer = self._coupled_nodes, {}
         for number in self.layer_numbers:
             cells = self.mesh.layer == number
             values = blocks(self._gradients(cells), self.displacement.dx[cells], coupled.local)
-            found[number] = coupled.total(values, cells)
-        return found
+            by_layer[number] = coupled.total(values, cells)
+        return by_layer
 
 
 class TaylorHood(Space):
@@ -237,7 +237,7 @@ class TaylorHood(Space):
             if parity[axis] < 0:
                 # A pressure that is antisymmetric about a plane, and continuous there, is zero there
                 on_plane = self.mesh.points[self.mesh.tets, axis] == 0
-                free[AXES * self.nodes + self.pressure_dofs[on_plane]] = False
+                free[SPACE_AXES * self.nodes + self.pressure_dofs[on_plane]] = False
         return free
 
     @cached_property
@@ -247,18 +247,18 @@ class TaylorHood(Space):
         gradients = self._gradients(cells)
         weighted = self._hats * self.displacement.dx[:, None, :]
         blocks = -np.matmul(weighted, gradients.reshape(len(cells), -1, gradients.shape[-1]).transpose(0, 2, 1))
-        return self._blocks["divergence"][0].total(blocks.reshape(len(cells), -1, AXES), cells)
+        return self._blocks["divergence"][0].total(blocks.reshape(len(cells), -1, SPACE_AXES), cells)
 
     @cached_property
     def mass(self) -> dict[int, np.ndarray]:
         """Layer -> blocks (pairs of pressures, 1) of the form p q over its cells; multiplied by -1/lambda."""
-        coupled, found = self._coupled_pressures, {}
+        coupled, by_layer = self._coupled_pressures, {}
         for number in self.layer_numbers:
             cells = self.mesh.layer == number
             hats = self._hats[cells]
             blocks = np.matmul(hats * self.displacement.dx[cells][:, None, :], hats.transpose(0, 2, 1))
-            found[number] = coupled.total(blocks[:, coupled.local[0], coupled.local[1], None], cells)
-        return found
+            by_layer[number] = coupled.total(blocks[:, coupled.local[0], coupled.local[1], None], cells)
+        return by_layer
 
     @cached_property
     def _pressure_order(self) -> np.ndarray:
@@ -289,7 +289,7 @@ class TaylorHood(Space):
     def _blocks(self) -> dict[str, tuple[Couplings, tuple[int, int]]]:
         """Kind of the matrix' blocks -> the pairs of numbers that have one, with rows and columns of a block."""
         mixed = Couplings.between(self._cell_pressures, self._cell_nodes)
-        return {**super()._blocks, "divergence": (mixed, (1, AXES)), "mass": (self._coupled_pressures, (1, 1))}
+        return {**super()._blocks, "divergence": (mixed, (1, SPACE_AXES)), "mass": (self._coupled_pressures, (1, 1))}
 
 
 class PureDisplacement(Space):
@@ -336,16 +336,16 @@ class P1(PureDisplacement):
     scalar_element: ClassVar[Element] = ElementTetP1()
 
 
-ELEMENTS: dict[str, type[Space]] = {space.name: space for space in (TaylorHood, P2, P1)}
+ELEMENTS_BY_NAME: dict[str, type[Space]] = {space.name: space for space in (TaylorHood, P2, P1)}
 
 DEFAULT_ELEMENT = TaylorHood.name
 
 
 def space_of(element: str, cell: LayeredMesh) -> Space:
     """The space of an element on the cell of a mesh; raises `InputError` for an unknown name."""
-    if element not in ELEMENTS:
-        raise InputError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
-    return ELEMENTS[element](cell)
+    if element not in ELEMENTS_BY_NAME:
+        raise InputError(f"element must be one of {', '.join(ELEMENTS_BY_NAME)}, got {element!r}")
+    return ELEMENTS_BY_NAME[element](cell)
 
 
 def interpolation(space: Space, points: np.ndarray) -> sp.csr_matrix:
@@ -365,19 +365,19 @@ def locate(space: Space, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cell number (k,) and reference coordinates (k, 3) of each point; raises `InputError` for one outside."""
     corners = space.mesh.points[space.mesh.tets]
     tree = cKDTree(corners.mean(axis=1))
-    count = min(CANDIDATES, len(corners))
+    count = min(CANDIDATE_CELLS, len(corners))
     candidates = tree.query(points, k=count)[1].reshape(len(points), count)
     edges = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
     inverse = np.linalg.inv(edges)
     local = np.einsum("kcij,kcj->kci", inverse[candidates], points[:, None] - corners[candidates, 0])
     margin = np.minimum(local.min(axis=2), 1 - local.sum(axis=2))
     pick = np.arange(len(points))[:, None]
-    near = np.argsort(-margin, axis=1)[:, :LIKELY]
+    near = np.argsort(-margin, axis=1)[:, :LIKELY_CELLS]
     candidates, local = candidates[pick, near], _bent_local(space, inverse, points, candidates[pick, near])
     margin = np.minimum(local.min(axis=2), 1 - local.sum(axis=2))
     best, pick = margin.argmax(axis=1), pick[:, 0]
     worst = margin[pick, best]
-    if worst.min() < -TOLERANCE:
+    if worst.min() < -BARYCENTRIC_TOLERANCE:
         x, y, z = points[worst.argmin()]
         place = f"point ({x:.3g}, {y:.3g}, {z:.3g}) mm"
         raise InputError(f"{place} lies outside the mesh: a gauge (or its backing) reaches over the edge of the finger")
@@ -391,11 +391,11 @@ def _bent_local(space: Space, inverse: np.ndarray, points: np.ndarray, cells: np
     are bent slightly, so few steps are needed.
     """
     nodes = space.skmesh.doflocs.T[space.skmesh.dofs.element_dofs.T[cells]]
-    local = np.full((*cells.shape, AXES), 1 / CORNERS)
-    for _ in range(STEPS if space.mesh.edges.size else 1):
-        shapes = [space.skmesh.elem().lbasis(local.reshape(-1, AXES).T, i)[0] for i in range(nodes.shape[2])]
-        there = np.einsum("ikc,kcij->kcj", np.reshape(shapes, (-1, *cells.shape)), nodes)
-        local = local + np.einsum("kcij,kcj->kci", inverse[cells], points[:, None] - there)
+    local = np.full((*cells.shape, SPACE_AXES), 1 / TET_CORNERS)
+    for _ in range(INVERSION_STEPS if space.mesh.edges.size else 1):
+        shapes = [space.skmesh.elem().lbasis(local.reshape(-1, SPACE_AXES).T, i)[0] for i in range(nodes.shape[2])]
+        mapped = np.einsum("ikc,kcij->kcj", np.reshape(shapes, (-1, *cells.shape)), nodes)
+        local = local + np.einsum("kcij,kcj->kci", inverse[cells], points[:, None] - mapped)
     return local
 
 
@@ -411,6 +411,6 @@ def evaluated(
     values = interpolation(space, folded)
     parts = []
     for parity, field in fields.items():
-        there = (values @ field.reshape(len(field), -1)).reshape(len(points), *field.shape[1:])
-        parts.append(there * parity_signs(parity, images).reshape(len(points), AXES, *[1] * (field.ndim - 2)))
+        at_points = (values @ field.reshape(len(field), -1)).reshape(len(points), *field.shape[1:])
+        parts.append(at_points * parity_signs(parity, images).reshape(len(points), SPACE_AXES, *[1] * (field.ndim - 2)))
     return np.sum(parts, axis=0)

@@ -15,21 +15,21 @@ from scipy.sparse.linalg import splu
 from papilla.core.errors import SolverError
 from papilla.core.memory import refuse_beyond
 
-RESIDUAL_BOUND = 1e-10
+SOLVE_RESIDUAL_BOUND = 1e-10
 """Largest accepted relative residual of a solve."""
 
-REFINED = RESIDUAL_BOUND / 10
+REFINED_RESIDUAL = SOLVE_RESIDUAL_BOUND / 10
 """Residual of a random combination of columns at which refinement ends, unless it stops falling before: a single column
 may be a few times worse."""
 
-REFINEMENTS = 20
+MOST_REFINEMENTS = 20
 """Largest number of steps of iterative refinement; if the residual is then above the bound, an error is raised."""
 
-BATCH = 32
+RIGHT_SIDES_AT_ONCE = 32
 """Number of right-hand sides that are solved at once: rslab's work memory is nine times theirs, and a factor keeps
 it."""
 
-ORDERING = {"ordering": "metis", "relax": True}
+RSLAB_ORDERING = {"ordering": "metis", "relax": True}
 """rslab by default compares four orderings. Nested dissection is the best one for fingers, and alone it takes half the
 time of the analysis. Wider supernodes with some zeros take 0.85 of the time (default finger, one core: 1.9 to 1.3
 s)."""
@@ -38,7 +38,7 @@ SUPERLU_BYTES = 2700
 """Peak memory of SuperLU over unknowns^(4/3), measured at 23,863 unknowns of the default finger: 1.8 GB (rslab:
 0.2)."""
 
-ENGINES = ("rslab", "superlu")
+SOLVER_ENGINES = ("rslab", "superlu")
 
 
 class _Engine(Protocol):
@@ -61,26 +61,28 @@ class Factor:
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Solution (n, k) of `matrix @ x = rhs` for rhs (n, k).
 
-        Raises `SolverError` if the residual of the block stays above `RESIDUAL_BOUND` after refinement.
+        Raises `SolverError` if the residual of the block stays above `SOLVE_RESIDUAL_BOUND` after refinement.
         """
         rhs = np.ascontiguousarray(rhs, dtype=float)
         solution = self._solve_batches(rhs)
         before = np.inf
-        for _ in range(REFINEMENTS):
+        for _ in range(MOST_REFINEMENTS):
             residual = self._probe(solution, rhs)
-            if residual <= REFINED or before / 2 < residual <= RESIDUAL_BOUND:
+            if residual <= REFINED_RESIDUAL or before / 2 < residual <= SOLVE_RESIDUAL_BOUND:
                 return solution
             solution = solution + self._solve_batches(rhs - self._apply(solution))
             before = residual
         residual = self._probe(solution, rhs)
-        if residual <= RESIDUAL_BOUND:
+        if residual <= SOLVE_RESIDUAL_BOUND:
             return solution
-        raise SolverError(f"{self.engine} left a relative residual of {residual:.1e}, more than {RESIDUAL_BOUND:.0e}")
+        raise SolverError(
+            f"{self.engine} left a relative residual of {residual:.1e}, more than {SOLVE_RESIDUAL_BOUND:.0e}"
+        )
 
     def _solve_batches(self, rhs: np.ndarray) -> np.ndarray:
         solution = np.empty_like(rhs)
-        for first in range(0, rhs.shape[1], BATCH):
-            batch = slice(first, first + BATCH)
+        for first in range(0, rhs.shape[1], RIGHT_SIDES_AT_ONCE):
+            batch = slice(first, first + RIGHT_SIDES_AT_ONCE)
             solution[:, batch] = self._solver.solve_many(np.ascontiguousarray(rhs[:, batch]))
         return solution
 
@@ -113,9 +115,9 @@ def factorise(
 
     Raises `SolverError` if no engine factors the matrix; warns if SuperLU had to.
     """
-    wanted = engine or os.environ.get("PAPILLA_SOLVER") or ENGINES[0]
-    if wanted not in ENGINES:
-        raise SolverError(f"solver must be one of {', '.join(ENGINES)}, got {wanted!r}")
+    wanted = engine or os.environ.get("PAPILLA_SOLVER") or SOLVER_ENGINES[0]
+    if wanted not in SOLVER_ENGINES:
+        raise SolverError(f"solver must be one of {', '.join(SOLVER_ENGINES)}, got {wanted!r}")
     to_factor = matrix if stabilised is None else stabilised
     if wanted == "rslab":
         try:
@@ -129,8 +131,8 @@ def _factor_rslab(matrix, to_factor, negative) -> Factor:
     """Factor by rslab. Raises `SolverError` if the inertia is not the expected one, and rslab's own errors."""
     import rslab
 
-    symbolic = rslab.analyze(to_factor, path="ldlt", **ORDERING, threads=os.cpu_count() or 1)
-    _refuse_factor(symbolic.memory_plan(nrhs=BATCH)["peak_bytes"], to_factor)
+    symbolic = rslab.analyze(to_factor, path="ldlt", **RSLAB_ORDERING, threads=os.cpu_count() or 1)
+    _refuse_factor(symbolic.memory_plan(nrhs=RIGHT_SIDES_AT_ONCE)["peak_bytes"], to_factor)
     solver = symbolic.factor(to_factor)
     inertia = tuple(int(count) for count in solver.inertia)
     expected = (matrix.shape[0] - negative, negative, 0)

@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.discrete.assembly import AXES, lame, restricted
+from papilla.fem.discrete.assembly import SPACE_AXES, lame, restricted
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.fem.finite.constitutive import THIRD, Kinematics, principal, response, stress
+from papilla.fem.finite.constitutive import ONE_THIRD, Kinematics, principal, response, stress
 from papilla.model.finger import Layer
 from papilla.model.materials import Material
 
@@ -59,7 +59,7 @@ class Body:
         self._gradients = np.stack([f[0].grad for f in space.displacement.basis]).transpose(2, 3, 0, 1).copy()
         self._hats, self._weights = space.hats.T, np.asarray(space.displacement.dx)
         self._nodes, self._pressures = space.displacement.element_dofs.T, space.pressure_dofs
-        self.free_displacements = int(self.free[: AXES * space.nodes].sum())
+        self.free_displacements = int(self.free[: SPACE_AXES * space.nodes].sum())
 
     @property
     def free_pressures(self) -> int:
@@ -82,19 +82,19 @@ class Body:
         volume = self._weights * (kinematics.volume_change + self._compressibility()[:, None] * local)
         pulls = (self._gradients @ first.swapaxes(-1, -2)).sum(axis=1)
         forces = np.concatenate([pulls.reshape(len(pulls), -1), -volume @ self._hats], axis=1)
-        known = self._unknowns >= 0
-        return Forces(np.bincount(self._unknowns[known], forces[known], len(self._free_number)), size, smallest)
+        free = self._unknowns >= 0
+        return Forces(np.bincount(self._unknowns[free], forces[free], len(self._free_number)), size, smallest)
 
     def tangent(self, displacement: np.ndarray, pressure: np.ndarray) -> sp.csc_matrix:
         """Derivative of the forces: lower triangle (free, free)."""
         kinematics, local = self._kinematics(displacement), pressure[self._pressures] @ self._hats.T
-        tangent = np.empty((*local.shape, AXES**2, AXES**2))
+        tangent = np.empty((*local.shape, SPACE_AXES**2, SPACE_AXES**2))
         for card, cells in self._parts():
             tangent[cells] = response(card.material, kinematics[cells], local[cells])[1]
         tangent *= self._weights[..., None, None]
-        kept, place, indices, starts = self._pattern
+        entries, place, indices, starts = self._pattern
         blocks = self._blocks(tangent, kinematics.cofactor)
-        data, size = np.bincount(place, blocks.ravel()[kept], minlength=len(indices)), len(self._free_number)
+        data, size = np.bincount(place, blocks.ravel()[entries], minlength=len(indices)), len(self._free_number)
         return sp.csc_matrix((data, indices, starts), shape=(size, size))
 
     def stability(self, displacement: np.ndarray) -> tuple[float, float]:
@@ -102,7 +102,7 @@ class Body:
         displacement (nodes, 3) in mm."""
         kinematics, least, largest = self._kinematics(displacement), np.inf, 1.0
         for card, cells in self._parts():
-            stretches = principal(kinematics[cells])[0] * kinematics.jacobian[cells][..., None] ** -THIRD
+            stretches = principal(kinematics[cells])[0] * kinematics.jacobian[cells][..., None] ** -ONE_THIRD
             least = min(least, float(card.material.stability(stretches).min()))
             largest = max(largest, float(stretches.max()))
         return least, largest
@@ -113,7 +113,7 @@ class Body:
         stiffness = float(np.exp(np.mean([np.log(card.material.shear_modulus) for card in self.cards.values()])))
         length = float(np.cbrt(self._weights.sum(axis=1).mean()))
         # Units: displacement in lengths, pressure in stiffnesses, energy in stiffness * length^3
-        units = 1 / np.sqrt(stiffness * length), np.sqrt(stiffness / length**AXES)
+        units = 1 / np.sqrt(stiffness * length), np.sqrt(stiffness / length**SPACE_AXES)
         return np.repeat(units, [self.free_displacements, self.free_pressures])
 
     def pressure_mass(self, number: int) -> sp.csc_matrix:
@@ -135,13 +135,24 @@ class Body:
         """Element tangents (cells, 34, 34); tangent (cells, q, 9, 9) is already weighted."""
         gradients, hats, weights = self._gradients, self._hats, self._weights
         cells, points, nodes, _ = gradients.shape
-        moves, size = nodes * AXES, nodes * AXES + hats.shape[1]
+        moves, size = nodes * SPACE_AXES, nodes * SPACE_AXES + hats.shape[1]
         # (q, 10, K) @ (q, K, i j L) -> (10 i j, q L), then times the other gradients
-        by_row = tangent.reshape(cells, points, AXES, AXES, AXES, AXES).swapaxes(2, 3).reshape(cells, points, AXES, -1)
-        half = (gradients @ by_row).reshape(cells, points, -1, AXES).swapaxes(1, 2).reshape(cells, moves * AXES, -1)
+        by_row = (
+            tangent.reshape(cells, points, SPACE_AXES, SPACE_AXES, SPACE_AXES, SPACE_AXES)
+            .swapaxes(2, 3)
+            .reshape(cells, points, SPACE_AXES, -1)
+        )
+        half = (
+            (gradients @ by_row)
+            .reshape(cells, points, -1, SPACE_AXES)
+            .swapaxes(1, 2)
+            .reshape(cells, moves * SPACE_AXES, -1)
+        )
         full = half @ gradients.swapaxes(2, 3).reshape(cells, -1, nodes)
         blocks = np.zeros((cells, size, size))
-        blocks[:, :moves, :moves] = full.reshape(cells, moves, AXES, nodes).swapaxes(2, 3).reshape(cells, moves, moves)
+        blocks[:, :moves, :moves] = (
+            full.reshape(cells, moves, SPACE_AXES, nodes).swapaxes(2, 3).reshape(cells, moves, moves)
+        )
         divergence = (gradients @ cofactor.swapaxes(-1, -2)).reshape(cells, points, moves)
         blocks[:, moves:, :moves] = -(hats.T[None] * weights[:, None, :]) @ divergence
         mass = np.einsum("qa,qb,cq->cab", hats, hats, weights)
@@ -157,17 +168,17 @@ class Body:
         """(cells, 34) free-unknown numbers of each cell, -1 where clamped."""
         number = np.full(self.space.unknowns, -1)
         number[self._free_number] = np.arange(len(self._free_number))
-        displacements = AXES * self._nodes[:, :, None] + np.arange(AXES)
-        pressures = AXES * self.space.nodes + self._pressures
+        displacements = SPACE_AXES * self._nodes[:, :, None] + np.arange(SPACE_AXES)
+        pressures = SPACE_AXES * self.space.nodes + self._pressures
         return number[np.concatenate([displacements.reshape(len(pressures), -1), pressures], axis=1)]
 
     @cached_property
     def _pattern(self):
         """The kept entries of the element tangents, their places in the data, and the CSC structure."""
         rows, columns = self._unknowns[:, :, None], self._unknowns[:, None, :]
-        kept = np.flatnonzero(((rows >= columns) & (columns >= 0)).ravel())
+        entries = np.flatnonzero(((rows >= columns) & (columns >= 0)).ravel())
         size = len(self._free_number)
-        cell, i, j = np.unravel_index(kept, np.broadcast_shapes(rows.shape, columns.shape))
+        cell, i, j = np.unravel_index(entries, np.broadcast_shapes(rows.shape, columns.shape))
         keys, place = np.unique(self._unknowns[cell, j] * size + self._unknowns[cell, i], return_inverse=True)
         starts = np.searchsorted(keys, np.arange(size + 1) * size)
-        return kept, place, keys % size, starts
+        return entries, place, keys % size, starts

@@ -11,7 +11,7 @@ import numpy as np
 
 from papilla.model.materials import FirstInvariantMaterial, Material, Ogden
 
-THIRD = 1 / 3  # One over the number of dimensions
+ONE_THIRD = 1 / 3  # One over the number of dimensions
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,12 +65,12 @@ def response(material: Material, kinematics: Kinematics, pressure: np.ndarray) -
     # d cof F / dF = cof F (x) F^-T - swapped(cof F, F^-T)
     turned = _dyad(flat, _flat(inverse)) - _swapped(cofactor, inverse)
     tangent = tangent + _slope(material, kinematics, pressure) * turned
-    return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus * THIRD * _dyad(flat, flat)
+    return stress(material, kinematics, pressure), tangent + 2 * material.shear_modulus * ONE_THIRD * _dyad(flat, flat)
 
 
 def _slope(material: Material, kinematics: Kinematics, pressure: np.ndarray) -> np.ndarray:
     """Derivative (..., 1, 1) of the volumetric energy by J, MPa."""
-    return (2 * material.shear_modulus * THIRD * kinematics.volume_change - pressure)[..., None, None]
+    return (2 * material.shear_modulus * ONE_THIRD * kinematics.volume_change - pressure)[..., None, None]
 
 
 def isochoric_stress(material: Material, kinematics: Kinematics) -> np.ndarray:
@@ -94,10 +94,10 @@ def _invariant_tangent(material: FirstInvariantMaterial, kinematics: Kinematics)
     """The derivative of dI/dF by the product rule."""
     scale, square, direction, inverse = _invariant(kinematics)
     first, second = (slope[..., None, None] for slope in material.slopes(scale * square))
-    share, scale = 2 * THIRD * square[..., None, None], scale[..., None, None]
+    share, scale = 2 * ONE_THIRD * square[..., None, None], scale[..., None, None]
     f, g, d = _flat(kinematics.deformation), _flat(inverse), _flat(direction)
     mixed = _dyad(f, g)
-    tangent = 2 * THIRD * (share * _dyad(g, g) - 2 * (mixed + mixed.swapaxes(-1, -2)))
+    tangent = 2 * ONE_THIRD * (share * _dyad(g, g) - 2 * (mixed + mixed.swapaxes(-1, -2)))
     tangent += share * _swapped(inverse, inverse)
     diagonal = np.einsum("...kk->...k", tangent)
     diagonal += 2
@@ -108,8 +108,13 @@ def _invariant(kinematics: Kinematics):
     """J^(-2/3), F : F, dI/dF = J^(-2/3) (2 F - 2/3 (F : F) F^-T) for I = J^(-2/3) F : F, and F^-T."""
     F = kinematics.deformation
     inverse = kinematics.cofactor / kinematics.jacobian[..., None, None]
-    scale, square = kinematics.jacobian ** (-2 * THIRD), (F**2).sum(axis=(-2, -1))
-    return scale, square, scale[..., None, None] * (2 * F - (2 * THIRD * square)[..., None, None] * inverse), inverse
+    scale, square = kinematics.jacobian ** (-2 * ONE_THIRD), (F**2).sum(axis=(-2, -1))
+    return (
+        scale,
+        square,
+        scale[..., None, None] * (2 * F - (2 * ONE_THIRD * square)[..., None, None] * inverse),
+        inverse,
+    )
 
 
 def _ogden_tangent(material: Ogden, kinematics: Kinematics) -> np.ndarray:
@@ -149,15 +154,19 @@ def _ogden_derivatives(material: Ogden, stretches, jacobian):
     W_i = c alpha J^(-alpha/3) (l_i^(alpha-1) - S/(3 l_i)).
     """
     alpha = material.alpha
-    scale = (2 * material.mu / alpha * jacobian ** (-alpha * THIRD))[..., None]
+    scale = (2 * material.mu / alpha * jacobian ** (-alpha * ONE_THIRD))[..., None]
     powers = stretches**alpha
-    mean = powers.sum(axis=-1, keepdims=True) * THIRD
+    mean = powers.sum(axis=-1, keepdims=True) * ONE_THIRD
     slope = scale * (powers - mean) / stretches
-    column, row = stretches[..., :, None], stretches[..., None, :]
-    hessian = alpha * THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / (column * row)
+    stretch_i, stretch_j = stretches[..., :, None], stretches[..., None, :]
+    hessian = (
+        alpha * ONE_THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / (stretch_i * stretch_j)
+    )
     diagonal = np.einsum("...kk->...k", hessian)
     diagonal += ((alpha - 1) * powers + mean) / stretches**2
-    quotient = row ** (alpha - 2) * _power_quotient((column - row) / row, alpha - 1) + mean[..., None] / (column * row)
+    quotient = stretch_j ** (alpha - 2) * _power_quotient((stretch_i - stretch_j) / stretch_j, alpha - 1) + mean[
+        ..., None
+    ] / (stretch_i * stretch_j)
     return slope, scale[..., None] * hessian, scale[..., None] * quotient
 
 

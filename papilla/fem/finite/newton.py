@@ -16,31 +16,31 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.core.errors import ContactRangeError, SolverError
-from papilla.fem.discrete.assembly import AXES
+from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
 from papilla.fem.finite.touching import Touch, Touching
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import StepState, contact_step
-from papilla.fem.reduction.finger_model import INCOMPRESSIBLE, STABILISATION
+from papilla.fem.reduction.finger_model import INCOMPRESSIBLE_RATIO, PRESSURE_STABILISATION
 
-TOLERANCE = 1e-8
+RESIDUAL_TOLERANCE = 1e-8
 """Bound of the relative residuals of equilibrium, volume and contact."""
 
 MAX_STEPS = 40
 """Largest number of steps at one load."""
 
-MIXED = 5
+MIXED_STEPS = 5
 """Number of steps whose differences Anderson's mixing combines."""
 
-SLOW = 0.3
+RESIDUAL_AFTER_THREE_STEPS = 0.3
 """Share of the residual that may remain after three steps; if more remains, the tangent is computed again, which costs
 some 25 steps."""
 
-SHRINK = 0.1
+SMALLEST_JACOBIAN_RATIO = 0.1
 """Smallest det F after a step, as a share of the one before."""
 
-HALVINGS = 6
+MOST_STEP_HALVINGS = 6
 """Largest number of times that a step is halved because of det F."""
 
 
@@ -86,13 +86,13 @@ class Linearisation:
     compliance: np.ndarray
 
     @classmethod
-    def at(cls, body: Body, touching: Touching, state: State) -> "Linearisation":
+    def at(cls, body: Body, touching: Touching, iterate: State) -> "Linearisation":
         """The linearisation at a state; raises `StepError` if the state is unstable."""
-        factor, loads = _factor(body, state), _free_loads(body, touching.at(state.displacement))
+        factor, loads = _factor(body, iterate), _free_loads(body, touching.at(iterate.displacement))
         scale = body.scale[:, None]
         response = scale * factor.solve(scale * loads.toarray())
-        own = loads.T @ response
-        return cls(factor, body.scale, loads, response, (own + own.T) / 2)
+        compliance = loads.T @ response
+        return cls(factor, body.scale, loads, response, (compliance + compliance.T) / 2)
 
     def solve(self, force: np.ndarray) -> np.ndarray:
         """Change of the unknowns (free,) under a force (free,)."""
@@ -111,11 +111,11 @@ class _Mixing:
         """The point after `point`, whose successor without mixing is `point + change`; `same` : whether the map is that
         of the last step."""
         if self.last is not None and same:
-            self.steps = [*self.steps[1 - MIXED :], (point - self.last[0], change - self.last[1])]
+            self.steps = [*self.steps[1 - MIXED_STEPS :], (point - self.last[0], change - self.last[1])]
         self.last = point, change
         if not self.steps:
             return point + change
-        points, changes = (np.stack(part, axis=1) for part in zip(*self.steps, strict=True))
+        points, changes = (np.stack(vectors, axis=1) for vectors in zip(*self.steps, strict=True))
         # The combination of earlier steps that would leave the least change: for a linear map this is equivalent to
         # GMRES.
         weights = np.linalg.lstsq(changes[: self.measured], change[: self.measured])[0]
@@ -125,8 +125,8 @@ class _Mixing:
 def solve_level(
     body: Body,
     touching: Touching,
-    state: State,
-    held: Linearisation,
+    iterate: State,
+    linearisation: Linearisation,
     *,
     force: float | None = None,
     indentation: float | None = None,
@@ -138,102 +138,112 @@ def solve_level(
 
     Raises `StepError` if it does not converge.
     """
-    before = state
-    tolerance = TOLERANCE if tolerance is None else tolerance
-    touch, inside = touching.at(state.displacement), body.forces(state.displacement, state.pressure)
+    before = iterate
+    tolerance = RESIDUAL_TOLERANCE if tolerance is None else tolerance
+    touch, inside = touching.at(iterate.displacement), body.forces(iterate.displacement, iterate.pressure)
     mixing, past = _Mixing(body.free_displacements), [np.inf]
     # Split the unknowns: what the linear finger does under these tractions, and the drift, which large strain adds.
-    drift = _free(body, state) - held.response @ state.contact
+    drift = _free(body, iterate) - linearisation.response @ iterate.contact
     for step in range(1, MAX_STEPS + 1):
-        wanted = _in_contact(body, touching, touch, (before, state), held, drift, force, indentation)
-        state, inside, whole = _right_side_out(body, state, wanted, inside)
+        wanted = _in_contact(body, touching, touch, (before, iterate), linearisation, drift, force, indentation)
+        iterate, inside, full_step = _right_side_out(body, iterate, wanted, inside)
         # The specimen's compliance belongs to the skin's places. While the residual is large they are only rough, so it
         # is renewed only for large movements.
-        renewed = touching.follow(state.displacement, min(1.0, past[-1]))
-        touch = touching.at(state.displacement)
-        outside = _free_loads(body, touch) @ state.contact
-        balance = _balance(body, touching.patch.mass, touch, state, inside, outside)
+        renewed = touching.follow(iterate.displacement, min(1.0, past[-1]))
+        touch = touching.at(iterate.displacement)
+        outside = _free_loads(body, touch) @ iterate.contact
+        balance = _balance(body, touching.patch.mass, touch, iterate, inside, outside)
         past = [*([np.inf] if renewed else past), balance.worst]
         if not np.isfinite(balance.worst):
             break
         if balance.worst <= tolerance:
-            return state, step, balance, held
+            return iterate, step, balance, linearisation
         # Three steps have not helped enough: a new tangent pays for itself.
-        if len(past) > 4 and past[-1] > SLOW * past[-4]:
-            held, past, whole = Linearisation.at(body, touching, state), past[-1:], False
+        if len(past) > 4 and past[-1] > RESIDUAL_AFTER_THREE_STEPS * past[-4]:
+            linearisation, past, full_step = Linearisation.at(body, touching, iterate), past[-1:], False
         # After a shortened step, or with a new tangent, earlier differences belong to another map.
-        if not whole:
-            mixing, drift = _Mixing(body.free_displacements), _free(body, state) - held.response @ state.contact
-        drift = mixing.next(drift, held.solve(outside - inside.force), not renewed)
+        if not full_step:
+            mixing, drift = (
+                _Mixing(body.free_displacements),
+                _free(body, iterate) - linearisation.response @ iterate.contact,
+            )
+        drift = mixing.next(drift, linearisation.solve(outside - inside.force), not renewed)
     raise StepError(
         f"no equilibrium in {step} Newton steps: relative residuals {balance.equilibrium:.1e} of forces, "
         f"{balance.volume:.1e} of volume, {balance.contact:.1e} of contact"
     )
 
 
-def _in_contact(body: Body, touching: Touching, touch: Touch, states, held: Linearisation, drift, force, indentation):
+def _in_contact(
+    body: Body, touching: Touching, touch: Touch, states, linearisation: Linearisation, drift, force, indentation
+):
     """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
 
     states : the state from which slip counts, and the last one.
     """
-    (origin, state), mass, n = states, touching.patch.mass, len(touching.patch.mass)
+    (origin, iterate), mass, n = states, touching.patch.mass, len(touching.patch.mass)
     # Gap and slip of the present state, moved to that of the drift alone; the contact problem adds the response to its
     # tractions.
-    gap = touch.gap + held.loads[:, :n].T @ (drift - _free(body, state))
-    slid = held.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
+    gap = touch.gap + linearisation.loads[:, :n].T @ (drift - _free(body, iterate))
+    slid = linearisation.loads[:, n:].T @ (_free(body, origin) - drift) + (touch.compliance @ origin.contact)[n:]
     moved = np.concatenate([np.zeros(n), slid]).reshape(-1, n)
-    start = StepState(0.0, 0.0, state.contact.reshape(-1, n), state.active, 0.0, moved, np.zeros(n, dtype=bool))
-    problem = ContactProblem(held.compliance + touch.compliance, mass, gap, touching.fixed)
-    found = contact_step(problem, start, touching.friction, force=force, indentation=indentation)
-    if not found.active.any() and state.contact.any():
+    start = StepState(0.0, 0.0, iterate.contact.reshape(-1, n), iterate.active, 0.0, moved, np.zeros(n, dtype=bool))
+    problem = ContactProblem(linearisation.compliance + touch.compliance, mass, gap, touching.fixed)
+    solved = contact_step(problem, start, touching.friction, force=force, indentation=indentation)
+    if not solved.active.any() and iterate.contact.any():
         raise StepError("the skin leaves the specimen")
-    if not found.active.any():
+    if not solved.active.any():
         raise ContactRangeError(
             f"an indentation of {indentation:g} mm makes no contact on this mesh: the mesh is too coarse"
         )
-    contact = found.traction.ravel()
+    contact = solved.traction.ravel()
     full = np.zeros(body.space.unknowns)
-    full[body.free] = held.response @ contact + drift
-    size = AXES * body.space.nodes
-    return State(full[:size].reshape(-1, AXES), full[size:], contact, found.active, found.indentation)
+    full[body.free] = linearisation.response @ contact + drift
+    size = SPACE_AXES * body.space.nodes
+    return State(full[:size].reshape(-1, SPACE_AXES), full[size:], contact, solved.active, solved.indentation)
 
 
-def _right_side_out(body: Body, state: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
+def _right_side_out(body: Body, iterate: State, wanted: State, before: Forces) -> tuple[State, Forces, bool]:
     """The wanted state, or the largest part of the step that leaves every cell a positive volume; its forces; and
     whether the step is complete."""
     # Every cell must keep a positive volume: halve the step until it does.
     length = 1.0
-    for _ in range(HALVINGS):
+    for _ in range(MOST_STEP_HALVINGS):
         parts = ("displacement", "pressure", "contact", "indentation")
-        mixed = {name: getattr(state, name) + length * (getattr(wanted, name) - getattr(state, name)) for name in parts}
+        mixed = {
+            name: getattr(iterate, name) + length * (getattr(wanted, name) - getattr(iterate, name)) for name in parts
+        }
         after = body.forces(mixed["displacement"], mixed["pressure"])
-        if after.smallest_jacobian > SHRINK * before.smallest_jacobian:
+        if after.smallest_jacobian > SMALLEST_JACOBIAN_RATIO * before.smallest_jacobian:
             return State(**mixed, active=wanted.active), after, length == 1
         length /= 2
     raise StepError("a cell would turn inside out")
 
 
-def _free(body: Body, state: State) -> np.ndarray:
+def _free(body: Body, iterate: State) -> np.ndarray:
     """The unknowns (free,) of a state: free displacements, then free pressures."""
-    return np.concatenate([state.displacement.ravel(), state.pressure])[body.free]
+    return np.concatenate([iterate.displacement.ravel(), iterate.pressure])[body.free]
 
 
 def _free_loads(body: Body, touch: Touch) -> sp.csr_matrix:
     """Loads (free, n), with empty rows for the pressures."""
-    loads = touch.loads[body.free[: AXES * body.space.nodes]]
+    loads = touch.loads[body.free[: SPACE_AXES * body.space.nodes]]
     return sp.vstack([loads, sp.csr_matrix((body.free_pressures, loads.shape[1]))]).tocsr()
 
 
-def _factor(body: Body, state: State) -> Factor:
+def _factor(body: Body, iterate: State) -> Factor:
     """The factorised tangent in scaled unknowns. A wrong inertia means that the state is unstable, and raises
     `StepError`."""
     scale = sp.diags(body.scale)
-    tangent = (scale @ body.tangent(state.displacement, state.pressure) @ scale).tocsc()
+    tangent = (scale @ body.tangent(iterate.displacement, iterate.pressure) @ scale).tocsc()
     stabilised, changed = tangent, False
     for number, card in body.cards.items():
         mu = card.material.shear_modulus
-        if mu * card.compressibility < INCOMPRESSIBLE:
-            stabilised, changed = stabilised - scale @ (STABILISATION / mu * body.pressure_mass(number)) @ scale, True
+        if mu * card.compressibility < INCOMPRESSIBLE_RATIO:
+            stabilised, changed = (
+                stabilised - scale @ (PRESSURE_STABILISATION / mu * body.pressure_mass(number)) @ scale,
+                True,
+            )
     with warnings.catch_warnings():
         # Another engine would also factor an unstable tangent, so SuperLU may only replace a missing engine
         warnings.filterwarnings("error", message=r"rslab did not factor the matrix \(inertia")
@@ -243,11 +253,11 @@ def _factor(body: Body, state: State) -> Factor:
             raise StepError(str(error.__context__)) from error
 
 
-def _balance(body: Body, mass, touch: Touch, state: State, inside: Forces, outside: np.ndarray) -> Balance:
+def _balance(body: Body, mass, touch: Touch, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
     """Distance of a state from equilibrium, incompressibility and complementarity."""
     split = body.free_displacements
-    gap = (touch.gap + (touch.compliance @ state.contact)[: len(mass)]) / mass - state.indentation
-    violation = np.where(state.active, np.abs(gap), np.maximum(0, -gap)).max() / abs(state.indentation)
+    gap = (touch.gap + (touch.compliance @ iterate.contact)[: len(mass)]) / mass - iterate.indentation
+    violation = np.where(iterate.active, np.abs(gap), np.maximum(0, -gap)).max() / abs(iterate.indentation)
     return Balance(
         float(np.linalg.norm(inside.force[:split] - outside[:split]) / np.linalg.norm(outside)),
         float(np.linalg.norm(inside.force[split:]) / inside.volume_scale),

@@ -12,24 +12,24 @@ from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.memory import refuse_finite
 from papilla.core.units import PER_CENT
-from papilla.fem.discrete.assembly import AXES, lame
-from papilla.fem.discrete.elements import SYMMETRIC, TaylorHood, fold, interpolation, parity_signs
+from papilla.fem.discrete.assembly import SPACE_AXES, lame
+from papilla.fem.discrete.elements import SYMMETRIC_PARITY, TaylorHood, fold, interpolation, parity_signs
 from papilla.fem.finite.body import Body, Card
 from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
-from papilla.fem.finite.touching import STICK, Touching
+from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
 from papilla.fem.reduction.finger_model import build_patch
-from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
-from papilla.mesh.layered import BONE, LAYERS, LayeredMesh
+from papilla.mesh.layered import BONE_LAYER, LAYER_NUMBERS, LayeredMesh
 from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger
 from papilla.model.materials import Material, NeoHookean, checked_material
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
 
-GROWTH, FIRST_LOAD = 1.3, 0.02
+LOAD_GROWTH, FIRST_LOAD = 1.3, 0.02
 """Steps of the load with friction: ratio of a step to the one before, and the first one as a share of the last."""
 
 ON_THE_WAY = 1e-5
@@ -71,11 +71,11 @@ def press_finite(
     """
     began = perf_counter()
     force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, force, indentation)
-    scene = Scene.of(finger, mesh, specimen, materials or {}, at, min(STICK, friction_coefficient(friction)))
+    scene = Scene.of(finger, mesh, specimen, materials or {}, at, min(STICK_FRICTION, friction_coefficient(friction)))
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
-    state, steps, balance, _ = press_path(scene, share, indentation, progress)
-    return result(scene, state, force, _sentence(steps, balance), began)
+    equilibrium, steps, balance, _ = press_path(scene, share, indentation, progress)
+    return result(scene, equilibrium, force, _sentence(steps, balance), began)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,17 +96,20 @@ class Readout:
         """The readout of a finger; raises `InputError` for a gauge outside the mesh."""
         functionals = gauge_functionals(finger, interface)
         folded, images = fold(np.concatenate([functional.points for functional in functionals]), mirrors)
-        return cls(functionals, interpolation(space, folded), parity_signs(SYMMETRIC, images))
+        return cls(functionals, interpolation(space, folded), parity_signs(SYMMETRIC_PARITY, images))
 
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """Strain and curvature change of the gauges (q, g) at a displacement (nodes of the cell, 3), in the order of
         `gauges.QUANTITIES`."""
         ends = np.cumsum([len(functional.points) for functional in self.functionals])
         moved = np.split(self.signs * (self.rows @ displacement), ends[:-1])
-        gauges = len(self.functionals) // len(QUANTITIES)
-        feel = [quantity.finite for quantity in QUANTITIES.values() for _ in range(gauges)]
-        values = [value(one, there) for value, one, there in zip(feel, self.functionals, moved, strict=True)]
-        return np.reshape(values, (len(QUANTITIES), -1))
+        gauges = len(self.functionals) // len(GAUGE_QUANTITIES)
+        feel = [quantity.finite for quantity in GAUGE_QUANTITIES.values() for _ in range(gauges)]
+        values = [
+            value(gauge_functional, displacements)
+            for value, gauge_functional, displacements in zip(feel, self.functionals, moved, strict=True)
+        ]
+        return np.reshape(values, (len(GAUGE_QUANTITIES), -1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,20 +142,20 @@ class Scene:
         space = TaylorHood(mesh.cell())
         loaded = build_patch(space, mesh, surfaces["skin"], frame, finger.patch_radius, bool(mesh.mirrors))
         refuse_finite(len(space.mesh.tets), space.unknowns, len(loaded.patch.xy), mesh.size_mm)
-        body = Body(space, cards, space.free(SYMMETRIC, mesh.mirrors))
+        body = Body(space, cards, space.free(SYMMETRIC_PARITY, mesh.mirrors))
         readout = Readout.of(finger, surfaces["interface"], space, mesh.mirrors)
         return cls(finger, body, Touching(loaded, specimen, friction), readout)
 
-    def force(self, state: State) -> float:
+    def force(self, equilibrium: State) -> float:
         """Force on the patch (N)."""
-        return float(self.touching.patch.mass @ state.contact[: len(state.active)])
+        return float(self.touching.patch.mass @ equilibrium.contact[: len(equilibrium.active)])
 
     @property
     def at_rest(self) -> State:
         """The undeformed state."""
         nodes, space = len(self.touching.patch.xy), self.body.space
-        contact = np.zeros(AXES * nodes if self.touching.friction else nodes)
-        rest = np.zeros((space.nodes, AXES)), np.zeros(space.pressures)
+        contact = np.zeros(SPACE_AXES * nodes if self.touching.friction else nodes)
+        rest = np.zeros((space.nodes, SPACE_AXES)), np.zeros(space.pressures)
         return State(*rest, contact, np.zeros(nodes, dtype=bool), 0.0)
 
 
@@ -161,14 +164,14 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
     layers = {"outer": finger.outer, "inner": finger.inner}
     if finger.bone is not None:
         layers["bone"] = finger.bone
-    if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
+    if (finger.bone is not None) != bool((mesh.layer == BONE_LAYER).any()):
         raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
     cards = {name: Card(layer.material or NeoHookean(lame(layer)[0]), layer.nu) for name, layer in layers.items()}
     for name, material in materials.items():
         if name not in layers:
             raise InputError(f"materials are for {', '.join(layers)}, got {name!r}")
         cards[name] = Card(checked_material(f"material of {name}", material), layers[name].nu)
-    return {LAYERS[name]: card for name, card in cards.items()}
+    return {LAYER_NUMBERS[name]: card for name, card in cards.items()}
 
 
 def press_path(
@@ -178,37 +181,39 @@ def press_path(
     progress: Callable[[str], None] | None = None,
     *,
     start: State | None = None,
-    held: Linearisation | None = None,
+    linearisation: Linearisation | None = None,
     tolerance: float | None = None,
 ) -> tuple[State, list[int], Balance, Linearisation | None]:
     """The state at a force on the patch (N) or an indentation (mm); the number of Newton steps of each load step; the
     residuals; and the last linearisation, for the next load.
 
-    With friction the load grows by factors `GROWTH`, from the state `start` or from rest, because the effect of
+    With friction the load grows by factors `LOAD_GROWTH`, from the state `start` or from rest, because the effect of
     friction depends on the path. `held` : linearisation of another load or specimen on the same body.
     """
     name, aim = ("force", force) if indentation is None else ("indentation", indentation)
     assert aim is not None
-    state, steps = start or scene.at_rest, []
-    reached = scene.force(state) if name == "force" else state.indentation
+    equilibrium, steps = start or scene.at_rest, []
+    reached = scene.force(equilibrium) if name == "force" else equilibrium.indentation
     loads = [aim]
     # From the aim backwards by factors, until the first load is small or the present one is reached.
-    while scene.touching.friction and loads[0] > max(GROWTH * reached, FIRST_LOAD * aim):
-        loads.insert(0, loads[0] / GROWTH)
+    while scene.touching.friction and loads[0] > max(LOAD_GROWTH * reached, FIRST_LOAD * aim):
+        loads.insert(0, loads[0] / LOAD_GROWTH)
     for load in loads:
         # Knots on the way only pass on who sticks where: they need less accuracy.
         rough = tolerance if load == aim else max(ON_THE_WAY, tolerance or 0.0)
-        state, more, balance, held = raise_load(scene, name, load, state, held, rough, progress)
+        equilibrium, more, balance, linearisation = raise_load(
+            scene, name, load, equilibrium, linearisation, rough, progress
+        )
         steps += more
-    return state, steps, balance, held
+    return equilibrium, steps, balance, linearisation
 
 
 def raise_load(
     scene: Scene,
     name: str,
     aim: float,
-    state: State,
-    held: Linearisation | None,
+    equilibrium: State,
+    linearisation: Linearisation | None,
     tolerance: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> tuple[State, list[int], Balance, Linearisation]:
@@ -219,14 +224,14 @@ def raise_load(
     `SMALLEST_STEP` fails, `ContactRangeError` if an indentation makes no contact.
     """
     reached, step, steps = 0.0, 1.0, []
-    held = held or Linearisation.at(scene.body, scene.touching, scene.at_rest)
-    begins = scene.force(state) if name == "force" else state.indentation
+    linearisation = linearisation or Linearisation.at(scene.body, scene.touching, scene.at_rest)
+    begins = scene.force(equilibrium) if name == "force" else equilibrium.indentation
     while reached < 1:
         target = min(1.0, reached + step)
         loads = {"force": None, "indentation": None, name: begins + target * (aim - begins)}
         try:
-            state, count, balance, held = solve_level(
-                scene.body, scene.touching, state, held, **loads, tolerance=tolerance
+            equilibrium, count, balance, linearisation = solve_level(
+                scene.body, scene.touching, equilibrium, linearisation, **loads, tolerance=tolerance
             )
         except ContactRangeError:
             if target == 1:
@@ -248,7 +253,7 @@ def raise_load(
         step *= 2
         if progress is not None:
             progress(f"{PER_CENT * reached:.3g} % of the load in {count} Newton steps")
-    return state, steps, balance, held
+    return equilibrium, steps, balance, linearisation
 
 
 def _sentence(steps: list[int], balance: Balance) -> str:
@@ -256,26 +261,26 @@ def _sentence(steps: list[int], balance: Balance) -> str:
     return f"finite: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
 
 
-def _stability(scene: Scene, state: State) -> str:
+def _stability(scene: Scene, equilibrium: State) -> str:
     """Remark on the stability of the material laws over the strains that were reached."""
-    least, largest = scene.body.stability(state.displacement)
+    least, largest = scene.body.stability(equilibrium.displacement)
     if least > 0:
         return f"; laws stable over the strains reached, stretches up to {largest:.2f}"
     return f"; not to be trusted: a material's law is unstable within the stretches reached, up to {largest:.2f}"
 
 
-def result(scene: Scene, state: State, force: float | None, sentence: str, began: float) -> Press:
+def result(scene: Scene, equilibrium: State, force: float | None, sentence: str, began: float) -> Press:
     """The press of a state; raises `ContactRangeError` outside of the model's range. `began` : start of its clock."""
     finger, touching = scene.finger, scene.touching
-    patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(state.displacement)
-    refuse_rim(patch, state.active)
-    pressure = state.contact[: len(state.active)]
+    patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(equilibrium.displacement)
+    refuse_rim(patch, equilibrium.active)
+    pressure = equilibrium.contact[: len(equilibrium.active)]
     total = float(len(patch.images) * patch.mass @ pressure)
     shape = contact_shape(current, pressure * patch.mass / current.mass)
-    taken = (touching.at(state.displacement).compliance @ state.contact)[: len(pressure)] / patch.mass
+    taken = (touching.at(equilibrium.displacement).compliance @ equilibrium.contact)[: len(pressure)] / patch.mass
     specimen.refuse(float(taken.max()), float(np.sqrt(shape.area / np.pi)))
-    sentence += _stability(scene, state)
-    coarse = too_coarse(shape.area, current.mean_edge(state.active), scene.body.space.mesh.size_mm)
+    sentence += _stability(scene, equilibrium)
+    coarse = too_coarse(shape.area, current.mean_edge(equilibrium.active), scene.body.space.mesh.size_mm)
     return Press(
         modulus=specimen.modulus,
         weights=gauge_weights(finger),
@@ -283,14 +288,14 @@ def result(scene: Scene, state: State, force: float | None, sentence: str, began
         force=total if force is None else force,
         fidelity="finite",
         large_strain=True,
-        friction=touching.friction if touching.friction < STICK else math.inf,
-        indentation=state.indentation,
+        friction=touching.friction if touching.friction < STICK_FRICTION else math.inf,
+        indentation=equilibrium.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        values=scene.readout(state.displacement),
+        values=scene.readout(equilibrium.displacement),
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=sentence if coarse is None else f"{sentence}; {coarse}",
         resolved=coarse is None,
         pressure=pressure,
-        active=state.active,
+        active=equilibrium.active,
     )

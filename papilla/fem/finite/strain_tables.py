@@ -22,9 +22,17 @@ from papilla.core.units import PER_CENT
 from papilla.core.workers import Say, Start, counted, workers
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
-from papilla.fem.finite.touching import STICK, Touching
+from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.large_strain import LEAST_PRESSES, SHIPPED, LargeStrain, at_ratio, keep, known, shipped_text
+from papilla.fem.pressing.large_strain import (
+    LEAST_PRESSES,
+    SHIPPED_STRAIN_TABLES,
+    LargeStrain,
+    at_ratio,
+    keep,
+    known,
+    shipped_text,
+)
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
@@ -32,30 +40,30 @@ from papilla.fem.reduction.gauges import gauge_weights
 from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger, Layer
-from papilla.model.specimen import STICK as STUCK
+from papilla.model.specimen import STICK_WORD as STUCK
 from papilla.model.specimen import Friction, friction_coefficient
 
-FORCES = tuple(np.geomspace(0.9, 36.0, 6).tolist())
+TABLE_FORCES_MM2 = tuple(np.geomspace(0.9, 36.0, 6).tolist())
 """F / E_inner in mm2; for the default finger: 0.03 to 1.2 N."""
 
-MODULI = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
+BLOCK_MODULUS_RATIOS = (0.5, 1.5, 4.0, 10.0, 40.0, 1e4)
 """E / E_inner of the pressed blocks; for the default finger: 0.017 MPa to rigid."""
 
 FEW_FORCES, FEW_MODULI = (0, 1, 3, 4, 5), (0, 1, 3, 5)
 """The forces and moduli for a user's finger, by number. With four forces S_d of a rounder dome was 0.9 % off between
 the largest two, where the tables of the default finger had shown 0.2 %."""
 
-SIZE = 0.07
+RELATIVE_ELEMENT_SIZE = 0.07
 """Element size of its mesh at the contact, relative to its height or half its breadth, whichever is less: 1.4 mm for
 the default finger. A slim finger has a sharper apex, on which a light contact is narrower."""
 
-RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
+SHIPPED_LAYER_RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
 """E_outer / E_inner of the tables that ship."""
 
-SPANNING = (1.0, 4.0, 16.0)
+SPANNING_LAYER_RATIOS = (1.0, 4.0, 16.0)
 """Ratios for a user's finger whose moduli are not known yet; between the three tables the ratio is interpolated."""
 
-TOLERANCE = 1e-4
+FINITE_PRESS_TOLERANCE = 1e-4
 """Relative residual of these presses at finite strain: S_d is then accurate to 1e-5."""
 
 Progress = Callable[[int, int], None]
@@ -68,8 +76,8 @@ def measure_large_strain(
     mesh: LayeredMesh,
     *,
     friction: Friction = 0.0,
-    forces: Sequence[float] = FORCES,
-    moduli: Sequence[float] = MODULI,
+    forces: Sequence[float] = TABLE_FORCES_MM2,
+    moduli: Sequence[float] = BLOCK_MODULUS_RATIOS,
     steps: Progress | None = None,
 ) -> LargeStrain:
     """The table of a finger on its mesh, pressed at the apex; `steps` is called with (presses done, presses in all).
@@ -114,25 +122,29 @@ def finite_presses(
     Each force starts from the one before, and all share factorised matrices, so this is faster than as many
     `press_finite`.
     """
-    held: Linearisation | None = None
+    linearisation: Linearisation | None = None
     scene: Scene | None = None
     for count, modulus in enumerate(moduli):
-        specimen, state = finger.bench.specimen(modulus), None
+        specimen, equilibrium = finger.bench.specimen(modulus), None
         if scene is None:
-            scene = Scene.of(finger, mesh, specimen, {}, (0.0, 0.0), min(STICK, friction_coefficient(friction)))
+            scene = Scene.of(
+                finger, mesh, specimen, {}, (0.0, 0.0), min(STICK_FRICTION, friction_coefficient(friction))
+            )
         # Another specimen on the same body: its factorised tangent stays valid.
         scene = replace(scene, touching=Touching(scene.touching.loaded, specimen, scene.touching.friction))
         for number, force in enumerate(forces, 1):
             began, share = perf_counter(), force / len(scene.touching.patch.images)
             try:
-                state, *_, held = press_path(scene, share, None, start=state, held=held, tolerance=TOLERANCE)
-                found = result(scene, state, force, "finite", began)
+                equilibrium, *_, linearisation = press_path(
+                    scene, share, None, start=equilibrium, linearisation=linearisation, tolerance=FINITE_PRESS_TOLERANCE
+                )
+                press = result(scene, equilibrium, force, "finite", began)
             except (ContactRangeError, SolverError):
                 break
             finally:
                 if steps is not None:
                     steps(count * len(forces) + number, len(forces) * len(moduli))
-            yield found
+            yield press
 
 
 def ensure_large_strain(
@@ -165,17 +177,17 @@ def begin_large_strain(
 
     The returned function gives the reason if a finger has no tables, else an empty text.
     """
-    key, own = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
+    key, layer_ratio = finger.strain_sha256, finger.outer.modulus / finger.inner.modulus
     tables = known(key)
     # The finger's own ratio may lie between known tables: then nothing is missing.
-    wanted = [(ratio, stuck) for ratio in ((own,) if ratios is None else ratios) for stuck in ends]
+    wanted = [(ratio, stuck) for ratio in ((layer_ratio,) if ratios is None else ratios) for stuck in ends]
     missing = [(ratio, stuck) for ratio, stuck in wanted if not at_ratio(tables, ratio, stuck)]
-    refused = next((_REFUSED[key, *one] for one in missing if (key, *one) in _REFUSED), "")
+    refused = next((_REFUSED[key, *table_key] for table_key in missing if (key, *table_key) in _REFUSED), "")
     if not missing or refused:
         return lambda: refused
     # Stuck presses take three times as long, so they begin first
     missing.sort(key=lambda one: not one[1])
-    begun = [start(measure_few, finger, *one) for one in missing]
+    begun = [start(measure_few, finger, *table_key) for table_key in missing]
 
     def wait() -> str:
         """Keep the tables when they are done; returns why there are none, or an empty text."""
@@ -185,7 +197,7 @@ def begin_large_strain(
                 if progress is not None and len(missing) > 1:
                     progress(f"large strain: {number} of {len(missing)} tables")
         except (InputError, SolverError) as error:
-            _REFUSED.update({(key, *one): f"large strain is not included: {error}" for one in missing})
+            _REFUSED.update({(key, *table_key): f"large strain is not included: {error}" for table_key in missing})
             return _REFUSED[key, *missing[0]]
         return ""
 
@@ -195,16 +207,16 @@ def begin_large_strain(
 def measure_few(finger: Finger, ratio: float, stuck: bool, say: Say) -> dict:
     """The table (`LargeStrain.to_json`) of a finger with its moduli at a ratio, from few presses on a coarse mesh."""
     steps = counted(say, f"large strain, layers 1 : {ratio:.3g}, {'stuck' if stuck else 'without friction'}: press")
-    mesh = build(finger, SIZE * narrowest_mm(finger))
+    mesh = build(finger, RELATIVE_ELEMENT_SIZE * narrowest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:
         finger = with_moduli(finger, ratio * finger.inner.modulus, finger.inner.modulus)
-    forces, moduli = [FORCES[k] for k in FEW_FORCES], [MODULI[k] for k in FEW_MODULI]
+    forces, moduli = [TABLE_FORCES_MM2[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
     friction: Friction = STUCK if stuck else 0.0
     return measure_large_strain(finger, mesh, friction=friction, forces=forces, moduli=moduli, steps=steps).to_json()
 
 
-def _values(found: Press, inner: float) -> np.ndarray:
-    return np.concatenate([[found.indentation, found.contact_area, found.peak_pressure / inner], found.values.ravel()])
+def _values(press: Press, inner: float) -> np.ndarray:
+    return np.concatenate([[press.indentation, press.contact_area, press.peak_pressure / inner], press.values.ravel()])
 
 
 def ship(stuck: bool = False) -> None:
@@ -214,15 +226,15 @@ def ship(stuck: bool = False) -> None:
     """
     finger = Finger.default()
     tables = [table for table in known(finger.strain_sha256) if (table.friction == 0) == stuck]
-    for ratio in RATIOS:
-        one = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
+    for ratio in SHIPPED_LAYER_RATIOS:
+        variant = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
         began = perf_counter()
-        table = measure_large_strain(one, build(one), friction=STUCK if stuck else 0.0)
-        error = PER_CENT * table.sd_error(gauge_weights(one))
+        table = measure_large_strain(variant, build(variant), friction=STUCK if stuck else 0.0)
+        error = PER_CENT * table.sd_error(gauge_weights(variant))
         took = perf_counter() - began
         print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
         tables = sorted([*tables, table], key=lambda one: (one.friction, one.ratio))
-        write_text(SHIPPED, shipped_text(finger.strain_sha256, tables))
+        write_text(SHIPPED_STRAIN_TABLES, shipped_text(finger.strain_sha256, tables))
 
 
 if __name__ == "__main__":

@@ -11,20 +11,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.fem.discrete.assembly import AXES
+from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.reduction.compliance import PatchSurface
 from papilla.fem.reduction.finger_model import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.model.specimen import Specimen
 
-STICK = 1e6
+STICK_FRICTION = 1e6
 """Coefficient of friction that stands for full stick."""
 
-STEADY = 0.02
+RENEWAL_DISTANCE_EDGES = 0.02
 """Distance, in patch edges, that the skin may move along the specimen before the compliance for friction is computed
 again. It is expensive, and each of the many small steps of a path would compute it. S_d changes by less than 1e-4."""
 
-LAG = 30.0
+RENEWAL_PER_RESIDUAL = 30.0
 """Further displacement of the skin along the specimen, relative to its displacement so far and per relative residual,
 after which the specimen's compliance is computed again: the remaining displacement is about the residual's share, and
 the compliance is expensive."""
@@ -49,9 +49,8 @@ class Touch:
 class Touching:
     """Contact of a specimen with the patch of a cell that is not split into parities; n patch nodes.
 
-    The specimen's compliance is that at the places of the last `follow`. friction : Coulomb's coefficient; at `STICK`
-    and above nothing slips.
-    """
+    The specimen's compliance is that at the places of the last `follow`. friction : Coulomb's coefficient; at
+    `STICK_FRICTION` and above nothing slips."""
 
     loaded: LoadedPatch
     specimen: Specimen
@@ -89,8 +88,8 @@ class Touching:
         allows."""
         current = self.current_patch(displacement)
         moved, far = (np.abs(current.xy - place).max() for place in (self._place, self.patch.xy))
-        steady = STEADY * float(self.patch.edge_length.mean()) if self.friction else 0.0
-        if moved <= max(LAG * residual * far, steady):
+        steady = RENEWAL_DISTANCE_EDGES * float(self.patch.edge_length.mean()) if self.friction else 0.0
+        if moved <= max(RENEWAL_PER_RESIDUAL * residual * far, steady):
             return False
         self._place, self._compliance = current.xy, self._compliance_at(current)
         return True
@@ -110,8 +109,8 @@ class Touching:
         directions = [self.specimen.slope(current.xy) @ frame.axes[:2] - frame.axes[2]]
         if self.friction:
             directions += [np.broadcast_to(axis, directions[0].shape) for axis in frame.axes[:2]]
-        order = np.arange(AXES * coupling.shape[0]).reshape(AXES, -1).T.ravel()
-        parts = [sp.vstack([coupling @ sp.diags(one) for one in direction.T]) for direction in directions]
+        order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
+        parts = [sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in directions]
         loads = sp.hstack(parts).tocsr()[order]
         return Touch(gap, loads, self._compliance)
 
@@ -124,6 +123,6 @@ class Touching:
         ratio of reference to current mass."""
         spread, surface = self.patch.mass / current.mass, PatchSurface(current)
         if self.friction:
-            spread = np.tile(spread, AXES)
+            spread = np.tile(spread, SPACE_AXES)
             return self.specimen.traction_compliance(surface) * np.outer(spread, spread)
         return self.specimen.compliance(surface) * np.outer(spread, spread)

@@ -34,7 +34,7 @@ from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, ContactState, LeavingError
 from papilla.fem.pressing.contact_step import SteppedPath, StepState
 from papilla.fem.pressing.hertz import hertz_scene
-from papilla.fem.pressing.press import MEASURES, Load, Press, linear_press, refuse_detail, too_coarse
+from papilla.fem.pressing.press import CONTACT_MEASURES, Load, Press, linear_press, refuse_detail, too_coarse
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.specimen import Specimen
@@ -42,7 +42,7 @@ from papilla.model.specimen import Specimen
 ORDER_STEP = 1.0
 """Step of ln modulus between paths that are kept; other paths begin with their order of nodes."""
 
-ROUGH = 1e9
+ROUGH_FRICTION = 1e9
 """Coefficient of friction that stands for stick."""
 
 PLAIN_MARGIN, STUCK_MARGIN = 1.2, 1.05
@@ -57,15 +57,15 @@ SAME_ELLIPSE = 0.1
 """If the area differs from that of the `hertz` fidelity by less than this share, the contact uses the layer term of
 `hertz`."""
 
-TRUSTED, TRUSTED_COARSE = 0.05, 40.0
+TRUSTED_MISMATCH, TRUSTED_COARSE_MISMATCH = 0.05, 40.0
 """Mismatch of the sixth moment above which the contact is not an ellipse (for example a slab's line contact). The
 second number holds for one element across the radius and falls with the fourth power of their number (0.12 was measured
 at 4.8)."""
 
-CUT_OFF = 0.01
+CUT_OFF_PRESSURE_SHARE = 0.01
 """Share of the peak pressure: a larger pressure at the patch's outline means that the outline cuts the contact off."""
 
-INNER = 1.25
+INNER_SQUARED_RADIUS = 1.25
 """Squared radius, relative to its mean under the pressure, inside of which the pressure determines its profile: half of
 the contact. The outer half depends too much on the mesh, and there the profiles of layers leave the family."""
 
@@ -78,10 +78,10 @@ EDGE_BAND = 1.2
 area of the strip at the contact's edge: all triangles at pressed nodes, less the nodes' own area. True ellipses stay
 below 0.93; a square, whose low moments an ellipse can match, gives 1.5 or more."""
 
-EQUAL_ELEMENTS, STEEPNESS = 5, 10
+EQUAL_ELEMENTS, WEIGHT_STEEPNESS = 5, 10
 """Elements across the radius at which ellipse and nodes have equal weight, and the power of n in the weight."""
 
-NEGLIGIBLE = 0.01
+NEGLIGIBLE_WEIGHT = 0.01
 """Smallest weight for which the ellipse is computed."""
 
 SAME_CONTACT = {"contact_area": 0.1, "indentation": 0.03}
@@ -134,8 +134,8 @@ class LoadingPath:
     """
 
     def __init__(self, problem: ContactProblem, friction: float, guess: ContactPath | None = None):
-        self.problem, self.friction = problem, min(friction, ROUGH)
-        margin = {0.0: PLAIN_MARGIN, ROUGH: STUCK_MARGIN}.get(self.friction)
+        self.problem, self.friction = problem, min(friction, ROUGH_FRICTION)
+        margin = {0.0: PLAIN_MARGIN, ROUGH_FRICTION: STUCK_MARGIN}.get(self.friction)
         self.whole = ContactPath(problem, guess, margin) if margin else None
 
     @cached_property
@@ -151,16 +151,16 @@ class LoadingPath:
                 return self.whole.at(force=force, indentation=indentation)
         return self.steps.at(force=force, indentation=indentation)
 
-    def words(self, state: ContactState) -> str:
+    def words(self, contact: ContactState) -> str:
         """Words for the status of a press, which describe a state."""
-        touching = int(state.active.sum())
+        touching = int(contact.active.sum())
         if not self.friction:
             return f"{touching} nodes in contact"
         if self.whole is not None:
             return f"stuck from the moment of contact, the force grown from first touch in {touching} steps"
-        assert isinstance(state, StepState)
-        steps = sum(knot.indentation < state.indentation for knot in self.steps.knots)
-        slips = f"{state.slipping.sum()} of {touching} nodes slip"
+        assert isinstance(contact, StepState)
+        steps = sum(knot.indentation < contact.indentation for knot in self.steps.knots)
+        slips = f"{contact.slipping.sum()} of {touching} nodes slip"
         return f"friction {self.friction:g}: {slips}, the force grown from first touch in {steps} steps"
 
 
@@ -186,10 +186,10 @@ def contact_press(reduced: ReducedFinger, specimen: Specimen, load: Load, fricti
     # The path is that of the patch alone, a quarter of the contact if mirrors are used: its force is a share of the
     # whole.
     share = None if force is None else force / reduced.multiplicity
-    state = path.at(force=share, indentation=indentation)
-    if state is None or not state.active.any():
+    contact = path.at(force=share, indentation=indentation)
+    if contact is None or not contact.active.any():
         raise NoContactError(f"an indentation of {indentation:g} mm makes no contact on this mesh: it is too coarse")
-    pressure, shear = state.traction[0], state.traction[1:]
+    pressure, shear = contact.traction[0], contact.traction[1:]
     total = float(reduced.multiplicity * reduced.patch.mass @ pressure)
     shape = None
     with suppress(ContactRangeError):
@@ -198,8 +198,8 @@ def contact_press(reduced: ReducedFinger, specimen: Specimen, load: Load, fricti
         # Only if both fidelities give the same ellipse, the layer term of `hertz` is the better one.
         shape = shape if abs(scene.contact_area / shape.area - 1) < SAME_ELLIPSE else None
     shape = shape or contact_shape(reduced.patch, pressure)
-    coarse = too_coarse(shape.area, reduced.patch.mean_edge(state.active), reduced.mesh_size_mm)
-    status = coarse or f"contact: {path.words(state)}"
+    coarse = too_coarse(shape.area, reduced.patch.mean_edge(contact.active), reduced.mesh_size_mm)
+    status = coarse or f"contact: {path.words(contact)}"
     if coarse is None and reduced.at != (0.0, 0.0):
         status += f"; off the apex the mesh is coarser, so readings are accurate to {PER_CENT * OFF_APEX:g} %"
     rows = reduced.traction_rows if friction else reduced.rows
@@ -208,42 +208,42 @@ def contact_press(reduced: ReducedFinger, specimen: Specimen, load: Load, fricti
         specimen,
         force=total if force is None else force,
         fidelity="contact",
-        indentation=state.indentation,
+        indentation=contact.indentation,
         contact_area=shape.area,
         peak_pressure=shape.peak_pressure,
-        values=rows @ state.traction.ravel(),
+        values=rows @ contact.traction.ravel(),
         force_balance=0.0 if force is None else abs(total - force) / force,
         status=status,
         resolved=coarse is None,
         pressure=pressure,
-        active=state.active,
+        active=contact.active,
         shear=shear if friction else None,
         friction=friction,
     )
 
 
-def with_ellipse(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
+def with_ellipse(reduced: ReducedFinger, specimen: Specimen, press: Press) -> Press:
     """A contact press, corrected by the ellipse if the contact is only a few elements wide; else the same press.
 
     The effect of friction keeps its nodal value, because the ellipse has no friction.
     """
-    elements = float(np.sqrt(found.contact_area / np.pi)) / reduced.patch.mean_edge(found.active)
-    weight = 1 / (1 + (elements / EQUAL_ELEMENTS) ** STEEPNESS)
-    if weight < NEGLIGIBLE:
-        return found
+    elements = float(np.sqrt(press.contact_area / np.pi)) / reduced.patch.mean_edge(press.active)
+    weight = 1 / (1 + (elements / EQUAL_ELEMENTS) ** WEIGHT_STEEPNESS)
+    if weight < NEGLIGIBLE_WEIGHT:
+        return press
     try:
-        scene = hertz_scene(reduced, specimen, (found.force, None))
+        scene = hertz_scene(reduced, specimen, (press.force, None))
     except ContactRangeError:
-        return found
+        return press
     # The ellipse knows no friction. So it is compared with the nodes without friction, and only the difference is
     # added.
-    nodes = contact_press(reduced, specimen, (found.force, None)) if found.friction else found
-    ratios = {name: getattr(scene, name) / getattr(nodes, name) for name in MEASURES}
+    nodes = contact_press(reduced, specimen, (press.force, None)) if press.friction else press
+    ratios = {name: getattr(scene, name) / getattr(nodes, name) for name in CONTACT_MEASURES}
     if any(abs(ratios[name] - 1) > limit for name, limit in SAME_CONTACT.items()):
-        return found
+        return press
     # A geometric mean with the weight w: a positive measure stays positive.
-    measures = {name: getattr(found, name) * ratio**weight for name, ratio in ratios.items()}
-    return replace(found, values=found.values + weight * (scene.values - nodes.values), **measures)
+    measures = {name: getattr(press, name) * ratio**weight for name, ratio in ratios.items()}
+    return replace(press, values=press.values + weight * (scene.values - nodes.values), **measures)
 
 
 def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None = None) -> ContactShape:
@@ -264,27 +264,27 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
     determinant = xx * yy - xy**2
     counted = ContactShape(len(patch.images) * float(patch.mass[pressure > 0].sum()), float(pressure.max()), False)
     # A contact that the skin's own edge cuts off, as on a slab, is not an ellipse either
-    cut_off = pressure[patch.outline].max() > CUT_OFF * pressure.max()
+    cut_off = pressure[patch.outline].max() > CUT_OFF_PRESSURE_SHARE * pressure.max()
     if cut_off or determinant <= 0:
         return counted
     # Squared radius in the metric of the second moments, its mean under the pressure being 1: independent of size,
     # aspect and direction of the ellipse.
     square = (yy * x**2 - 2 * xy * x * y + xx * y**2) / (2 * determinant)
-    (terms, shares), inner = _profiles(), float(share @ np.maximum(0.0, 1 - square / INNER) ** 2)
+    (terms, shares), inner = _profiles(), float(share @ np.maximum(0.0, 1 - square / INNER_SQUARED_RADIUS) ** 2)
     if not shares[0] <= inner <= shares[-1]:
         return counted
     q = float(np.interp(inner, shares, terms))
     # Hertz's radius is accurate enough to count the elements across it
     edge = patch.mean_edge(pressure > 0)
     spread = float(np.sqrt(determinant))
-    elements = float(np.sqrt(2 * spread / ellipses.SECOND[0]) / edge)
+    elements = float(np.sqrt(2 * spread / ellipses.SECOND_MOMENTS[0]) / edge)
     # The third moment of u must be that of the family, too: else the contact is no ellipse of this kind.
-    sixth = ((1 - q) * ellipses.SIXTH[0] + q * ellipses.SIXTH[1]) / ellipses.mean_square(q) ** 3
-    if abs(sixth / float(share @ square**3) - 1) > TRUSTED + TRUSTED_COARSE / elements**4:
+    sixth = ((1 - q) * ellipses.SIXTH_MOMENTS[0] + q * ellipses.SIXTH_MOMENTS[1]) / ellipses.mean_square(q) ** 3
+    if abs(sixth / float(share @ square**3) - 1) > TRUSTED_MISMATCH + TRUSTED_COARSE_MISMATCH / elements**4:
         return counted
     # With few elements across the contact the moments do not determine q: blend from the expected to the measured one.
-    known, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
-    q = known + (q - known) / (1 + (needed / elements) ** 12)
+    prior_q, needed = (0.0, TELLING_ELEMENTS) if expected_q is None else (expected_q, RESOLVING_ELEMENTS)
+    q = prior_q + (q - prior_q) / (1 + (needed / elements) ** 12)
     # For an ellipse the root of the determinant is a b <u> / 2, so pi a b follows from it.
     area = 2 * np.pi * spread / ellipses.mean_square(q)
     reached = len(patch.images) * float(weights[load > 0].sum())
@@ -298,6 +298,6 @@ def contact_shape(patch: Patch, pressure: np.ndarray, expected_q: float | None =
 def _profiles() -> tuple[np.ndarray, np.ndarray]:
     """Layer terms and the inner shares of their profiles, both (k,) and rising."""
     nodes, weights = np.polynomial.legendre.leggauss(64)
-    t, terms = (1 + nodes) / 2, np.linspace(ellipses.FLATTEST, ellipses.SHARPEST, 501)[:, None]
-    inner = np.maximum(0.0, 1 - (1 - t**2) / ellipses.mean_square(terms) / INNER) ** 2
+    t, terms = (1 + nodes) / 2, np.linspace(ellipses.FLATTEST_Q, ellipses.SHARPEST_Q, 501)[:, None]
+    inner = np.maximum(0.0, 1 - (1 - t**2) / ellipses.mean_square(terms) / INNER_SQUARED_RADIUS) ** 2
     return terms[:, 0], inner * ellipses.layer_factor(t, terms) * t @ weights

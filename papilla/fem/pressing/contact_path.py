@@ -33,17 +33,17 @@ from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from papilla.core.errors import SolverError
 
-ROUNDS = 24
+MOST_ORDERS = 24
 """Largest number of orders that are tried. Two are usual, and more than ten were never needed."""
 
-EVEN, ROUNDED = 1e-12, 1e-10
+EVEN_DEPTH_SHARE, PATH_ROUNDING_SHARE = 1e-12, 1e-10
 """Shares that count as rounding: of a depth when nodes are sorted, and of the largest gap or pressure of a path."""
 
 FIRST_NODES = 24
 """Number of nodes with which a path begins if it has no guess."""
 
 
-LEAVES = "a node leaves the contact again, or no order of nodes was found"
+LEAVING_MESSAGE = "a node leaves the contact again, or no order of nodes was found"
 
 
 class LeavingError(SolverError):
@@ -121,16 +121,16 @@ class ContactPath:
         """
         name, aim = ("force", force) if force is not None else ("depth", indentation)
         assert aim is not None
-        for _ in range(ROUNDS):
+        for _ in range(MOST_ORDERS):
             solved = self._extended(name, aim, sort=self._stuck or self.guess is None)
             count = int(np.searchsorted(getattr(self, name), aim))
             if not count:
                 return None
-            depth, found = solved.state(count, force, indentation)
-            wrong = solved.wrong(depth, found)
+            depth, solution = solved.state(count, force, indentation)
+            wrong = solved.wrong(depth, solution)
             if not wrong.any():
                 traction = np.zeros(self.problem.free.shape)
-                traction.ravel()[solved.index] = found
+                traction.ravel()[solved.index] = solution
                 active = np.zeros(len(self.problem.mass), dtype=bool)
                 active[self.nodes[:count]] = True
                 return ContactState(depth, self.problem.force(traction), traction, active)
@@ -140,19 +140,19 @@ class ContactPath:
             if self._stuck or not len(missed) and (np.diff(solved.depth) >= 0).all():
                 break
             self._solve(np.append(solved.nodes, missed), sort=True)
-        raise LeavingError(LEAVES)
+        raise LeavingError(LEAVING_MESSAGE)
 
     def _extended(self, name: str, aim: float, sort: bool) -> "_Solved":
         """The problem solved up to a force or depth, given by its `name`; `sort` : whether to correct the order of the
         nodes. Raises `LeavingError`, and knows the path up to there."""
-        for _ in range(ROUNDS):
-            known = getattr(self, name)
-            if self._solved and (len(known) == len(self.problem.mass) or (len(known) and known[-1] >= aim)):
+        for _ in range(MOST_ORDERS):
+            reached = getattr(self, name)
+            if self._solved and (len(reached) == len(self.problem.mass) or (len(reached) and reached[-1] >= aim)):
                 return self._solved
             if self._ended:
                 break
             self._solve(self._longer(name, aim), sort)
-        raise LeavingError(LEAVES)
+        raise LeavingError(LEAVING_MESSAGE)
 
     def _longer(self, name: str, aim: float) -> np.ndarray:
         """The nodes of the path and some more, in order, with which it may reach a force or depth."""
@@ -171,23 +171,25 @@ class ContactPath:
 
     def _solve(self, nodes: np.ndarray, sort: bool) -> None:
         """Solve for nodes (m,) in this order, or, if `sort` is set, in the order in which they come into contact."""
-        for _ in range(ROUNDS):
+        for _ in range(MOST_ORDERS):
             solved = _Solved(self.problem, nodes)
             order = np.argsort(solved.depth, kind="stable")
             depth = solved.depth[order]
             finite = np.isfinite(depth)
             # The computed depths give a better order; nodes whose gap never closes drop out of it.
-            if sort and not (finite.all() and (np.abs(solved.depth - depth) <= EVEN * np.abs(depth)).all()):
+            if sort and not (finite.all() and (np.abs(solved.depth - depth) <= EVEN_DEPTH_SHARE * np.abs(depth)).all()):
                 nodes = nodes[order][finite]
                 continue
             # With stick the state depends on the past: every knot of the path must be sound, not only the last.
             sound, missed = solved.checked() if self._stuck else (len(nodes), nodes[:0])
             if not len(missed):
                 self._solved, self._ended, self.nodes = solved, sound < len(nodes), nodes[:sound]
-                self.depth, self.force = (np.maximum.accumulate(part[:sound]) for part in (solved.depth, solved.force))
+                self.depth, self.force = (
+                    np.maximum.accumulate(values[:sound]) for values in (solved.depth, solved.force)
+                )
                 return
             nodes = np.append(nodes, missed)
-        raise LeavingError(LEAVES)
+        raise LeavingError(LEAVING_MESSAGE)
 
 
 class _Solved:
@@ -228,7 +230,7 @@ class _Solved:
         self.z = dtrtrs(closing, gap, lower=True)[0]
         # When a node comes into contact, only the unknowns before it carry load: sums up to there.
         before = np.append(0, self.ends[:-1])
-        squares, products = (np.append(0.0, np.cumsum(self.y * other))[before] for other in (self.y, self.z))
+        squares, products = (np.append(0.0, np.cumsum(self.y * vector))[before] for vector in (self.y, self.z))
         with np.errstate(divide="ignore", invalid="ignore"):
             self.depth = np.where(self.y[normal] > 0, self.z[normal] / self.y[normal], np.inf)
             self.force = self.depth * squares - products
@@ -254,10 +256,10 @@ class _Solved:
         wrong = np.zeros(n, dtype=bool)
         normal = self.index < n
         pressure = traction[normal]
-        wrong[self.nodes] = pressure < -ROUNDED * pressure.max()
+        wrong[self.nodes] = pressure < -PATH_ROUNDING_SHARE * pressure.max()
         if normal.all():
             gap = traction @ problem.compliance.take(self.index, 0) + problem.gap
-            wrong |= gap - depth * problem.mass < -ROUNDED * np.abs(gap).max()
+            wrong |= gap - depth * problem.mass < -PATH_ROUNDING_SHARE * np.abs(gap).max()
         return wrong
 
     def checked(self) -> tuple[int, np.ndarray]:
@@ -271,7 +273,9 @@ class _Solved:
         scale = np.abs(gap).max()
         gap -= np.outer(problem.mass, self.depth)
         pressure = traction[self.index < n]
-        wrong = (gap < -ROUNDED * scale).any(axis=0) | (pressure < -ROUNDED * pressure.max()).any(axis=0)
+        wrong = (gap < -PATH_ROUNDING_SHARE * scale).any(axis=0) | (
+            pressure < -PATH_ROUNDING_SHARE * pressure.max()
+        ).any(axis=0)
         if not wrong.any():
             return len(knots), knots[:0]
         first = int(wrong.argmax())

@@ -11,9 +11,9 @@ where X is the sideways displacement of the specimen in the step. The law is q =
 disc of radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart
 and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact contact, stick and slip, no regularisation.
 Without friction this is block principal pivoting: guess the nodes in contact, solve the equations on them, exchange
-every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE` rounds without progress
-single nodes are exchanged, which cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All decisions
-use signs only, so the units do not matter.
+every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE_ITERATIONS` rounds without
+progress single nodes are exchanged, which cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All
+decisions use signs only, so the units do not matter.
 
 The effect of Coulomb's law depends on the path, so `SteppedPath` follows it: each step ends at the indentation where
 the next node should come into contact, and is solved exactly.
@@ -27,33 +27,33 @@ import numpy as np
 from papilla.core.errors import SolverError
 from papilla.fem.pressing.contact_path import ContactProblem, ContactState
 
-PATIENCE = 4
+PATIENCE_ITERATIONS = 4
 """Iterations without a smaller number of wrong nodes, after which one node at a time changes sets."""
 
-NEWTON_STEPS = 300
+CONTACT_NEWTON_STEPS = 300
 """Largest number of iterations; a step that needs more is not solved."""
 
-TURN = 1e-10
+TURN_TOLERANCE = 1e-10
 """Change of the traction's direction at a slipping node, as a share of the largest pressure, below which the iteration
 has converged."""
 
-CLOSED = 1e-12
+CLOSED_GAP_SHARE = 1e-12
 """Overlap, as a share of the closure, that may be rounding of a closed gap."""
 
-EVEN = 1e-9
+FRICTION_LIMIT_HYSTERESIS = 1e-9
 """Share of the friction limit within which a node keeps its state, stick or slip."""
 
-LONGEST = 0.1
+LONGEST_STEP_SHARE = 0.1
 """Longest step of Coulomb friction, as a share of the indentation since first touch."""
 
-FIRST = 1e-3
+FIRST_STEP_WIDTHS = 1e-3
 """First step, in widths of the patch, if all nodes touch at once so that no distance between contacts gives a
 length."""
 
-TOGETHER = 1e-9
+TOGETHER_DEPTH_SHARE = 1e-9
 """Share of the indentation since first touch within which nodes count as coming into contact together."""
 
-SHORTEST = 2.0**-12
+SHORTEST_STEP_SHARE = 2.0**-12
 """Smallest share of its length to which a step is cut if it does not converge."""
 
 
@@ -82,7 +82,7 @@ def first_touch(problem: ContactProblem) -> StepState:
 
 def contact_step(
     problem: ContactProblem,
-    state: StepState,
+    start: StepState,
     friction: float = 0.0,
     *,
     force: float | None = None,
@@ -96,12 +96,12 @@ def contact_step(
     displacement of the specimen along both axes in the step; `guess` (c, n) tractions to start from. Raises
     `SolverError` if Newton's method does not converge.
     """
-    rho, before = problem.stiffness, state.moved[1:] + (np.outer(slide, problem.mass) if slide else 0.0)
-    active, slipping = state.active.copy(), state.slipping & state.active
-    aim = (state.traction if guess is None else guess)[1:].T
-    pressure = (state.traction if guess is None else guess)[0]
-    depth, best, patience = indentation or 0.0, len(active) + 1, PATIENCE
-    for iteration in range(1, NEWTON_STEPS + 1):
+    rho, before = problem.stiffness, start.moved[1:] + (np.outer(slide, problem.mass) if slide else 0.0)
+    active, slipping = start.active.copy(), start.slipping & start.active
+    aim = (start.traction if guess is None else guess)[1:].T
+    pressure = (start.traction if guess is None else guess)[0]
+    depth, best, patience = indentation or 0.0, len(active) + 1, PATIENCE_ITERATIONS
+    for iteration in range(1, CONTACT_NEWTON_STEPS + 1):
         # A force needs at least one node that carries it: the nearest.
         if force is not None and not active.any():
             active = np.arange(len(active)) == np.argmin(problem.gap / problem.mass)
@@ -113,21 +113,27 @@ def contact_step(
         moved = problem.moved(traction)
         gap = moved[0] + problem.gap - depth * problem.mass
         # Signs decide: a pressure below zero opens a node, an overlap closes it.
-        touching = np.where(active, traction[0] > 0, gap < -CLOSED * (moved[0] + np.abs(problem.gap)))
+        touching = np.where(active, traction[0] > 0, gap < -CLOSED_GAP_SHARE * (moved[0] + np.abs(problem.gap)))
         slip = moved[1:] - before
         # q - rho s, whose projection on the friction disc is the law: outside of the disc the node slips.
         aimed = (traction[1:] - rho[1:] * slip).T
         aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
         # A little hysteresis, so that rounding at the limit does not make a node change for ever.
-        limit = friction * np.maximum(pressure, 0) * np.where(slipping, 1 - EVEN, 1 + EVEN)
+        limit = (
+            friction
+            * np.maximum(pressure, 0)
+            * np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
+        )
         slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
-        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN * max(pressure.max(), 0):
-            dissipated = state.dissipated - float((traction[1:] * slip).sum())
+        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN_TOLERANCE * max(
+            pressure.max(), 0
+        ):
+            dissipated = start.dissipated - float((traction[1:] * slip).sum())
             pushed = problem.force(traction)
             return StepState(depth, pushed, traction, active, dissipated, moved, slipping, iteration)
-        patience = PATIENCE if wrong.sum() < best else patience - 1
+        patience = PATIENCE_ITERATIONS if wrong.sum() < best else patience - 1
         best = min(best, int(wrong.sum()))
         # Whole blocks cycle: exchange the last wrong node alone, a rule that, for contact alone, cannot return to an
         # earlier set.
@@ -135,15 +141,15 @@ def contact_step(
             wrong = np.arange(len(wrong)) == np.flatnonzero(wrong)[-1]
         active, slipping = np.where(wrong, touching, active), np.where(wrong, slides, slipping)
         aim = aimed
-    raise SolverError(f"contact, stick and slip did not settle in {NEWTON_STEPS} iterations")
+    raise SolverError(f"contact, stick and slip did not settle in {CONTACT_NEWTON_STEPS} iterations")
 
 
-def _turned(one: np.ndarray, other: np.ndarray, pressure: np.ndarray) -> float:
+def _turned(aim: np.ndarray, aimed: np.ndarray, pressure: np.ndarray) -> float:
     """Largest angle between vectors (k, 2), in radians if small, times the pressure (k,)."""
     if not len(pressure):
         return 0.0
-    cross = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
-    return float((pressure * cross / (np.hypot(*one.T) * np.hypot(*other.T))).max())
+    cross = np.abs(aim[:, 0] * aimed[:, 1] - aim[:, 1] * aimed[:, 0])
+    return float((pressure * cross / (np.hypot(*aim.T) * np.hypot(*aimed.T))).max())
 
 
 def _linearised(problem, active, slipping, friction, aim, pressure, before) -> tuple[np.ndarray, np.ndarray]:
@@ -177,19 +183,19 @@ def _slip_rows(matrix, right, index, problem, slipping, friction, aim, pressure,
     direction = aim[nodes] / size[:, None]
     share = (friction * pressure[nodes] / size)[:, None, None]
     across = share * (np.eye(2) - direction[:, :, None] * direction[:, None, :])
-    own = problem.stiffness[1, nodes][:, None, None] * across
+    stiffness = problem.stiffness[1, nodes][:, None, None] * across
     slip = problem.compliance.reshape(3, n, 3 * n)[1:, nodes][:, :, index]
-    rows = np.stack([own[:, a, 0, None] * slip[0] + own[:, a, 1, None] * slip[1] for a in (0, 1)])
-    held = np.einsum("kab,bk->ak", own, before[:, nodes])
-    each = np.arange(len(nodes))
+    rows = np.stack([stiffness[:, a, 0, None] * slip[0] + stiffness[:, a, 1, None] * slip[1] for a in (0, 1)])
+    right_side = np.einsum("kab,bk->ak", stiffness, before[:, nodes])
+    numbers = np.arange(len(nodes))
     for a in (0, 1):
-        rows[a, each, place[0]] -= friction * direction[:, a]
+        rows[a, numbers, place[0]] -= friction * direction[:, a]
         for b in (0, 1):
-            there = place[1 + b] >= 0
-            rows[a, each[there], place[1 + b, there]] += (a == b) - across[there, a, b]
+            unknown = place[1 + b] >= 0
+            rows[a, numbers[unknown], place[1 + b, unknown]] += (a == b) - across[unknown, a, b]
     for a in (0, 1):
-        there = place[1 + a] >= 0
-        matrix[place[1 + a, there]], right[place[1 + a, there], 0] = rows[a, there], held[a, there]
+        unknown = place[1 + a] >= 0
+        matrix[place[1 + a, unknown]], right[place[1 + a, unknown], 0] = rows[a, unknown], right_side[a, unknown]
 
 
 class SteppedPath:
@@ -223,46 +229,46 @@ class SteppedPath:
 
     def _extend(self) -> None:
         """Add one step, up to the indentation where the next node comes into contact."""
-        state = self.knots[-1]
+        knot = self.knots[-1]
         # Change of the tractions (c, n) per mm of further indentation, with unchanged sets of nodes
-        sets, laws = (state.active, state.slipping & state.active), (self.friction, state.traction[1:].T)
-        rate = _linearised(self.problem, *sets, *laws, state.traction[0], state.moved[1:])[1]
-        length, node = _next_event(self.problem, state, rate)
-        sunk = state.indentation - self.knots[0].indentation
-        length = 0.0 if length <= TOGETHER * sunk else length
+        sets, laws = (knot.active, knot.slipping & knot.active), (self.friction, knot.traction[1:].T)
+        rate = _linearised(self.problem, *sets, *laws, knot.traction[0], knot.moved[1:])[1]
+        length, node = _next_event(self.problem, knot, rate)
+        sunk = knot.indentation - self.knots[0].indentation
+        length = 0.0 if length <= TOGETHER_DEPTH_SHARE * sunk else length
         # Nodes that come into contact together need steps of no length; too many of them in a row mean a cycle.
         self._idle = 0 if length > 0 else self._idle + 1
         if self._idle > 3 * len(self.problem.mass):
             raise SolverError("nodes keep entering and leaving the contact: no state of stick follows this one")
-        if not math.isfinite(length) or 0 < LONGEST * sunk < length:
-            length, node = LONGEST * sunk or FIRST * math.sqrt(self.problem.mass.sum()), None
+        if not math.isfinite(length) or 0 < LONGEST_STEP_SHARE * sunk < length:
+            length, node = LONGEST_STEP_SHARE * sunk or FIRST_STEP_WIDTHS * math.sqrt(self.problem.mass.sum()), None
         if length > 0:
-            self.knots.append(self._cut(state, length, rate))
+            self.knots.append(self._cut(knot, length, rate))
         if node is not None:
             self.knots[-1] = replace(self.knots[-1], active=self.knots[-1].active | (np.arange(len(rate[0])) == node))
 
-    def _cut(self, state: StepState, length: float, rate: np.ndarray) -> StepState:
+    def _cut(self, knot: StepState, length: float, rate: np.ndarray) -> StepState:
         """The state `length` (mm) further, in as many shorter steps as needed."""
-        done, cut = 0.0, 1.0
-        while done < 1:
-            depth, guess = state.indentation + cut * length, state.traction + cut * length * rate
+        covered, cut = 0.0, 1.0
+        while covered < 1:
+            depth, guess = knot.indentation + cut * length, knot.traction + cut * length * rate
             try:
-                state = contact_step(self.problem, state, self.friction, indentation=depth, guess=guess)
-                done += cut
+                knot = contact_step(self.problem, knot, self.friction, indentation=depth, guess=guess)
+                covered += cut
             except SolverError:
                 cut /= 2
-                if cut < SHORTEST:
+                if cut < SHORTEST_STEP_SHARE:
                     raise
-        return state
+        return knot
 
 
-def _next_event(problem: ContactProblem, state: StepState, rate: np.ndarray) -> tuple[float, int | None]:
+def _next_event(problem: ContactProblem, knot: StepState, rate: np.ndarray) -> tuple[float, int | None]:
     """Distance (mm), at given rates, until the next node comes into contact, and that node; infinity and None if there
     is none."""
     # Gaps and their rates of closing are linear in the step, as long as no node changes its set.
-    gap = state.moved[0] + problem.gap - state.indentation * problem.mass
+    gap = knot.moved[0] + problem.gap - knot.indentation * problem.mass
     closing = problem.moved(rate)[0] - problem.mass
-    entering = ~state.active & (closing < 0)
+    entering = ~knot.active & (closing < 0)
     lengths = np.full(len(gap), np.inf)
     lengths[entering] = np.maximum(gap[entering], 0) / -closing[entering]
     node = int(np.argmin(lengths))

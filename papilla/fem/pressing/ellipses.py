@@ -7,11 +7,10 @@ u = (x/a)^2 + (y/b)^2, so the energy is a quadratic form in their shares, with t
 
     1 / E* = p . C p / (p . C_0 p),     C of finger + specimen / E,   C_0 of a half-space of 1 MPa,
 
-p being the nodal pressures. C is known only on the nodes, so E* is measured for ellipses of at least `SMALLEST`
-elements. For smaller ones a polynomial in a extends ln E* to its known limit at a = 0, that of the outer layer. The
-matrices of finger and specimen enter separately, so a new modulus E of the specimen needs no new ellipses. The method
-fails if no ellipse fits on the patch, or if the skin is not convex.
-"""
+p being the nodal pressures. C is known only on the nodes, so E* is measured for ellipses of at least
+`SMALLEST_RADIUS_EDGES` elements. For smaller ones a polynomial in a extends ln E* to its known limit at a = 0, that of
+the outer layer. The matrices of finger and specimen enter separately, so a new modulus E of the specimen needs no new
+ellipses. The method fails if no ellipse fits on the patch, or if the skin is not convex."""
 
 import math
 from dataclasses import dataclass
@@ -31,14 +30,14 @@ from papilla.references.hertz import MAX_RADIUS_RATIO
 
 Array = TypeVar("Array", float, np.ndarray)
 
-SECOND, SIXTH = (2 / 5, 2 / 7), (16 / 105, 16 / 231)
+SECOND_MOMENTS, SIXTH_MOMENTS = (2 / 5, 2 / 7), (16 / 105, 16 / 231)
 """Moments of u and u^3 under the two terms, per unit force."""
 HALF_SPACE_ENERGY = (1.0, 15 / 14, 25 / 21)
 """Energy of the three pairs of pressure terms (t with t, t with t^3, t^3 with t^3) on a half-space, relative to the
 first: integrals of (J_m(x) / x^m) (J_n(x) / x^n) over x, m, n = 3/2 and 5/2."""
 
-FLATTEST, SHARPEST = -1.5, 1.0  # Bounds of q: beyond them the pressure is negative in the middle or at the edge
-SMALLEST = 2.0
+FLATTEST_Q, SHARPEST_Q = -1.5, 1.0  # Bounds of q: beyond them the pressure is negative in the middle or at the edge
+SMALLEST_RADIUS_EDGES = 2.0
 """Smallest radius, in patch edge lengths, at which E* is measured; below it E* is extrapolated to its known limit at a
 = 0."""
 
@@ -47,15 +46,15 @@ ELLIPSE_SUBDIVISIONS = 6
 curvature."""
 
 TABLE_POINTS = 32
-ROWS = (40, 400)
-"""Number of tabulated ellipses of one aspect with radii below `SMALLEST`, and above; cubics interpolate between
-them."""
+ELLIPSE_TABLE_ROWS = (40, 400)
+"""Number of tabulated ellipses of one aspect with radii below `SMALLEST_RADIUS_EDGES`, and above; cubics interpolate
+between them."""
 
 SMALL_POINTS, SMALL_RANGE = 10, (0.05, 0.95)
 """Number and range (in smallest measured radii) of smaller radii at which the gauges' readings are tabulated, but not
 E*."""
 
-STRETCHES = (-0.06, 0.0, 0.06)
+ASPECT_STRETCHES = (-0.06, 0.0, 0.06)
 """Stretches at which ellipses are tabulated: ln of b / a relative to that of Hertz. The layers of the default finger
 change it by up to 0.06."""
 
@@ -75,7 +74,7 @@ def layer_factor(t: Array, q: Array) -> Array:
 
 def mean_square(q: Array) -> Array:
     """Mean of u under the profile."""
-    return SECOND[0] - (SECOND[0] - SECOND[1]) * q
+    return SECOND_MOMENTS[0] - (SECOND_MOMENTS[0] - SECOND_MOMENTS[1]) * q
 
 
 def peak_over_mean(q: float) -> float:
@@ -135,11 +134,13 @@ def _family(patch: Patch, curvature: tuple[float, float], matrices: tuple, rows:
     finger and specimen, and the rows (q, g, n) of the gauges."""
     gap_radii = _radii(patch, curvature)
     round_ = hertz_ellipse(1.0, *gap_radii, 1.0)
-    aspects = round_.b / round_.a * np.exp(STRETCHES)
+    aspects = round_.b / round_.a * np.exp(ASPECT_STRETCHES)
     smallest, largest = _measured_radii(patch, aspects)
     share = smallest / largest
     # Geometric below the smallest measured ellipse, where presses are light; evenly spaced above.
-    radius = largest * np.append(np.geomspace(1e-3 * share, share, ROWS[0])[:-1], np.linspace(share, 1, ROWS[1]))
+    radius = largest * np.append(
+        np.geomspace(1e-3 * share, share, ELLIPSE_TABLE_ROWS[0])[:-1], np.linspace(share, 1, ELLIPSE_TABLE_ROWS[1])
+    )
     # Semi-axes a (mm) of the tabulated ellipses; the first ones are below `smallest`.
     below, above = np.linspace(*SMALL_RANGE, SMALL_POINTS) * smallest, np.geomspace(smallest, largest, TABLE_POINTS)
     tabulated, measured = np.append(below, above), above / largest
@@ -147,11 +148,13 @@ def _family(patch: Patch, curvature: tuple[float, float], matrices: tuple, rows:
     bridging = max(2, math.ceil(largest / smallest))
     powers = [(i, j) for j, degree in enumerate(MODULUS_DEGREES) for i in range(1, min(degree, bridging) + 1)]
     i, j = np.array(powers).T
-    stretches = np.array(STRETCHES)[:, None, None]
+    stretches = np.array(ASPECT_STRETCHES)[:, None, None]
     # Ellipses of each aspect depend on the patch alone, not on moduli, and take most of the computing time
-    key, each = cache.key(__name__, patch, smallest, largest, aspects), partial(_ellipses, patch, tabulated)
-    ellipses = cache.fetch("ellipses", key, lambda: {"pressure": np.array([*map(each, aspects)])})["pressure"]
-    flat, finger, specimen = (np.stack([_energies(one, shapes) for shapes in ellipses], axis=1) for one in matrices)
+    key, make_ellipses = cache.key(__name__, patch, smallest, largest, aspects), partial(_ellipses, patch, tabulated)
+    ellipses = cache.fetch("ellipses", key, lambda: {"pressure": np.array([*map(make_ellipses, aspects)])})["pressure"]
+    flat, finger, specimen = (
+        np.stack([_energies(compliance, shapes) for shapes in ellipses], axis=1) for compliance in matrices
+    )
     # Mean displacement times a under a Hertzian ellipse of unit force on a half-space with E* = 1 MPa.
     long, short = np.maximum(aspects, 1.0), np.minimum(aspects, 1.0)
     return {
@@ -176,16 +179,16 @@ def moduli(family: EllipseFamily, outer_modulus: float, specimen: Specimen) -> t
     if not (compliance > 0).all():
         raise ContactRangeError("hertz fidelity: finger and specimen have no positive compliance on this patch")
     coefficients = family.fit @ (-np.log(compliance) - limit).reshape(3, -1).T
-    change, slope = (np.moveaxis(part @ coefficients, -1, 0) for part in (family.terms, family.slopes))
+    change, slope = (np.moveaxis(basis @ coefficients, -1, 0) for basis in (family.terms, family.slopes))
     return change, slope, limit
 
 
 def _energies(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
     """Energies (3 pairs of terms, m) of a compliance (n, n) under unit ellipses, nodal pressures (2, m + small, n)."""
     # The smallest ellipses fall between the nodes: their energy would be that of the mesh.
-    hertz, other = shapes[:, SMALL_POINTS:]
-    pairs = ((hertz, hertz), (hertz, other), (other, other))
-    return np.array([((left @ matrix) * right).sum(axis=1) for left, right in pairs])
+    hertz, layer_term = shapes[:, SMALL_POINTS:]
+    pairs = ((hertz, hertz), (hertz, layer_term), (layer_term, layer_term))
+    return np.array([((first @ matrix) * second).sum(axis=1) for first, second in pairs])
 
 
 def _measured_radii(patch: Patch, aspects: np.ndarray) -> tuple[float, float]:
@@ -195,12 +198,12 @@ def _measured_radii(patch: Patch, aspects: np.ndarray) -> tuple[float, float]:
     largest = float(np.hypot(x, y / aspects[:, None]).min())
     shorter = largest * min(1.0, aspects.min())
     edge = patch.finest_edge
-    if shorter < SMALLEST * edge:
+    if shorter < SMALLEST_RADIUS_EDGES * edge:
         raise ContactRangeError(
             "hertz fidelity needs a patch that contains its ellipse: "
             f"{largest:.2g} x {largest * aspects[1]:.2g} mm at most on {edge:.2g} mm elements"
         )
-    return min(SMALLEST * edge, largest / 4), largest
+    return min(SMALLEST_RADIUS_EDGES * edge, largest / 4), largest
 
 
 def _influences(patch: Patch, rows, ellipses: np.ndarray, tabulated: np.ndarray, radius) -> list[np.ndarray]:
@@ -209,7 +212,7 @@ def _influences(patch: Patch, rows, ellipses: np.ndarray, tabulated: np.ndarray,
     from scipy.interpolate import PchipInterpolator
 
     rows = rows.reshape(-1, len(patch.xy))
-    found = []
+    influences = []
     for shapes in ellipses:
         load = len(patch.images) * shapes @ patch.mass
         # On a coarse patch the smallest ellipses fall between the quadrature points
@@ -218,8 +221,8 @@ def _influences(patch: Patch, rows, ellipses: np.ndarray, tabulated: np.ndarray,
         # Interpolated over a^2: readings per newton are even in a, because a small ellipse differs from a point load by
         # its second moments.
         at = np.append(0, np.square(tabulated)[caught])
-        found.append(PchipInterpolator(at, np.vstack([per_force[:1], per_force]))(radius**2))
-    return found
+        influences.append(PchipInterpolator(at, np.vstack([per_force[:1], per_force]))(radius**2))
+    return influences
 
 
 def _ellipses(patch: Patch, tabulated: np.ndarray, aspect: float) -> np.ndarray:

@@ -21,18 +21,18 @@ from papilla.fem.pressing.contact import NoContactError, contact_press, with_ell
 from papilla.fem.pressing.hertz import hertz_press, hertz_table
 from papilla.fem.pressing.large_strain import between_ends, tables_of, with_large_strain
 from papilla.fem.pressing.press import Load, Press, check_scene
-from papilla.fem.pressing.prices import QUANTITIES, Loss, Prices, known_prices
+from papilla.fem.pressing.prices import PRICED_QUANTITIES, Loss, Prices, known_prices
 from papilla.fem.reduction.reduced import ReducedFinger, kept, needs_reduced
 from papilla.model.specimen import Friction, Specimen, friction_coefficient
 
-SETTLED = 4
+SETTLING_PRESSES = 4
 """Number of linear presses that find the indentation with large strain: the change is about 1 %, and each press leaves
 a hundredth of the remaining error."""
 
-FIDELITIES = ("hertz", "contact")
+LINEAR_FIDELITIES = ("hertz", "contact")
 """From cheap to expensive."""
 
-NAMES = dict(zip(QUANTITIES, ("S_d", "indentation", "contact area"), strict=True))
+QUANTITY_WORDS = dict(zip(PRICED_QUANTITIES, ("S_d", "indentation", "contact area"), strict=True))
 """The quantities that `auto` holds to its tolerance, in words."""
 
 NEARLY_HERTZIAN = 0.1
@@ -79,16 +79,16 @@ def press(
     checks.positive("tolerance", tolerance)
     if fidelity == "finite":
         raise InputError("fidelity finite needs the mesh, not the reduced finger: call papilla.fem.press_finite")
-    if fidelity not in (*FIDELITIES, "auto", None):
-        raise InputError(f"fidelity must be one of {', '.join(FIDELITIES)} or auto, got {fidelity!r}")
+    if fidelity not in (*LINEAR_FIDELITIES, "auto", None):
+        raise InputError(f"fidelity must be one of {', '.join(LINEAR_FIDELITIES)} or auto, got {fidelity!r}")
     friction = reduced.bench.friction if friction is None and fidelity != "hertz" else friction
     if friction_coefficient(friction or 0.0) and fidelity == "hertz":
         raise InputError("fidelity hertz has no friction: use fidelity auto or contact")
     if fidelity == "hertz":
-        found = hertz_press(reduced, specimen, load, "hertz: as asked")
+        result = hertz_press(reduced, specimen, load, "hertz: as asked")
     else:
-        found = _by_contact(reduced, specimen, load, fidelity, friction, tolerance)
-    return replace(found, seconds=perf_counter() - began)
+        result = _by_contact(reduced, specimen, load, fidelity, friction, tolerance)
+    return replace(result, seconds=perf_counter() - began)
 
 
 def _by_contact(
@@ -101,17 +101,17 @@ def _by_contact(
 ) -> Press:
     """The press of a load by every fidelity but "hertz", with the parameters of `press`."""
     rubbing = friction_coefficient(friction or 0.0)
-    contact, stuck = (partial(_contact, reduced, specimen, one) for one in (rubbing, math.inf))
+    contact, stuck = (partial(_contact, reduced, specimen, coefficient) for coefficient in (rubbing, math.inf))
     strained = partial(including_large_strain, reduced, specimen)
     alone = "; large strain, which raises S_d about as much as stick lowers it, is not included" if rubbing else ""
     if fidelity == "contact":
-        found = _settled(load, contact)
-        return replace(found, status=found.status + alone)
+        result = _settled(load, contact)
+        return replace(result, status=result.status + alone)
     doubt = ""
     if friction is None and tables_of(reduced, stuck=True):
         try:
-            if held := _settled(load, stuck, strained):
-                return held
+            if stuck_press := _settled(load, stuck, strained):
+                return stuck_press
             doubt = NOT_STUCK if specimen.curvature == (0.0, 0.0) else ""
         except InputError as error:
             doubt = f"; without friction: {error}"
@@ -120,9 +120,9 @@ def _by_contact(
             if large := _settled(load, contact, strained):
                 return replace(large, status=large.status + doubt)
     linear = contact if rubbing else partial(_cheapest, reduced, specimen, tolerance)
-    found = (None if rubbing else _settled(load, linear, strained)) or _settled(load, linear)
-    losses = shared_losses(reduced, found.force, tolerance, found.large_strain)
-    return replace(found, status=found.status + alone + doubt + losses)
+    result = (None if rubbing else _settled(load, linear, strained)) or _settled(load, linear)
+    losses = shared_losses(reduced, result.force, tolerance, result.large_strain)
+    return replace(result, status=result.status + alone + doubt + losses)
 
 
 def press_grid(
@@ -138,19 +138,19 @@ def press_grid(
     others; in rising order it would have to be extended again and again.
     """
     for touched in specimens:
-        found: list[Press | ContactRangeError | SolverError] = []
+        outcomes: list[Press | ContactRangeError | SolverError] = []
         for force in map(float, reversed(forces)):
             try:
                 # Of specimens that are far softer or harder than the finger
                 with np.errstate(over="ignore"):
-                    found.append(press(reduced, touched, force=force, fidelity="contact", friction=friction))
+                    outcomes.append(press(reduced, touched, force=force, fidelity="contact", friction=friction))
             except (ContactRangeError, SolverError) as error:
-                found.append(error)
-        yield from ((touched, one) for one in reversed(found))
+                outcomes.append(error)
+        yield from ((touched, outcome) for outcome in reversed(outcomes))
 
 
 def including_large_strain(
-    reduced: ReducedFinger, specimen: Specimen, found: Press, *, beyond: bool = False
+    reduced: ReducedFinger, specimen: Specimen, small_strain: Press, *, beyond: bool = False
 ) -> Press | None:
     """A linear press with the change by large strain; None if that change is not known.
 
@@ -159,16 +159,16 @@ def including_large_strain(
     """
     if specimen.curvature != (0.0, 0.0):
         return None
-    if found.friction in (0, math.inf):
-        return with_large_strain(reduced, found, beyond=beyond)
+    if small_strain.friction in (0, math.inf):
+        return with_large_strain(reduced, small_strain, beyond=beyond)
 
     def linear(friction: float) -> Press:
         """The same press with another friction."""
-        return _contact(reduced, specimen, friction, (found.force, None))
+        return _contact(reduced, specimen, friction, (small_strain.force, None))
 
     ends = linear(0.0), linear(math.inf)
-    free, held = (with_large_strain(reduced, one, beyond=beyond) for one in ends)
-    return None if free is None or held is None else between_ends(reduced, found, ends, (free, held), linear)
+    free, stuck = (with_large_strain(reduced, end, beyond=beyond) for end in ends)
+    return None if free is None or stuck is None else between_ends(reduced, small_strain, ends, (free, stuck), linear)
 
 
 def _contact(reduced: ReducedFinger, specimen: Specimen, friction: float, load: Load) -> Press:
@@ -176,18 +176,18 @@ def _contact(reduced: ReducedFinger, specimen: Specimen, friction: float, load: 
     return with_ellipse(reduced, specimen, contact_press(reduced, specimen, load, friction))
 
 
-def _settled(load: Load, made: Callable[[Load], Press], corrected=None):
+def _settled(load: Load, make_press: Callable[[Load], Press], corrected=None):
     """The press at a load, which `made` makes and `corrected`, if given, corrects. A given indentation is that after
     all corrections. None if a press on the way cannot be corrected."""
-    indentation, aim, found = load[1], load[1], None
-    for _ in range(1 + SETTLED):
-        found = made(load)
-        found = corrected(found) if corrected else found
-        if found is None or indentation is None or aim is None or found.indentation == indentation:
+    indentation, aim, result = load[1], load[1], None
+    for _ in range(1 + SETTLING_PRESSES):
+        result = make_press(load)
+        result = corrected(result) if corrected else result
+        if result is None or indentation is None or aim is None or result.indentation == indentation:
             break
-        aim *= indentation / found.indentation
+        aim *= indentation / result.indentation
         load = None, aim
-    return found
+    return result
 
 
 def _cheapest(reduced: ReducedFinger, specimen: Specimen, tolerance: float, load: Load) -> Press:
@@ -195,12 +195,12 @@ def _cheapest(reduced: ReducedFinger, specimen: Specimen, tolerance: float, load
     error = hertz_error(reduced, specimen, load)
     if error is not None and error.error <= tolerance:
         return hertz_press(reduced, specimen, load, f"hertz: {error}, within {PER_CENT * tolerance:g} %")
-    found: Press | ContactRangeError
+    contact: Press | ContactRangeError
     try:
-        found = _contact(reduced, specimen, 0.0, load)
+        contact = _contact(reduced, specimen, 0.0, load)
     except NoContactError as missed:
-        found = missed
-    if isinstance(found, NoContactError) or not found.resolved:
+        contact = missed
+    if isinstance(contact, NoContactError) or not contact.resolved:
         light = lightest_error(reduced, specimen)
         if light is not None and light.error <= NEARLY_HERTZIAN:
             reason = (
@@ -209,12 +209,12 @@ def _cheapest(reduced: ReducedFinger, specimen: Specimen, tolerance: float, load
             )
             with suppress(ContactRangeError):
                 return hertz_press(reduced, specimen, load, reason)
-        if isinstance(found, NoContactError):
-            raise found
-        return found
+        if isinstance(contact, NoContactError):
+            raise contact
+        return contact
     if error is None:
-        return replace(found, status=f"{found.status}; hertz is not measured at this force")
-    return replace(found, status=f"{found.status}; hertz is off by {error}, over {PER_CENT * tolerance:g} %")
+        return replace(contact, status=f"{contact.status}; hertz is not measured at this force")
+    return replace(contact, status=f"{contact.status}; hertz is off by {error}, over {PER_CENT * tolerance:g} %")
 
 
 @dataclass(frozen=True)
@@ -231,7 +231,7 @@ class Worst:
         return cls(float(errors[quantity]), quantity)
 
     def __str__(self) -> str:
-        return f"{PER_CENT * self.error:.1f} % in {NAMES[self.quantity]}"
+        return f"{PER_CENT * self.error:.1f} % in {QUANTITY_WORDS[self.quantity]}"
 
 
 def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst | None:
@@ -255,22 +255,22 @@ def hertz_error(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Worst
     if not np.isfinite(around).all():
         return None
     prices = _prices(reduced)
-    mesh = [0.0 if prices is None else prices.mesh.at(force, name) or 0.0 for name in QUANTITIES]
-    return Worst.of(dict(zip(QUANTITIES, around + mesh, strict=True)))
+    mesh = [0.0 if prices is None else prices.mesh.at(force, name) or 0.0 for name in PRICED_QUANTITIES]
+    return Worst.of(dict(zip(PRICED_QUANTITIES, around + mesh, strict=True)))
 
 
 def lightest_error(reduced: ReducedFinger, specimen: Specimen) -> Worst | None:
     """Measured error of hertz at the lightest probe force whose contact the mesh resolves; None if there is none."""
     errors = probe_hertz(reduced, specimen)
     resolved = errors[np.isfinite(errors).all(axis=1)]
-    return Worst.of(dict(zip(QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
+    return Worst.of(dict(zip(PRICED_QUANTITIES, resolved[0], strict=True))) if len(resolved) else None
 
 
 @kept(256)
 def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
     """Relative errors (probes, quantities) of hertz against contact at `PROBE_FORCES`; infinite if contact does not
     resolve the press."""
-    errors = np.full((len(PROBE_FORCES), len(QUANTITIES)), np.inf)
+    errors = np.full((len(PROBE_FORCES), len(PRICED_QUANTITIES)), np.inf)
     for k, force in enumerate(PROBE_FORCES):
         try:
             truth = contact_press(reduced, specimen, (float(force), None))
@@ -285,7 +285,7 @@ def probe_hertz(reduced: ReducedFinger, specimen: Specimen) -> np.ndarray:
 def relative_errors(scene: Press, truth: Press) -> list[float]:
     """Errors of a press against a better one in each of `QUANTITIES`. If S_d says nothing, the readings are
     compared."""
-    errors = [abs(getattr(scene, name) / getattr(truth, name) - 1) for name in QUANTITIES if name != "sd"]
+    errors = [abs(getattr(scene, name) / getattr(truth, name) - 1) for name in PRICED_QUANTITIES if name != "sd"]
     if not truth.silent:
         return [abs(scene.sd / truth.sd - 1), *errors]
     largest = float(np.abs(truth.reading).max())
@@ -304,10 +304,10 @@ def shared_losses(reduced: ReducedFinger, force: float, tolerance: float, large_
         return f"; what {cost} is not known {where}"
     names = ("mesh",) if large_strain else ("mesh", "small_strain")
     parts = {name: _worst(getattr(prices, name), force) for name in names}
-    known = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
-    if not known:
+    losses = [f"{name.replace('_', ' ')} {worst}" for name, worst in parts.items() if worst is not None]
+    if not losses:
         return f"; what mesh and small strain cost is not known at {force:.3g} N"
-    loss = f"; known to be off by ({prices.specimen}): {', '.join(known)}"
+    loss = f"; known to be off by ({prices.specimen}): {', '.join(losses)}"
     strain = parts.get("small_strain")
     if strain is not None and strain.error > tolerance:
         loss += (
@@ -322,6 +322,6 @@ def _prices(reduced: ReducedFinger) -> Prices | None:
 
 
 def _worst(loss: Loss, force: float) -> Worst | None:
-    errors = {name: loss.at(force, name) for name in QUANTITIES}
-    known = {name: error for name, error in errors.items() if error is not None}
-    return Worst.of(known) if known else None
+    errors = {name: loss.at(force, name) for name in PRICED_QUANTITIES}
+    measured = {name: error for name, error in errors.items() if error is not None}
+    return Worst.of(measured) if measured else None

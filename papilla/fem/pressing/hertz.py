@@ -19,12 +19,12 @@ from scipy.optimize import brentq
 
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing.ellipses import (
-    FLATTEST,
+    ASPECT_STRETCHES,
+    FLATTEST_Q,
     HALF_SPACE_ENERGY,
-    SECOND,
-    SHARPEST,
+    SECOND_MOMENTS,
+    SHARPEST_Q,
     SMALL_POINTS,
-    STRETCHES,
     Array,
     EllipseFamily,
     ellipse_family,
@@ -37,28 +37,30 @@ from papilla.fem.pressing.press import Load, Press, linear_press
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.specimen import Specimen
 
-LEVEL_STEP, LEVELS = 1 / 32, 6
+LEVEL_STEP, POLYNOMIAL_LEVELS = 1 / 32, 6
 """Step of ln modulus between tables, and the number of tables through which the polynomial goes: accurate to 1e-6. If
 the specimen makes finger and specimen nearly one homogeneous body, the ellipses change within a tenth in ln modulus."""
 
-STRETCHED = 0.15
+LARGEST_ASPECT_STRETCH = 0.15
 """Largest |ln aspect| relative to Hertz up to which the parabolas through the three tabulated stretches are used (0.14
 on the default finger and a rigid flat)."""
 
-HOMOGENEOUS = 0.1
+HOMOGENEOUS_LOG_CHANGE = 0.1
 """Change of ln E* from a = 0 below which a body counts as homogeneous. Hertz's profile and aspect are exact there;
 differences of the measured E* are errors of the mesh, to which the flat minimum in q is sensitive."""
 
-LAYERED = 0.01  # Measure of layering, from 0 to 1, below which the aspect is Hertz's, whatever the parabolas give
-ROUNDED = 1e-12  # Share of the largest force of a table that is rounding
-GAP = 1.5
+SMALLEST_LAYERING = (
+    0.01  # Measure of layering, from 0 to 1, below which the aspect is Hertz's, whatever the parabolas give
+)
+FORCE_ROUNDING_SHARE = 1e-12  # Share of the largest force of a table that is rounding
+LARGEST_RADIUS_RATIO = 1.5
 """The tables end where neighbouring radii have a larger ratio than this: ellipses between them do not have least
 energy."""
 
-CUBIC = 4
+CUBIC_ROWS = 4
 """Number of neighbouring rows of a table through which a cubic interpolates."""
 
-DEPTH = 3
+INDENTATION_COLUMN = 3
 """Column of a table with the indentation."""
 
 
@@ -91,13 +93,13 @@ class HertzTable:
     @property
     def indentation(self) -> np.ndarray:
         """Indentations (k,), mm."""
-        return self.cube_root**2 * self.columns[:, DEPTH]
+        return self.cube_root**2 * self.columns[:, INDENTATION_COLUMN]
 
     def at(self, root: float) -> np.ndarray:
         """Columns (4 + q g,) at the cube root of a force (N) inside the table; a cubic through four rows
         interpolates."""
-        first = min(max(int(self.cube_root.searchsorted(root)) - CUBIC // 2, 0), len(self.cube_root) - CUBIC)
-        rows = slice(first, first + CUBIC)
+        first = min(max(int(self.cube_root.searchsorted(root)) - CUBIC_ROWS // 2, 0), len(self.cube_root) - CUBIC_ROWS)
+        rows = slice(first, first + CUBIC_ROWS)
         across = np.array(_weights(self.cube_root[rows].tolist(), root))
         return np.asarray(self.weights @ (across @ self.parts[:, rows]))
 
@@ -105,15 +107,15 @@ class HertzTable:
         """The cube root of the force (N) that makes an indentation (mm) inside the table."""
         right = int(np.clip(np.searchsorted(self.indentation, indentation), 1, len(self.cube_root) - 1))
         low, high = self.cube_root[right - 1 : right + 1]
-        return float(brentq(lambda root: root**2 * self.at(root)[DEPTH] - indentation, low, high, xtol=1e-14 * high))
+        return float(
+            brentq(lambda root: root**2 * self.at(root)[INDENTATION_COLUMN] - indentation, low, high, xtol=1e-14 * high)
+        )
 
 
 def _weights(nodes: Sequence, at: Array) -> list[Array]:
     """Weights of the values at `nodes` for the polynomial through them; `at` may be one number or an array (k,)."""
-    others = [[other for other in range(len(nodes)) if other != own] for own in range(len(nodes))]
-    return [
-        math.prod((at - nodes[other]) / (nodes[own] - nodes[other]) for other in row) for own, row in enumerate(others)
-    ]
+    others = [[j for j in range(len(nodes)) if j != i] for i in range(len(nodes))]
+    return [math.prod((at - nodes[j]) / (nodes[i] - nodes[j]) for j in rest) for i, rest in enumerate(others)]
 
 
 @kept(64)
@@ -125,21 +127,21 @@ def hertz_table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     """
     if specimen.elastic:
         at = math.log(specimen.modulus) / LEVEL_STEP
-        lowest = math.floor(at) + 1 - LEVELS // 2
+        lowest = math.floor(at) + 1 - POLYNOMIAL_LEVELS // 2
         near = _tables(reduced, specimen.unit, lowest)
         if near is not None:
             logarithms, parts, end = near
-            weights = np.array(_weights(range(LEVELS), at - lowest))
+            weights = np.array(_weights(range(POLYNOMIAL_LEVELS), at - lowest))
             return HertzTable(np.append(0.0, np.exp(weights @ logarithms)), parts, weights, end, True)
     return _table(reduced, specimen)
 
 
 @kept(128)
 def _tables(reduced: ReducedFinger, unit: Specimen, lowest: int) -> tuple[np.ndarray, np.ndarray, str] | None:
-    """Logarithms of `cube_root` (levels, k - 1), and columns, of the tables of `LEVELS` moduli, starting at level
-    `lowest`; None if one of them does not reach the rim."""
+    """Logarithms of `cube_root` (levels, k - 1), and columns, of the tables of `POLYNOMIAL_LEVELS` moduli, starting at
+    level `lowest`; None if one of them does not reach the rim."""
     try:
-        levels = [LEVEL_STEP * (lowest + k) for k in range(LEVELS)]
+        levels = [LEVEL_STEP * (lowest + k) for k in range(POLYNOMIAL_LEVELS)]
         tables = [_table(reduced, replace(unit, modulus=math.exp(level))) for level in levels]
     except (ContactRangeError, InputError):
         return None
@@ -167,19 +169,19 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     aspect = family.aspects[1] * np.exp(stretch)
     bend = family.bend(aspect)
     # The energy per force is F c / 2 + gap term, and the indentation F c + gap term
-    indentation = 2 * energy - bend * a**2 * mean_square(q) / SECOND[0]
+    indentation = 2 * energy - bend * a**2 * mean_square(q) / SECOND_MOMENTS[0]
     # Beyond its bounds the profile would pull; and a radius or depth that falls with the force is no press.
-    vouched &= (q >= FLATTEST) & (q <= SHARPEST)
+    vouched &= (q >= FLATTEST_Q) & (q <= SHARPEST_Q)
     for column in (a * root, indentation * root**2):
         vouched &= np.diff(column, prepend=0) > 0
-    kept = np.logical_and.accumulate(vouched)
-    if kept.sum() < SMALL_POINTS:
+    sound = np.logical_and.accumulate(vouched)
+    if sound.sum() < SMALL_POINTS:
         raise ContactRangeError("hertz fidelity: no pressure ellipse has the least energy on this finger and specimen")
-    rows = np.column_stack([a, a * aspect, q, indentation, *influence])[kept]
-    end = "the contact to the rim of its patch" if kept.all() else "the contact beyond the ellipses of this skin"
+    rows = np.column_stack([a, a * aspect, q, indentation, *influence])[sound]
+    end = "the contact to the rim of its patch" if sound.all() else "the contact beyond the ellipses of this skin"
     # At zero force the columns have the values of the smallest ellipse: by Hertz's law they are constant there.
     parts = np.vstack([rows[:1], rows])[None]
-    return HertzTable(np.append(0, root[kept]), parts, np.ones(1), end, bool(kept.all()))
+    return HertzTable(np.append(0, root[sound]), parts, np.ones(1), end, bool(sound.all()))
 
 
 def _branches(
@@ -190,27 +192,31 @@ def _branches(
 
     On a half-space all of them except the influence are constant.
     """
-    bend, found = family.bend(family.aspects), []
+    bend, branches = family.bend(family.aspects), []
     many = _least_energy(family.radius, family.half_space[:, None], change, slope, limit, bend[:, None])
-    for q, force, compliance, changed, influence, own in zip(*many, change[0], family.influence, bend, strict=True):
+    for q, force, compliance, changed, influence, gap_bend in zip(
+        *many, change[0], family.influence, bend, strict=True
+    ):
         radius = family.radius
         # A table over the force needs forces that rise with the radius, without gaps.
         usable = np.append(True, np.diff(np.maximum.accumulate(force)) > 0) & (force > 0)
         last = np.append(-np.inf, radius[usable])
-        usable[usable] = np.logical_and.accumulate(radius[usable] < GAP * np.where(last[:-1] > 0, last[:-1], np.inf))
+        usable[usable] = np.logical_and.accumulate(
+            radius[usable] < LARGEST_RADIUS_RATIO * np.where(last[:-1] > 0, last[:-1], np.inf)
+        )
         felt = (1 - q)[:, None] * influence[0] + q[:, None] * influence[1]
-        energy = force * compliance / 2 + own * radius**2 * mean_square(q) / SECOND[0]
+        energy = force * compliance / 2 + gap_bend * radius**2 * mean_square(q) / SECOND_MOMENTS[0]
         root = np.cbrt(np.maximum(force, 0))[usable]
-        found.append((root, np.column_stack(
+        branches.append((root, np.column_stack(
             [energy[usable] / root**2, radius[usable] / root, q[usable], changed[usable], felt[usable]]
         )))  # fmt: skip
-    return found
+    return branches
 
 
 def _through(nodes: np.ndarray, columns: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Columns (k, c) at places (k,), by cubics through four of the rising nodes and their columns."""
-    first = np.clip(np.searchsorted(nodes, at) - CUBIC // 2, 0, len(nodes) - CUBIC)
-    weights = _weights([nodes[first + k] for k in range(CUBIC)], at)
+    first = np.clip(np.searchsorted(nodes, at) - CUBIC_ROWS // 2, 0, len(nodes) - CUBIC_ROWS)
+    weights = _weights([nodes[first + k] for k in range(CUBIC_ROWS)], at)
     return sum(weight[:, None] * columns[first + k] for k, weight in enumerate(weights))
 
 
@@ -230,7 +236,7 @@ def _least_energy(
     slope = -c * (1 + radius * by_radius)
     first, second = c[1] - c[0], c[0] - 2 * c[1] + c[2]
     first_slope, second_slope = slope[1] - slope[0], slope[0] - 2 * slope[1] + slope[2]
-    loss = 1 - SECOND[1] / SECOND[0]
+    loss = 1 - SECOND_MOMENTS[1] / SECOND_MOMENTS[0]
     # Coefficients of the quadratic equation in q; the root is taken in the form that loses no digits if the square term
     # is small.
     terms = (
@@ -241,14 +247,14 @@ def _least_energy(
     with np.errstate(invalid="ignore"):
         root = np.sqrt(terms[1] ** 2 - 4 * terms[0] * terms[2])
         q = -2 * terms[0] / (terms[1] + np.copysign(root, terms[1]))
-    q = np.clip(np.where(np.isfinite(q), q, 0.0), FLATTEST, SHARPEST) * _layered(change[0])
+    q = np.clip(np.where(np.isfinite(q), q, 0.0), FLATTEST_Q, SHARPEST_Q) * _layered(change[0])
     total, total_slope = c[0] + 2 * q * first + q**2 * second, slope[0] + 2 * q * first_slope + q**2 * second_slope
     return q, -4 * bend * radius**2 * (1 - loss * q) / total_slope, total
 
 
 def _layered(change: np.ndarray) -> np.ndarray:
     """Measure, from 0 to 1, of how much a change of ln E* from a = 0 exceeds that of a homogeneous body on a mesh."""
-    power = (change / HOMOGENEOUS) ** 4
+    power = (change / HOMOGENEOUS_LOG_CHANGE) ** 4
     return power / (1 + power)
 
 
@@ -256,16 +262,16 @@ def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.nd
     """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches has its minimum, scaled
     by `layered` (k,); and whether the parabola has a minimum near them. 0 if it has none."""
     # Vertex of the parabola through three energies.
-    step, bend = STRETCHES[1] - STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
+    step, bend = ASPECT_STRETCHES[1] - ASPECT_STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
     stretch = -step / 2 * (energy[2] - energy[0]) / np.where(bend > 0, bend, np.inf) * layered
-    vouched = ((bend > 0) | (layered < LAYERED)) & (np.abs(stretch) <= STRETCHED)
+    vouched = ((bend > 0) | (layered < SMALLEST_LAYERING)) & (np.abs(stretch) <= LARGEST_ASPECT_STRETCH)
     # A nearly straight parabola may have its minimum anywhere, up to where numbers overflow
     return np.where(vouched, stretch, 0.0), vouched
 
 
 def _quadratic(columns: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Parabolas through columns (3, k, c) of the tabulated stretches, at the stretches (k,)."""
-    s = (stretch / (STRETCHES[1] - STRETCHES[0]))[:, None]
+    s = (stretch / (ASPECT_STRETCHES[1] - ASPECT_STRETCHES[0]))[:, None]
     return columns[0] * s * (s - 1) / 2 + columns[1] * (1 - s**2) + columns[2] * s * (s + 1) / 2
 
 
@@ -288,13 +294,13 @@ def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Hertz
     force, indentation = load
     table = hertz_table(reduced, specimen)
     if indentation is not None:
-        given, limit, what, unit = indentation, table.indentation[-1], "an indentation", "mm"
+        aim, limit, what, unit = indentation, table.indentation[-1], "an indentation", "mm"
     else:
         assert force is not None
-        given, limit, what, unit = force, table.cube_root[-1] ** 3 * (1 + ROUNDED), "a force", "N"
-    if given > limit:
-        raise ContactRangeError(f"{what} of {given:g} {unit} takes {table.end} ({limit:.3g} {unit})")
-    root = math.cbrt(given) if indentation is None else table.root_of(given)
+        aim, limit, what, unit = force, table.cube_root[-1] ** 3 * (1 + FORCE_ROUNDING_SHARE), "a force", "N"
+    if aim > limit:
+        raise ContactRangeError(f"{what} of {aim:g} {unit} takes {table.end} ({limit:.3g} {unit})")
+    root = math.cbrt(aim) if indentation is None else table.root_of(aim)
     force = root**3 if force is None else force
     a, b, q, depth, *per_newton = table.at(root).tolist()
     return HertzScene(

@@ -9,7 +9,7 @@ ln(A/A_rigid) is fitted to their differences; A is the linear contact area and A
 stands for the specimen: presses of equal force and area strain the finger alike, on any flat specimen.
 
 Cost: one evaluation of a polynomial per press. Between tables r is interpolated. Outside of its table a press is
-changed like the nearest one inside (`FURTHER`), and its status says so.
+changed like the nearest one inside (`LARGEST_FORCE_RATIO`), and its status says so.
 """
 
 import json
@@ -24,66 +24,66 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.outside import json_value, read_json
 from papilla.core.units import PER_CENT
-from papilla.fem.pressing.press import MEASURES, SILENT, Press
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.pressing.press import CONTACT_MEASURES, SILENT_SD_SHARE, Press
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.finger import DEFAULT_FINGER
 
-SCHEMA = "papilla.large_strain/1"
-SHIPPED = DEFAULT_FINGER.parent / "default_large_strain.json"
-ALL_SHIPPED = (SHIPPED, SHIPPED.with_name("published_large_strain.json"))
-MEASURED_BY = "papilla.fem.finite.strain_tables"
+LARGE_STRAIN_SCHEMA = "papilla.large_strain/1"
+SHIPPED_STRAIN_TABLES = DEFAULT_FINGER.parent / "default_large_strain.json"
+ALL_SHIPPED = (SHIPPED_STRAIN_TABLES, SHIPPED_STRAIN_TABLES.with_name("published_large_strain.json"))
+STRAIN_TABLES_MODULE = "papilla.fem.finite.strain_tables"
 """Module whose code makes the tables in the cache."""
 
-FIRST_GAUGE = len(MEASURES)
+FIRST_GAUGE = len(CONTACT_MEASURES)
 """Column of a table in which the values of the gauges begin: they follow those of `MEASURES`."""
 
-POWERS = [
+POLYNOMIAL_POWERS = [
     [(i, j) for i in range(force + 1) for j in range(min(area, force - i) + 1)]
     for force, area in ((4, 4), (4, 3), (3, 3))
 ]
 """Powers of force and area in the polynomials: 15, 14 or 10 terms. The change varies much with the force, as the
 contact approaches the gauges and the bone, and little with the area."""
 
-PRESSES_A_TERM, MANY = 1.4, 24
+PRESSES_A_TERM, CROSS_VALIDATED_PRESSES = 1.4, 24
 """Presses needed per term of the polynomial; and the number of presses from which each one is predicted by a fit to all
 others. Shipped tables have 36 presses, those of a user's finger 20."""
 
-LEAST_PRESSES = len(POWERS[-1]) + 1
+LEAST_PRESSES = len(POLYNOMIAL_POWERS[-1]) + 1
 """Smallest number of presses of a table: one more than the terms of its polynomial."""
 
-ARRAYS = ("force", "modulus", "linear", "finite")
+TABLE_ARRAYS = ("force", "modulus", "linear", "finite")
 """Arrays of a table in files."""
 
-COARSE = 0.002
+COARSE_TABLE_ERROR = 0.002
 """Relative error of S_d (one sigma) of a table of few presses on a mesh of 1.4 mm: on the default finger such tables
 differ from those of 0.7 mm by 0.08 % (without friction) and 0.16 % (stuck)."""
 
-LOWERED = (0.7, 0.85)
+LOWERED_FRICTION = (0.7, 0.85)
 """Fractions of a coefficient of friction for which linear presses are made, too; between them the share of stick is
 interpolated linearly."""
 
-BETWEEN = 0.003
+BETWEEN_FRICTION_ERROR = 0.003
 """Relative error of S_d (one sigma) at a friction between none and stick, whose share of stick is an estimate."""
 
 SAME_RATIO = 1e-3
 """Relative difference up to which two ratios of moduli are one."""
 
-APART = 0.5
+SEPARATE_LOG_RATIO = 0.5
 """Smallest difference of ln r at which two tables count as two: the polynomial in ln r has one term per group of
 tables. Closer tables are averaged, because a polynomial through both would amplify their errors."""
 
 LEAST_TABLES = 3
 """Number of tables between which the ratio is interpolated: a parabola in ln r."""
 
-MARGIN = 0.05
+TABLE_LOG_MARGIN = 0.05
 """How far outside of the table the logarithms of force and area may lie."""
 
-HARDER = 0.15
+HARDER_LOG_AREA = 0.15
 """How far the logarithm of the area may lie below that on a rigid flat. Nothing is harder than rigid, but on the coarse
 mesh of a user's finger the areas of light presses are up to 9 % larger than on a fine one."""
 
-FURTHER = 2.25
+LARGEST_FORCE_RATIO = 2.25
 """Largest force, relative to the largest one of a table, for which a press is changed like that one; the same factor
 below the smallest. At 1.6 times the largest force S_d was within 1.1 % of finite strain and gauges within 6 % of the
 largest; linear presses were 2.3 and 10 % off."""
@@ -91,7 +91,7 @@ largest; linear presses were 2.3 and 10 % off."""
 CONTINUED_SD, CONTINUED_GAUGE = 0.01, 0.03
 """Errors (one sigma) of such a press: of its S_d, and of a gauge relative to the largest."""
 
-BEYOND = "beyond the forces at which large strain was measured"
+BEYOND_STRAIN_TABLES = "beyond the forces at which large strain was measured"
 """Part of the status of such a press."""
 
 
@@ -122,23 +122,23 @@ class LargeStrain:
         softness = ln_area - np.polyval(rigid, ln_force)
         levels = np.unique(ln_force)
         groups = [softness[ln_force == level] for level in levels]
-        ends = np.array([[side(one) for one in groups] for side in (np.min, np.max)])
-        gauges = self.linear[:, FIRST_GAUGE:].reshape(count, len(QUANTITIES), -1)
+        ends = np.array([[side(group) for group in groups] for side in (np.min, np.max)])
+        gauges = self.linear[:, FIRST_GAUGE:].reshape(count, len(GAUGE_QUANTITIES), -1)
         # A single gauge may read nearly nothing, so its change is relative to all gauges of the press.
         sizes = np.broadcast_to(np.linalg.norm(gauges, axis=2, keepdims=True), gauges.shape)
         norms = np.concatenate([self.linear[:, :FIRST_GAUGE], sizes.reshape(count, -1)], axis=1)
-        enough = (powers for powers in POWERS if count >= PRESSES_A_TERM * len(powers))
-        powers = np.array(next(enough, POWERS[-1]))
-        ranges = tuple((float(part.min()), float(np.ptp(part))) for part in (ln_force, softness))
+        enough = (powers for powers in POLYNOMIAL_POWERS if count >= PRESSES_A_TERM * len(powers))
+        powers = np.array(next(enough, POLYNOMIAL_POWERS[-1]))
+        ranges = tuple((float(coordinate.min()), float(np.ptp(coordinate))) for coordinate in (ln_force, softness))
         terms = _monomials(ln_force, softness, ranges, powers)
         differences = (self.finite - self.linear) / norms
         coefficients = np.linalg.lstsq(terms, differences)[0]
         # Share of an error of one press that the fit does not follow (1 - leverage).
-        left = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
-        if count >= MANY:
-            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / left
+        residual_share = 1 - np.einsum("nt,tn->n", terms, np.linalg.pinv(terms))[:, None]
+        if count >= CROSS_VALIDATED_PRESSES:
+            errors = (terms @ (np.linalg.pinv(terms) @ differences) - differences) / residual_share
         else:
-            errors = (terms @ coefficients - differences) / np.sqrt(left)
+            errors = (terms @ coefficients - differences) / np.sqrt(residual_share)
         return TableFit(rigid, softness, levels, ends, powers, ranges, norms, coefficients, errors)
 
     def changes(self, force, softness) -> np.ndarray:
@@ -149,19 +149,19 @@ class LargeStrain:
     def covers(self, force: float, softness: float) -> bool:
         """Whether a press lies within the range of the table."""
         levels, at = self.fit.levels, np.log(force)
-        if not levels[0] - MARGIN <= at <= levels[-1] + MARGIN:
+        if not levels[0] - TABLE_LOG_MARGIN <= at <= levels[-1] + TABLE_LOG_MARGIN:
             return False
         low, high = self.softness_between(at)
-        return bool(low - HARDER <= softness <= high + MARGIN)
+        return bool(low - HARDER_LOG_AREA <= softness <= high + TABLE_LOG_MARGIN)
 
     def nearest(self, force: float, softness: float) -> tuple[tuple[float, float], bool]:
         """The force and softness within the table that are nearest to a press (its own if the table covers it), and
-        whether the press lies at most `FURTHER` outside."""
+        whether the press lies at most `LARGEST_FORCE_RATIO` outside."""
         if self.covers(force, softness):
             return (force, softness), True
         least, most = float(self.force.min()), float(self.force.max())
         clipped = float(np.clip(force, least, most))
-        near = least / FURTHER <= force <= FURTHER * most and self.covers(clipped, softness)
+        near = least / LARGEST_FORCE_RATIO <= force <= LARGEST_FORCE_RATIO * most and self.covers(clipped, softness)
         return (clipped, float(np.clip(softness, *self.softness_between(np.log(clipped))))), near
 
     def softness_between(self, ln_force: float) -> tuple[float, float]:
@@ -171,20 +171,21 @@ class LargeStrain:
 
     def sd_error(self, weights: np.ndarray) -> float:
         """Root mean square relative error of S_d for readings weighted by (q, g), each press being predicted by a fit
-        to all others; a table of few presses adds `COARSE`. If S_d says nothing, it is the error of the readings."""
+        to all others; a table of few presses adds `COARSE_TABLE_ERROR`. If S_d says nothing, it is the error of the
+        readings."""
         predicted = self.finite[:, FIRST_GAUGE:] + self.fit.errors[:, FIRST_GAUGE:] * self.fit.norms[:, FIRST_GAUGE:]
         both = (values.reshape(len(values), *weights.shape) for values in (predicted, self.finite[:, FIRST_GAUGE:]))
-        found, true = ((weights * values).sum(axis=-2) for values in both)
+        refitted, true = ((weights * values).sum(axis=-2) for values in both)
         sd, largest = true.std(axis=-1), np.abs(true).max(axis=-1)
-        silent = (sd <= SILENT * largest).any()
-        off = np.abs(found - true).max(axis=-1) / largest if silent else found.std(axis=-1) / sd - 1
+        silent = (sd <= SILENT_SD_SHARE * largest).any()
+        off = np.abs(refitted - true).max(axis=-1) / largest if silent else refitted.std(axis=-1) / sd - 1
         error = float(np.sqrt(np.mean(off**2)))
-        return error if len(self.force) >= MANY else math.hypot(error, COARSE)
+        return error if len(self.force) >= CROSS_VALIDATED_PRESSES else math.hypot(error, COARSE_TABLE_ERROR)
 
     def to_json(self) -> dict:
         """The table as plain values."""
         # Rounded to seven digits; further digits differ from machine to machine
-        arrays = {name: np.vectorize(lambda value: float(f"{value:.7g}"))(getattr(self, name)) for name in ARRAYS}
+        arrays = {name: np.vectorize(lambda value: float(f"{value:.7g}"))(getattr(self, name)) for name in TABLE_ARRAYS}
         return {
             "ratio": self.ratio,
             "stuck": self.friction > 0,
@@ -194,7 +195,7 @@ class LargeStrain:
     @classmethod
     def from_json(cls, table: dict) -> "LargeStrain":
         """The table of `to_json`."""
-        arrays = {name: np.asarray(table[name], float) for name in ARRAYS}
+        arrays = {name: np.asarray(table[name], float) for name in TABLE_ARRAYS}
         return cls(float(table["ratio"]), **arrays, friction=math.inf if table["stuck"] else 0.0)
 
 
@@ -223,7 +224,10 @@ class TableFit:
 
 def _monomials(ln_force, softness, ranges: tuple[tuple[float, float], ...], powers: np.ndarray) -> np.ndarray:
     """Products (..., t) of powers (t, 2) of both coordinates, -1 to 1 over their ranges (low, width)."""
-    x, y = (2 * (one - low) / width - 1 for one, (low, width) in zip((ln_force, softness), ranges, strict=True))
+    x, y = (
+        2 * (coordinate - low) / width - 1
+        for coordinate, (low, width) in zip((ln_force, softness), ranges, strict=True)
+    )
     return np.stack([x**i * y**j for i, j in powers.tolist()], axis=-1)
 
 
@@ -236,7 +240,7 @@ def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -
             return ((table, 1.0),)
     nodes, at = np.log([table.ratio for table in tables]), np.log(ratio)
     # Tables close to each other count as one node of the interpolation.
-    terms = 1 + int(np.sum(np.diff(nodes) > APART))
+    terms = 1 + int(np.sum(np.diff(nodes) > SEPARATE_LOG_RATIO))
     if terms < LEAST_TABLES or not nodes[0] <= at <= nodes[-1]:
         return ()
     # Weights of a polynomial in ln r through the tables (by least squares where there are more tables than terms).
@@ -244,31 +248,31 @@ def at_ratio(tables: Sequence[LargeStrain], ratio: float, stuck: bool = False) -
     return tuple(zip(tables, weights.tolist(), strict=True))
 
 
-def with_large_strain(reduced: ReducedFinger, found: Press, *, beyond: bool = False) -> Press | None:
+def with_large_strain(reduced: ReducedFinger, linear: Press, *, beyond: bool = False) -> Press | None:
     """A linear press, without friction or stuck, with the change by large strain; None if no table covers it.
 
     The pressure stays the linear one: force, nodes and the integral of the pressure are the same. A press that is
-    harder or lighter than those of the tables, by `FURTHER` at most, is changed like the nearest one, and its status
-    says so. beyond : treat every other press like this, too, instead of returning None.
-    """
-    tables = tables_of(reduced, stuck=found.friction > 0)
+    harder or lighter than those of the tables, by `LARGEST_FORCE_RATIO` at most, is changed like the nearest one, and
+    its status says so. beyond : treat every other press like this, too, instead of returning None."""
+    tables = tables_of(reduced, stuck=linear.friction > 0)
     if not tables:
         return None
-    force = found.force / reduced.layers[1, 1]
-    softness = softness_in_each(tables, force, found.contact_area)
-    # Outside of a table: the change of the nearest press inside, because linear presses were further off (`FURTHER`).
+    force = linear.force / reduced.layers[1, 1]
+    softness = softness_in_each(tables, force, linear.contact_area)
+    # Outside of a table: the change of the nearest press inside, because linear presses were further off
+    # (`LARGEST_FORCE_RATIO`).
     nearest = [table.nearest(force, soft) for (table, _), soft in zip(tables, softness, strict=True)]
     if not (beyond or all(near for _, near in nearest)):
         return None
     parts = [weight * table.changes(*place) for (table, weight), (place, _) in zip(tables, nearest, strict=True)]
     changes = np.sum(parts, axis=0)
-    norms = np.linalg.norm(found.values, axis=1, keepdims=True)
-    changed = {name: getattr(found, name) * (1 + changes[k]) for k, name in enumerate(MEASURES)}
-    changed["values"] = found.values + norms * changes[FIRST_GAUGE:].reshape(found.values.shape)
-    strained = _with(reduced, found, changed)
+    norms = np.linalg.norm(linear.values, axis=1, keepdims=True)
+    changed = {name: getattr(linear, name) * (1 + changes[k]) for k, name in enumerate(CONTACT_MEASURES)}
+    changed["values"] = linear.values + norms * changes[FIRST_GAUGE:].reshape(linear.values.shape)
+    strained = _with(reduced, linear, changed)
     if [place for place, _ in nearest] == [(force, soft) for soft in softness]:
         return strained
-    return replace(strained, status=f"{strained.status}, {BEYOND}: S_d within 2 %, gauges within 6 %")
+    return replace(strained, status=f"{strained.status}, {BEYOND_STRAIN_TABLES}: S_d within 2 %, gauges within 6 %")
 
 
 def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float, area: float) -> list[float]:
@@ -289,7 +293,7 @@ def softness_in_each(tables: tuple[tuple[LargeStrain, float], ...], force: float
 
 def between_ends(
     reduced: ReducedFinger,
-    found: Press,
+    small_strain: Press,
     ends: tuple[Press, Press],
     strained: tuple[Press, Press],
     linear: Callable[[float], Press],
@@ -301,30 +305,32 @@ def between_ends(
     coefficient mu, the same at large and at small strain. But full stick has 1/k times the effect at large strain. So
     the share of stick for mu at large strain is the share for k mu in linear presses.
     """
-    (free, held), (free_large, held_large) = ends, strained
-    small, large = held.reading - free.reading, held_large.reading - free_large.reading
+    (free, stuck), (free_large, stuck_large) = ends, strained
+    small, large = stuck.reading - free.reading, stuck_large.reading - free_large.reading
     if not (small.any() and large.any()):
-        return replace(free_large, friction=found.friction)
+        return replace(free_large, friction=small_strain.friction)
     # k mu, k being the effect of stick at small strain over that at large strain.
-    lower = found.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
+    lower = small_strain.friction * float(np.linalg.norm(small) / np.linalg.norm(large))
     # Share of stick at some lower coefficients, from linear presses; between them a straight line is enough.
-    marks = [found.friction * share for share in (*LOWERED, 1.0)]
-    readings = [linear(mark).reading for mark in marks[:-1]] + [found.reading]
+    marks = [small_strain.friction * share for share in (*LOWERED_FRICTION, 1.0)]
+    readings = [linear(mark).reading for mark in marks[:-1]] + [small_strain.reading]
     shares = [float(small @ (reading - free.reading) / (small @ small)) for reading in readings]
     share = min(float(np.interp(lower, [0.0, *marks], [0.0, *shares])), 1.0)
-    both = (free_large, 1 - share), (held_large, share)
-    mixed = {name: sum(part * getattr(one, name) for one, part in both) for name in ("values", *MEASURES)}
-    return _with(reduced, found, mixed)
+    both = (free_large, 1 - share), (stuck_large, share)
+    mixed = {name: sum(weight * getattr(end, name) for end, weight in both) for name in ("values", *CONTACT_MEASURES)}
+    return _with(reduced, small_strain, mixed)
 
 
-def _with(reduced: ReducedFinger, found: Press, changed: dict) -> Press:
+def _with(reduced: ReducedFinger, small_strain: Press, changed: dict) -> Press:
     """A press with the gauges' `values` (q, g) and the `MEASURES` as changed by large strain."""
-    error = large_strain_error(reduced, found.friction)
-    strained = replace(found, large_strain=True, **changed)
-    change = "readings to" if found.silent else f"{PER_CENT * (strained.sd / found.sd - 1):+.1f} % in S_d, to"
-    unit = "%" if found.silent else "% of it"
-    said = f"large strain included ({change} {PER_CENT * error:.2f} {unit} by cross-validation)"
-    return replace(strained, status=f"{found.status}; {said}")
+    error = large_strain_error(reduced, small_strain.friction)
+    strained = replace(small_strain, large_strain=True, **changed)
+    change = (
+        "readings to" if small_strain.silent else f"{PER_CENT * (strained.sd / small_strain.sd - 1):+.1f} % in S_d, to"
+    )
+    unit = "%" if small_strain.silent else "% of it"
+    note = f"large strain included ({change} {PER_CENT * error:.2f} {unit} by cross-validation)"
+    return replace(strained, status=f"{small_strain.status}; {note}")
 
 
 @kept()
@@ -332,7 +338,7 @@ def large_strain_error(reduced: ReducedFinger, friction: float) -> float:
     """Relative error of S_d with large strain, from the known tables for a friction; 0 if there is none."""
     tables = [table for stuck in ends_of(friction) for table, _ in tables_of(reduced, stuck)]
     worst = max((table.sd_error(reduced.weights) for table in tables), default=0.0)
-    return math.hypot(worst, BETWEEN) if 0 < friction < math.inf else worst
+    return math.hypot(worst, BETWEEN_FRICTION_ERROR) if 0 < friction < math.inf else worst
 
 
 def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeStrain, float], ...]:
@@ -341,11 +347,11 @@ def tables_of(reduced: ReducedFinger, stuck: bool = False) -> tuple[tuple[LargeS
     if reduced.at != (0.0, 0.0) or len(reduced.layers) < 2:
         return ()
     ratio = float(reduced.layers[0, 1] / reduced.layers[1, 1])
-    found = at_ratio(known(reduced.strain_key), ratio, stuck)
-    if not found and reduced.strain_source is not None:
+    tables = at_ratio(known(reduced.strain_key), ratio, stuck)
+    if not tables and reduced.strain_source is not None:
         reduced.strain_source(stuck)
-        found = at_ratio(known(reduced.strain_key), ratio, stuck)
-    return found
+        tables = at_ratio(known(reduced.strain_key), ratio, stuck)
+    return tables
 
 
 def is_known(reduced: ReducedFinger, friction: float) -> bool:
@@ -368,23 +374,25 @@ def keep(key: str, tables: Iterable[LargeStrain]) -> None:
     new = {(table.friction, round(float(np.log(table.ratio)), 3)): table for table in (*known(key), *tables)}
     cache.keep(
         "large_strain",
-        cache.key(MEASURED_BY, key),
-        {"json": np.array(json.dumps([one.to_json() for _, one in sorted(new.items())]))},
+        cache.key(STRAIN_TABLES_MODULE, key),
+        {"json": np.array(json.dumps([entry.to_json() for _, entry in sorted(new.items())]))},
     )
     _known.cache_clear()
 
 
 def shipped_text(key: str, tables: Iterable[LargeStrain]) -> str:
     """Text of the file that ships with the package, from the tables of one geometry."""
-    return json.dumps({"schema": SCHEMA, "key": key, "tables": [table.to_json() for table in tables]}) + "\n"
+    return (
+        json.dumps({"schema": LARGE_STRAIN_SCHEMA, "key": key, "tables": [table.to_json() for table in tables]}) + "\n"
+    )
 
 
 @lru_cache(maxsize=16)
 def _known(key: str, _folder: Path) -> tuple[LargeStrain, ...]:
     """`known`, kept for each folder of the cache."""
-    own = cache.find("large_strain", cache.key(MEASURED_BY, key), report=True)
-    tables = [] if own is None else json_value(str(own["json"]), "large strain", finite=False)
-    for path in ALL_SHIPPED if own is None else ():
+    cached = cache.find("large_strain", cache.key(STRAIN_TABLES_MODULE, key), report=True)
+    tables = [] if cached is None else json_value(str(cached["json"]), "large strain", finite=False)
+    for path in ALL_SHIPPED if cached is None else ():
         shipped = read_json(path) if path.exists() else {}
         tables += shipped["tables"] if shipped.get("key") == key else []
     return tuple(LargeStrain.from_json(table) for table in tables)

@@ -16,9 +16,8 @@ moved, for all fingers of one geometry. The change over F / E_inner is fitted by
 
 where L are Lagrange polynomials on Chebyshev points of the place and of the gauge's shift, and P is a `LogPolynomial`
 as in `Response`. Cost: a few seconds of solves for each geometry, then microseconds per press, with exact derivatives.
-The change is that of linear presses; only the `Response` at the apex contains large strain, and the sigma `UNSURE`
-covers the difference.
-"""
+The change is that of linear presses; only the `Response` at the apex contains large strain, and the sigma
+`MOVED_CHANGE_ERROR` covers the difference."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -34,10 +33,15 @@ from papilla.core.errors import InputError
 from papilla.core.units import to_microstrain
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
-from papilla.fem.pressing.response import FORCES, MODULI, TOTAL, LogPolynomial
-from papilla.fem.reduction.family import RATIOS, FingerFamily
+from papilla.fem.pressing.response import (
+    RESPONSE_FORCES_MM2,
+    SPECIMEN_MODULUS_RATIOS,
+    TOTAL_DEGREE_SHARE,
+    LogPolynomial,
+)
+from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.gauges import QUANTITIES, gauge_functionals
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, gauge_functionals
 from papilla.fem.reduction.patch import Frame, Patch, gap_of, quadrature
 from papilla.model.finger import Finger
 from papilla.model.specimen import Friction, Specimen
@@ -50,19 +54,27 @@ SHIFT_MM = 3.0
 
 WIDTH_MM = 48.0
 
-PLACES, SHIFTS = (7, 5), (5, 3)
+PLACE_NODES, SHIFT_NODES = (7, 5), (5, 3)
 """Number of Chebyshev points along x and y, and of shifts along and across; odd, so that 0 is one of them."""
 
-POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIOS), (6, 5, 4), TOTAL)
-MIDDLE = tuple(count // 2 for count in (*PLACES, *SHIFTS))
-_AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE)
-GRID, RATIO_NODES = (12, 10), 5
+OFF_APEX_POLYNOMIAL = LogPolynomial(
+    (
+        (RESPONSE_FORCES_MM2[0], RESPONSE_FORCES_MM2[-1]),
+        (SPECIMEN_MODULUS_RATIOS[0], SPECIMEN_MODULUS_RATIOS[-1]),
+        MODULUS_RATIO_ENDS,
+    ),
+    (6, 5, 4),
+    TOTAL_DEGREE_SHARE,
+)
+MIDDLE_NODES = tuple(count // 2 for count in (*PLACE_NODES, *SHIFT_NODES))
+_AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE_NODES)
+MOVED_PRESS_GRID, RATIO_NODES = (12, 10), 5
 """Forces, moduli and ratios of the presses whose tractions are moved."""
 
-STRAIGHT = 1e-3
+STRAIGHT_TURN_RAD = 1e-3
 """Turn of the skin's normal (rad) up to the largest place, below which the skin counts as straight."""
 
-UNSURE = 0.08
+MOVED_CHANGE_ERROR = 0.08
 """Error of a gauge's change (one sigma), relative to the root mean square over the gauges: presses that were solved
 beside the apex differ by 2 to 10 % from moved ones, and presses at finite strain by 4 % from linear ones
 (docs/adr/0009)."""
@@ -112,8 +124,8 @@ class MovedContact:
         skin = model.surfaces["skin"]
         frame = Frame.at(skin, *place_mm)
         points, weights, hats = quadrature(patch)
-        kept = np.ones(len(points), bool) if pressed is None else (hats @ pressed.astype(float)) > 0
-        points, loads = points[kept], sp.diags(weights[kept]) @ hats[kept]
+        pressing = np.ones(len(points), bool) if pressed is None else (hats @ pressed.astype(float)) > 0
+        points, loads = points[pressing], sp.diags(weights[pressing]) @ hats[pressing]
         pieces = []
         for image in patch.images:
             on_skin = frame.origin + (points * image) @ frame.axes[:2]
@@ -121,19 +133,19 @@ class MovedContact:
             folded, sides = fold(on_skin, model.mesh.mirrors)
             values = interpolation(model.space, folded)
             for sx, sy in np.unique(sides, axis=0).tolist():
-                there = (sides == (sx, sy)).all(axis=1)
-                pieces.append((image, (sx, sy), (values[there].T @ loads[there]).tocsr()))
+                on_side = (sides == (sx, sy)).all(axis=1)
+                pieces.append((image, (sx, sy), (values[on_side].T @ loads[on_side]).tocsr()))
         return cls(np.vstack([-frame.axes[2], frame.axes[:2]]), tuple(pieces))
 
     def rows(self, fields: Mapping[tuple[int, int], np.ndarray]) -> np.ndarray:
         """Work (k, 3, n) of unit nodal pressures and tangential tractions on fields on each image of the cell (nodes of
         the cell, 3, k), such as gauges' adjoints `on_each_side`."""
-        found = 0.0
+        work = 0.0
         for image, side, coupling in self.pieces:
             field = fields[side]
-            there = (coupling.T @ field.reshape(len(field), -1)).reshape(-1, *field.shape[1:])
-            found = found + np.einsum("nik,ci->kcn", there, self.directions * np.array([1, *image])[:, None])
-        return np.asarray(found)
+            displacement = (coupling.T @ field.reshape(len(field), -1)).reshape(-1, *field.shape[1:])
+            work = work + np.einsum("nik,ci->kcn", displacement, self.directions * np.array([1, *image])[:, None])
+        return np.asarray(work)
 
 
 def on_each_side(fields: Mapping[tuple[int, int], np.ndarray]) -> dict[tuple[int, int], np.ndarray]:
@@ -195,24 +207,24 @@ class OffApex:
     ) -> Changed:
         """Changes in presses by forces (n,) on specimens of moduli (n,) at places (n, 2), of the finger with these
         Young's moduli (MPa) and gauges shifted by (2, g) along and across. Raises `InputError` beyond `limits`."""
-        for what, given, most in (("contacts", place_mm, self.limits.reach), ("shifts", shift_mm, self.limits.shift)):
-            if np.abs(given).max(initial=0.0) > most * (1 + checks.ROUNDING):
-                far = float(np.abs(given).max())
+        for what, offset, most in (("contacts", place_mm, self.limits.reach), ("shifts", shift_mm, self.limits.shift)):
+            if np.abs(offset).max(initial=0.0) > most * (1 + checks.ROUNDING_SHARE):
+                far = float(np.abs(offset).max())
                 raise InputError(f"{what} must lie within {most:g} mm along x and y, got {far:.3g} mm")
         x = np.asarray(force_N, float) / inner
-        terms = POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
+        terms = OFF_APEX_POLYNOMIAL.terms((x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner)))
         # Many presses share a place: interpolate once for each.
         spots, which = np.unique(place_mm, axis=0, return_inverse=True)
-        places = _products(PLACES, spots.T, self.limits.reach)
-        shifts = _products(SHIFTS, shift_mm, self.limits.shift)
+        places = _products(PLACE_NODES, spots.T, self.limits.reach)
+        shifts = _products(SHIFT_NODES, shift_mm, self.limits.shift)
         # (g, 3, x y t q) are the gauges' own shifts and their two slopes, then (3, x y, t q g)
         shifted = np.swapaxes(shifts, 0, 1) @ self._by_gauge
         shifted = np.moveaxis(shifted, 0, -1).reshape(len(shifts), len(places[0][0]), -1)
 
         def at(factors: np.ndarray, place: int, shift: int) -> np.ndarray:
             table = (places[place] @ shifted[shift]).reshape(len(spots), len(self.coefficients), -1)[which]
-            found = np.matmul(np.moveaxis(factors, 0, 1), table) * x[:, None, None]
-            return np.moveaxis(found, 1, 0).reshape(len(factors), len(x), *self.coefficients.shape[-2:])
+            change = np.matmul(np.moveaxis(factors, 0, 1), table) * x[:, None, None]
+            return np.moveaxis(change, 1, 0).reshape(len(factors), len(x), *self.coefficients.shape[-2:])
 
         value, *by = at(terms, 0, 0)
         slopes = dict(zip(("force", "modulus", "ratio"), by, strict=True))
@@ -237,10 +249,10 @@ def off_apex_change(
     Raises `InputError` if the farthest contact would leave the skin, or a gauge the interface.
     """
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), family.finger.sha256)
-    design = (PLACES, SHIFTS, GRID, RATIO_NODES, REACH_MM, SHIFT_MM)
+    design = (PLACE_NODES, SHIFT_NODES, MOVED_PRESS_GRID, RATIO_NODES, REACH_MM, SHIFT_MM)
     key = cache.key(__name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), *design)
-    found = cache.fetch("off_apex", key, lambda: {"coefficients": _made(family, specimen, friction, progress)})
-    return OffApex(found["coefficients"], MoveLimits.of(family))
+    arrays = cache.fetch("off_apex", key, lambda: {"coefficients": _made(family, specimen, friction, progress)})
+    return OffApex(arrays["coefficients"], MoveLimits.of(family))
 
 
 def _made(
@@ -249,11 +261,11 @@ def _made(
     """Coefficients of an `OffApex`: solves the adjoint fields of the gauges, moves presses along the skin, and fits."""
     first = family.model(float(family.ratios[0]))
     limits = MoveLimits.of(family)
-    places = limits.reach * np.array(_stencil(PLACES))
+    places = limits.reach * np.array(_stencil(PLACE_NODES))
     say = progress or (lambda _: None)
     say("contacts off the apex")
     contacts = [MovedContact.at(first, family.reduced.patch, (x, y)) for x, y in places.tolist()]
-    ratios = np.exp(_points(RATIO_NODES) * np.log(RATIOS[1]) / 2) * RATIOS[1] ** 0.5
+    ratios = np.exp(_points(RATIO_NODES) * np.log(MODULUS_RATIO_ENDS[1]) / 2) * MODULUS_RATIO_ENDS[1] ** 0.5
     loads, values = [], []
     for number, ratio in enumerate(ratios.tolist(), start=1):
         say(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES})")
@@ -263,7 +275,7 @@ def _made(
         base = felt[_AT_APEX][:, None, None, None, None]
         # The change from the apex, over F / E_inner, which takes most of its dependence on the force away.
         values.append((felt - base) / pressed[:, 0].reshape(-1, *[1] * (felt.ndim - 1)))
-    terms = POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
+    terms = OFF_APEX_POLYNOMIAL.terms(tuple(np.concatenate(loads).T))[0]
     flat = np.concatenate(values)
     return np.linalg.lstsq(terms, flat.reshape(len(flat), -1))[0].reshape(-1, *flat.shape[1:])
 
@@ -271,12 +283,14 @@ def _made(
 def _felt(model: FingerModel, shift: float, contacts: list[MovedContact], traction: np.ndarray) -> np.ndarray:
     """Gauge values (m, x, y, along, across, q, g) under tractions (m, 3, n) at each contact, for gauges moved by each
     fraction of `shift` (mm)."""
-    designs = [_shifted(model.finger, shift * np.array(moved)) for moved in _stencil(SHIFTS)]
-    functionals = [one for design in designs for one in gauge_functionals(design, model.surfaces["interface"])]
+    designs = [_shifted(model.finger, shift * np.array(moved)) for moved in _stencil(SHIFT_NODES)]
+    functionals = [
+        functional for design in designs for functional in gauge_functionals(design, model.surfaces["interface"])
+    ]
     fields = on_each_side(model.adjoints(functionals))
     felt = [np.einsum("kcn,mcn->mk", contact.rows(fields), traction, optimize=True) for contact in contacts]
     gauges = len(model.finger.gauges)
-    return np.stack(felt, axis=1).reshape(len(traction), *PLACES, *SHIFTS, len(QUANTITIES), gauges)
+    return np.stack(felt, axis=1).reshape(len(traction), *PLACE_NODES, *SHIFT_NODES, len(GAUGE_QUANTITIES), gauges)
 
 
 def _presses(
@@ -286,15 +300,18 @@ def _presses(
     n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
-    forces, moduli = np.geomspace(FORCES[0], FORCES[-1], GRID[0]), np.geomspace(MODULI[0], MODULI[-1], GRID[1])
+    forces, moduli = (
+        np.geomspace(RESPONSE_FORCES_MM2[0], RESPONSE_FORCES_MM2[-1], MOVED_PRESS_GRID[0]),
+        np.geomspace(SPECIMEN_MODULUS_RATIOS[0], SPECIMEN_MODULUS_RATIOS[-1], MOVED_PRESS_GRID[1]),
+    )
     touching = [replace(specimen, modulus=float(modulus)) for modulus in moduli * inner]
     presses = press_grid(member, touching, forces * inner, friction)
     rows, tractions = [], []
-    for (modulus, force), (_, found) in zip(product(moduli, forces), presses, strict=True):
-        if not isinstance(found, Exception):
+    for (modulus, force), (_, outcome) in zip(product(moduli, forces), presses, strict=True):
+        if not isinstance(outcome, Exception):
             rows.append((force, modulus, ratio))
-            tractions.append(found.traction)
-    if len(rows) < GRID[0]:
+            tractions.append(outcome.traction)
+    if len(rows) < MOVED_PRESS_GRID[0]:
         raise InputError(f"only {len(rows)} presses of the finger at a modulus ratio of {ratio:.3g} can be made")
     return np.array(rows), np.array(tractions)
 
@@ -302,15 +319,15 @@ def _presses(
 def _rolling(model: FingerModel, reach: float) -> np.ndarray:
     """Radii (2,) of the skin at the apex along x and y, in mm."""
     skin, steps = model.surfaces["skin"], reach / 5 * np.array([1.0, -1.0])
-    found = []
+    radii = []
     for axis in (0, 1):
         spots = steps[:, None] * np.eye(2)[axis]
         normals = skin.normal(np.column_stack([spots, skin.height(spots)]))
         # Turn of the normal per mm along the skin is the curvature; its inverse is the radius on which the contact
         # rolls.
         slope = float(np.diff(normals[:, axis] / normals[:, 2])[0] / np.diff(steps)[0])
-        found.append(1 / slope if slope * reach > STRAIGHT else np.inf)
-    return np.array(found)
+        radii.append(1 / slope if slope * reach > STRAIGHT_TURN_RAD else np.inf)
+    return np.array(radii)
 
 
 def _shifted(finger: Finger, shift: np.ndarray) -> Finger:
@@ -334,9 +351,9 @@ def _stencil(counts: tuple[int, int]) -> list[tuple[float, float]]:
 def _products(counts: tuple[int, int], at: np.ndarray, farthest: float) -> np.ndarray:
     """(3, n, nodes) weights of a grid's nodes at places (2, n) in mm, and their derivatives along either axis."""
     values, slopes = [], []
-    for count, one in zip(counts, at, strict=True):
+    for count, coordinate in zip(counts, at, strict=True):
         basis = BarycentricInterpolator(_points(count), np.eye(count))
-        values.append(basis(one / farthest))
-        slopes.append(basis.derivative(one / farthest) / farthest)
+        values.append(basis(coordinate / farthest))
+        slopes.append(basis.derivative(coordinate / farthest) / farthest)
     pairs = (values[0], values[1]), (slopes[0], values[1]), (values[0], slopes[1])
     return np.array([np.einsum("na,nc->nac", *pair).reshape(len(pair[0]), -1) for pair in pairs])

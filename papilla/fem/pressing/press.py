@@ -8,39 +8,39 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.core.units import MICROSTRAIN, PER_CENT
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.core.units import PER_CENT, STRAIN_PER_MICROSTRAIN
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.specimen import DEEPEST, Specimen
+from papilla.model.specimen import LARGEST_BLOCK_SHARE, Specimen
 
 RESOLVED_RADIUS = 2.5
 """Smallest contact radius, in patch edge lengths, for which S_d of the contact fidelity is within 3 %
 (docs/adr/0005)."""
 
-SMALL_STRAIN = 0.1
+SMALL_STRAIN_LIMIT = 0.1
 """Mean strain of a layer below the contact above which linear elasticity is doubtful: at 0.12 to 0.14 the indentation
 differs by up to 7 % from finite strain, and single gauges of the default finger by 7 to 30 %."""
 
-FACETS = 0.02
+FACET_DISTANCE_SHARE = 0.02
 """Distance of the facets of a skin from the smooth surface, as a share of the indentation, above which the status
 mentions it."""
 
-THIN_SKIN, ANOTHER = 3.0, 1.5
+THIN_SKIN, SKIN_MODULUS_RATIO = 3.0, 1.5
 """Contact radius in thicknesses of the skin, and ratio of its modulus to that below it, above which the skin bends like
 a plate on a soft base, so that the pressure is not an ellipse: area and peak pressure were up to 7 % off at 0.5 and 1
 mm, S_d 1 %."""
 
-SILENT = 1e-9
+SILENT_SD_SHARE = 1e-9
 """S_d relative to the largest reading, below which S_d says nothing (one gauge, or mirror images): then readings are
 compared."""
 
-LIGHTEST = 1e-18
+LIGHTEST_LOAD = 1e-18
 """Smallest force (relative to modulus times the square of an element) and indentation (in elements): smaller ones are
 near the limit of floating-point numbers."""
 
 
-MEASURES = ("indentation", "contact_area", "peak_pressure")
+CONTACT_MEASURES = ("indentation", "contact_area", "peak_pressure")
 """Measures of a contact, besides the gauges, that a light press and large strain correct by a factor."""
 
 Load = tuple[float | None, float | None]
@@ -95,7 +95,7 @@ class Press:
     @cached_property
     def reading(self) -> np.ndarray:
         """Readings (g,) in microstrain."""
-        return (self.weights * self.values).sum(axis=0) / MICROSTRAIN
+        return (self.weights * self.values).sum(axis=0) / STRAIN_PER_MICROSTRAIN
 
     @cached_property
     def sd(self) -> float:
@@ -105,7 +105,7 @@ class Press:
     @property
     def silent(self) -> bool:
         """Whether S_d says nothing: one gauge, or gauges that all read the same."""
-        return self.sd <= SILENT * float(np.abs(self.reading).max())
+        return self.sd <= SILENT_SD_SHARE * float(np.abs(self.reading).max())
 
     @property
     def finger_indentation(self) -> float:
@@ -126,12 +126,12 @@ class Press:
     @property
     def strain(self) -> np.ndarray:
         """Strain (g,) at the gauges."""
-        return self.values[list(QUANTITIES).index("strain")]
+        return self.values[list(GAUGE_QUANTITIES).index("strain")]
 
     @property
     def curvature(self) -> np.ndarray:
         """Curvature change (g,) at the gauges, 1/mm."""
-        return self.values[list(QUANTITIES).index("curvature")]
+        return self.values[list(GAUGE_QUANTITIES).index("curvature")]
 
     def to_json(self) -> dict:
         """The documented keys of a press, as plain values."""
@@ -162,16 +162,16 @@ def check_scene(
     """
     if not isinstance(specimen, Specimen):
         raise InputError(f"a press takes a HalfSpace, Block, Sphere or another Specimen, got {type(specimen).__name__}")
-    found: list[float | None] = []
-    given = ("force (N)", force, stiffness * size**2), ("indentation (mm)", indentation, size)
-    for name, value, scale in given:
+    loads: list[float | None] = []
+    quantities = ("force (N)", force, stiffness * size**2), ("indentation (mm)", indentation, size)
+    for name, value, scale in quantities:
         if value is not None:
             checks.positive(name, value)
-            value = checks.within(name, value, LIGHTEST * scale, scale / LIGHTEST)
-        found.append(value)
-    if (found[0] is None) == (found[1] is None):
+            value = checks.within(name, value, LIGHTEST_LOAD * scale, scale / LIGHTEST_LOAD)
+        loads.append(value)
+    if (loads[0] is None) == (loads[1] is None):
         raise InputError("give exactly one of force and indentation")
-    return found[0], found[1]
+    return loads[0], loads[1]
 
 
 def refuse_detail(specimen: Specimen, patch: Patch, size: float) -> None:
@@ -212,11 +212,11 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, *, status: str, **v
     """
     pressure, patch = values["pressure"], reduced.patch
     moved = reduced.compliance @ pressure / patch.mass
-    own = float(moved.max())
-    if own > DEEPEST * reduced.depth:
+    finger_depth = float(moved.max())
+    if finger_depth > LARGEST_BLOCK_SHARE * reduced.depth:
         raise ContactRangeError(
-            f"the press reaches {own:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
-            f"more than {PER_CENT * DEEPEST:g} % is beyond the model"
+            f"the press reaches {finger_depth:.3g} mm into a finger with {reduced.depth:.3g} mm of soft tissue: "
+            f"more than {PER_CENT * LARGEST_BLOCK_SHARE:g} % is beyond the model"
         )
     refuse_rim(patch, values["active"])
     theirs = reduced.specimen_displacement(specimen, pressure) / patch.mass
@@ -225,17 +225,17 @@ def linear_press(reduced: ReducedFinger, specimen: Specimen, *, status: str, **v
     values["finger_share"] = float(moved[deepest] / (moved[deepest] + theirs[deepest]))
     radius = float(np.sqrt(values["contact_area"] / np.pi))
     specimen.refuse(taken, radius)
-    doubts, strain = [status], own / reduced.strained_depth
-    if strain > SMALL_STRAIN:
+    doubts, strain = [status], finger_depth / reduced.strained_depth
+    if strain > SMALL_STRAIN_LIMIT:
         doubts.append(
             f"a layer is strained by {PER_CENT * strain:.0f} %, too much for linear elasticity: see press_finite"
         )
-    if reduced.facets > FACETS * values["indentation"]:
+    if reduced.facets > FACET_DISTANCE_SHARE * values["indentation"]:
         share = PER_CENT * reduced.facets / values["indentation"]
         doubts.append(f"the facets of the skin stand {reduced.facets:.2g} mm off it, {share:.0f} % of the indentation")
     below = reduced.layers[1:, 1] / reduced.layers[0, 1]
     skin = reduced.skin_thickness
-    if radius > THIN_SKIN * skin and below.size and not 1 / ANOTHER <= below[0] <= ANOTHER:
+    if radius > THIN_SKIN * skin and below.size and not 1 / SKIN_MODULUS_RATIO <= below[0] <= SKIN_MODULUS_RATIO:
         thin = f"{radius:.2g} mm of contact on {skin:.2g} mm of skin"
         doubts.append(f"area and peak pressure within 8 %: {thin}")
     if skin < patch.finest_edge:

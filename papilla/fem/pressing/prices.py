@@ -20,14 +20,14 @@ from papilla.core.errors import InputError
 from papilla.core.outside import read_bytes
 from papilla.model.finger import DEFAULT_FINGER
 
-QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
-MEASURED_BY = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache
-SHIPPED = DEFAULT_FINGER.parent / "default_prices.json"
+PRICED_QUANTITIES = ("sd", "indentation", "contact_area")  # Quantities whose errors are known
+PRICING_MODULE = "papilla.fem.pressing.pricing"  # Module whose code determines the prices in the cache
+SHIPPED_PRICES = DEFAULT_FINGER.parent / "default_prices.json"
 
-STRICT = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
+STRICT_CONFIG = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
-@dataclass(frozen=True, config=STRICT)
+@dataclass(frozen=True, config=STRICT_CONFIG)
 class Loss:
     """Errors of one answer against a better one: relative, signed, at each of `forces` (N), which rise."""
 
@@ -51,7 +51,7 @@ class Loss:
         return max(abs(error) for error in getattr(self, quantity)[right - 1 : right + 1])
 
 
-@dataclass(frozen=True, config=STRICT)
+@dataclass(frozen=True, config=STRICT_CONFIG)
 class Cost:
     """Seconds that a fidelity takes: once before the first press (assembly, factorisation, reduction), and for each
     press."""
@@ -60,7 +60,7 @@ class Cost:
     seconds_per_scene: float
 
 
-@dataclass(frozen=True, config=STRICT)
+@dataclass(frozen=True, config=STRICT_CONFIG)
 class Prices:
     """Errors and costs of the fidelities of one finger on one mesh.
 
@@ -88,13 +88,13 @@ class Prices:
         return dumps(asdict(self), indent=1, allow_nan=False) + "\n"
 
 
-FORMAT = TypeAdapter(Prices)
+PRICES_FORMAT = TypeAdapter(Prices)
 """Reads the JSON text of prices: `validate_json` raises `ValidationError` for any other."""
 
 
 def keep(prices: Prices) -> None:
     """Store prices in the cache, for `known_prices`."""
-    key = cache.key(MEASURED_BY, prices.finger_sha256, prices.mesh_sha256)
+    key = cache.key(PRICING_MODULE, prices.finger_sha256, prices.mesh_sha256)
     cache.keep("prices", key, {"json": np.array(prices.to_json())})
     _found.cache_clear()
 
@@ -109,6 +109,6 @@ def known_prices(finger_sha256: str, mesh_sha256: str) -> Prices | None:
 
 @lru_cache(maxsize=64)
 def _found(finger_sha256: str, mesh_sha256: str, _folder: Path) -> Prices | None:
-    kept = cache.find("prices", cache.key(MEASURED_BY, finger_sha256, mesh_sha256), report=True)
-    prices = FORMAT.validate_json(read_bytes(SHIPPED) if kept is None else str(kept["json"]))
+    cached = cache.find("prices", cache.key(PRICING_MODULE, finger_sha256, mesh_sha256), report=True)
+    prices = PRICES_FORMAT.validate_json(read_bytes(SHIPPED_PRICES) if cached is None else str(cached["json"]))
     return prices if (prices.finger_sha256, prices.mesh_sha256) == (finger_sha256, mesh_sha256) else None

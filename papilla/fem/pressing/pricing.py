@@ -14,23 +14,24 @@ from papilla.core.errors import ContactRangeError
 from papilla.core.files import write_text
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
-from papilla.fem.pressing.prices import QUANTITIES, SHIPPED, Cost, Loss, Prices, keep
+from papilla.fem.pressing.prices import PRICED_QUANTITIES, SHIPPED_PRICES, Cost, Loss, Prices, keep
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
 
-FORCES = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
+PRICED_FORCES_N = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100))
 """Forces (N) at which the error of small strain is reported."""
 
-SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
-SCENES = 40  # Presses that the seconds of a scene are the median of
-DIGITS = 4  # Of the errors in the file that ships
+PRICED_SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
+TIMED_PRESSES = 40  # Presses that the seconds of a scene are the median of
+SHIPPED_DECIMALS = 4  # Of the errors in the file that ships
 
 Progress = Callable[[str], None]
 
 
 def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
-    """Errors of each fidelity at the apex of a finger, at `FORCES` on `SPECIMEN`, with elements of `size_mm`.
+    """Errors of each fidelity at the apex of a finger, at `PRICED_FORCES_N` on `PRICED_SPECIMEN`, with elements of
+    `size_mm`.
 
     Hertz is measured against contact, contact against itself on a mesh of half the size, and contact against
     finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
@@ -49,22 +50,22 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     with suppress(ContactRangeError):  # The mesh is too coarse, or the skin too hard, for one of them
         hertz = _presses(reduced, "hertz")
     finite = []
-    for number, force in enumerate(FORCES, 1):
-        say(f"pricing: finite strain, press {number} of {len(FORCES)}")
-        finite.append(press_finite(finger, mesh, SPECIMEN, force=force))
+    for number, force in enumerate(PRICED_FORCES_N, 1):
+        say(f"pricing: finite strain, press {number} of {len(PRICED_FORCES_N)}")
+        finite.append(press_finite(finger, mesh, PRICED_SPECIMEN, force=force))
     return Prices(
         finger_name=finger.name,
         finger_sha256=finger.sha256,
         mesh_sha256=mesh.sha256,
         mesh_size_mm=mesh.size_mm,
         finest_size_mm=finest.mesh_size_mm,
-        specimen=f"a {SPECIMEN.thickness:g} mm block of {SPECIMEN.modulus:g} MPa",
+        specimen=f"a {PRICED_SPECIMEN.thickness:g} mm block of {PRICED_SPECIMEN.modulus:g} MPa",
         hertz=loss(hertz, contact) if hertz else None,
         mesh=loss(contact, finer),
         small_strain=loss(contact, finite),
         costs={
             **{name: _cost(reduced, setup, name) for name in ("hertz", "contact")[not hertz :]},
-            "finite": Cost(0.0, float(np.mean([one.seconds for one in finite]))),
+            "finite": Cost(0.0, float(np.mean([timed.seconds for timed in finite]))),
         },
     )
 
@@ -80,20 +81,20 @@ def loss(cheaper: list[Press], better: list[Press]) -> Loss:
     """Errors of presses against better ones at the same rising forces."""
     errors = {
         name: tuple(getattr(a, name) / getattr(b, name) - 1 for a, b in zip(cheaper, better, strict=True))
-        for name in QUANTITIES
+        for name in PRICED_QUANTITIES
     }
-    return Loss(tuple(one.force for one in better), **errors)
+    return Loss(tuple(press.force for press in better), **errors)
 
 
 def _presses(reduced: ReducedFinger, fidelity: str) -> list[Press]:
-    return [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in FORCES]
+    return [press(reduced, PRICED_SPECIMEN, force=force, fidelity=fidelity) for force in PRICED_FORCES_N]
 
 
 def _cost(reduced: ReducedFinger, setup: float, fidelity: str) -> Cost:
     """The cost of a linear fidelity; setup : seconds before the first press."""
-    forces = np.geomspace(FORCES[0], FORCES[-1], SCENES)
-    presses = [press(reduced, SPECIMEN, force=force, fidelity=fidelity) for force in forces]
-    return Cost(setup, float(np.median([one.seconds for one in presses])))
+    forces = np.geomspace(PRICED_FORCES_N[0], PRICED_FORCES_N[-1], TIMED_PRESSES)
+    presses = [press(reduced, PRICED_SPECIMEN, force=force, fidelity=fidelity) for force in forces]
+    return Cost(setup, float(np.median([timed.seconds for timed in presses])))
 
 
 def ship() -> None:
@@ -102,11 +103,17 @@ def ship() -> None:
     assert prices.hertz is not None
     # Further digits than a hundredth of a percent differ from machine to machine
     hertz, mesh, small_strain = (
-        replace(found, **{name: tuple(round(error, DIGITS) for error in getattr(found, name)) for name in QUANTITIES})
-        for found in (prices.hertz, prices.mesh, prices.small_strain)
+        replace(
+            fidelity_loss,
+            **{
+                name: tuple(round(error, SHIPPED_DECIMALS) for error in getattr(fidelity_loss, name))
+                for name in PRICED_QUANTITIES
+            },
+        )
+        for fidelity_loss in (prices.hertz, prices.mesh, prices.small_strain)
     )
-    write_text(SHIPPED, replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).to_json())
-    print(f"{SHIPPED.name} written")
+    write_text(SHIPPED_PRICES, replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).to_json())
+    print(f"{SHIPPED_PRICES.name} written")
 
 
 if __name__ == "__main__":

@@ -20,32 +20,32 @@ from papilla.core import cache
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
-from papilla.fem.pressing.large_strain import BEYOND, ends_of, is_known, tables_of
-from papilla.fem.reduction.family import RATIOS as RATIO_LIMITS
+from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, ends_of, is_known, tables_of
+from papilla.fem.reduction.family import MODULUS_RATIO_ENDS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.reduced import ReducedFinger
-from papilla.model.specimen import STICK, Friction, Specimen, friction_coefficient
+from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
 
-FORCES = np.geomspace(0.15, 130.0, 20)
+RESPONSE_FORCES_MM2 = np.geomspace(0.15, 130.0, 20)
 """F / E_inner in mm2; for an inner layer of 0.034 MPa: 5 mN to 4.4 N."""
 
-MODULI = np.geomspace(0.15, 600.0, 16)
+SPECIMEN_MODULUS_RATIOS = np.geomspace(0.15, 600.0, 16)
 """E / E_inner of the specimens; for the same finger: 0.005 to 20 MPa."""
 
-DEGREES, TOTAL = (8, 7, 4), 1.5
+POLYNOMIAL_DEGREES, TOTAL_DEGREE_SHARE = (8, 7, 4), 1.5
 """Largest powers of ln force, ln modulus and ln ratio, and of the sum of a term's shares of these."""
 
-UNRESOLVED = 0.1
+UNRESOLVED_WEIGHT = 0.1
 """Weight of a press that is too light for the mesh, relative to a resolved one."""
 
-USUAL = (1.0, 60.0), (1.0, 60.0)
+USUAL_RANGES = (1.0, 60.0), (1.0, 60.0)
 """Forces and moduli for which the error is measured; for the same finger: 0.03 to 2 N on 0.03 to 2 MPa."""
 
-HERTZ = 2 / 3
+HERTZ_DEPTH_POWER = 2 / 3
 """Power of the force with which the indentation of a Hertzian contact grows."""
 
-FOLDS = 5
+CROSS_VALIDATION_FOLDS = 5
 """Number of parts of the presses; each part is predicted by a fit to the others, which gives the error."""
 
 
@@ -73,15 +73,17 @@ class LogPolynomial:
 
         Beyond the limits they go on as their derivatives there say.
         """
-        at, beyond = zip(*(_scaled(one, ends) for one, ends in zip(values, self.limits, strict=True)), strict=True)
-        bases = [chebvander(one, degree) for one, degree in zip(at, self.degrees, strict=True)]
-        found = [self._product(bases)]
+        at, beyond = zip(
+            *(_scaled(coordinate, ends) for coordinate, ends in zip(values, self.limits, strict=True)), strict=True
+        )
+        bases = [chebvander(coordinate, degree) for coordinate, degree in zip(at, self.degrees, strict=True)]
+        tables = [self._product(bases)]
         for axis, (low, high) in enumerate(self.limits):
             steeper = [*bases]
             steeper[axis] = bases[axis] @ _derivative(self.degrees[axis]) * (2 / math.log(high / low))
-            found.append(self._product(steeper))
-        found[0] = found[0] + sum(over[:, None] * slope for over, slope in zip(beyond, found[1:], strict=True))
-        return np.array(found)
+            tables.append(self._product(steeper))
+        tables[0] = tables[0] + sum(over[:, None] * slope for over, slope in zip(beyond, tables[1:], strict=True))
+        return np.array(tables)
 
     def _product(self, bases: list[np.ndarray]) -> np.ndarray:
         columns = [basis[:, powers] for basis, powers in zip(bases, self.powers.T, strict=True)]
@@ -92,24 +94,32 @@ def _scaled(values: np.ndarray, limits: tuple[float, float]) -> tuple[np.ndarray
     """Positions (n,) from -1 to 1 of values between the limits, and how far their logarithms lie beyond the limits."""
     low, high = math.log(limits[0]), math.log(limits[1])
     at = np.log(values)
-    held = np.clip(at, low, high)
-    return 2 * (held - low) / (high - low) - 1, at - held
+    clipped = np.clip(at, low, high)
+    return 2 * (clipped - low) / (high - low) - 1, at - clipped
 
 
 @lru_cache
 def _derivative(degree: int) -> np.ndarray:
     """Matrix (degree + 1, degree + 1) that maps Chebyshev coefficients to those of the derivative."""
-    found = np.zeros((degree + 1, degree + 1))
+    matrix = np.zeros((degree + 1, degree + 1))
     for k in range(1, degree + 1):
-        found[:k, k] = chebder(np.eye(degree + 1)[k])[:k]
-    return found
+        matrix[:k, k] = chebder(np.eye(degree + 1)[k])[:k]
+    return matrix
 
 
-POLYNOMIAL = LogPolynomial(((FORCES[0], FORCES[-1]), (MODULI[0], MODULI[-1]), RATIO_LIMITS), DEGREES, TOTAL)
+RESPONSE_POLYNOMIAL = LogPolynomial(
+    (
+        (RESPONSE_FORCES_MM2[0], RESPONSE_FORCES_MM2[-1]),
+        (SPECIMEN_MODULUS_RATIOS[0], SPECIMEN_MODULUS_RATIOS[-1]),
+        RATIO_LIMITS,
+    ),
+    POLYNOMIAL_DEGREES,
+    TOTAL_DEGREE_SHARE,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Felt:
+class ResponseValues:
     """n presses as seen by g gauges. values : (n, q, g) of `gauges.QUANTITIES`. indentation : (n,) mm.
 
     slope_values (3, n, q, g), slope_indentation (3, n) : derivatives by ln force, ln modulus of the specimen, and ln
@@ -146,33 +156,38 @@ class Response:
     def __repr__(self) -> str:
         return f"Response({self.specimen}, {self.gauge_count} gauges, within {PER_CENT * self.error.max():.2g} %)"
 
-    def felt(self, force_N, modulus_MPa, outer: float, inner: float) -> Felt:
+    def felt(self, force_N, modulus_MPa, outer: float, inner: float) -> ResponseValues:
         """Presses by forces (n,) on specimens of moduli (n,) of the finger with these Young's moduli (MPa).
 
         Outside the range of the fitted presses the function continues linearly: see `inside`.
         """
         x = np.asarray(force_N, float) / inner
         places = (x, np.asarray(modulus_MPa, float) / inner, np.full(len(x), outer / inner))
-        table, *by = POLYNOMIAL.terms(places) @ self.coefficients
+        table, *by = RESPONSE_POLYNOMIAL.terms(places) @ self.coefficients
         slopes = np.array(by)
-        scale = np.concatenate([x[:, None] ** HERTZ, np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1)
+        scale = np.concatenate(
+            [x[:, None] ** HERTZ_DEPTH_POWER, np.repeat(x[:, None], table.shape[1] - 1, axis=1)], axis=1
+        )
         # The polynomial is that of depth / x^(2/3) and of values / x: the product rule adds the power to the slope by
         # ln x.
-        powers = np.concatenate([[HERTZ], np.ones(table.shape[1] - 1)])
+        powers = np.concatenate([[HERTZ_DEPTH_POWER], np.ones(table.shape[1] - 1)])
         slopes[0] += powers * table
-        found, slopes = scale * table, scale * slopes
-        shape = (len(x), len(QUANTITIES), self.gauge_count)
-        return Felt(
-            found[:, 1:].reshape(shape), found[:, 0], slopes[:, :, 1:].reshape(len(slopes), *shape), slopes[:, :, 0]
+        responses, slopes = scale * table, scale * slopes
+        shape = (len(x), len(GAUGE_QUANTITIES), self.gauge_count)
+        return ResponseValues(
+            responses[:, 1:].reshape(shape),
+            responses[:, 0],
+            slopes[:, :, 1:].reshape(len(slopes), *shape),
+            slopes[:, :, 0],
         )
 
     def inside(self, force_N, modulus_MPa, outer: float, inner: float) -> np.ndarray:
         """(n,) whether presses lie within the range of the fitted presses."""
         x, e = np.asarray(force_N, float) / inner, np.asarray(modulus_MPa, float) / inner
         near = np.abs(np.log(self.deepest[1] / (outer / inner)))
-        row = self.deepest[:, near == near.min()]
-        within = (x >= FORCES[0]) & (e >= MODULI[0]) & (e <= MODULI[-1])
-        return within & (x <= np.interp(np.log(e), np.log(row[0]), row[2]))
+        limits = self.deepest[:, near == near.min()]
+        within = (x >= RESPONSE_FORCES_MM2[0]) & (e >= SPECIMEN_MODULUS_RATIOS[0]) & (e <= SPECIMEN_MODULUS_RATIOS[-1])
+        return within & (x <= np.interp(np.log(e), np.log(limits[0]), limits[2]))
 
 
 def response(
@@ -191,9 +206,9 @@ def response(
     members = [family.at(float(ratio) * inner, inner) for ratio in family.ratios]
     flat = specimen.curvature == (0.0, 0.0)
     if friction is None:
-        friction = STICK if flat and all(is_known(one, math.inf) for one in members) else 0.0
+        friction = STICK_WORD if flat and all(is_known(reduced, math.inf) for reduced in members) else 0.0
     rubbing = friction_coefficient(friction)
-    large = flat and all(is_known(one, rubbing) for one in members)
+    large = flat and all(is_known(reduced, rubbing) for reduced in members)
 
     def make() -> dict[str, np.ndarray]:
         rows = []
@@ -201,31 +216,31 @@ def response(
             if progress is not None:
                 progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
             rows += _presses(member, float(ratio), inner, specimen, friction, large)
-        if len(rows) < 2 * len(POLYNOMIAL.powers):
-            asked = len(FORCES) * len(MODULI) * len(members)
+        if len(rows) < 2 * len(RESPONSE_POLYNOMIAL.powers):
+            asked = len(RESPONSE_FORCES_MM2) * len(SPECIMEN_MODULUS_RATIOS) * len(members)
             raise InputError(f"only {len(rows)} of {asked} presses of the family can be made")
         return _fitted(*(np.array(column) for column in zip(*rows, strict=True)))
 
     tables = [
         (table.to_json(), weight)
-        for one in members
+        for reduced in members
         for end in ends_of(rubbing)
-        for table, weight in tables_of(one, end)
+        for table, weight in tables_of(reduced, end)
     ]
     parts = (family.compliance, family.rows, family.reduced.to_arrays(), inner)
-    design = (FORCES, MODULI, list(DEGREES), TOTAL)
+    design = (RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS, list(POLYNOMIAL_DEGREES), TOTAL_DEGREE_SHARE)
     key = cache.key(
         __name__, *parts, repr(replace(specimen, modulus=1.0)), str(friction), large, json.dumps(tables), *design
     )
-    found = cache.fetch("response", key, make)
-    strained = float(found["strained"]) if large else math.inf
+    arrays = cache.fetch("response", key, make)
+    strained = float(arrays["strained"]) if large else math.inf
     return Response(
-        found["coefficients"],
-        found["deepest"],
+        arrays["coefficients"],
+        arrays["deepest"],
         strained,
         rubbing,
         large,
-        found["error"],
+        arrays["error"],
         len(family.reduced.gauge_names),
         specimen.words,
     )
@@ -237,52 +252,55 @@ def _presses(
     """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
     (indentation, values of the gauges)."""
     rows: list[tuple] = []
-    touching = [replace(specimen, modulus=float(modulus)) for modulus in MODULI * inner]
-    presses = press_grid(member, touching, FORCES * inner, friction)
-    for (modulus, force), (touched, found) in zip(product(MODULI, FORCES), presses, strict=True):
-        if isinstance(found, Exception):
+    touching = [replace(specimen, modulus=float(modulus)) for modulus in SPECIMEN_MODULUS_RATIOS * inner]
+    presses = press_grid(member, touching, RESPONSE_FORCES_MM2 * inner, friction)
+    for (modulus, force), (touched, outcome) in zip(
+        product(SPECIMEN_MODULUS_RATIOS, RESPONSE_FORCES_MM2), presses, strict=True
+    ):
+        if isinstance(outcome, Exception):
             continue
         if large:
             try:
                 # Without friction the contact is larger than with stick, and may extend beyond the patch
-                found = including_large_strain(member, touched, found, beyond=True) or found
+                outcome = including_large_strain(member, touched, outcome, beyond=True) or outcome
             except (ContactRangeError, SolverError):
                 continue
-        felt = (found.indentation, *found.values.flat)
-        rows.append(((force, modulus, ratio), found.resolved, BEYOND not in found.status, felt))
+        felt = (outcome.indentation, *outcome.values.flat)
+        rows.append(((force, modulus, ratio), outcome.resolved, BEYOND_STRAIN_TABLES not in outcome.status, felt))
     return rows
 
 
-def _fitted(places: np.ndarray, resolved: np.ndarray, known: np.ndarray, felt: np.ndarray) -> dict[str, np.ndarray]:
+def _fitted(
+    places: np.ndarray, resolved: np.ndarray, strain_known: np.ndarray, felt: np.ndarray
+) -> dict[str, np.ndarray]:
     """Fit the polynomials to columns of `_presses`: the arrays of a `Response`.
 
-    Presses that are too light for the mesh have the weight `UNRESOLVED`. The error is that of presses predicted by a
-    fit to the others.
-    """
+    Presses that are too light for the mesh have the weight `UNRESOLVED_WEIGHT`. The error is that of presses predicted
+    by a fit to the others."""
     # Hertz's powers of the force are taken out first: what remains varies slowly, so a few terms describe it.
     x = places[:, 0]
-    values = felt / np.column_stack([x**HERTZ, np.repeat(x[:, None], felt.shape[1] - 1, axis=1)])
-    terms, weight = POLYNOMIAL.terms(tuple(places.T))[0], np.where(resolved, 1.0, UNRESOLVED)[:, None]
+    values = felt / np.column_stack([x**HERTZ_DEPTH_POWER, np.repeat(x[:, None], felt.shape[1] - 1, axis=1)])
+    terms, weight = RESPONSE_POLYNOMIAL.terms(tuple(places.T))[0], np.where(resolved, 1.0, UNRESOLVED_WEIGHT)[:, None]
 
-    def solve(kept: np.ndarray) -> np.ndarray:
-        return np.linalg.lstsq((weight * terms)[kept], (weight * values)[kept])[0]
+    def solve(chosen: np.ndarray) -> np.ndarray:
+        return np.linalg.lstsq((weight * terms)[chosen], (weight * values)[chosen])[0]
 
     # Every fifth press belongs to one part, so that each part covers the whole range.
-    fold = np.arange(len(places)) % FOLDS
+    fold = np.arange(len(places)) % CROSS_VALIDATION_FOLDS
     missed = np.zeros_like(values)
-    for one in range(FOLDS):
-        missed[fold == one] = terms[fold == one] @ solve(fold != one) - values[fold == one]
-    count = (values.shape[1] - 1) // len(QUANTITIES)
+    for held_out in range(CROSS_VALIDATION_FOLDS):
+        missed[fold == held_out] = terms[fold == held_out] @ solve(fold != held_out) - values[fold == held_out]
+    count = (values.shape[1] - 1) // len(GAUGE_QUANTITIES)
     sizes = [values[:, :1]]
-    for part in np.split(values[:, 1:], len(QUANTITIES), axis=1):
-        sizes.append(np.sqrt((part**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
-    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL, strict=False)]
+    for readings in np.split(values[:, 1:], len(GAUGE_QUANTITIES), axis=1):
+        sizes.append(np.sqrt((readings**2).mean(axis=1, keepdims=True)).repeat(count, axis=1))
+    usual = [(column >= low) & (column <= high) for column, (low, high) in zip(places.T, USUAL_RANGES, strict=False)]
     judged = resolved & usual[0] & usual[1]
     judged = judged if judged.any() else np.ones(len(places), bool)
     error = np.sqrt(np.mean((missed / np.concatenate(sizes, axis=1))[judged] ** 2, axis=0))
     groups = {(e, r): x[(places[:, 1] == e) & (places[:, 2] == r)].max() for e, r in {*map(tuple, places[:, 1:])}}
     deepest = np.array([(e, r, top) for (e, r), top in sorted(groups.items())]).T
-    strained = x[known].max() if known.any() else np.inf
+    strained = x[strain_known].max() if strain_known.any() else np.inf
     return {
         "coefficients": solve(np.ones(len(places), bool)),
         "deepest": deepest,

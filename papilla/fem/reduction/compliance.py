@@ -22,21 +22,21 @@ from functools import cached_property, lru_cache, partial
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
-from papilla.fem.reduction.patch import GAUSS, Patch, quadrature
+from papilla.fem.reduction.patch import TRIANGLE_POINTS, Patch, quadrature
 
-NEAR = 3.0
+NEAR_EDGES = 3.0
 """Pairs closer than this many mean edge lengths are integrated exactly."""
 
-ROWS = 256
+QUADRATURE_ROWS = 256
 """Number of quadrature points that are combined with all others at a time: it limits the memory of large patches."""
 
-CHEBYSHEV, SMOOTH, CHECKED = (8, 12, 18, 27), 1e-8, 48
+CHEBYSHEV_POINTS, SMOOTH_KERNEL_ERROR, CHECKED_POINTS = (8, 12, 18, 27), 1e-8, 48
 """Numbers of points along each axis for the interpolation of a smooth kernel; the error, relative to its largest value,
 at which refinement stops; and the number of Gauss points at which the error is measured. A kernel that no grid resolves
 is integrated by Gauss quadrature."""
 
 
-COMPONENTS = 3
+TRACTION_COMPONENTS = 3
 """Pressure and the two tangential tractions."""
 
 
@@ -90,28 +90,28 @@ def half_space_parts(patch: Patch) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     def kernel(offset):
         inverse = _inverse(offset)
         x, y = np.moveaxis(offset * inverse[..., None], -1, 0)
-        return np.stack([inverse, *(inverse * part for part in (x * x, x * y, y * y, x, y))])
+        return np.stack([inverse, *(inverse * moment for moment in (x * x, x * y, y * y, x, y))])
 
     terms = _weak(patch, kernel, linear_moments)
     n = len(patch.xy)
-    plain = np.zeros((COMPONENTS, n, COMPONENTS, n))
-    for a in range(COMPONENTS):
+    plain = np.zeros((TRACTION_COMPONENTS, n, TRACTION_COMPONENTS, n))
+    for a in range(TRACTION_COMPONENTS):
         plain[a, :, a] = terms(0, a)
-    plain, dyadic, coupled = (_symmetric(part) for part in (plain, *_tangential(terms, n)))
+    plain, dyadic, coupled = (_symmetric(matrix) for matrix in (plain, *_tangential(terms, n)))
     return plain, dyadic, coupled
 
 
 def _tangential(terms, n: int) -> np.ndarray:
     """Two matrices (2, 3, n, 3, n) of the terms 1 to 5 of a kernel: xx, xy, yy between the tangential components, and
     x, y between these and the normal one."""
-    dyadic, coupled = found = np.zeros((2, COMPONENTS, n, COMPONENTS, n))
+    dyadic, coupled = both = np.zeros((2, TRACTION_COMPONENTS, n, TRACTION_COMPONENTS, n))
     for a, b, term in ((1, 1, 1), (1, 2, 2), (2, 1, 2), (2, 2, 3)):
         dyadic[a, :, b] = terms(term, b)
     for a, term in ((1, 4), (2, 5)):
         # The traction on the specimen is -q, so the components that couple p and q change sign
         coupled[0, :, a] = -terms(term, a)
         coupled[a, :, 0] = terms(term, 0)
-    return found
+    return both
 
 
 @lru_cache(maxsize=8)
@@ -124,9 +124,9 @@ def green_compliance(patch: Patch, green: Callable[[np.ndarray], np.ndarray]) ->
 
     terms = _smooth(patch, kernel)
     n = len(patch.xy)
-    part = _tangential(terms, n).sum(axis=0)
-    part[0, :, 0] = terms(0, 0)
-    return _symmetric(part)
+    compliance = _tangential(terms, n).sum(axis=0)
+    compliance[0, :, 0] = terms(0, 0)
+    return _symmetric(compliance)
 
 
 def _inverse(offset: np.ndarray) -> np.ndarray:
@@ -148,11 +148,11 @@ def _smooth(patch: Patch, kernel):
     points, weights, hats = quadrature(patch)
     low, high = points.min(axis=0), points.max(axis=0)
     scaled = (2 * points - low - high) / (high - low)
-    checked = np.unique(np.linspace(0, len(points) - 1, CHECKED).astype(int))
+    checked = np.unique(np.linspace(0, len(points) - 1, CHECKED_POINTS).astype(int))
     exact = [kernel(points[checked, None] - (points[checked] * image)[None]) for image in patch.images]
     # Refine until the interpolated kernel agrees with the kernel itself at some pairs of points. A grid with more nodes
     # than there are points saves nothing.
-    for count in CHEBYSHEV:
+    for count in CHEBYSHEV_POINTS:
         if 2 * count**2 > len(points):
             break
         nodes = chebpts1(count)
@@ -163,9 +163,12 @@ def _smooth(patch: Patch, kernel):
             np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low) + low + high
         ) / 2
         values = [kernel(grid[:, None] - (grid * image)[None]) for image in patch.images]
-        found = [basis[checked] @ value @ basis[checked].T for value in values]
+        interpolated = [basis[checked] @ value @ basis[checked].T for value in values]
         scale = np.max(np.abs(exact))
-        if all(np.max(np.abs(one - other)) <= SMOOTH * scale for one, other in zip(found, exact, strict=True)):
+        if all(
+            np.max(np.abs(approximate - true_kernel)) <= SMOOTH_KERNEL_ERROR * scale
+            for approximate, true_kernel in zip(interpolated, exact, strict=True)
+        ):
             loaded = hats.multiply(weights[:, None]).T @ basis
             return _by_component(patch, [loaded @ value @ loaded.T for value in values])
     return _weak(patch, kernel, None)
@@ -194,8 +197,8 @@ def _weak(patch: Patch, kernel, exact):
     for image in patch.images:
         source, total = points * image, np.zeros(())
         # In blocks of rows, because a kernel between all pairs of points may not fit into memory.
-        for first in range(0, len(points), ROWS):
-            rows = slice(first, first + ROWS)
+        for first in range(0, len(points), QUADRATURE_ROWS):
+            rows = slice(first, first + QUADRATURE_ROWS)
             values = kernel(points[rows, None] - source[None])
             potentials = np.stack([(loaded.T @ value.T).T for value in values])
             total = total + np.stack([loaded[rows].T @ potential for potential in potentials])
@@ -213,9 +216,9 @@ def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
     size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
     flipped = corners * image
     # Pairs of a point and a triangle: only the point's distance decides, relative to the size of the triangle.
-    near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR * size)
-    triangle = np.repeat(np.arange(len(corners)), [len(found) for found in near])
-    point = np.concatenate([np.array(found, dtype=int) for found in near])
+    near = cKDTree(points).query_ball_point(flipped.mean(axis=1), NEAR_EDGES * size)
+    triangle = np.repeat(np.arange(len(corners)), [len(neighbours) for neighbours in near])
+    point = np.concatenate([np.array(neighbours, dtype=int) for neighbours in near])
     # Near pairs were already counted by quadrature: replace that by the exact integral.
     change = exact(points[point], flipped[triangle]) - _gauss(points[point], flipped[triangle], kernel)
     n, nodes = len(patch.xy), patch.triangles[triangle]
@@ -227,13 +230,13 @@ def _near(patch, points, loaded, image, kernel, exact) -> np.ndarray:
 
 def _gauss(points, corners, kernel) -> np.ndarray:
     """(pairs, 3, terms) three-point quadrature of the kernel times hat functions."""
-    source = np.einsum("ql,klj->kqj", GAUSS, corners)
+    source = np.einsum("ql,klj->kqj", TRIANGLE_POINTS, corners)
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
-    return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), GAUSS)
+    return np.einsum("k,tkq,ql->klt", area / 3, kernel(points[:, None] - source), TRIANGLE_POINTS)
 
 
-COLUMNS = ([0], [4, 5], [1, 2, 3])
+MOMENT_COLUMNS = ([0], [4, 5], [1, 2, 3])
 """Columns of `linear_moments` with none, one and two factors e."""
 
 
@@ -268,7 +271,7 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
             plain = np.einsum("kcp,kp->kc", powers, integrals[:, : m + 1])
             tilted = np.einsum("kcp,khj,kpj->khc", powers, slope, np.stack([integrals[:, :-1], integrals[:, 1:]], 2))
             # e points from the source to the point: x^m has the opposite sign, which matters for m = 1
-            total[..., COLUMNS[m]] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
+            total[..., MOMENT_COLUMNS[m]] += (-1) ** m * (value[:, :, None] * plain[:, None] + tilted / 2)
     return total
 
 

@@ -20,10 +20,10 @@ from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.model.finger import Finger, Layer
 
-RATIOS = (1.0, 16.0)
+MODULUS_RATIO_ENDS = (1.0, 16.0)
 """Smallest and largest ratio of the skin's modulus to that of the layer below."""
 
-NODES = 7
+CHEBYSHEV_NODES = 7
 """Number of Chebyshev nodes in ln r. Between them compliance and rows of the default finger differ by at most 4e-5 of
 their largest entry from those of a finger that is reduced separately."""
 
@@ -110,8 +110,8 @@ def family(
     if mesh is None:
         mesh = build(unit, size_mm=size_mm, variant=variant, progress=progress)
     # Chebyshev's points of the first kind in ln r, stretched to the ends of the range
-    points = -np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES) / np.cos(np.pi / 2 / NODES)
-    low, high = np.log(RATIOS)
+    points = -np.cos(np.pi * (np.arange(CHEBYSHEV_NODES) + 0.5) / CHEBYSHEV_NODES) / np.cos(np.pi / 2 / CHEBYSHEV_NODES)
+    low, high = np.log(MODULUS_RATIO_ENDS)
     nodes = np.exp((low + high) / 2 + (high - low) / 2 * points)
 
     # Made when the first model is asked for: a family from the cache needs none
@@ -126,18 +126,18 @@ def family(
     def members(tangential: bool) -> Iterator:
         for number, ratio in enumerate(nodes, start=1):
             if progress is not None:
-                progress(f"family: modulus ratio {ratio:.3g} ({number} of {NODES})")
+                progress(f"family: modulus ratio {ratio:.3g} ({number} of {CHEBYSHEV_NODES})")
             member = model(ratio)
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 
     def make() -> dict[str, np.ndarray]:
         """Reduce the finger at all ratios."""
         reduced = list(members(False))
-        arrays = {name: inner * np.stack([getattr(one, name) for one in reduced]) for name in OF_THE_RATIO}
+        arrays = {name: inner * np.stack([getattr(member, name) for member in reduced]) for name in OF_THE_RATIO}
         return arrays | {f"reduced_{name}": values for name, values in reduced[0].to_arrays().items()}
 
     def make_tangential() -> dict[str, np.ndarray]:
-        compliance, rows = (inner * np.stack(part) for part in zip(*members(True), strict=True))
+        compliance, rows = (inner * np.stack(matrices) for matrices in zip(*members(True), strict=True))
         return {"compliance": compliance, "rows": rows}
 
     key = cache.key(__name__, unit.sha256, mesh.sha256, at, nodes)
@@ -145,12 +145,12 @@ def family(
     shared = {name.removeprefix("reduced_"): value for name, value in arrays.items() if name.startswith("reduced_")}
 
     def tangential() -> tuple[np.ndarray, np.ndarray]:
-        found = cache.fetch("family_tangential", key, make_tangential)
-        return found["compliance"], found["rows"]
+        cached = cache.fetch("family_tangential", key, make_tangential)
+        return cached["compliance"], cached["rows"]
 
-    own = {name: arrays[name] for name in OF_THE_RATIO}
+    by_ratio = {name: arrays[name] for name in OF_THE_RATIO}
     member = ReducedFinger.from_arrays(shared)
-    return FingerFamily(finger, member, nodes, **own, tangential_source=tangential, model=model)
+    return FingerFamily(finger, member, nodes, **by_ratio, tangential_source=tangential, model=model)
 
 
 def with_moduli(finger: Finger, outer: float, inner: float) -> Finger:

@@ -29,31 +29,39 @@ from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.memory import refuse_reduction
 from papilla.fem.discrete.assembly import lame, restricted, scaled
-from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC, Space, fold, interpolation, parity_signs, space_of
-from papilla.fem.discrete.solver import BATCH, Factor, factorise
+from papilla.fem.discrete.elements import (
+    DEFAULT_ELEMENT,
+    SYMMETRIC_PARITY,
+    Space,
+    fold,
+    interpolation,
+    parity_signs,
+    space_of,
+)
+from papilla.fem.discrete.solver import RIGHT_SIDES_AT_ONCE, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.gauges import QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
 from papilla.fem.reduction.patch import Frame, Patch, gap_of
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.body import facet_deviation, surfaces_of
-from papilla.mesh.layered import BONE, INNER, OUTER, LayeredMesh
+from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger, Layer
 
-INCOMPRESSIBLE = 1e-7
+INCOMPRESSIBLE_RATIO = 1e-7
 """Value of mu/lambda below which the pressure block is nearly empty, so that a stabilised matrix is factored
 instead."""
 
-STABILISATION = 1e-5
+PRESSURE_STABILISATION = 1e-5
 """Pressure mass that is added to the stabilised matrix, in units of 1/mu; solves are refined with the true matrix."""
 
-WALK = 4001
+WALK_POINTS = 4001
 """Number of points on a line into the finger, at which the layers below the touch-down point are found."""
 
 LOAD_QUADRATURE_ORDER = 4
 """Quadrature order for products of quadratic displacement, linear pressure and the gap on the skin's triangles."""
 
-STEEPEST = 0.2
+SMALLEST_SKIN_COSINE = 0.2
 """Smallest cosine between skin and contact plane for skin that is part of a patch."""
 
 _LIVING: WeakValueDictionary = WeakValueDictionary()
@@ -70,7 +78,7 @@ class FingerModel:
     """
 
     def __init__(self, finger: Finger, mesh: LayeredMesh, element: str = DEFAULT_ELEMENT):
-        if (finger.bone is not None) != bool((mesh.layer == BONE).any()):
+        if (finger.bone is not None) != bool((mesh.layer == BONE_LAYER).any()):
             raise InputError("the mesh does not fit the finger: bone cells and a bone with a modulus go together")
         self.finger = finger
         self.mesh = mesh
@@ -84,8 +92,8 @@ class FingerModel:
     @cached_property
     def layers(self) -> dict[int, Layer]:
         """Layer number -> material."""
-        layers = {OUTER: self.finger.outer, INNER: self.finger.inner}
-        return layers if self.finger.bone is None else layers | {BONE: self.finger.bone}
+        layers = {OUTER_LAYER: self.finger.outer, INNER_LAYER: self.finger.inner}
+        return layers if self.finger.bone is None else layers | {BONE_LAYER: self.finger.bone}
 
     def reduce(self, at: tuple[float, float] = (0.0, 0.0)) -> ReducedFinger:
         """Condense the finger to contact compliance and gauge influence for a specimen that touches down at `at`.
@@ -147,29 +155,30 @@ class FingerModel:
     def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
         """Parity -> displacement load (3 * nodes, 1): the part of the patch's tractions with this parity."""
         loaded, parities = self._patch(at)
-        given = np.atleast_2d(traction)
-        if given.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
+        components = np.atleast_2d(traction)
+        if components.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
             raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(traction)}")
         return {
-            parity: sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(given)) / len(parities)
+            parity: sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(components))
+            / len(parities)
             for parity in parities
         }
 
     def gauge_adjoints(self) -> dict:
         """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
         newton of force there, component by component (reciprocity)."""
-        weights = np.zeros((len(QUANTITIES), len(self.finger.gauges)))
-        weights[list(QUANTITIES).index("strain")] = 1
+        weights = np.zeros((len(GAUGE_QUANTITIES), len(self.finger.gauges)))
+        weights[list(GAUGE_QUANTITIES).index("strain")] = 1
         return self._adjoints(weights, self._all_parities())
 
     def reading_adjoints(self) -> dict:
         """As `gauge_adjoints`, for each gauge's reading (the weighted sum of its quantities, as strain), and only for
         fields that are symmetric in y, which are all that loads symmetric in y excite."""
-        return self._adjoints(gauge_weights(self.finger), [one for one in self._all_parities() if one[1] > 0])
+        return self._adjoints(gauge_weights(self.finger), [parity for parity in self._all_parities() if parity[1] > 0])
 
     def _adjoints(self, weights: np.ndarray, parities: list[tuple[int, int]]) -> dict:
         """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge, weighted by (q, g)."""
-        mixing = sp.hstack([sp.diags(row) for row in weights])
+        mixing = sp.hstack([sp.diags(gains) for gains in weights])
         return self.adjoints(gauge_functionals(self.finger, self.surfaces["interface"]), parities, mixing)
 
     def adjoints(
@@ -181,14 +190,14 @@ class FingerModel:
         """As `gauge_adjoints`, for k functionals of the displacement, or for the combinations of them that the rows of
         `mixing` (k, functionals) give; for all parities by default."""
         every = self._all_parities()
-        found = {}
+        by_parity = {}
         for parity in every if parities is None else parities:
             rows = self.rows(functionals, parity)
             load = (rows if mixing is None else mixing @ rows).T.toarray()
-            found[parity] = self._solve(parity, load / len(every)).reshape(-1, 3, load.shape[1])
-        return found
+            by_parity[parity] = self._solve(parity, load / len(every)).reshape(-1, 3, load.shape[1])
+        return by_parity
 
-    def factor(self, parity: tuple[int, int] = SYMMETRIC) -> tuple[np.ndarray, Factor]:
+    def factor(self, parity: tuple[int, int] = SYMMETRIC_PARITY) -> tuple[np.ndarray, Factor]:
         """Free unknowns (mask) and factorised dimensionless matrix, for fields of one parity; made once and kept."""
         if parity not in self._factors:
             free = self.space.free(parity, self.mesh.mirrors)
@@ -218,11 +227,11 @@ class FingerModel:
 
     def _stabilised(self, matrix: sp.csc_matrix, free: np.ndarray) -> sp.csc_matrix | None:
         """The matrix with some pressure mass added to layers that are so incompressible that they have almost none."""
-        empty = [number for number, layer in self.layers.items() if math.prod(lame(layer)) < INCOMPRESSIBLE]
+        empty = [number for number, layer in self.layers.items() if math.prod(lame(layer)) < INCOMPRESSIBLE_RATIO]
         for number in empty:
             mu = lame(self.layers[number])[0]
             mass = scaled(self.space.part("mass", number), self._scale)
-            matrix = matrix - STABILISATION / mu * restricted(mass, free)
+            matrix = matrix - PRESSURE_STABILISATION / mu * restricted(mass, free)
         return matrix.tocsc() if empty else None
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
@@ -247,7 +256,7 @@ class FingerModel:
         mirrors = self.mesh.mirrors
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
         loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
-        return loaded, [SYMMETRIC] if symmetric else self._all_parities()
+        return loaded, [SYMMETRIC_PARITY] if symmetric else self._all_parities()
 
     def _all_parities(self) -> list[tuple[int, int]]:
         """All parities, into which any field can be split."""
@@ -269,8 +278,8 @@ class FingerModel:
     def _condense(self, loaded, parities, moved: tuple, loaded_by: tuple) -> tuple[np.ndarray, np.ndarray]:
         """Weak displacements (components in `moved` * n) and gauge rows (q, g) under nodal tractions (components in
         `loaded_by` * n). Raises `MemoryEstimateError` if this does not fit into memory."""
-        cells, left = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
-        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), left, self.mesh.size_mm)
+        cells, unfactored = len(self.space.mesh.tets), len(set(parities) - set(self._factors))
+        refuse_reduction(cells, self.space.unknowns, len(loaded.patch.xy), unfactored, self.mesh.size_mm)
         functionals = gauge_functionals(self.finger, self.surfaces["interface"])
         n = len(loaded.patch.xy)
         compliance, influence = np.zeros((len(moved) * n, len(loaded_by) * n)), []
@@ -280,22 +289,22 @@ class FingerModel:
             rows, pushed = self.rows(functionals, parity), sp.hstack([loads[c] for c in loaded_by], format="csc")
             solved = []
             # In batches of right-hand sides: all responses at once would need too much memory.
-            for first in range(0, pushed.shape[1], BATCH):
-                block = slice(first, first + BATCH)
+            for first in range(0, pushed.shape[1], RIGHT_SIDES_AT_ONCE):
+                block = slice(first, first + RIGHT_SIDES_AT_ONCE)
                 solution = self._solve(parity, pushed[:, block].toarray()) / len(parities)
                 # What the patch feels under its own unit tractions: the displacement weighted by the same loads
                 # (reciprocity makes it symmetric).
                 compliance[:, block] += felt @ solution
                 solved.append(rows @ solution)
             influence.append(np.hstack(solved))
-        return compliance, np.sum(influence, axis=0).reshape(len(QUANTITIES), len(self.finger.gauges), -1)
+        return compliance, np.sum(influence, axis=0).reshape(len(GAUGE_QUANTITIES), len(self.finger.gauges), -1)
 
     def _layers_below(self, frame: Frame) -> np.ndarray:
         """Thickness (mm) and Young's modulus (MPa) (k, 2) of the layers below the touch-down point, down to a clamped
         surface: a rigid bone or the base plane."""
         # Walk down along the inward normal and note where the levels of the surfaces change sign. A level is positive
         # outside of its surface; the walk is longer than the finger, so that it meets the base in any case.
-        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), WALK)[1:]
+        down = np.linspace(0, 2 * np.abs(self.mesh.points).max(), WALK_POINTS)[1:]
         points = frame.origin - down[:, None] * frame.axes[2]
         levels = [self.surfaces["interface"].level(points), self.surfaces["bone"].level(points)]
         *ends, base = (_crossing(down, level) for level in (*levels, points[:, 2] - self.mesh.points[:, 2].min()))
@@ -350,14 +359,14 @@ class LoadedPatch:
 
 
 def build_patch(
-    space: Space, whole: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
+    space: Space, mesh: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
 ) -> LoadedPatch:
     """The patch of `radius` mm around a contact frame.
 
     `space` lives on the cell of the mesh `whole`; with `symmetric` the patch contains only the cell's part and its
     mirror images are implied; else it contains all images.
     """
-    mirrors = ["xyz".index(axis) for axis in whole.mirrors]
+    mirrors = ["xyz".index(axis) for axis in mesh.mirrors]
     flips = [axis for axis in mirrors if not symmetric]
     images = _sign_pairs(flips)
     skin_triangles = space.mesh.boundaries["skin"]
@@ -408,8 +417,8 @@ def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
     near = np.hypot(local[:, 0], local[:, 1]) < radius
     ends = local[triangles]
     area = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
-    facing = np.abs(area[:, 2]) > STEEPEST * np.linalg.norm(area, axis=1)
-    outward = skin.normal(corners[triangles].mean(axis=1)) @ frame.axes[2] > STEEPEST
+    facing = np.abs(area[:, 2]) > SMALLEST_SKIN_COSINE * np.linalg.norm(area, axis=1)
+    outward = skin.normal(corners[triangles].mean(axis=1)) @ frame.axes[2] > SMALLEST_SKIN_COSINE
     chosen = near[triangles].all(axis=1) & facing & outward
     if not chosen.any():
         return None

@@ -15,10 +15,10 @@ from papilla.core.errors import InputError
 from papilla.mesh.surfaces import Surface
 from papilla.model.specimen import Specimen
 
-NEWTON_STEPS = 3
+SKIN_NEWTON_STEPS = 3
 """Number of steps from a facet of the mesh to the exact skin; each one squares the relative error."""
 
-GAUSS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
+TRIANGLE_POINTS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6
 """Barycentric points of the three-point rule of degree 2, weights 1/3."""
 
 
@@ -123,7 +123,7 @@ def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
     # of the mesh, which is close to the skin, three steps reach rounding.
     normal = frame.axes[2]
     points = points.copy()
-    for _ in range(NEWTON_STEPS):
+    for _ in range(SKIN_NEWTON_STEPS):
         foot = skin.project(points)
         outward = skin.normal(foot)
         step = np.einsum("ki,ki->k", foot - points, outward) / (outward @ normal)
@@ -150,15 +150,15 @@ def weak_gap(patch: Patch, specimen: Specimen) -> np.ndarray:
 def quadrature(patch: Patch, subdivisions: int = 1) -> tuple[np.ndarray, np.ndarray, sp.csr_matrix]:
     """Gauss points (q, 2), weights (q,) in mm2, and hat functions there (q, n); q = 3 t subdivisions^2.
 
-    Each triangle is cut into subdivisions^2 equal parts, and each part has the three points of `GAUSS`.
+    Each triangle is cut into subdivisions^2 equal parts, and each part has the three points of `TRIANGLE_POINTS`.
     """
     parts = []
     for i in range(subdivisions):
         for j in range(subdivisions - i):
             corner = np.array([i, j, subdivisions - i - j - 1]) / subdivisions
-            parts.append(corner + GAUSS / subdivisions)
+            parts.append(corner + TRIANGLE_POINTS / subdivisions)
             if i + j < subdivisions - 1:  # The triangle that stands on its head next to it
-                parts.append(corner + (1 - GAUSS - np.array([0, 0, 1])) / subdivisions)
+                parts.append(corner + (1 - TRIANGLE_POINTS - np.array([0, 0, 1])) / subdivisions)
     rule = np.concatenate(parts)
     corners = patch.xy[patch.triangles]
     edge_a, edge_b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

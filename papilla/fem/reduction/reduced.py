@@ -24,7 +24,7 @@ from papilla.core.file_models import first_of, in_words, keys_of, table
 from papilla.core.files import replacing
 from papilla.core.outside import json_value, read_arrays
 from papilla.fem.reduction.compliance import PatchSurface
-from papilla.fem.reduction.gauges import QUANTITIES
+from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
 from papilla.fem.reduction.patch import Patch
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import Specimen
@@ -34,23 +34,23 @@ COMPLIANCE_BY = PatchSurface.__module__
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-SCHEMA = "papilla.reduced/3"
+REDUCED_SCHEMA = "papilla.reduced/3"
 
 MOST_KEPT = 400
 """Largest number of patch nodes for which a specimen's compliance is kept in the cache: 12 MB with friction."""
 
-UNLIKE = 1e-6
+UNLIKE_COMPLIANCE = 1e-6
 """Largest difference, as a share of the largest entry, between the two compliances of a specimen for pressure alone."""
 
-FLAT, UNLIKE_MASS = 1e-6, math.log(2)
+FLAT_TRIANGLE_SHARE, UNLIKE_MASS = 1e-6, math.log(2)
 """Smallest area of a triangle in a file, over the mean, and largest |ln| of a node's mass over the area around it: skin
 whose edges are bent has up to 1.5 % more."""
 
-FEW = 8
+FEW_RESULTS = 8
 """Number of results that `kept` keeps of a function whose results are large."""
 
 
-def kept(most: int = FEW) -> Callable[[Function], Function]:
+def kept(most: int = FEW_RESULTS) -> Callable[[Function], Function]:
     """Decorator: keep the last `most` results of a function with the object that is its first argument, by its other
     arguments.
 
@@ -64,18 +64,18 @@ def kept(most: int = FEW) -> Callable[[Function], Function]:
         @wraps(function)
         def found(owner: Any, *others: Any) -> Any:
             """The kept result, or a new one, which is then kept with `owner`."""
-            known = vars(owner).setdefault(name, OrderedDict())
-            if others not in known:
+            results = vars(owner).setdefault(name, OrderedDict())
+            if others not in results:
                 try:
-                    known[others] = function(owner, *others)
+                    results[others] = function(owner, *others)
                 except ContactRangeError as error:
-                    known[others] = error.with_traceback(None)
-                if len(known) > most:
-                    known.popitem(last=False)
-            known.move_to_end(others)
-            if isinstance(known[others], ContactRangeError):
-                raise known[others]
-            return known[others]
+                    results[others] = error.with_traceback(None)
+                if len(results) > most:
+                    results.popitem(last=False)
+            results.move_to_end(others)
+            if isinstance(results[others], ContactRangeError):
+                raise results[others]
+            return results[others]
 
         return found  # type: ignore[return-value]
 
@@ -143,17 +143,17 @@ class ReducedFinger:
     @property
     def strain_rows(self) -> np.ndarray:
         """Gauge strain (g, n) per MPa of nodal pressure."""
-        return self.rows[list(QUANTITIES).index("strain")]
+        return self.rows[list(GAUGE_QUANTITIES).index("strain")]
 
     @property
     def gains(self) -> np.ndarray:
         """Weights (g,) of the strain in a reading."""
-        return self.weights[list(QUANTITIES).index("strain")]
+        return self.weights[list(GAUGE_QUANTITIES).index("strain")]
 
     @property
     def levers(self) -> np.ndarray:
         """Weights (g,) of the curvature change in a reading, mm."""
-        return self.weights[list(QUANTITIES).index("curvature")]
+        return self.weights[list(GAUGE_QUANTITIES).index("curvature")]
 
     @property
     def depth(self) -> float:
@@ -196,8 +196,8 @@ class ReducedFinger:
 
         Raises `InputError` if the one with tangential tractions does not fit the one for pressure alone.
         """
-        found = _of_unit(self, specimen.unit, "traction_compliance" if tractions else "compliance")
-        return found / (specimen.modulus if specimen.elastic else 1.0)
+        unit_compliance = _of_unit(self, specimen.unit, "traction_compliance" if tractions else "compliance")
+        return unit_compliance / (specimen.modulus if specimen.elastic else 1.0)
 
     def specimen_traction_compliance(self, specimen: Specimen) -> np.ndarray:
         """Deprecated name of `specimen_compliance(specimen, tractions=True)`."""
@@ -206,14 +206,14 @@ class ReducedFinger:
 
     def specimen_displacement(self, specimen: Specimen, pressure: np.ndarray) -> np.ndarray:
         """Weak displacement (n,) of a specimen's surface under nodal pressures (n,) in MPa, mm3."""
-        found = _of_unit(self, specimen.unit, "compliance") @ pressure
-        return found / (specimen.modulus if specimen.elastic else 1.0)
+        unit_displacement = _of_unit(self, specimen.unit, "compliance") @ pressure
+        return unit_displacement / (specimen.modulus if specimen.elastic else 1.0)
 
     def to_arrays(self, *, tangential: bool = False) -> dict[str, np.ndarray]:
         """All data as named arrays, ready for `numpy.savez`; with `tangential` also those for friction, computed if
         needed."""
         meta = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _NOT_META}
-        meta |= {"schema": SCHEMA, "bench": vars(self.bench)}
+        meta |= {"schema": REDUCED_SCHEMA, "bench": vars(self.bench)}
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {f"patch_{item.name}": getattr(self.patch, item.name) for item in fields(Patch)}
         if tangential:
@@ -226,17 +226,17 @@ class ReducedFinger:
         if "meta" not in arrays:
             raise FileFormatError("not a complete file: meta is missing")
         meta = json_value(str(arrays["meta"]), "meta", finite=False)  # The bench of a half-space is infinite
-        if not isinstance(meta, dict) or meta.pop("schema", None) != SCHEMA:
-            raise FileFormatError(f"the schema is not {SCHEMA}")
+        if not isinstance(meta, dict) or meta.pop("schema", None) != REDUCED_SCHEMA:
+            raise FileFormatError(f"the schema is not {REDUCED_SCHEMA}")
         try:
             meta = _META.validate_python(meta)
         except ValidationError as error:
             raise FileFormatError(f"meta: {in_words(first_of(error))}") from error
-        found = _checked(arrays, len(meta["gauge_names"]))
-        patch = Patch(**{item.name: found[f"patch_{item.name}"] for item in fields(Patch)})
-        values: dict[str, Any] = {name: found[name] for name in _ARRAYS}
-        if _TANGENTIAL[0] in found:
-            values["tangential_source"] = partial(tuple, [found[name] for name in _TANGENTIAL])
+        checked = _checked(arrays, len(meta["gauge_names"]))
+        patch = Patch(**{item.name: checked[f"patch_{item.name}"] for item in fields(Patch)})
+        values: dict[str, Any] = {name: checked[name] for name in _ARRAYS}
+        if _TANGENTIAL[0] in checked:
+            values["tangential_source"] = partial(tuple, [checked[name] for name in _TANGENTIAL])
         return cls(patch=patch, **values, **meta)
 
     def save(self, path: str | PathLike) -> None:
@@ -257,7 +257,9 @@ class ReducedFinger:
 _TANGENTIAL = ("tangential_compliance", "tangential_rows")
 _ARRAYS = ("compliance", "half_space", "rows", "weights", "layers")
 _NOT_META = (*_ARRAYS, "patch", "tangential_source", "strain_source", "cached")
-_POSITIVE, _NOT_NEGATIVE = (Annotated[float, Field(ge=low, le=checks.LARGEST)] for low in (1 / checks.LARGEST, 0))
+_POSITIVE, _NOT_NEGATIVE = (
+    Annotated[float, Field(ge=low, le=checks.LARGEST_READING)] for low in (1 / checks.LARGEST_READING, 0)
+)
 _BENCH: Any = {"friction": float | str | None, "thickness": Annotated[float, Field(allow_inf_nan=True)]}
 _META: TypeAdapter[dict[str, Any]] = TypeAdapter(
     table(
@@ -267,8 +269,8 @@ _META: TypeAdapter[dict[str, Any]] = TypeAdapter(
         | {"at": Annotated[tuple[float, float], Field(strict=False)]}
         | {"gauge_names": Annotated[tuple[str, ...], Field(strict=False, min_length=1)]}
         | {"strain_key": (str, ""), "element": (str, "Taylor-Hood"), "facets": (_NOT_NEGATIVE, 0.0)}
-        | {"bench": (table(Bench, keys_of(Bench, **_BENCH), known=True), Bench())},
-        known=True,
+        | {"bench": (table(Bench, keys_of(Bench, **_BENCH), strict_keys=True), Bench())},
+        strict_keys=True,
     )
 )
 
@@ -280,50 +282,53 @@ def _checked(arrays: Mapping[str, np.ndarray], gauges: int) -> dict[str, np.ndar
     shapes = {
         "patch_xy": (nodes, 2), "patch_triangles": (None, 3), "patch_mass": (nodes,), "patch_gap": (nodes,),
         "patch_rim": (nodes,), "patch_images": (None, 2), "compliance": (nodes, nodes), "half_space": (nodes, nodes),
-        "rows": (len(QUANTITIES), gauges, nodes), "weights": (len(QUANTITIES), gauges), "layers": (None, 2),
+        "rows": (len(GAUGE_QUANTITIES), gauges, nodes), "weights": (len(GAUGE_QUANTITIES), gauges), "layers": (None, 2),
     }  # fmt: skip
     if any(name in arrays for name in _TANGENTIAL):
-        side = (3 * nodes, 2 * nodes), (len(QUANTITIES), gauges, 2 * nodes)
+        side = (3 * nodes, 2 * nodes), (len(GAUGE_QUANTITIES), gauges, 2 * nodes)
         shapes |= dict(zip(_TANGENTIAL, side, strict=True))
-    found = {name: _numbers(arrays, name) for name in shapes}
+    checked = {name: _numbers(arrays, name) for name in shapes}
     for name, shape in shapes.items():
-        stated = found[name].shape
+        stated = checked[name].shape
         same = len(stated) == len(shape) and all(
             a in (b, None) or b is None for a, b in zip(stated, shape, strict=True)
         )
         if not same or 0 in stated:
             expected = " x ".join("n" if side is None else str(side) for side in shape)
             raise FileFormatError(f"{name} must have the shape {expected}, has {' x '.join(map(str, stated))}")
-    images, triangles, rim = (found[f"patch_{name}"] for name in ("images", "triangles", "rim"))
+    images, triangles, rim = (checked[f"patch_{name}"] for name in ("images", "triangles", "rim"))
     if triangles.dtype.kind not in "iu" or triangles.min() < 0 or triangles.max() >= nodes:
         raise FileFormatError(f"patch_triangles must hold whole numbers from 0 to {nodes - 1}")
-    corners = found["patch_xy"][triangles]
+    corners = checked["patch_xy"][triangles]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
     around = np.bincount(triangles.ravel(), np.repeat(area / 3, 3), nodes)
-    if (area <= FLAT * area.mean()).any() or (around <= 0).any():
+    if (area <= FLAT_TRIANGLE_SHARE * area.mean()).any() or (around <= 0).any():
         raise FileFormatError("patch_triangles must not be flat, and have every node as a corner")
-    if not (np.abs(np.log(np.maximum(found["patch_mass"], 1 / checks.LARGEST) / around)) < UNLIKE_MASS).all():
+    if not (np.abs(np.log(np.maximum(checked["patch_mass"], 1 / checks.LARGEST_READING) / around)) < UNLIKE_MASS).all():
         raise FileFormatError("patch_mass must be the area of the triangles around each node")
     if len(images) > 4 or (np.abs(images) != 1).any():
         raise FileFormatError("patch_images must hold up to four pairs of 1 and -1")
     if rim.dtype != bool:
         raise FileFormatError("patch_rim must hold true and false")
-    if (found["layers"] < 1 / checks.LARGEST).any():
+    if (checked["layers"] < 1 / checks.LARGEST_READING).any():
         raise FileFormatError("layers must hold numbers above 0")
     for name in ("compliance", "half_space"):
-        matrix = found[name]
-        if np.abs(matrix - matrix.T).max() > UNLIKE * np.abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0:
+        matrix = checked[name]
+        if (
+            np.abs(matrix - matrix.T).max() > UNLIKE_COMPLIANCE * np.abs(matrix).max()
+            or np.linalg.eigvalsh(matrix)[0] <= 0
+        ):
             raise FileFormatError(f"{name} must be symmetric and positive definite")
-    return found
+    return checked
 
 
 def _numbers(arrays: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     if name not in arrays:
         raise FileFormatError(f"not a complete file: {name} is missing")
     array = np.asarray(arrays[name])
-    if array.dtype.kind not in "fiub" or array.ndim == 0 or not (np.abs(array) <= checks.LARGEST).all():
-        raise FileFormatError(f"{name} must be an array of numbers up to {checks.LARGEST:g}")
+    if array.dtype.kind not in "fiub" or array.ndim == 0 or not (np.abs(array) <= checks.LARGEST_READING).all():
+        raise FileFormatError(f"{name} must be an array of numbers up to {checks.LARGEST_READING:g}")
     return array
 
 
@@ -336,19 +341,19 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
     def make() -> dict[str, np.ndarray]:
         return {name: np.asarray(getattr(unit, name)(PatchSurface(reduced.patch, reduced.half_space)))}
 
-    own = type(unit).__module__ == Specimen.__module__ and len(reduced.patch.xy) <= MOST_KEPT
-    key = cache.key(COMPLIANCE_BY, name, reduced.patch, repr(unit)) if own else ""
-    found = (cache.fetch("specimen", key, make) if own else make())[name]
+    cacheable = type(unit).__module__ == Specimen.__module__ and len(reduced.patch.xy) <= MOST_KEPT
+    key = cache.key(COMPLIANCE_BY, name, reduced.patch, repr(unit)) if cacheable else ""
+    compliance = (cache.fetch("specimen", key, make) if cacheable else make())[name]
     if name == "traction_compliance":
         n, normal = len(reduced.patch.xy), _of_unit(reduced, unit, "compliance")
-        if np.abs(found[:n, :n] - normal).max() > UNLIKE * normal.max():
+        if np.abs(compliance[:n, :n] - normal).max() > UNLIKE_COMPLIANCE * normal.max():
             raise InputError(
                 f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
             )
-    return found
+    return compliance
 
 
-def needs_reduced(given: object) -> None:
+def needs_reduced(finger: object) -> None:
     """Raise `InputError` for a finger that was not reduced; the message says how to reduce it."""
-    if isinstance(given, Finger):
+    if isinstance(finger, Finger):
         raise InputError("a ReducedFinger is needed, got a Finger: papilla.fem.prepare(finger) makes one")

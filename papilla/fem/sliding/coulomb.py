@@ -20,19 +20,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg.lapack import dgesv
 
-from papilla.core.units import TINY
+from papilla.core.units import TINY_DIVISOR
 
-OPEN, STICK, RIGHT, LEFT = 0, 2, 1, -1
-"""States of a node; `RIGHT` and `LEFT` are the sign of its slip."""
+OPEN_NODE, STICKING_NODE, SLIPS_RIGHT, SLIPS_LEFT = 0, 2, 1, -1
+"""States of a node; `SLIPS_RIGHT` and `SLIPS_LEFT` are the sign of its slip."""
 
-MOST_SETS, RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 4, 10, 400
+MOST_SETS, MOST_RESTARTS, FEW_SWEEPS, MOST_SWEEPS = 200, 4, 10, 400
 """Largest numbers of: active sets that are tried, restarts after a few sweeps of relaxation, and sweeps of the last
 relaxation."""
 
-STEEPEST = 1e4
+STEEPEST_LOAD_CHANGE = 1e4
 """Relative change of the load over that of the depth above which the load jumps; it is 10 to 50 elsewhere."""
 
-TOLERANCE = 1e-9
+CONTACT_LAW_TOLERANCE = 1e-9
 """Tolerances: of gaps and slips, relative to the largest displacement of the step; of forces, relative to their sum."""
 
 
@@ -68,38 +68,38 @@ class Laws:
 
 def rub(laws: Laws, start: np.ndarray) -> Rubbed:
     """Solve a step, starting from states (n,)."""
-    found, last = _newton(laws, start)
-    for _ in range(RESTARTS if found is None else 0):
+    rubbed, last = _newton(laws, start)
+    for _ in range(MOST_RESTARTS if rubbed is None else 0):
         # Some sweeps of relaxation at the last depth find other sets to start from
         guess = _relax_at(laws, last.depth, last.force, FEW_SWEEPS)
-        found, last = _newton(laws, guess.state)
-        if found is not None:
+        rubbed, last = _newton(laws, guess.state)
+        if rubbed is not None:
             break
-    return found or relax(laws)
+    return rubbed or relax(laws)
 
 
 def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
     """The step by active sets, None if they do not converge; and the solution of the last set."""
-    state, seen, circles = start.copy(), set(), 0
+    node_states, seen, circles = start.copy(), set(), 0
     none = np.zeros(2 * len(start))
-    last = Rubbed(none, laws.free, laws.depth or 0.0, state, 0, "newton", math.inf)
+    last = Rubbed(none, laws.free, laws.depth or 0.0, node_states, 0, "newton", math.inf)
     for count in range(1, MOST_SETS + 1):
-        solved = _solve(laws, state)
+        solved = _solve(laws, node_states)
         if solved is None:
             break
         force, moved, depth = solved
-        following, urgency, violation = _judge(laws, state, force, moved, depth)
-        last = Rubbed(force, moved, depth, state, count, "newton", violation)
-        if following is state:
+        following, urgency, violation = _judge(laws, node_states, force, moved, depth)
+        last = Rubbed(force, moved, depth, node_states, count, "newton", violation)
+        if following is node_states:
             return last, last
         # The sets have begun to cycle: change only the node that violates its law most.
         if circles:
-            worst = int(np.argmax(np.where(following != state, urgency, -1.0)))
-            state = state.copy()
-            state[worst] = following[worst]
+            worst = int(np.argmax(np.where(following != node_states, urgency, -1.0)))
+            node_states = node_states.copy()
+            node_states[worst] = following[worst]
         else:
-            state = following
-        if (key := state.tobytes()) in seen:
+            node_states = following
+        if (key := node_states.tobytes()) in seen:
             circles += 1
             if circles > 2:
                 break
@@ -107,36 +107,36 @@ def _newton(laws: Laws, start: np.ndarray) -> tuple[Rubbed | None, Rubbed]:
     return None, last
 
 
-def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
+def _solve(laws: Laws, node_states: np.ndarray) -> tuple[np.ndarray, np.ndarray, float] | None:
     """Forces, displacements and depth that solve the equations for given states; None if they are singular."""
-    C, n, free = laws.compliance, len(state), laws.free
-    touching = state.nonzero()[0]
+    C, n, free = laws.compliance, len(node_states), laws.free
+    touching = node_states.nonzero()[0]
     if laws.load is not None and not len(touching):
         # A load needs at least one node that carries it.
         touching = np.array([int(np.argmin(free[n:] + laws.rise))])
-    states = state[touching]
+    states = node_states[touching]
     rubbing = laws.friction > 0
     # Unknowns: a of all touching nodes, b of sticking ones. A slipping node's b is -mu a sign(s), so its column is
     # added to that of its a.
-    held = touching[states == STICK] if rubbing else touching[:0]
-    slips = (np.abs(states) == 1).nonzero()[0] if rubbing else held
+    sticking = touching[states == STICKING_NODE] if rubbing else touching[:0]
+    slips = (np.abs(states) == 1).nonzero()[0] if rubbing else sticking
     sliding, drag = touching[slips], -laws.friction * states[slips]
-    count, size = len(touching), len(touching) + len(held)
+    count, size = len(touching), len(touching) + len(sticking)
     force = np.zeros(2 * n)
     depth = 0.0 if laws.depth is None else laws.depth
     if not count:
         return force, free.copy(), depth
-    rows = np.concatenate([touching + n, held])
+    rows = np.concatenate([touching + n, sticking])
     # The compliance is symmetric, so its rows, which are contiguous in memory, serve as columns; LAPACK takes a
     # transpose
-    wide, beside = C[rows], C[sliding]
+    wide, sliding_rows = C[rows], C[sliding]
     matrix = np.zeros((size + 1, size + 1)) if laws.load is not None else np.empty((size, size))
     matrix[:size, :size] = wide[:, rows]
-    matrix[slips, :size] += beside[:, rows] * drag[:, None]
+    matrix[slips, :size] += sliding_rows[:, rows] * drag[:, None]
     rhs = -free[rows]
     # Rows: the gap of touching nodes is zero, the slip of sticking ones is zero.
     rhs[:count] -= laws.rise[touching]
-    rhs[count:] += laws.old[held] - laws.drift
+    rhs[count:] += laws.old[sticking] - laws.drift
     if laws.load is not None:
         # Given load: the depth is one more unknown, the sum of a one more equation.
         matrix[size, :count], matrix[:count, size] = -1.0, 1.0
@@ -150,40 +150,44 @@ def _solve(laws: Laws, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, float
     force[rows], force[sliding] = x[:size], pulled
     if laws.load is not None:
         depth = float(x[size])
-    return force, x[:size] @ wide + pulled @ beside + free, depth
+    return force, x[:size] @ wide + pulled @ sliding_rows + free, depth
 
 
-def _judge(laws: Laws, state, force, moved, depth) -> tuple[np.ndarray, np.ndarray, float]:
+def _judge(laws: Laws, node_states, force, moved, depth) -> tuple[np.ndarray, np.ndarray, float]:
     """The states that follow from a solution (the same object if they hold), the violation of each node's laws (n,),
     and the error of the linear solve."""
-    n, mu = len(state), laws.friction
+    n, mu = len(node_states), laws.friction
     a, inward = force[n:], moved[n:]
-    length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), TINY)
-    strength = max(float(np.abs(a).sum()), TINY)
-    touching = state.nonzero()[0]
-    gap, pressing, states = inward + laws.rise - depth, a[touching], state[touching]
+    length = max(float(inward.max()), -float(inward.min()), abs(laws.drift), TINY_DIVISOR)
+    strength = max(float(np.abs(a).sum()), TINY_DIVISOR)
+    touching = node_states.nonzero()[0]
+    gap, pressing, states = inward + laws.rise - depth, a[touching], node_states[touching]
     # Violations are shares of the largest displacement or of the whole force, so that overlaps, pulls and slips can be
     # compared.
     urgency = gap / -length
     urgency[touching] = pressing / -strength
     error = float(np.abs(gap[touching]).max(initial=0)) / length
-    wrong, turns, turned = urgency > TOLERANCE, touching[:0], states[:0]
+    wrong, turns, turned = urgency > CONTACT_LAW_TOLERANCE, touching[:0], states[:0]
     if mu > 0:
         slip, rubbing = moved[touching] - laws.old[touching] + laws.drift, force[touching]
-        held = states == STICK
+        sticking = states == STICKING_NODE
         # A sticking node must not pull more than mu a; a slipping one must not slip against its own friction.
-        beyond = np.where(held, (np.abs(rubbing) - mu * pressing) / strength, -states * slip / length)
-        against = ((beyond > TOLERANCE) & ~wrong[touching]).nonzero()[0]
-        turns, turned = touching[against], np.where(rubbing > 0, LEFT, RIGHT)[against]
-        turned[~held[against]] = STICK
+        beyond = np.where(sticking, (np.abs(rubbing) - mu * pressing) / strength, -states * slip / length)
+        against = ((beyond > CONTACT_LAW_TOLERANCE) & ~wrong[touching]).nonzero()[0]
+        turns, turned = touching[against], np.where(rubbing > 0, SLIPS_LEFT, SLIPS_RIGHT)[against]
+        turned[~sticking[against]] = STICKING_NODE
         urgency[turns] = beyond[against]
-        error = max(error, float(np.abs(slip[held]).max(initial=0)) / length)
-    following = state
+        error = max(error, float(np.abs(slip[sticking]).max(initial=0)) / length)
+    following = node_states
     if wrong.any() or len(turns):
         # A node that comes into contact slips with the drift at first (it sticks if there is none); the next iterations
         # decide.
-        toward = (STICK if laws.drift == 0 else (RIGHT if laws.drift > 0 else LEFT)) if mu > 0 else RIGHT
-        following = np.where(wrong, np.where(state == OPEN, toward, OPEN), state)
+        toward = (
+            (STICKING_NODE if laws.drift == 0 else (SLIPS_RIGHT if laws.drift > 0 else SLIPS_LEFT))
+            if mu > 0
+            else SLIPS_RIGHT
+        )
+        following = np.where(wrong, np.where(node_states == OPEN_NODE, toward, OPEN_NODE), node_states)
         following[turns] = turned
     return following, urgency, error
 
@@ -196,22 +200,22 @@ def relax(laws: Laws) -> Rubbed:
     n, load = len(laws.rise), laws.load
     low = float((laws.free[n:] + laws.rise).min())
     high, begun = low + load * float(np.diag(laws.compliance)[n:].max()), np.zeros(2 * n)
-    found = _relax_at(laws, high, begun)
-    f_low, f_high = -load, float(found.force[n:].sum()) - load
+    rubbed = _relax_at(laws, high, begun)
+    f_low, f_high = -load, float(rubbed.force[n:].sum()) - load
     error = f_high
     # Secant steps in a bracket; halving the error of the end that stays (Illinois rule) keeps them from stalling. They
     # end when the load is met, or when it jumps within the bracket.
-    while abs(error) > 1e-8 * load and STEEPEST * load * (high - low) > abs(error * high):
+    while abs(error) > 1e-8 * load and STEEPEST_LOAD_CHANGE * load * (high - low) > abs(error * high):
         depth = high - f_high * (high - low) / (f_high - f_low)
         if not low < depth < high:
             depth = (low + high) / 2
-        found = _relax_at(laws, depth, found.force)
-        error = float(found.force[n:].sum()) - load
+        rubbed = _relax_at(laws, depth, rubbed.force)
+        error = float(rubbed.force[n:].sum()) - load
         if error > 0:
             high, f_high, f_low = depth, error, f_low / 2
         else:
             low, f_low, f_high = depth, error, f_high / 2
-    return replace(found, violation=max(found.violation, abs(error) / load))
+    return replace(rubbed, violation=max(rubbed.violation, abs(error) / load))
 
 
 def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEEPS) -> Rubbed:
@@ -220,11 +224,11 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
     near = ((laws.free[n:] + laws.rise < depth) | (start[n:] > 0)).nonzero()[0]
     m = len(near)
     both = np.concatenate([near, near + n])
-    own, force = C[np.ix_(both, both)], start[both]
-    gaps = own @ force + laws.free[both]
+    compliance, force = C[np.ix_(both, both)], start[both]
+    gaps = compliance @ force + laws.free[both]
     gaps[:m] += laws.drift - laws.old[near]
     gaps[m:] += laws.rise[near] - depth
-    along, across, inward = np.diag(own)[:m], np.diag(own[:m, m:]), np.diag(own)[m:]
+    along, across, inward = np.diag(compliance)[:m], np.diag(compliance[:m, m:]), np.diag(compliance)[m:]
     blocks = list(zip(along.tolist(), across.tolist(), inward.tolist(), strict=True))
     change, sweep, limit = math.inf, 0, 0.0
     while sweep < most and change > limit:
@@ -235,19 +239,19 @@ def _relax_at(laws: Laws, depth: float, start: np.ndarray, most: int = MOST_SWEE
             to_b, to_a = _own_law(xx, xa, aa, slip, gap, friction) if gap < 0 else (0.0, 0.0)
             if to_b != b or to_a != a:
                 # One node's new forces move all the others: update slips and gaps instead of solving again.
-                gaps += own[i] * (to_b - b) + own[m + i] * (to_a - a)
+                gaps += compliance[i] * (to_b - b) + compliance[m + i] * (to_a - a)
                 force[i], force[m + i] = to_b, to_a
                 change = max(change, abs(to_b - b), abs(to_a - a))
-        limit = 1e-10 * max(float(force[m:].sum()), TINY)
+        limit = 1e-10 * max(float(force[m:].sum()), TINY_DIVISOR)
     b, a = force[:m], force[m:]
-    state = np.zeros(n, dtype=np.int64)
-    state[near] = np.where(a <= 0, OPEN, np.where(b < 0, RIGHT, LEFT))
+    node_states = np.zeros(n, dtype=np.int64)
+    node_states[near] = np.where(a <= 0, OPEN_NODE, np.where(b < 0, SLIPS_RIGHT, SLIPS_LEFT))
     if friction > 0:
-        state[near[(a > 0) & (np.abs(b) < friction * a * (1 - 1e-9))]] = STICK
-    whole = np.zeros(2 * n)
-    whole[both] = force
-    total = max(float(a.sum()), TINY)
-    return Rubbed(whole, C @ whole + laws.free, depth, state, sweep, "relaxation", change / total)
+        node_states[near[(a > 0) & (np.abs(b) < friction * a * (1 - 1e-9))]] = STICKING_NODE
+    all_forces = np.zeros(2 * n)
+    all_forces[both] = force
+    total = max(float(a.sum()), TINY_DIVISOR)
+    return Rubbed(all_forces, C @ all_forces + laws.free, depth, node_states, sweep, "relaxation", change / total)
 
 
 def _own_law(xx: float, xa: float, aa: float, slip: float, gap: float, friction: float) -> tuple[float, float]:

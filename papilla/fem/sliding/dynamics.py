@@ -17,7 +17,7 @@ from papilla.references import Prony
 LOSS_FACTOR = 0.1
 """Loss factor of silicone at 10 to 100 Hz, assumed: it varies between 0.05 and 0.3."""
 
-SLOWEST = 10.0
+LONGEST_RELAXATION_RATIO = 10.0
 """Ratio of a relaxation time to 1 / omega of a mode above which at most a tenth of its share contributes to the
 loss."""
 
@@ -54,7 +54,7 @@ def loss_factors(stated: float | None, identified: Identified | None, omega: np.
     assumed, none = np.full(len(omega), LOSS_FACTOR), "assumed, as of silicone at 10 to 100 Hz"
     if identified is None or not times:
         return assumed, f"{none}: the finger has no identified relaxation"
-    if (turns := min(times) * omega[0]) > SLOWEST:
+    if (turns := min(times) * omega[0]) > LONGEST_RELAXATION_RATIO:
         return assumed, (
             f"{none}: the identified relaxation of {min(times):.3g} s is {turns:.0f} times slower than the first mode, "
             "and tells nothing of its loss"
@@ -82,10 +82,10 @@ class Modal:
         generator = np.zeros((len(square), 4, 4))
         generator[:, 0, 1] = generator[:, 1, 2] = generator[:, 2, 3] = 1.0
         generator[:, 1, 0], generator[:, 1, 1] = -square, -loss * modes.omega
-        whole = expm(generator * step)
+        propagator = expm(generator * step)
         # Exact step of each mode for a force that is linear over the step: q at the end from q, q', the force before
         # and the force after.
-        self._own, by_force, by_slope = whole[:, :2, :2], whole[:, :2, 2], whole[:, :2, 3] / step
+        self._own, by_force, by_slope = propagator[:, :2, :2], propagator[:, :2, 2], propagator[:, :2, 3] / step
         self._before, self._after = by_force - by_slope, by_slope
         self.compliance = self._rest + (self._patch * self._after[:, 0]) @ self._patch.T
         self._load = self._patch.T @ force

@@ -16,11 +16,11 @@ import numpy as np
 from papilla.core.errors import InputError
 from papilla.model.textures import Texture
 
-POINTS, KNOTS, MOST_KNOTS = 120, 25, 1_000_000
+AVERAGE_POINTS, KNOTS_A_HAT, MOST_KNOTS = 120, 25, 1_000_000
 """Number of points of an average, number of knots of the table per hat width, and largest number of knots of a
 table."""
 
-COARSEST = 2.0
+COARSEST_GRATING_ELEMENTS = 2.0
 """Smallest wavelength in elements of a grating that is resolved."""
 
 FAR_MM = 1e3
@@ -50,12 +50,12 @@ class FeltProfile:
         Raises `InputError` for a period that the hats do not resolve, and for a table of more than `MOST_KNOTS`.
         """
         shapes, kinds = np.unique(hats.round(9), axis=0, return_inverse=True)
-        fine, widest = float(hats[hats > 0].min()) / KNOTS, float(hats.max())
+        fine, widest = float(hats[hats > 0].min()) / KNOTS_A_HAT, float(hats.max())
         period = texture.wavelength or 0.0
-        if period and period < COARSEST * widest * (1 + 1e-6):
+        if period and period < COARSEST_GRATING_ELEMENTS * widest * (1 + 1e-6):
             raise InputError(
                 f"wavelength {period:g} mm is not resolved by the skin's elements of {widest:.2g} mm: "
-                f"more than {COARSEST * widest:.4g} mm are"
+                f"more than {COARSEST_GRATING_ELEMENTS * widest:.4g} mm are"
             )
         if period and period < reach[1] - reach[0]:
             start, length = 0.0, period
@@ -68,11 +68,11 @@ class FeltProfile:
             raise InputError(f"{length:g} mm of texture are too long for elements of {widest:.2g} mm: slide less far")
         knots = start + length / count * np.arange(count + 1)
         values = np.empty((len(shapes), len(knots)))
-        middles = (np.arange(POINTS) + 0.5) / POINTS
-        for row, (left, right) in zip(values, shapes, strict=True):
-            offsets = -left + (left + right) * middles
-            weight = np.where(offsets < 0, 1 + offsets / (left or 1.0), 1 - offsets / (right or 1.0))
-            row[:] = sum(
+        middles = (np.arange(AVERAGE_POINTS) + 0.5) / AVERAGE_POINTS
+        for averages, (width_left, width_right) in zip(values, shapes, strict=True):
+            offsets = -width_left + (width_left + width_right) * middles
+            weight = np.where(offsets < 0, 1 + offsets / (width_left or 1.0), 1 - offsets / (width_right or 1.0))
+            averages[:] = sum(
                 w * _inside(texture, knots + offset) for w, offset in zip(weight / weight.sum(), offsets, strict=True)
             )
         return cls(kinds.ravel(), start, length / count, values, period, texture.span)

@@ -11,8 +11,8 @@ from papilla.core import checks
 from papilla.core.errors import FileFormatError, InputError
 from papilla.core.units import SAMPLE_RATE_HZ
 
-RATE_HZ = SAMPLE_RATE_HZ
-MOST_SAMPLES = 2_000_000
+MOTION_RATE_HZ = SAMPLE_RATE_HZ
+MOST_SCENE_SAMPLES = 2_000_000
 """Longest scene; longer recordings are not single scenes."""
 MOTION_GAP = 5.0
 """Time step of a motion file, in median steps, above which it is a gap."""
@@ -27,7 +27,7 @@ class Motion:
     rate_Hz: float
 
     @classmethod
-    def steady(cls, speed_mm_s: float, seconds: float, rate_Hz: float = RATE_HZ) -> "Motion":
+    def steady(cls, speed_mm_s: float, seconds: float, rate_Hz: float = MOTION_RATE_HZ) -> "Motion":
         """Constant speed from x = 0; negative to the left, zero for a finger that rests."""
         speed = checks.within("speed (mm/s)", speed_mm_s, -1e4, 1e4)
         t = sample_times(seconds, rate_Hz)
@@ -35,7 +35,7 @@ class Motion:
 
     @classmethod
     def sampled(
-        cls, t_s: ArrayLike, position_mm: ArrayLike, rate_Hz: float = RATE_HZ, seconds: float | None = None
+        cls, t_s: ArrayLike, position_mm: ArrayLike, rate_Hz: float = MOTION_RATE_HZ, seconds: float | None = None
     ) -> "Motion":
         """The motion through the points (t, x), linear between them; raises `InputError` for unusable or missing
         points."""
@@ -54,21 +54,21 @@ class Motion:
         if np.abs(np.diff(x) / steps).max() > 1e4:
             raise InputError("the motion is faster than 10 m/s: are these s and mm?")
         lasts = float(t[-1] - t[0]) if seconds is None else checks.positive("seconds", seconds)
-        if lasts > float(t[-1] - t[0]) * (1 + checks.ROUNDING):
+        if lasts > float(t[-1] - t[0]) * (1 + checks.ROUNDING_SHARE):
             raise InputError(f"seconds {lasts:g} is longer than the motion, {t[-1] - t[0]:g} s")
         times = sample_times(lasts, rate_Hz)
         return cls(times, np.interp(times, t - t[0], x), rate_Hz)
 
     @classmethod
-    def read(cls, path: str | Path, rate_Hz: float = RATE_HZ, seconds: float | None = None) -> "Motion":
+    def read(cls, path: str | Path, rate_Hz: float = MOTION_RATE_HZ, seconds: float | None = None) -> "Motion":
         """From a table `t_s,position_mm`; raises `FileAccessError` or `FileFormatError`."""
         from papilla.core.tables import TableReader
 
         with TableReader(path, lambda name: name in ("t_s", "position_mm")) as reader:
             for name in ("t_s", "position_mm"):
                 if name not in reader.names:
-                    found = ", ".join((*reader.names, *reader.ignored)[:10])
-                    raise FileFormatError(f"{path}, line 1: column {name} is missing (found {found})")
+                    present = ", ".join((*reader.names, *reader.ignored)[:10])
+                    raise FileFormatError(f"{path}, line 1: column {name} is missing (found {present})")
             table = reader.whole()
         try:
             return cls.sampled(table.columns["t_s"], table.columns["position_mm"], rate_Hz, seconds)
@@ -90,8 +90,8 @@ def sample_times(seconds: float, rate_Hz: float) -> np.ndarray:
     """Times from 0 in steps of 1 / `rate_Hz`; raises `InputError`."""
     rate = checks.within("rate (Hz)", rate_Hz, 1e-3, 1e7)
     count = checks.positive("seconds", seconds) * rate
-    if count > MOST_SAMPLES or not math.isfinite(count):
-        raise InputError(f"{seconds:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples: take less")
+    if count > MOST_SCENE_SAMPLES or not math.isfinite(count):
+        raise InputError(f"{seconds:g} s at {rate:g} Hz are more than {MOST_SCENE_SAMPLES:,} samples: take less")
     if round(count) < 2:
         raise InputError(f"{seconds:g} s at {rate:g} Hz are fewer than two samples")
     return np.arange(round(count)) / rate

@@ -25,16 +25,16 @@ from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.cells import places
-from papilla.mesh.layered import LAYERS
-from papilla.mesh.section import SIZE_MM, Section, build_section, section_finger
+from papilla.mesh.layered import LAYER_NUMBERS
+from papilla.mesh.section import SECTION_SIZE_MM, Section, build_section, section_finger
 from papilla.model.finger import Finger, Layer, Slab
 
-QUADRATURE_ORDER = 4  # Exact for products of two P2 functions
+SECTION_QUADRATURE_ORDER = 4  # Exact for products of two P2 functions
 
-STABILISER = 1e-9
+SECTION_STABILISATION = 1e-9
 """Stabilisation of the pressure block, which is empty for nu = 0.5: only the factor contains it, solves are refined."""
 
-MODES = 40
+SECTION_MODES = 40
 """Number of modes that are kept; the last one of the default finger's section is at 540 Hz."""
 
 DENSITY_G_CM3 = 1.07
@@ -60,8 +60,8 @@ class SectionModel:
     def __init__(self, finger: Finger, section: Section):
         self.finger, self.section = section_finger(finger), section
         self.mesh = MeshTri(section.points.T.copy(), section.triangles.T.copy(), sort_t=False)
-        self.scalar = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
-        self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER)
+        self.scalar = Basis(self.mesh, ElementTriP2(), intorder=SECTION_QUADRATURE_ORDER)
+        self.vector = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=SECTION_QUADRATURE_ORDER)
 
     @cached_property
     def nodes(self) -> int:
@@ -71,13 +71,13 @@ class SectionModel:
     @cached_property
     def component(self) -> np.ndarray:
         """(2, nodes) number of the unknown that is displacement along x, z of each node."""
-        found = np.empty((2, self.nodes), dtype=int)
-        for part in ("nodal_dofs", "facet_dofs"):
-            found[:, getattr(self.scalar, part)[0]] = getattr(self.vector, part)
-        return found
+        numbers = np.empty((2, self.nodes), dtype=int)
+        for dofs in ("nodal_dofs", "facet_dofs"):
+            numbers[:, getattr(self.scalar, dofs)[0]] = getattr(self.vector, dofs)
+        return numbers
 
     def _layers(self) -> list[tuple[np.ndarray, Layer]]:
-        pairs = ((self.section.layer == number, getattr(self.finger, name)) for name, number in LAYERS.items())
+        pairs = ((self.section.layer == number, getattr(self.finger, name)) for name, number in LAYER_NUMBERS.items())
         return [(np.flatnonzero(cells), layer) for cells, layer in pairs if layer is not None and cells.any()]
 
     @cached_property
@@ -95,13 +95,13 @@ class SectionModel:
         stiffness, mixed, pressures = 0, [], []
         for cells, layer in self._layers():
             mu, compressibility = lame(layer)
-            u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=QUADRATURE_ORDER, elements=cells)
-            p = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER, elements=cells)
-            own = np.unique(self.section.triangles[cells])
+            u = Basis(self.mesh, ElementVector(ElementTriP2()), intorder=SECTION_QUADRATURE_ORDER, elements=cells)
+            p = Basis(self.mesh, ElementTriP1(), intorder=SECTION_QUADRATURE_ORDER, elements=cells)
+            vertices = np.unique(self.section.triangles[cells])
             stiffness = stiffness + mu * shear.assemble(u)
             # Pressures in units of the layer's modulus, so that all unknowns have similar size
-            mixed.append(-mu * divu.assemble(u, p).tocsr()[own])
-            pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[own][:, own])
+            mixed.append(-mu * divu.assemble(u, p).tocsr()[vertices])
+            pressures.append(-compressibility * mu**2 * product.assemble(p).tocsr()[vertices][:, vertices])
         B = sp.vstack(mixed)
         system = sp.bmat([[stiffness, B.T], [B, sp.block_diag(pressures)]]).tocsc()
         density = DENSITY_G_CM3 * T_MM3_PER_G_CM3
@@ -128,23 +128,23 @@ class SectionModel:
         if not empty.any():
             return factorise(sp.tril(matrix).tocsc(), pressures)
         size = abs(matrix.diagonal()).max()
-        small = sp.diags(np.concatenate([np.zeros(matrix.shape[0] - pressures), -STABILISER * size * empty]))
+        small = sp.diags(np.concatenate([np.zeros(matrix.shape[0] - pressures), -SECTION_STABILISATION * size * empty]))
         return factorise(sp.tril(matrix).tocsc(), pressures, stabilised=sp.tril(matrix + small).tocsc())
 
     def solve(self, loads: np.ndarray) -> np.ndarray:
         """Displacements (2 nodes, k) under loads (2 nodes, k) in N/mm."""
         inside = self.free < 2 * self.nodes
-        whole = np.zeros((len(self.free), loads.shape[1]))
-        whole[inside] = loads[self.free[inside]]
+        right_side = np.zeros((len(self.free), loads.shape[1]))
+        right_side[inside] = loads[self.free[inside]]
         moved = np.zeros_like(loads, dtype=float)
-        moved[self.free[inside]] = self.factor.solve(whole)[inside]
+        moved[self.free[inside]] = self.factor.solve(right_side)[inside]
         return moved
 
     @cached_property
     def patch_vertices(self) -> np.ndarray:
         """(n,) vertices that may touch, from left to right."""
-        own = np.unique(self.section.spans)
-        return own[np.argsort(self.section.points[own, 0])]
+        vertices = np.unique(self.section.spans)
+        return vertices[np.argsort(self.section.points[vertices, 0])]
 
     @cached_property
     def patch_weights(self) -> tuple[sp.csr_matrix, np.ndarray]:
@@ -182,10 +182,10 @@ class SectionModel:
             x, z = points[np.abs(points[:, 0]).argmax()]
             raise InputError(f"a gauge's foil reaches out of the section, to ({x:.3g}, {z:.3g}) mm: move it") from error
         flat = [sp.csr_matrix(values.T @ weights[:, c]) for c in (0, 1)]
-        row = sp.lil_matrix((1, 2 * self.nodes))
+        functional = sp.lil_matrix((1, 2 * self.nodes))
         for c in (0, 1):
-            row[0, self.component[c][flat[c].indices]] = flat[c].data
-        return row.tocsr()
+            functional[0, self.component[c][flat[c].indices]] = flat[c].data
+        return functional.tocsr()
 
     def condense(self) -> tuple[np.ndarray, np.ndarray]:
         """Compliance (2n, 2n) of the patch in mm per N/mm, x then inward, and gauge rows (q, g, 2n) per N/mm."""
@@ -254,29 +254,29 @@ class ReducedSection:
 
 
 def prepare_section(
-    finger: Finger, *, size_mm: float = SIZE_MM, progress: Callable[[str], None] = lambda line: None
+    finger: Finger, *, size_mm: float = SECTION_SIZE_MM, progress: Callable[[str], None] = lambda line: None
 ) -> ReducedSection:
     """Mesh, factorise and condense a finger's section, or take it from the cache.
 
     Raises `InputError` for a finger without an exact section and for a bad size, and `SolverError`.
     """
     checks.positive("size_mm", size_mm)
-    own = section_finger(finger)
+    extruded = section_finger(finger)
 
     def make() -> dict[str, np.ndarray]:
         progress("condensing the section, some seconds the first time")
-        return _arrays(SectionModel(own, build_section(own, size_mm=size_mm)))
+        return _arrays(SectionModel(extruded, build_section(extruded, size_mm=size_mm)))
 
-    key = cache.key(__name__, own.sha256, float(size_mm), MODES, DENSITY_G_CM3)
-    found = cache.fetch("section", key, make)
-    modes = Modes(*(found.pop(f"mode_{field.name}") for field in fields(Modes)))
-    half_width, bone = float(found.pop("half_width")), own.shape
+    key = cache.key(__name__, extruded.sha256, float(size_mm), SECTION_MODES, DENSITY_G_CM3)
+    arrays = cache.fetch("section", key, make)
+    modes = Modes(*(arrays.pop(f"mode_{field.name}") for field in fields(Modes)))
+    half_width, bone = float(arrays.pop("half_width")), extruded.shape
     assert isinstance(bone, Slab)
     return ReducedSection(
-        **found,
-        weights=gauge_weights(own),
+        **arrays,
+        weights=gauge_weights(extruded),
         modes=modes,
-        ridge_pitch=own.ridges.pitch if own.ridges else 0.0,
+        ridge_pitch=extruded.ridges.pitch if extruded.ridges else 0.0,
         half_width=half_width,
         bone_top=bone.bone[1],
     )
@@ -285,7 +285,7 @@ def prepare_section(
 def _arrays(model: SectionModel) -> dict[str, np.ndarray]:
     """The arrays of a `ReducedSection`, as they are cached."""
     compliance, rows = model.condense()
-    modes = model.modes(MODES)
+    modes = model.modes(SECTION_MODES)
     section, vertices = model.section, model.patch_vertices
     hats = np.zeros((len(vertices), 2))
     order = np.searchsorted(section.points[vertices, 0], section.points[section.spans, 0])
@@ -294,7 +294,7 @@ def _arrays(model: SectionModel) -> dict[str, np.ndarray]:
     z = section.points[vertices, 1]
     neighbours = [np.roll(z, 1), np.roll(z, -1)]
     # The mean of a straight edge under a hat with its peak at one end lies a third of the way to the other end
-    z_mean = z + sum(hats[:, c] * (other - z) / 3 for c, other in enumerate(neighbours)) / hats.sum(axis=1)
+    z_mean = z + sum(hats[:, c] * (neighbour - z) / 3 for c, neighbour in enumerate(neighbours)) / hats.sum(axis=1)
     return {
         "x": section.points[vertices, 0],
         "z": z_mean,

@@ -16,35 +16,35 @@ from scipy.signal import firwin
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.core.units import TINY
-from papilla.fem.sliding.coulomb import OPEN, RIGHT, STICK, Laws, Rubbed, rub
+from papilla.core.units import TINY_DIVISOR
+from papilla.fem.sliding.coulomb import OPEN_NODE, SLIPS_RIGHT, STICKING_NODE, Laws, Rubbed, rub
 from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
 from papilla.fem.sliding.felt_profile import FAR_MM, FeltProfile
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.section import ReducedSection, prepare_section
 from papilla.fem.sliding.tying import Tie, refuse_end, tie
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK as STUCK
+from papilla.model.specimen import STICK_WORD as STUCK
 from papilla.model.specimen import Friction
 from papilla.model.textures import Texture
 
-DYNAMICS = ("auto", "quasi-static", "modal")
+DYNAMICS_CHOICES = ("auto", "quasi-static", "modal")
 
-SLOW = 0.3
+SLOW_FREQUENCY_RATIO = 0.3
 """Ratio of a scene's highest frequency to the first mode's above which inertia is included: it changes the response by
 a tenth."""
 
-LONGEST_STEP_MM, LONGEST_STEP_S = 0.05, 2.6e-4
+LONGEST_STEP_MM, LONGEST_INERTIAL_STEP_S = 0.05, 2.6e-4
 """Largest path of a step and, with inertia, its largest time; a sample takes as many steps as needed."""
 
-PASS_BAND, TAPS = 0.4, 16
+AMPLIFIER_PASS_BAND, HALF_FILTER_TAPS = 0.4, 16
 """Pass band of an amplifier's anti-aliasing filter, relative to the rate; and half its length in samples. It causes no
 delay."""
 
 STEPS_A_PERIOD = 8
 """Number of steps per period of a fine grating, at least."""
 
-MOST_STEPS = 2_000_000
+MOST_SLIDE_STEPS = 2_000_000
 
 LARGEST_FRICTION = 3.0
 """Largest coefficient of friction: above it a node jams by the coupling of its own displacements, and there is no
@@ -54,10 +54,10 @@ DEEP_IN_GROOVE_MM = 0.2
 """Depth of skin in a groove above which the status mentions it: two elements of the skin, so that at most the edge of a
 ridge is beside a flank."""
 
-SMALL_STRAIN = 0.1
+SMALL_STRAIN_SHARE = 0.1
 """Indentation over the tissue's thickness above which small strain is doubtful."""
 
-BROKEN = 1e-6
+UNRESOLVED_VIOLATION = 1e-6
 """Violation of the contact laws above which a step counts as unresolved."""
 
 
@@ -66,8 +66,8 @@ class Slide:
     """Result of sliding over m samples; g gauges, n nodes of the skin that may touch.
 
     readings : (m, g) instantaneous readings in microstrain, without noise.
-    amplified : (m, g) the same after an amplifier's filter, as in a log: signals above `PASS_BAND` of the rate would
-        otherwise be aliased.
+    amplified : (m, g) the same after an amplifier's filter, as in a log: signals above `AMPLIFIER_PASS_BAND` of the
+        rate would otherwise be aliased.
     force_N, tangential_N : (m,) pressing force, and force of the finger along x (positive against a motion to the
         right).
     depth_mm : (m,) distance by which the finger's top is pressed beyond the texture's.
@@ -127,7 +127,7 @@ class Slide:
     @property
     def sliding(self) -> np.ndarray:
         """(m,) whether at least one node touches and none sticks."""
-        return (self.state != OPEN).any(axis=1) & ~(self.state == STICK).any(axis=1)
+        return (self.state != OPEN_NODE).any(axis=1) & ~(self.state == STICKING_NODE).any(axis=1)
 
 
 def slide(
@@ -138,7 +138,7 @@ def slide(
     force: float | None = None,
     depth: float | None = None,
     friction: Friction | None = None,
-    dynamics: str = DYNAMICS[0],
+    dynamics: str = DYNAMICS_CHOICES[0],
     loss_factor: float | None = None,
     section: ReducedSection | None = None,
     length_mm: float | None = None,
@@ -172,8 +172,8 @@ def slide(
     rubbing = 0.0 if stated in (None, STUCK) else checks.within("friction", stated, 0.0, LARGEST_FRICTION)
     if loss_factor is not None:
         checks.within("loss factor", loss_factor, 0.0, 2.0)
-    if dynamics not in DYNAMICS:
-        raise InputError(f"dynamics must be one of {', '.join(DYNAMICS)}, got {dynamics!r}")
+    if dynamics not in DYNAMICS_CHOICES:
+        raise InputError(f"dynamics must be one of {', '.join(DYNAMICS_CHOICES)}, got {dynamics!r}")
     body = section or prepare_section(finger, progress=progress)
     if (gauges := body.rows.shape[1]) != len(finger.gauges):
         raise InputError(f"the section is of another finger: it has {gauges} gauges, the finger {len(finger.gauges)}")
@@ -196,19 +196,19 @@ class _Run:
         self.loss, self.loss_from = loss
         self.load, self.depth = load, depth
         self.n = len(body.x)
-        beside = 2 * body.half_width  # The contact's range, and how far friction may carry it
-        reach = (float(motion.position_mm.min()) - beside, float(motion.position_mm.max()) + beside)
+        margin = 2 * body.half_width  # The contact's range, and how far friction may carry it
+        reach = (float(motion.position_mm.min()) - margin, float(motion.position_mm.max()) + margin)
         self.felt = FeltProfile.of(texture, body.hats, reach)
         self.rise = body.z.max() - body.z
         fastest = np.abs(np.diff(motion.position_mm)).max()
         self.highest_Hz = highest_frequency(texture, motion, body.ridge_pitch)
         self.first_Hz = float(body.modes.omega[0] / (2 * math.pi))
         self.dynamics, self.why = choose_dynamics(dynamics, self.highest_Hz, self.first_Hz)
-        longest_s = LONGEST_STEP_S if self.dynamics == "modal" else math.inf
+        longest_s = LONGEST_INERTIAL_STEP_S if self.dynamics == "modal" else math.inf
         longest = min(LONGEST_STEP_MM, (texture.wavelength or math.inf) / STEPS_A_PERIOD)
         self.substeps = math.ceil(max(1.0, fastest / longest, 1 / (motion.rate_Hz * longest_s)) - 1e-6)
-        if self.substeps * len(motion.t_s) > MOST_STEPS:
-            raise InputError(f"the scene takes more than {MOST_STEPS:,} steps: slide less far, or for less time")
+        if self.substeps * len(motion.t_s) > MOST_SLIDE_STEPS:
+            raise InputError(f"the scene takes more than {MOST_SLIDE_STEPS:,} steps: slide less far, or for less time")
         self.carried, self.relaxed, self.unresolved, self.in_groove, self.flank_push = 0.0, 0, 0, 0.0, 0.0
         self.work, self.turnover = 0.0, 0.0
 
@@ -216,7 +216,7 @@ class _Run:
         """The result over all samples."""
         began, motion, n = perf_counter(), self.motion, self.n
         size = (len(motion.t_s), n)
-        pressing, rubbing, state = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)
+        pressing, rubbing, node_states = np.empty(size), np.empty(size), np.empty(size, dtype=np.int8)
         depth, carried = np.empty(size[0]), np.empty(size[0])
         fine: list[np.ndarray] = []
         x = float(motion.position_mm[0])
@@ -226,13 +226,13 @@ class _Run:
         for sample, target in enumerate(motion.position_mm):
             begun = x
             for share in range(1, self.substeps + 1) if sample else ():
-                there = begun + (float(target) - begun) * share / self.substeps
-                rubbed = self._step(inertia, rubbed, there, there - x)
-                x = there
+                place = begun + (float(target) - begun) * share / self.substeps
+                rubbed = self._step(inertia, rubbed, place, place - x)
+                x = place
                 if share < self.substeps:
                     fine.append(inertia.readings(rubbed.force))
             rubbing[sample], pressing[sample] = rubbed.force[:n], rubbed.force[n:]
-            state[sample], depth[sample], carried[sample] = rubbed.state, rubbed.depth, self.carried
+            node_states[sample], depth[sample], carried[sample] = rubbed.state, rubbed.depth, self.carried
             fine.append(inertia.readings(rubbed.force))
             if sample % 500 == 0:
                 progress(f"sliding, {motion.t_s[sample]:.1f} of {motion.t_s[-1]:.1f} s")
@@ -240,13 +240,13 @@ class _Run:
         if isinstance(inertia, Modal):
             lost = float(self.loss[0]), self.loss_from
             missing = self.work - (inertia.energy(rubbed.force) - start) - inertia.lost
-            energy = abs(missing) / max(self.turnover, TINY)
+            energy = abs(missing) / max(self.turnover, TINY_DIVISOR)
         every = np.array(fine)
         readings, amplified = every[:: self.substeps], amplify(every, self.substeps)
         return Slide(
             motion, self.body.x, names, readings, amplified,
             pressing.sum(axis=1) * length, -rubbing.sum(axis=1) * length, depth,
-            pressing, rubbing, state, carried, length, tied, self.friction,
+            pressing, rubbing, node_states, carried, length, tied, self.friction,
             self.dynamics, self.why, self.body.ridge_pitch, *lost, self.first_Hz, self.highest_Hz,
             self.relaxed, self.unresolved, energy, self.in_groove, self.flank_push, perf_counter() - began,
             self._status(bool((pressing > 0).any()), float(depth.max())),
@@ -268,8 +268,8 @@ class _Run:
         # Landing without friction leaves no tangential forces; those of a real landing are not known.
         landed = self._step(still, nothing, x, 0.0)
         self.friction = friction
-        held = STICK if friction > 0 else RIGHT
-        return replace(landed, state=np.where(landed.state == OPEN, OPEN, held))
+        resting_state = STICKING_NODE if friction > 0 else SLIPS_RIGHT
+        return replace(landed, state=np.where(landed.state == OPEN_NODE, OPEN_NODE, resting_state))
 
     def _step(self, inertia: Inertia, before: Rubbed, x: float, drift: float) -> Rubbed:
         """One step: the contact at the place x of the finger, which has moved by `drift` since the step `before`."""
@@ -281,27 +281,27 @@ class _Run:
         laws = Laws(
             inertia.compliance, self.rise + recess, before.moved[:n], drift, self.friction, free, self.depth, self.load
         )
-        found = rub(laws, before.state)
-        self.relaxed += found.method != "newton"
-        self.unresolved += found.violation > BROKEN
-        self._watch(found, place, recess)
-        inertia.accept(found.force)
+        rubbed = rub(laws, before.state)
+        self.relaxed += rubbed.method != "newton"
+        self.unresolved += rubbed.violation > UNRESOLVED_VIOLATION
+        self._watch(rubbed, place, recess)
+        inertia.accept(rubbed.force)
         if isinstance(inertia, Modal):
             # Work of the contact forces over the step by the trapezoidal rule; the balance with stored and lost energy
             # checks the time steps.
-            mean, change = (before.force + found.force) / 2, found.moved - before.moved
+            mean, change = (before.force + rubbed.force) / 2, rubbed.moved - before.moved
             self.work += float(mean @ change)
             self.turnover += float(np.abs(mean * change).sum())
-        pressed = found.force[n:].sum()
-        self.carried = float(found.force[n:] @ found.moved[:n] / pressed) if pressed > 0 else 0.0
-        return found
+        pressed = rubbed.force[n:].sum()
+        self.carried = float(rubbed.force[n:] @ rubbed.moved[:n] / pressed) if pressed > 0 else 0.0
+        return rubbed
 
-    def _watch(self, found: Rubbed, place: np.ndarray, recess: np.ndarray) -> None:
+    def _watch(self, rubbed: Rubbed, place: np.ndarray, recess: np.ndarray) -> None:
         """Raise `ContactRangeError` for a contact beyond the known range; record the depth of skin in grooves."""
-        touching = np.flatnonzero(found.force[self.n :] > 0)
+        touching = np.flatnonzero(rubbed.force[self.n :] > 0)
         if not len(touching):
             return
-        refuse_end(found.force[self.n :], self.body)
+        refuse_end(rubbed.force[self.n :], self.body)
         low, high = self.felt.span
         # Near the end of the texture a hat function would average over nothing.
         margin = float(self.body.hats.max())
@@ -311,7 +311,7 @@ class _Run:
                 f"to {high:g} mm: start further inside, or slide less far"
             )
         under = slice(touching[0], touching[-1] + 1)
-        stands = found.depth - self.rise[under] - found.moved[self.n :][under]
+        stands = rubbed.depth - self.rise[under] - rubbed.moved[self.n :][under]
         deep = np.minimum(stands, recess[under])[recess[under] < FAR_MM / 100]
         if (deepest := float(deep.max(initial=0.0))) > 0:
             width = float(place[under][-1] - place[under][0]) + margin
@@ -326,7 +326,7 @@ class _Run:
             return "no contact: the finger does not reach the texture"
         if self.unresolved:
             doubts.append(f"{self.unresolved} steps do not fulfil the laws of contact")
-        if deepest > SMALL_STRAIN * tissue:
+        if deepest > SMALL_STRAIN_SHARE * tissue:
             doubts.append(f"pressed by {deepest / tissue:.0%} of the tissue, where small strain is doubtful")
         if self.in_groove > DEEP_IN_GROOVE_MM:
             doubts.append(
@@ -336,11 +336,11 @@ class _Run:
 
 
 def amplify(signal: np.ndarray, substeps: int) -> np.ndarray:
-    """Every `substeps`-th row of a signal (n, g) after a low pass at `PASS_BAND` of the remaining rate."""
+    """Every `substeps`-th row of a signal (n, g) after a low pass at `AMPLIFIER_PASS_BAND` of the remaining rate."""
     if substeps == 1:
         return signal
     # Of odd length and symmetric, so that the filter delays nothing.
-    taps = firwin(2 * TAPS * substeps + 1, 2 * PASS_BAND / substeps)
+    taps = firwin(2 * HALF_FILTER_TAPS * substeps + 1, 2 * AMPLIFIER_PASS_BAND / substeps)
     return convolve1d(signal, taps, axis=0, mode="nearest")[::substeps]
 
 
@@ -363,6 +363,7 @@ def choose_dynamics(asked: str, highest_Hz: float, first_Hz: float) -> tuple[str
     """Quasi-static or modal, and the reason."""
     if asked != "auto":
         return asked, "as asked"
-    fast = highest_Hz > SLOW * first_Hz
-    compared = f"the scene reaches {highest_Hz:.3g} Hz, {'more' if fast else 'less'} than {SLOW:g} of the first mode"
+    fast = highest_Hz > SLOW_FREQUENCY_RATIO * first_Hz
+    share = f"{'more' if fast else 'less'} than {SLOW_FREQUENCY_RATIO:g} of the first mode"
+    compared = f"the scene reaches {highest_Hz:.3g} Hz, {share}"
     return "modal" if fast else "quasi-static", f"{compared}, {first_Hz:.3g} Hz"

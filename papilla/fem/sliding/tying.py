@@ -23,7 +23,7 @@ from papilla.fem.sliding.section import ReducedSection
 from papilla.model.finger import Finger
 from papilla.model.specimen import Friction, HalfSpace
 
-FLAT = HalfSpace(1e4)
+RIGID_FLAT = HalfSpace(1e4)
 """Specimen of the press in three dimensions: rigid compared with silicone, like textures."""
 
 
@@ -31,7 +31,7 @@ FLAT = HalfSpace(1e4)
 class Tie:
     """A section beside a press in three dimensions; g gauges.
 
-    press : of the finger on `FLAT`. length_mm : along y, with which the section carries its force at its depth.
+    press : of the finger on `RIGID_FLAT`. length_mm : along y, with which the section carries its force at its depth.
     load : of the section at that depth, N/mm. section_reading : (g,) of the section alone there, microstrain.
     """
 
@@ -70,16 +70,16 @@ def tie(
     section's contact leaves its patch.
     """
     reduced = prepare(finger, progress=progress)
-    found = press(reduced, FLAT, force=force, indentation=indentation, friction=friction)
+    pressed = press(reduced, RIGID_FLAT, force=force, indentation=indentation, friction=friction)
     n = len(body.x)
     none = np.zeros(2 * n)
     # The section at the depth of the press, without friction: the press's force over the section's load per mm is the
     # length.
-    laws = Laws(body.compliance, body.z.max() - body.z, none[:n], 0.0, 0.0, none, depth=found.indentation)
+    laws = Laws(body.compliance, body.z.max() - body.z, none[:n], 0.0, 0.0, none, depth=pressed.indentation)
     landed = rub(laws, np.zeros(n, dtype=np.int64))
     refuse_end(landed.force[n:], body)
     load = float(landed.force[n:].sum())
-    return Tie(found, found.force / load, load, body.reading_rows @ landed.force)
+    return Tie(pressed, pressed.force / load, load, body.reading_rows @ landed.force)
 
 
 def refuse_end(pressing: np.ndarray, body: ReducedSection) -> None:

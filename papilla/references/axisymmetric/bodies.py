@@ -20,16 +20,16 @@ from skfem import Basis, ElementTriP1, ElementTriP2, MeshTri, MeshTri2
 
 from papilla.core import settings
 
-GIVEN = settings.parameters(__name__)
-ROW, COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
+BODY_PARAMETERS = settings.parameters(__name__)
+ENTRY_ROWS, ENTRY_COLUMNS = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 0, 1, 2])
 """Positions of the five entries of a gradient in the axisymmetric 3 x 3 matrix."""
-OUTER, INNER, SPECIMEN = 0, 1, 2
-QUADRATURE_ORDER = 5
-NODES, CORNERS, ENTRIES = 6, 3, len(ROW)
+OUTER_PART, INNER_PART, SPECIMEN_PART = 0, 1, 2
+REVOLUTION_QUADRATURE_ORDER = 5
+CELL_NODES, PRESSURE_CORNERS, GRADIENT_ENTRIES = 6, 3, len(ENTRY_ROWS)
 """Nodes of a cell, those that carry a pressure, and entries of a displacement gradient."""
-MOVES = 2 * NODES
+CELL_DISPLACEMENTS = 2 * CELL_NODES
 """Displacement unknowns of a cell; those of its pressures follow."""
-APART = 10.0
+SPECIMEN_SURFACE_PARAMETER = 10.0
 """Parameter of the specimen's surface, separate from the finger's."""
 
 
@@ -62,44 +62,57 @@ class Rubber:
         the derivative of ln J. Raises `FloatingPointError` where J is not positive.
         """
         mu, small = self.shear_modulus, _matrix(gradient)
-        unit, transposed = np.eye(3), np.equal.outer(ROW, COLUMN) & np.equal.outer(COLUMN, ROW)
+        unit, transposed = (
+            np.eye(3),
+            np.equal.outer(ENTRY_ROWS, ENTRY_COLUMNS) & np.equal.outer(ENTRY_COLUMNS, ENTRY_ROWS),
+        )
         if self.linear:
             stress = mu * (small + small.swapaxes(-1, -2)) - pressure[..., None, None] * unit
-            tangent = np.broadcast_to(mu * (np.eye(ENTRIES) + transposed), (*pressure.shape, ENTRIES, ENTRIES))
-            slope = np.broadcast_to(unit[ROW, COLUMN], gradient.shape)
-            return stress[..., ROW, COLUMN], tangent, small.trace(axis1=-2, axis2=-1), slope
-        whole = small + unit
-        jacobian = np.linalg.det(whole)
+            tangent = np.broadcast_to(
+                mu * (np.eye(GRADIENT_ENTRIES) + transposed), (*pressure.shape, GRADIENT_ENTRIES, GRADIENT_ENTRIES)
+            )
+            slope = np.broadcast_to(unit[ENTRY_ROWS, ENTRY_COLUMNS], gradient.shape)
+            return stress[..., ENTRY_ROWS, ENTRY_COLUMNS], tangent, small.trace(axis1=-2, axis2=-1), slope
+        deformation = small + unit
+        jacobian = np.linalg.det(deformation)
         if not (jacobian > 0).all():
             raise FloatingPointError("a cell is turned inside out")
-        inverse = np.linalg.inv(whole).swapaxes(-1, -2)
-        power, by = self._power(whole)
+        inverse = np.linalg.inv(deformation).swapaxes(-1, -2)
+        power, by = self._power(deformation)
         share = mu / self.half_alpha
         stress = share * power - (share + pressure)[..., None, None] * inverse
-        turned = inverse[..., ROW[:, None], COLUMN] * inverse[..., ROW, COLUMN[:, None]]
+        turned = inverse[..., ENTRY_ROWS[:, None], ENTRY_COLUMNS] * inverse[..., ENTRY_ROWS, ENTRY_COLUMNS[:, None]]
         tangent = share * by + (share + pressure)[..., None, None] * turned
-        return stress[..., ROW, COLUMN], tangent, np.log(jacobian), inverse[..., ROW, COLUMN]
+        return (
+            stress[..., ENTRY_ROWS, ENTRY_COLUMNS],
+            tangent,
+            np.log(jacobian),
+            inverse[..., ENTRY_ROWS, ENTRY_COLUMNS],
+        )
 
-    def _power(self, whole: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _power(self, deformation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """F C^(m-1) (..., 3, 3), and its derivative (..., 5, 5) by F."""
-        value, by = whole, np.broadcast_to(np.eye(ENTRIES), (*whole.shape[:-2], ENTRIES, ENTRIES))
-        directions = np.zeros((ENTRIES, 3, 3))
-        directions[np.arange(ENTRIES), ROW, COLUMN] = 1
-        slopes = np.broadcast_to(directions, (*whole.shape[:-2], ENTRIES, 3, 3))
-        right = whole.swapaxes(-1, -2) @ whole
+        value, by = (
+            deformation,
+            np.broadcast_to(np.eye(GRADIENT_ENTRIES), (*deformation.shape[:-2], GRADIENT_ENTRIES, GRADIENT_ENTRIES)),
+        )
+        directions = np.zeros((GRADIENT_ENTRIES, 3, 3))
+        directions[np.arange(GRADIENT_ENTRIES), ENTRY_ROWS, ENTRY_COLUMNS] = 1
+        slopes = np.broadcast_to(directions, (*deformation.shape[:-2], GRADIENT_ENTRIES, 3, 3))
+        right = deformation.swapaxes(-1, -2) @ deformation
         for _ in range(self.half_alpha - 1):
-            change = directions.swapaxes(-1, -2) @ whole[..., None, :, :]
+            change = directions.swapaxes(-1, -2) @ deformation[..., None, :, :]
             change = change + change.swapaxes(-1, -2)
             slopes = slopes @ right[..., None, :, :] + value[..., None, :, :] @ change
-            value, by = value @ right, slopes[..., ROW, COLUMN].swapaxes(-1, -2)
+            value, by = value @ right, slopes[..., ENTRY_ROWS, ENTRY_COLUMNS].swapaxes(-1, -2)
         return value, by
 
 
 def _matrix(entries: np.ndarray) -> np.ndarray:
     """(..., 3, 3) of five entries."""
-    whole = np.zeros((*entries.shape[:-1], 3, 3))
-    whole[..., ROW, COLUMN] = entries
-    return whole
+    matrix = np.zeros((*entries.shape[:-1], 3, 3))
+    matrix[..., ENTRY_ROWS, ENTRY_COLUMNS] = entries
+    return matrix
 
 
 @dataclass(frozen=True)
@@ -112,14 +125,14 @@ class Shape:
     there.
     """
 
-    outer: tuple[float, float] = GIVEN.outer_mm
-    interface: tuple[float, float] = GIVEN.interface_mm
-    bone: tuple[float, float] = GIVEN.bone_mm
-    thickness: float = GIVEN.thickness_mm
-    width: float = GIVEN.width_mm
-    cells: tuple[int, int, int, int] = GIVEN.cells
-    near: float = GIVEN.near
-    near_share: float = GIVEN.near_share
+    outer: tuple[float, float] = BODY_PARAMETERS.outer_mm
+    interface: tuple[float, float] = BODY_PARAMETERS.interface_mm
+    bone: tuple[float, float] = BODY_PARAMETERS.bone_mm
+    thickness: float = BODY_PARAMETERS.thickness_mm
+    width: float = BODY_PARAMETERS.width_mm
+    cells: tuple[int, int, int, int] = BODY_PARAMETERS.cells
+    near: float = BODY_PARAMETERS.near
+    near_share: float = BODY_PARAMETERS.near_share
 
     def mapped(self, parameters: np.ndarray) -> np.ndarray:
         """(r, z) in mm (2, n) of parameters (2, n): along the skin 0-1; from bone 0 over interface 1 to skin 2."""
@@ -127,7 +140,11 @@ class Shape:
         levels = np.array([self.bone, self.interface, self.outer])
         a, c = (np.interp(y, [0, 1, 2], levels[:, k]) for k in (0, 1))
         finger = np.stack([a * np.sin(np.pi / 2 * x), c * np.cos(np.pi / 2 * x)])
-        return np.where(y < APART, finger, [self.width * x, self.outer[1] + self.thickness * (y - APART)])
+        return np.where(
+            y < SPECIMEN_SURFACE_PARAMETER,
+            finger,
+            [self.width * x, self.outer[1] + self.thickness * (y - SPECIMEN_SURFACE_PARAMETER)],
+        )
 
 
 class Bodies:
@@ -143,21 +160,23 @@ class Bodies:
         near = round(shape.near_share * along)
         x = np.append(np.linspace(0, shape.near, near + 1), shape.near + (1 - shape.near) * _growing(along - near)[1:])
         through = np.concatenate([1 - _growing(inner, 1.3)[::-1], np.linspace(1, 2, outer + 1)[1:]])
-        flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, APART + _growing(deep))
+        flat = MeshTri.init_tensor(x, through) + MeshTri.init_tensor(x, SPECIMEN_SURFACE_PARAMETER + _growing(deep))
         curved = MeshTri2.from_mesh(flat)
         self.parameters = curved.doflocs
         self.mesh = MeshTri2(shape.mapped(curved.doflocs), curved.t)
-        self.basis = Basis(self.mesh, ElementTriP2(), intorder=QUADRATURE_ORDER)
+        self.basis = Basis(self.mesh, ElementTriP2(), intorder=REVOLUTION_QUADRATURE_ORDER)
         height = self.parameters[1, self.basis.element_dofs].mean(axis=0)
-        self.layer = np.where(height > APART, SPECIMEN, np.where(height > 1, OUTER, INNER))
-        key = self.mesh.t * (SPECIMEN + 1) + self.layer
+        self.layer = np.where(
+            height > SPECIMEN_SURFACE_PARAMETER, SPECIMEN_PART, np.where(height > 1, OUTER_PART, INNER_PART)
+        )
+        key = self.mesh.t * (SPECIMEN_PART + 1) + self.layer
         self.pressure_dofs = np.unique(key, return_inverse=True)[1].reshape(key.shape)
         self.nodes, self.pressures = self.basis.N, int(self.pressure_dofs.max()) + 1
 
     @property
     def linear(self) -> bool:
         """Whether the finger is at small strain."""
-        return self.rubbers[OUTER].linear
+        return self.rubbers[OUTER_PART].linear
 
     @property
     def unknowns(self) -> int:
@@ -168,14 +187,22 @@ class Bodies:
     def table(self) -> np.ndarray:
         """Displacement unknowns along z on the specimen's table, or of the whole specimen where it is rigid."""
         y = self.parameters[1]
-        return 2 * np.flatnonzero(y >= APART if np.isinf(self.rubbers[SPECIMEN].modulus) else y == APART + 1) + 1
+        return (
+            2
+            * np.flatnonzero(
+                y >= SPECIMEN_SURFACE_PARAMETER
+                if np.isinf(self.rubbers[SPECIMEN_PART].modulus)
+                else y == SPECIMEN_SURFACE_PARAMETER + 1
+            )
+            + 1
+        )
 
     @cached_property
     def free(self) -> np.ndarray:
         """Mask (unknowns,): base, bone and table are held, and the axis stays straight."""
         x, y = self.parameters
         free = np.ones((self.nodes, 2), dtype=bool)
-        free[(y == 0) | ((x == 1) & (y < APART))] = False
+        free[(y == 0) | ((x == 1) & (y < SPECIMEN_SURFACE_PARAMETER))] = False
         free[self.table // 2] = False
         free[x == 0, 0] = False
         return np.append(free.ravel(), np.ones(self.pressures, dtype=bool))
@@ -184,7 +211,7 @@ class Bodies:
     def scale(self) -> np.ndarray:
         """(unknowns,) by which unknowns are divided for a dimensionless norm: displacements in mm, pressures in moduli
         of the finger."""
-        return np.repeat([1.0, self.rubbers[OUTER].modulus], [2 * self.nodes, self.pressures])
+        return np.repeat([1.0, self.rubbers[OUTER_PART].modulus], [2 * self.nodes, self.pressures])
 
     def edges(self, height: float) -> np.ndarray:
         """(e, 3) nodes (end, end, middle) of the edges at a height of the parameters, ordered outwards."""
@@ -202,27 +229,29 @@ class Bodies:
 
         Raises `FloatingPointError` where a cell is turned inside out.
         """
-        gradient = (self._strain @ unknowns[self._unknowns[:, None, :MOVES, None]])[..., 0]
+        gradient = (self._strain @ unknowns[self._unknowns[:, None, :CELL_DISPLACEMENTS, None]])[..., 0]
         pressure = unknowns[2 * self.nodes + self.pressure_dofs.T] @ self._hats
-        size = MOVES + CORNERS
+        size = CELL_DISPLACEMENTS + PRESSURE_CORNERS
         local, blocks = np.zeros((len(gradient), size)), np.zeros((len(gradient), size, size))
         for number, rubber in enumerate(self.rubbers):
             cells = self.layer == number
             if np.isinf(rubber.modulus):
-                blocks[cells, MOVES:, MOVES:] = np.eye(CORNERS)
+                blocks[cells, CELL_DISPLACEMENTS:, CELL_DISPLACEMENTS:] = np.eye(PRESSURE_CORNERS)
                 continue
             stress, tangent, volume, slope = rubber.response(gradient[cells], pressure[cells])
             weights, strain = self._weights[cells], self._strain[cells]
             hats = self._hats * weights[:, None, :]
-            rows = strain.reshape(len(strain), -1, MOVES)
+            rows = strain.reshape(len(strain), -1, CELL_DISPLACEMENTS)
             stiff = (weights[..., None, None] * tangent @ strain).reshape(rows.shape)
-            blocks[cells, :MOVES, :MOVES] = rows.swapaxes(-1, -2) @ stiff
-            blocks[cells, MOVES:, :MOVES] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
-            blocks[cells, MOVES:, MOVES:] = -rubber.compressibility * (hats @ self._hats.T)
-            local[cells, :MOVES] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
+            blocks[cells, :CELL_DISPLACEMENTS, :CELL_DISPLACEMENTS] = rows.swapaxes(-1, -2) @ stiff
+            blocks[cells, CELL_DISPLACEMENTS:, :CELL_DISPLACEMENTS] = -hats @ (slope[:, :, None] @ strain)[:, :, 0]
+            blocks[cells, CELL_DISPLACEMENTS:, CELL_DISPLACEMENTS:] = -rubber.compressibility * (hats @ self._hats.T)
+            local[cells, :CELL_DISPLACEMENTS] = ((weights[..., None] * stress).reshape(len(strain), 1, -1) @ rows)[:, 0]
             volume = weights * (volume + rubber.compressibility * pressure[cells])
-            local[cells, MOVES:] = -volume @ self._hats.T
-        blocks[:, :MOVES, MOVES:] = blocks[:, MOVES:, :MOVES].swapaxes(-1, -2)
+            local[cells, CELL_DISPLACEMENTS:] = -volume @ self._hats.T
+        blocks[:, :CELL_DISPLACEMENTS, CELL_DISPLACEMENTS:] = blocks[
+            :, CELL_DISPLACEMENTS:, :CELL_DISPLACEMENTS
+        ].swapaxes(-1, -2)
         rows, columns = np.broadcast_arrays(self._unknowns[:, :, None], self._unknowns[:, None, :])
         matrix = sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(self.unknowns,) * 2)
         return np.bincount(self._unknowns.ravel(), local.ravel(), self.unknowns), matrix.tocsc()
@@ -232,12 +261,12 @@ class Bodies:
         """(cells, q, 5, 12): displacement gradient, in the entries of `law`, by the displacements of a cell."""
         values = [(np.asarray(f[0]), f[0].grad) for f in self.basis.basis]
         radius = np.asarray(self.basis.global_coordinates())[0]
-        strain = np.zeros((*radius.shape, 3, 3, NODES, 2))
+        strain = np.zeros((*radius.shape, 3, 3, CELL_NODES, 2))
         for node, (value, grad) in enumerate(values):
             for component in range(2):
                 strain[..., component, :2, node, component] = np.moveaxis(grad, 0, -1)
             strain[..., 2, 2, node, 0] = value / radius
-        return strain[..., ROW, COLUMN, :, :].reshape(*radius.shape, ENTRIES, MOVES)
+        return strain[..., ENTRY_ROWS, ENTRY_COLUMNS, :, :].reshape(*radius.shape, GRADIENT_ENTRIES, CELL_DISPLACEMENTS)
 
     @cached_property
     def _weights(self) -> np.ndarray:
@@ -246,17 +275,17 @@ class Bodies:
     @cached_property
     def _hats(self) -> np.ndarray:
         """(3, q) values of the pressure's basis functions."""
-        pressure = Basis(self.mesh, ElementTriP1(), intorder=QUADRATURE_ORDER)
+        pressure = Basis(self.mesh, ElementTriP1(), intorder=REVOLUTION_QUADRATURE_ORDER)
         return np.stack([np.asarray(f[0])[0] for f in pressure.basis])
 
     @cached_property
     def _unknowns(self) -> np.ndarray:
         """(cells, 15) unknowns of each cell."""
-        displacements = (2 * self.basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(-1, MOVES)
+        displacements = (2 * self.basis.element_dofs.T[:, :, None] + np.arange(2)).reshape(-1, CELL_DISPLACEMENTS)
         return np.concatenate([displacements, 2 * self.nodes + self.pressure_dofs.T], axis=1)
 
 
-FINE = Shape(**GIVEN.fine)
+FINE_SHAPE = Shape(**BODY_PARAMETERS.fine)
 """Cells with rings of 0.02 mm in the contact."""
 
 

@@ -12,17 +12,17 @@ indentation.
 import numpy as np
 import scipy.sparse as sp
 
-from papilla.references.axisymmetric.bodies import APART, Bodies, quadratic
+from papilla.references.axisymmetric.bodies import SPECIMEN_SURFACE_PARAMETER, Bodies, quadratic
 
-PENALTY = 3e3
+PENALTY_MODULI_PER_MM = 3e3
 """Penalty in moduli of the skin per mm."""
-BEGUN = 0.02
+FIRST_SLIP_TOLERANCE = 0.02
 """Relative change of the slip of a first contact below which it has converged."""
-IMAGINARY = 1e-30
+IMAGINARY_STEP = 1e-30
 """Step of a derivative by a complex variable: its square is lost in rounding when added to 1."""
-LOCAL, MOVES = 8, 12
+LOCAL_COORDINATES, EDGE_DISPLACEMENTS = 8, 12
 """Coordinates of a point of the skin and its edge's three nodes; displacement unknowns of both edges."""
-GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 class Contact:
@@ -34,13 +34,13 @@ class Contact:
     def __init__(self, bodies: Bodies, friction: float = 0.0):
         assert not (bodies.linear and friction), "friction is for bodies at finite strain"
         self.bodies, self.friction = bodies, friction
-        self.penalty = PENALTY * bodies.rubbers[0].modulus
+        self.penalty = PENALTY_MODULI_PER_MM * bodies.rubbers[0].modulus
         places, edges = bodies.mesh.doflocs.T, bodies.edges(2.0)
         edges = edges[places[edges[:, 1], 0] < 0.75 * bodies.shape.outer[0]]
-        self.masters = bodies.edges(APART)
+        self.masters = bodies.edges(SPECIMEN_SURFACE_PARAMETER)
         self.ends = places[self.masters[:, :2], 0]
-        self.hats, slopes = quadratic(np.tile(GAUSS, len(edges)))
-        self.slave = np.repeat(edges, len(GAUSS), axis=0)
+        self.hats, slopes = quadratic(np.tile(GAUSS_POINTS, len(edges)))
+        self.slave = np.repeat(edges, len(GAUSS_POINTS), axis=0)
         self.reference = np.einsum("ka,kai->ki", self.hats, places[self.slave])
         tangent = np.einsum("ka,kai->ki", slopes, places[self.slave])
         weights = np.tile(GAUSS_WEIGHTS, len(edges)) * np.linalg.norm(tangent, axis=1)
@@ -64,11 +64,11 @@ class Contact:
         local = self._local(unknowns, mate)
         pull = self._pull(local, mate, s)[0]
         touches = gap < 0
-        stiffness = np.empty((len(s), LOCAL, LOCAL))
-        for k in range(LOCAL):
+        stiffness = np.empty((len(s), LOCAL_COORDINATES, LOCAL_COORDINATES))
+        for k in range(LOCAL_COORDINATES):
             step = local.astype(complex)
-            step[:, k] += IMAGINARY * 1j
-            stiffness[:, :, k] = self._pull(step, mate, s, turning)[0].imag / IMAGINARY
+            step[:, k] += IMAGINARY_STEP * 1j
+            stiffness[:, :, k] = self._pull(step, mate, s, turning)[0].imag / IMAGINARY_STEP
         weights = self.penalty * self.weights * touches
         spread, numbers = self._spread(mate)
         force = np.einsum("k,kn,knu->ku", weights, pull, spread)
@@ -107,7 +107,7 @@ class Contact:
         share = (rest / rest[beyond]) ** 2
         slipped, had = (place - rest)[beyond], (self.anchor - rest)[beyond]
         self._begun.append((had, slipped - had))
-        if not self.friction or abs(slipped - had) <= BEGUN * abs(slipped):
+        if not self.friction or abs(slipped - had) <= FIRST_SLIP_TOLERANCE * abs(slipped):
             return False
         # Its slip follows the assumed one almost one to one, because its neighbours stick: hence the secant method
         aim = slipped
@@ -138,7 +138,7 @@ class Contact:
         """(k, 8) places of the points and of the three nodes of their edges."""
         places = self.bodies.mesh.doflocs.T + self.bodies.displacement(unknowns)
         skin = np.einsum("ka,kai->ki", self.hats, places[self.slave])
-        return np.concatenate([skin[:, None], places[self.masters[mate]]], axis=1).reshape(-1, LOCAL)
+        return np.concatenate([skin[:, None], places[self.masters[mate]]], axis=1).reshape(-1, LOCAL_COORDINATES)
 
     def _pull(self, local: np.ndarray, mate: np.ndarray, s: np.ndarray, turning: bool = True):
         """Forces (k, 8) over the penalty, gap, slip within the friction, and place along the specimen (k,), in mm.
@@ -165,16 +165,16 @@ class Contact:
                 slip = np.where(self.slides, -self.slides * self.friction * gap, slip)
         vector = gap[:, None] * normal + slip[:, None] * tangent
         jump = np.concatenate([np.ones((len(s), 1)), -(hats if turning else hats.real)], axis=1)
-        return (jump[:, :, None] * vector[:, None, :]).reshape(-1, LOCAL), gap, slip, place
+        return (jump[:, :, None] * vector[:, None, :]).reshape(-1, LOCAL_COORDINATES), gap, slip, place
 
     def _spread(self, mate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(k, 8, 12) local variables by unknowns, and the numbers (k, 12) of these."""
-        spread = np.zeros((len(mate), LOCAL, MOVES))
+        spread = np.zeros((len(mate), LOCAL_COORDINATES, EDGE_DISPLACEMENTS))
         for component in range(2):
-            spread[:, component, component : MOVES // 2 : 2] = self.hats
-        spread[:, 2:, MOVES // 2 :] = np.eye(LOCAL - 2)
+            spread[:, component, component : EDGE_DISPLACEMENTS // 2 : 2] = self.hats
+        spread[:, 2:, EDGE_DISPLACEMENTS // 2 :] = np.eye(LOCAL_COORDINATES - 2)
         nodes = np.concatenate([self.slave, self.masters[mate]], axis=1)
-        return spread, (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, MOVES)
+        return spread, (2 * nodes[:, :, None] + np.arange(2)).reshape(-1, EDGE_DISPLACEMENTS)
 
 
 def nearest(points: np.ndarray, places: np.ndarray, masters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,14 +18,14 @@ from scipy.sparse.linalg import splu
 
 from papilla.core import settings
 from papilla.core.errors import SolverError
-from papilla.core.units import TINY
-from papilla.references.axisymmetric.bodies import APART, Bodies, quadratic
+from papilla.core.units import TINY_DIVISOR
+from papilla.references.axisymmetric.bodies import SPECIMEN_SURFACE_PARAMETER, Bodies, quadratic
 from papilla.references.axisymmetric.contact import Contact
 
-GIVEN = settings.parameters(__name__)
+PRESS_PARAMETERS = settings.parameters(__name__)
 
 
-class Gauge(Protocol):
+class GaugePlacement(Protocol):
     """Place and sizes of a gauge at y = 0 along x, as `papilla.model.Gauge` has them."""
 
     @property
@@ -53,10 +53,10 @@ class Gauge(Protocol):
         """Length and width of the foil."""
 
 
-class Readout:
+class InterfaceGauges:
     """Gauges, at ellipse parameters of the x-z section and along it, on the interface of `bodies`."""
 
-    def __init__(self, bodies: Bodies, gauges: Sequence[Gauge]):
+    def __init__(self, bodies: Bodies, gauges: Sequence[GaugePlacement]):
         self.linear, self.count = bodies.linear, len(gauges)
         self.axes = np.array([bodies.shape.interface[0]] * 2 + [bodies.shape.interface[1]])
         offsets, shares = np.polynomial.legendre.leggauss(3)
@@ -69,12 +69,13 @@ class Readout:
             outward /= np.linalg.norm(outward)
             frame = np.array([[outward[2], 0, -outward[0]], [0, 1, 0]])
             half = np.array([-0.5, 0.5]) * gauge.length_mm
-            s, t = (part.ravel() for part in np.meshgrid(half, offsets * gauge.width_mm / 2, indexing="ij"))
+            s, t = (coordinate.ravel() for coordinate in np.meshgrid(half, offsets * gauge.width_mm / 2, indexing="ij"))
             ends.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
             length, width = (
-                np.linspace(-size / 2, size / 2, n) for size, n in zip(gauge.backing_mm, GIVEN.grid, strict=True)
+                np.linspace(-size / 2, size / 2, n)
+                for size, n in zip(gauge.backing_mm, PRESS_PARAMETERS.grid, strict=True)
             )
-            s, t = (part.ravel() for part in np.meshgrid(length, width, indexing="ij"))
+            s, t = (coordinate.ravel() for coordinate in np.meshgrid(length, width, indexing="ij"))
             backings.append(self._on(site + np.column_stack([s, t]) @ frame, outward))
             monomials = np.column_stack([np.ones_like(s), s, t, s * s, s * t, t * t])
             self.second.append(2 * np.linalg.pinv(monomials)[3])
@@ -86,9 +87,9 @@ class Readout:
     def __call__(self, displacement: np.ndarray) -> np.ndarray:
         """(2, g) strain and change of curvature (1/mm) at a displacement (nodes, 2) in mm."""
         r, z = (self.rows @ displacement).T
-        there = np.column_stack([r[:, None] * self._outwards, z])
-        ends, backing = np.split(there, [self.count * 6])
-        line, change = (np.diff(part.reshape(-1, 2, 3, 3), axis=1)[:, 0] for part in (self.ends, ends))
+        positions = np.column_stack([r[:, None] * self._outwards, z])
+        ends, backing = np.split(positions, [self.count * 6])
+        line, change = (np.diff(points.reshape(-1, 2, 3, 3), axis=1)[:, 0] for points in (self.ends, ends))
         length = np.linalg.norm(line, axis=-1)
         moved = line + change
         longer = (line * change).sum(axis=-1) / length if self.linear else np.linalg.norm(moved, axis=-1) - length
@@ -104,7 +105,7 @@ class Readout:
     def _interpolation(self, bodies: Bodies) -> sp.csr_matrix:
         """(points, nodes) values of a displacement at the points, turned into the half plane."""
         radius = np.hypot(*self.points[:, :2].T)
-        self._outwards = self.points[:, :2] / np.maximum(radius, TINY)[:, None]
+        self._outwards = self.points[:, :2] / np.maximum(radius, TINY_DIVISOR)[:, None]
         x = np.arctan2(radius / self.axes[0], self.points[:, 2] / self.axes[2]) * 2 / np.pi
         edges = bodies.edges(1.0)
         ends = bodies.parameters[0][edges[:, :2]]
@@ -132,39 +133,39 @@ class Path:
         """
         columns = np.column_stack([self.indentation, self.values.reshape(len(self.force), -1)])
         scale = np.append(0, np.cbrt(self.force))
-        found = CubicSpline(scale, np.concatenate([np.zeros((1, columns.shape[1])), columns]))(np.cbrt(force))
-        return found[..., 0], found[..., 1:].reshape(*found.shape[:-1], *self.values.shape[1:])
+        splined = CubicSpline(scale, np.concatenate([np.zeros((1, columns.shape[1])), columns]))(np.cbrt(force))
+        return splined[..., 0], splined[..., 1:].reshape(*splined.shape[:-1], *self.values.shape[1:])
 
 
 def press_path(
     bodies: Bodies,
-    gauges: Sequence[Gauge],
+    gauges: Sequence[GaugePlacement],
     force: float,
     friction: float = 0.0,
     *,
     first: float | None = None,
-    growth: float = GIVEN.growth,
+    growth: float = PRESS_PARAMETERS.growth,
 ) -> Path:
     """Press until a force (N) is passed, each indentation `growth` times the one before, from a `first` (mm) on.
 
     Raises `SolverError` where steps of an eighth do not converge.
     """
-    contact, readout = Contact(bodies, friction), Readout(bodies, gauges)
+    contact, readout = Contact(bodies, friction), InterfaceGauges(bodies, gauges)
     rows: list[tuple] = []
-    state = before = np.zeros(bodies.unknowns)
-    start = first or GIVEN.first * bodies.shape.outer[0]
+    solution = before = np.zeros(bodies.unknowns)
+    start = first or PRESS_PARAMETERS.first * bodies.shape.outer[0]
     past, now, aim = 0.0, 0.0, start
     smallest = (growth - 1) / 8
     while not rows or rows[-1][1] < force:
-        slope = (state - before) / (now - past) if now else np.zeros_like(state)
+        slope = (solution - before) / (now - past) if now else np.zeros_like(solution)
         contact.expect(aim)
         try:
-            found = _equilibrium(bodies, contact, state, slope * (aim - now), aim)
+            next_solution = _equilibrium(bodies, contact, solution, slope * (aim - now), aim)
             # Sticking of the first contact depends on the points that touch next: slip grows as the radius squared
-            while not now and contact.begin(found):
-                found = _equilibrium(bodies, contact, found, np.zeros_like(state), aim)
+            while not now and contact.begin(next_solution):
+                next_solution = _equilibrium(bodies, contact, next_solution, np.zeros_like(solution), aim)
         except SolverError:
-            if not now and aim < GIVEN.largest_first * start:
+            if not now and aim < PRESS_PARAMETERS.largest_first * start:
                 # A first contact of a few points may have no equilibrium: a slightly larger one has more points
                 contact, aim = Contact(bodies, friction), aim * growth
                 continue
@@ -172,45 +173,47 @@ def press_path(
                 raise
             aim = (aim + now) / 2
             continue
-        before, past, state, now = state, now, found, aim
-        contact.commit(state, now)
-        pushed = contact.forces(state)[0][1 : 2 * bodies.nodes : 2]
+        before, past, solution, now = solution, now, next_solution, aim
+        contact.commit(solution, now)
+        pushed = contact.forces(solution)[0][1 : 2 * bodies.nodes : 2]
         total = 2 * math.pi * abs(pushed[np.unique(contact.slave)].sum())
         radius = contact.reference[contact.touches, 0].max(initial=0.0)
-        rows.append((now, total, radius, contact.shear_moment(state), readout(bodies.displacement(state))))
+        rows.append((now, total, radius, contact.shear_moment(solution), readout(bodies.displacement(solution))))
         aim = now * growth
     return Path(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def _equilibrium(bodies: Bodies, contact: Contact, state, ahead, depth: float) -> np.ndarray:
+def _equilibrium(bodies: Bodies, contact: Contact, solution, ahead, depth: float) -> np.ndarray:
     """The state in equilibrium at an indentation of `depth` mm, by Newton steps from `state + ahead`: the state of the
     step before and its expected change."""
     free, scale = bodies.free, bodies.scale[bodies.free]
-    state, change, turning = state + ahead, ahead[free], False
-    for _ in range(GIVEN.max_steps):
+    solution, change, turning = solution + ahead, ahead[free], False
+    for _ in range(PRESS_PARAMETERS.max_steps):
         try:
-            inside, tangent = bodies.forces(state)
+            inside, tangent = bodies.forces(solution)
         except FloatingPointError:
             change = change / 2
-            state[free] -= change
+            solution[free] -= change
             continue
         # Far from equilibrium the pressure is much too large, and terms that turn with it would make cells unstable
-        push, stiffness = contact.forces(state, turning)
-        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY)
-        moved = -depth - state[bodies.table]
-        if contact.settled and not moved.any() and np.linalg.norm(residual) <= GIVEN.tolerance * size:
-            return state
+        push, stiffness = contact.forces(solution, turning)
+        residual, size = (inside + push)[free], max(float(np.linalg.norm(push)), TINY_DIVISOR)
+        moved = -depth - solution[bodies.table]
+        if contact.settled and not moved.any() and np.linalg.norm(residual) <= PRESS_PARAMETERS.tolerance * size:
+            return solution
         turning = bool(np.linalg.norm(residual) < 0.3 * size)
-        whole = (tangent + stiffness).tocsc()
-        residual = residual + whole[:, bodies.table][free] @ moved
-        matrix = (sp.diags(scale) @ whole[:, free].tocsr()[free] @ sp.diags(scale)).tocsc()
+        system = (tangent + stiffness).tocsc()
+        residual = residual + system[:, bodies.table][free] @ moved
+        matrix = (sp.diags(scale) @ system[:, free].tocsr()[free] @ sp.diags(scale)).tocsc()
         # Off-diagonal pivots only below a thousandth: otherwise some factors fill tenfold
         factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=1e-3, options={"SymmetricMode": True})
         change = scale * factors.solve(-scale * residual)
-        state = state.copy()
-        state[free] += change
-        state[bodies.table] = -depth
-    raise SolverError(f"the axisymmetric press did not converge in {GIVEN.max_steps} steps at {depth:.3g} mm")
+        solution = solution.copy()
+        solution[free] += change
+        solution[bodies.table] = -depth
+    raise SolverError(
+        f"the axisymmetric press did not converge in {PRESS_PARAMETERS.max_steps} steps at {depth:.3g} mm"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,11 +229,11 @@ class Found:
 class Rings:
     """The two linear bodies, factorised once; contact of any force is then a small problem."""
 
-    def __init__(self, bodies: Bodies, gauges: Sequence[Gauge]):
-        self.bodies, self.readout = bodies, Readout(bodies, gauges)
-        whole = bodies.forces(np.zeros(bodies.unknowns))[1]
+    def __init__(self, bodies: Bodies, gauges: Sequence[GaugePlacement]):
+        self.bodies, self.readout = bodies, InterfaceGauges(bodies, gauges)
+        tangent = bodies.forces(np.zeros(bodies.unknowns))[1]
         scale = sp.diags(bodies.scale)
-        matrix = (scale @ whole @ scale).tocsc()[:, bodies.free].tocsr()[bodies.free].tocsc()
+        matrix = (scale @ tangent @ scale).tocsc()[:, bodies.free].tocsr()[bodies.free].tocsc()
         loads = self._loads()
         self.response = np.zeros((bodies.unknowns, len(self.mass)))
         free = bodies.scale[bodies.free, None]
@@ -242,18 +245,18 @@ class Rings:
         """The press by a force in N."""
         pressure, indentation = self._contact(force / (2 * np.pi))
         outermost = self.radius[pressure > 0].max()
-        inner, outer = (share * outermost for share in GIVEN.fitted)
+        inner, outer = (share * outermost for share in PRESS_PARAMETERS.fitted)
         near = (self.radius > inner) & (self.radius < outer)
 
         def fit(edge):
             height = np.maximum(1 - (self.radius[near] / edge) ** 2, 0)
-            columns = np.stack([height ** (k + 0.5) for k in range(GIVEN.terms)], axis=1)
+            columns = np.stack([height ** (k + 0.5) for k in range(PRESS_PARAMETERS.terms)], axis=1)
             return np.linalg.lstsq(columns, pressure[near], rcond=None)[1].sum()
 
-        edge = minimize_scalar(fit, bounds=[share * outermost for share in GIVEN.edge], method="bounded").x
-        inside = self.radius < GIVEN.middle * edge
+        edge = minimize_scalar(fit, bounds=[share * outermost for share in PRESS_PARAMETERS.edge], method="bounded").x
+        inside = self.radius < PRESS_PARAMETERS.middle * edge
         middle = np.polynomial.Polynomial.fit((self.radius[inside] / edge) ** 2, pressure[inside], 2)
-        peak = float(middle(np.linspace(0, GIVEN.middle**2, GIVEN.middle_points)).max())
+        peak = float(middle(np.linspace(0, PRESS_PARAMETERS.middle**2, PRESS_PARAMETERS.middle_points)).max())
         values = self.readout(self.bodies.displacement(self.response @ pressure))
         return Found(indentation, float(np.pi * edge**2), peak, values)
 
@@ -266,25 +269,25 @@ class Rings:
             system[:size, :size] = self.compliance[np.ix_(active, active)]
             system[:size, size] = -self.mass[active]
             system[size, :size] = self.mass[active]
-            found = np.linalg.solve(system, np.append(-self.gap[active], force))
+            solution = np.linalg.solve(system, np.append(-self.gap[active], force))
             pressure = np.zeros(len(active))
-            pressure[active] = found[:size]
-            apart = self.compliance @ pressure + self.gap - found[size] * self.mass
+            pressure[active] = solution[:size]
+            apart = self.compliance @ pressure + self.gap - solution[size] * self.mass
             before, active = active, np.where(active, pressure > 0, apart < 0)
             if (active == before).all():
-                return pressure, float(found[size])
+                return pressure, float(solution[size])
         raise SolverError(f"the rings' contact did not settle at {2 * np.pi * force:.3g} N")
 
     def _loads(self) -> np.ndarray:
         """(unknowns, n) of unit ring pressures on both bodies; and `radius`, `mass` and `gap` (n,), all over 2 pi."""
         bodies = self.bodies
         places = bodies.mesh.doflocs.T
-        edges, masters = bodies.edges(2.0), bodies.edges(APART)
-        edges = edges[places[edges[:, 1], 0] < GIVEN.reach * bodies.shape.outer[0]]
+        edges, masters = bodies.edges(2.0), bodies.edges(SPECIMEN_SURFACE_PARAMETER)
+        edges = edges[places[edges[:, 1], 0] < PRESS_PARAMETERS.reach * bodies.shape.outer[0]]
         s, gauss = np.polynomial.legendre.leggauss(6)
         hats = np.stack([1 - s, 1 + s]) / 2
         shapes, slopes = quadratic(s)
-        radius, weights = (places[edges, 0] @ part.T for part in (shapes, slopes))
+        radius, weights = (places[edges, 0] @ basis.T for basis in (shapes, slopes))
         weights = weights * gauss * radius
         outer, height = bodies.shape.outer
         gap = height * (1 - np.sqrt(1 - (radius / outer) ** 2))

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from papilla.cli.options import SceneOption, about, option, ready
-from papilla.cli.output import Answer, print_table, progress, say, tell
+from papilla.cli.output import CommandResult, print_table, progress, say, tell
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
 from papilla.telepresence.cli.options import (
-    GRATING,
-    QUANTITIES,
+    GRATING_OPTIONS,
+    MESSAGE_QUANTITY_COLUMNS,
     QUANTITY_COLUMNS,
     DisplayOptions,
     GratingOptions,
@@ -29,13 +29,13 @@ from papilla.telepresence.cli.options import (
 if TYPE_CHECKING:
     from papilla.telepresence.link import LinkModel
     from papilla.telepresence.local_model import LocalModel
-    from papilla.telepresence.motion import Motion
-    from papilla.telepresence.record import Record
-    from papilla.telepresence.touch import Soft, Texture
+    from papilla.telepresence.motion import HandMotion
+    from papilla.telepresence.record import LoopRecord
+    from papilla.telepresence.touch import ReadingSource, Soft
 
-BOTH = ("local", "direct")
+SIMULATED_DISPLAYS = ("local", "direct")
 """The displays that are simulated: the local model, and direct feedback."""
-ROWS = (
+SUMMARY_ROWS = (
     ("lag_ms", "lag behind the hand", 1, ".1f", "ms", "not known at a steady speed"),
     ("wavelength_error", "wavelength error", PER_CENT, ".2f", "%", "nothing is displayed"),
     ("silent", "silent", PER_CENT, ".1f", "%", ""),
@@ -89,7 +89,7 @@ def simulate(
     scene: SceneOption = None,
     out: OutOption = None,
     html: Path | None = option(None, "Page to play with: finger, grating, sliders (HTML)."),
-) -> Answer:
+) -> CommandResult:
     """Simulate hand, link, sensor and display, with the local model and with direct feedback on the same signals.
 
     Direct feedback displays the sensor's signal when it arrives, one round trip late. The local model is sent the
@@ -110,7 +110,7 @@ def simulate(
 
     written = [path for path in (out, html) if path is not None]
     ready([scene, log, display.curve, specimen.calibration, specimen.sweep], written)
-    refuse_with_log(context, log, *GRATING, "calibration")
+    refuse_with_log(context, log, *GRATING_OPTIONS, "calibration")
     (up, down), motion, soft, (model, described) = link.ways(), hand.motion(), specimen.soft(), display.model()
     _check_force(soft, hand.force)
     texture, start = _texture(grating, second_wavelength, log, motion, seconds)
@@ -128,7 +128,7 @@ def simulate(
     if html is not None:
         _write_page(html, simulated, record, model, link.round_trip_ms)
         found["page"] = str(html)
-    return Answer(found, partial(_print, found))
+    return CommandResult(found, partial(_print, found))
 
 
 def _check_force(soft: "Soft | None", force: float) -> None:
@@ -142,10 +142,10 @@ def _check_force(soft: "Soft | None", force: float) -> None:
 
 
 def _texture(
-    grating: GratingOptions, second: float | None, log: Path | None, motion: "Motion", seconds: float
-) -> "tuple[Texture, float]":
+    grating: GratingOptions, second: float | None, log: Path | None, motion: "HandMotion", seconds: float
+) -> "tuple[ReadingSource, float]":
     """The texture of the options, and the place (mm) on it where the hand starts."""
-    from papilla.estimators.wavelength.trackers import DEFAULT_RANGE_MM
+    from papilla.estimators.wavelength.trackers import DEFAULT_WAVELENGTHS_MM
     from papilla.telepresence.touch import GratingTexture, RecordedTexture, SideBySide
 
     needed = motion.length_mm if motion.strokes_Hz else motion.peak_mm_s * seconds
@@ -163,7 +163,7 @@ def _texture(
         return texture, low + 0.5 * (high - low - needed)
     first = GratingTexture(grating.wavelength, grating.amplitude)
     other = None if second is None else GratingTexture(second, grating.amplitude)
-    low, high = DEFAULT_RANGE_MM
+    low, high = DEFAULT_WAVELENGTHS_MM
     for one in (grating.wavelength, second):
         if one is not None and not low <= one <= high:
             say(f"a wavelength of {one:g} mm is not looked for: estimators look from {low:g} to {high:g} mm")
@@ -171,26 +171,26 @@ def _texture(
     return (first if other is None else SideBySide(first, other, 0.5 * needed)), 0.0
 
 
-def _summary(record: "Record", scene) -> dict:
+def _summary(record: "LoopRecord", scene) -> dict:
     """Plain values of a run; times in ms, errors as fractions."""
-    felt = {name: record.felt(name) for name in BOTH}
+    felt = {name: record.felt(name) for name in SIMULATED_DISPLAYS}
     return {
-        "lag_ms": {**{name: record.lag_ms(name) for name in BOTH}, "round_trip": record.late_ms},
+        "lag_ms": {**{name: record.lag_ms(name) for name in SIMULATED_DISPLAYS}, "round_trip": record.late_ms},
         "bytes_per_s": record.bytes_per_s,
         "bytes_per_s_with_headers": record.with_headers,
         "wavelength_error": {name: own.error for name, own in felt.items()},
         "silent": {name: own.silent for name, own in felt.items()},
-        "change_ms": {name: record.change_ms(name) for name in BOTH},
-        "stale_ms": {name: record.stale_ms(name) for name in BOTH},
+        "change_ms": {name: record.change_ms(name) for name in SIMULATED_DISPLAYS},
+        "stale_ms": {name: record.stale_ms(name) for name in SIMULATED_DISPLAYS},
         "lost": record.lost,
-        "status": {name: record.statuses(name) for name in BOTH},
+        "status": {name: record.statuses(name) for name in SIMULATED_DISPLAYS},
         "told": _last_message(record, scene),
         "seconds": scene.seconds,
         "seed": scene.seed,
     }
 
 
-def _last_message(record: "Record", scene) -> dict[str, dict]:
+def _last_message(record: "LoopRecord", scene) -> dict[str, dict]:
     """The last message that arrived: for each quantity value, sigma, status, and the true value."""
     message, soft = record.messages[-1], scene.soft
     if message is None:
@@ -200,7 +200,9 @@ def _last_message(record: "Record", scene) -> dict[str, dict]:
         truths = {"modulus": soft.modulus_MPa, "mu_kinetic": soft.friction, "mu_static": soft.friction}
         if soft.area is not None and message.force is not None and message.force.value is not None:
             truths["area"] = soft.area(message.force.value, soft.modulus_MPa)[0]
-    quantities = [(names[0], getattr(message, name), truths.get(name)) for name, names in QUANTITIES.items()]
+    quantities = [
+        (names[0], getattr(message, name), truths.get(name)) for name, names in MESSAGE_QUANTITY_COLUMNS.items()
+    ]
     if message.lines:
         quantities.append(("wavelength_mm", message.lines[0].wavelength, float(record.truth_mm[-1])))
     return {
@@ -212,8 +214,8 @@ def _last_message(record: "Record", scene) -> dict[str, dict]:
 
 def _print(found: dict) -> None:
     rows = [("round trip", f"{found['lag_ms']['round_trip']:.1f}", "ms")]
-    for key, what, factor, form, unit, unknown in ROWS:
-        for name in BOTH:
+    for key, what, factor, form, unit, unknown in SUMMARY_ROWS:
+        for name in SIMULATED_DISPLAYS:
             value = found[key][name]
             if value == value:
                 rows.append((f"{what}, {name}", f"{factor * value:{form}}", unit))
@@ -234,7 +236,7 @@ def _print(found: dict) -> None:
             tell(f"Wrote {found[kind]}")
 
 
-def _write(path: Path, record: "Record") -> None:
+def _write(path: Path, record: "LoopRecord") -> None:
     from papilla.core.tables import table_writer
 
     names = (
@@ -247,9 +249,9 @@ def _write(path: Path, record: "Record") -> None:
         write([*columns, *zip(*map(quantity_row, record.messages), strict=True)])
 
 
-def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_trip_ms: float) -> None:
+def _write_page(path: Path, scene, record: "LoopRecord", model: "LocalModel", round_trip_ms: float) -> None:
     """Write the page, with wavelength, motion, delay and loss of the run, and the last displayed output."""
-    from papilla.telepresence.motion import RATE_HZ
+    from papilla.telepresence.motion import HAND_RATE_HZ
     from papilla.telepresence.page import settings, write_page
 
     wavelength = scene.texture.wavelength(scene.start_mm)
@@ -271,7 +273,7 @@ def _write_page(path: Path, scene, record: "Record", model: "LocalModel", round_
         loss=scene.downlink.loss,
         amplitude_um=amplitude,
         bytes_local=record.bytes_per_s["local"] / scene.parameters_Hz,
-        bytes_direct=record.bytes_per_s["direct"] / RATE_HZ,
+        bytes_direct=record.bytes_per_s["direct"] / HAND_RATE_HZ,
         actuator=model.actuator,
     )
     write_page(path, begin)

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from papilla.cli.options import SceneOption, about, keep_inputs, option
-from papilla.cli.output import INTERRUPTED, Answer, say, tell
+from papilla.cli.output import EXIT_INTERRUPTED, CommandResult, say, tell
 from papilla.core.errors import InputError
 from papilla.core.units import MS_PER_NS, MS_PER_S
 from papilla.telepresence.cli.options import (
-    GRATING,
+    GRATING_OPTIONS,
     QUANTITY_COLUMNS,
     ComponentsOption,
     DisplayOptions,
@@ -32,17 +32,17 @@ from papilla.telepresence.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from papilla.telepresence.ends import Source
-    from papilla.telepresence.processes import Live, Period, Report, Spread
+    from papilla.telepresence.ends import FingerSource
+    from papilla.telepresence.processes import Live, Report, TickGrid, TimeHistogram
     from papilla.telepresence.sensing import Sensing
     from papilla.telepresence.udp import Endpoint
 
-ROWS = 100
+WRITTEN_ROWS = 100
 """Number of rows that are written to a table at once, which takes less than a control period."""
 AWAY_S = 5.0
 """Seconds between two live lines with the same state if stderr is not a terminal."""
 
-SECONDS = option(None, "Stop after this time; without it, at Ctrl-C.")
+SECONDS_OPTION = option(None, "Stop after this time; without it, at Ctrl-C.")
 ListenOption = Annotated[str, typer.Option(help="Address at which this end listens.", metavar="HOST:PORT")]
 PeerOption = Annotated[
     str, typer.Option(help="The other end: messages from any other address are dropped.", metavar="HOST:PORT")
@@ -91,10 +91,10 @@ def sensor(
     log: Path | None = option(None, "Time log to play again, in place of the grating."),
     components: ComponentsOption = 1,
     parameters_rate: RateOption = 50.0,
-    seconds: float | None = SECONDS,
+    seconds: float | None = SECONDS_OPTION,
     seed: int = option(0, "Of the noise.", min=0),
     scene: SceneOption = None,
-) -> Answer:
+) -> CommandResult:
     """Follow a remote hand over a simulated grating, estimate its wavelength at 1 kHz, and send that.
 
     With --calibration the finger also presses as the hand does, on a soft specimen under the grating: modulus and
@@ -110,14 +110,14 @@ def sensor(
     from papilla.core import checks
     from papilla.telepresence.ends import TouchSource
     from papilla.telepresence.processes import run_sensor
-    from papilla.telepresence.touch import GratingTexture, Touch
+    from papilla.telepresence.touch import GratingTexture, TouchLog
 
     checks.within("--parameters-rate", parameters_rate, 1, 1000)
-    refuse_with_log(context, log, *GRATING, "seed", "modulus", "friction")
+    refuse_with_log(context, log, *GRATING_OPTIONS, "seed", "modulus", "friction")
     if log is not None:
         source, sensing = _of_log(log, specimen, components)
     else:
-        touch = Touch(GratingTexture(grating.wavelength, grating.amplitude), grating.noise, specimen.soft())
+        touch = TouchLog(GratingTexture(grating.wavelength, grating.amplitude), grating.noise, specimen.soft())
         source, sensing = TouchSource(touch, seed), touch.sensing(components)
     with address.endpoint() as endpoint, _live() as report:
         how: Any = {"seconds": _time(seconds), "report": report, "parameters_Hz": parameters_rate}
@@ -128,10 +128,10 @@ def display(
     address: DisplayAddress,
     hand: HandOptions,
     shown_by: DisplayOptions,
-    seconds: float | None = SECONDS,
+    seconds: float | None = SECONDS_OPTION,
     scene: SceneOption = None,
     out: OutOption = None,
-) -> Answer:
+) -> CommandResult:
     """Move a simulated hand, send where it is, and display the texture under it from what the sensor sends back.
 
     The vibration is made here, of the hand's own motion, so it is not late however long the link is. When the link is
@@ -164,7 +164,7 @@ def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
 
         def keep(now, place, shown, message) -> None:
             rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *quantity_row(message)))
-            if len(rows) >= ROWS:
+            if len(rows) >= WRITTEN_ROWS:
                 write(zip(*rows, strict=True))
                 rows.clear()
 
@@ -173,7 +173,7 @@ def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
             write(zip(*rows, strict=True))
 
 
-def _of_log(log: Path, specimen: SoftOptions, components: int) -> "tuple[Source, Sensing]":
+def _of_log(log: Path, specimen: SoftOptions, components: int) -> "tuple[FingerSource, Sensing]":
     """A replayed log and its estimators, with modulus and contact area if possible."""
     from papilla.calibration import Calibration
     from papilla.estimators import Doubts, Pipeline
@@ -227,18 +227,18 @@ def _live() -> "Iterator[Report]":
             print(file=sys.stderr)
 
 
-def _quantiles_ms(times: "Spread") -> dict[str, float]:
+def _quantiles_ms(times: "TimeHistogram") -> dict[str, float]:
     return {"p50": MS_PER_S * times.quantile_s(0.5), "p99.9": MS_PER_S * times.quantile_s(0.999)}
 
 
-def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> Answer:
+def _until_stopped(work: "Callable[[TickGrid], object]", endpoint: "Endpoint") -> CommandResult:
     """Run until the time is over, Ctrl-C or SIGTERM; return the summary.
 
     Both signals act even if a script that started this in the background has them ignored.
     """
-    from papilla.telepresence.processes import Period
+    from papilla.telepresence.processes import TickGrid
 
-    period, code = Period(), 0
+    period, code = TickGrid(), 0
     # Freeze the objects loaded so far: a full garbage collection of them takes 0.1 s, a hundred periods.
     gc.collect()
     gc.freeze()
@@ -246,7 +246,7 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> 
     try:
         work(period)
     except KeyboardInterrupt:
-        code = INTERRUPTED
+        code = EXIT_INTERRUPTED
     finally:
         gc.unfreeze()
         for stop, handler in before.items():
@@ -267,4 +267,4 @@ def _until_stopped(work: "Callable[[Period], object]", endpoint: "Endpoint") -> 
     said = f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, "
     said += f"{counts.accepted} received, {counts.dropped} dropped"
     said += f"; shortest round trip {trip:.2f} ms" if trip == trip else ""
-    return Answer(found, partial(tell, said), code)
+    return CommandResult(found, partial(tell, said), code)

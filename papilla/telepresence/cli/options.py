@@ -11,24 +11,24 @@ from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.telepresence.local_model import LocalModel
-    from papilla.telepresence.messages import Parameters, Quantity
-    from papilla.telepresence.motion import Motion
+    from papilla.telepresence.messages import Parameters, TrustedQuantity
+    from papilla.telepresence.motion import HandMotion
     from papilla.telepresence.touch import Soft
 
-MODULUS_MPA, FRICTION = 0.3, 0.5
+MODULUS_MPA, DEFAULT_FRICTION = 0.3, 0.5
 """Defaults of the simulated specimen."""
-GRATING = ("wavelength", "second_wavelength", "amplitude", "noise")
+GRATING_OPTIONS = ("wavelength", "second_wavelength", "amplitude", "noise")
 """Options of the simulated texture."""
-QUANTITIES = {
+MESSAGE_QUANTITY_COLUMNS = {
     "modulus": ("modulus_MPa", "modulus_sigma_MPa", "modulus_status"),
     "area": ("contact_area_mm2", "contact_area_sigma_mm2", "contact_area_status"),
     "mu_kinetic": ("mu_kinetic", "mu_kinetic_sigma", "mu_kinetic_status"),
     "mu_static": ("mu_static", "mu_static_sigma", "mu_static_status"),
 }
 """Quantities of a message besides the texture, and their columns: value, standard deviation, status."""
-QUANTITY_COLUMNS = tuple(column for columns in QUANTITIES.values() for column in columns)
+QUANTITY_COLUMNS = tuple(column for columns in MESSAGE_QUANTITY_COLUMNS.values() for column in columns)
 
-SOFTNESS, DISPLAY = {"rich_help_panel": "Softness"}, {"rich_help_panel": "Display"}
+SOFTNESS_PANEL, DISPLAY_PANEL = {"rich_help_panel": "Softness"}, {"rich_help_panel": "Display"}
 
 ComponentsOption = Annotated[int, typer.Option(help="Wavelengths that are sent and displayed at most.", min=1, max=8)]
 RateOption = Annotated[float, typer.Option(help="Messages with parameters a second.")]
@@ -52,11 +52,11 @@ class HandOptions:
     strokes: float = option(1.07, "Strokes to and fro a second; 0: one at constant speed.")
     force: float = option(0.5, "Mean force (N) of the hand; it swings by 40 %; displays stop above 2 N.")
 
-    def motion(self) -> "Motion":
+    def motion(self) -> "HandMotion":
         """The motion; raises `InputError`."""
-        from papilla.telepresence.motion import Motion
+        from papilla.telepresence.motion import HandMotion
 
-        return Motion(self.speed, self.strokes, press_N=self.force)
+        return HandMotion(self.speed, self.strokes, press_N=self.force)
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,17 @@ class SoftOptions:
     """The soft specimen under the texture, and the calibrated finger that presses on it."""
 
     calibration: Path | None = option(
-        None, "calibration.json of the finger: softness and friction are sent too.", **SOFTNESS
+        None, "calibration.json of the finger: softness and friction are sent too.", **SOFTNESS_PANEL
     )
-    sweep: Path | None = option(None, "sweep.csv of the calibration: the contact area too.", **SOFTNESS)
+    sweep: Path | None = option(None, "sweep.csv of the calibration: the contact area too.", **SOFTNESS_PANEL)
     modulus: float | None = option(
-        None, f"Modulus (MPa) of the simulated specimen, {MODULUS_MPA} unless stated.", **SOFTNESS
+        None, f"Modulus (MPa) of the simulated specimen, {MODULUS_MPA} unless stated.", **SOFTNESS_PANEL
     )
-    friction: float | None = option(None, f"Its coefficient of friction, {FRICTION} unless stated.", **SOFTNESS)
+    friction: float | None = option(
+        None, f"Its coefficient of friction, {DEFAULT_FRICTION} unless stated.", **SOFTNESS_PANEL
+    )
     thickness: float | None = option(
-        None, "Thickness (mm) of the specimen, if the sensor's side knows it; else sigma is larger.", **SOFTNESS
+        None, "Thickness (mm) of the specimen, if the sensor's side knows it; else sigma is larger.", **SOFTNESS_PANEL
     )
 
     def soft(self) -> "Soft | None":
@@ -87,7 +89,7 @@ class SoftOptions:
 
         area = None if self.sweep is None else ContactArea.load(self.sweep)
         modulus = MODULUS_MPA if self.modulus is None else self.modulus
-        friction = FRICTION if self.friction is None else self.friction
+        friction = DEFAULT_FRICTION if self.friction is None else self.friction
         with about(self.calibration):
             return Soft(Calibration.load(self.calibration), modulus, friction, self.thickness, area)
 
@@ -98,20 +100,22 @@ class DisplayOptions:
 
     components: ComponentsOption = 1
     actuator: Literal["piezo", "icpf"] = option(
-        "piezo", "Of the display: 55 um to 300 Hz, or ionic polymer to 200 Hz.", **DISPLAY
+        "piezo", "Of the display: 55 um to 300 Hz, or ionic polymer to 200 Hz.", **DISPLAY_PANEL
     )
-    stroke_um: float | None = option(None, "Stroke of --actuator icpf, peak to peak, which no paper prints.", **DISPLAY)
+    stroke_um: float | None = option(
+        None, "Stroke of --actuator icpf, peak to peak, which no paper prints.", **DISPLAY_PANEL
+    )
     rule: Literal["measured", "g_A"] = option(
-        "measured", "Amplitude of a line: the sensor's own, or by its wavelength alone (2011, eq. 11).", **DISPLAY
+        "measured", "Amplitude of a line: the sensor's own, or by its wavelength alone (2011, eq. 11).", **DISPLAY_PANEL
     )
     curve: Path | None = option(
-        None, "Points of g_A in place of those that ship: CSV with wavelength_mm and power.", **DISPLAY
+        None, "Points of g_A in place of those that ship: CSV with wavelength_mm and power.", **DISPLAY_PANEL
     )
 
     def model(self) -> "tuple[LocalModel, dict[str, Any]]":
         """The local model, and its actuator and rule as plain values. Raises `InputError` for a missing stroke and for
         options without effect."""
-        from papilla.telepresence.actuator import PIEZO, icpf
+        from papilla.telepresence.actuator import PIEZO_STACK, icpf
         from papilla.telepresence.amplitude import FromWavelength, Measured, Rule, read_curve
         from papilla.telepresence.local_model import LocalModel
 
@@ -121,7 +125,7 @@ class DisplayOptions:
             raise InputError("--actuator icpf needs --stroke-um: no paper prints the stroke of that display")
         if self.rule == "measured" and self.curve is not None:
             raise InputError("--curve is for --rule g_A")
-        actuator = PIEZO if self.stroke_um is None else icpf(self.stroke_um)
+        actuator = PIEZO_STACK if self.stroke_um is None else icpf(self.stroke_um)
         rule: Rule = Measured()
         amplitude: dict[str, Any] = {"rule": self.rule}
         if self.rule == "g_A":
@@ -147,16 +151,16 @@ def refuse_with_log(context: typer.Context, log: Path | None, *names: str) -> No
 def quantity_row(message: "Parameters | None") -> list[float | str]:
     """The `QUANTITY_COLUMNS` of a message: NaN and an empty text for missing quantities."""
     row: list[float | str] = []
-    for name in QUANTITIES:
-        one: Quantity | None = getattr(message, name, None)
+    for name in MESSAGE_QUANTITY_COLUMNS:
+        one: TrustedQuantity | None = getattr(message, name, None)
         numbers = (None, None) if one is None else (one.value, one.sigma)
         row += [float("nan") if value is None else value for value in numbers]
         row.append("" if one is None else word(one))
     return row
 
 
-def word(one: "Quantity") -> str:
+def word(one: "TrustedQuantity") -> str:
     """The status of a quantity in one word."""
-    from papilla.telepresence.messages import Trust
+    from papilla.telepresence.messages import QuantityTrust
 
-    return Trust(one.status).name.lower()
+    return QuantityTrust(one.status).name.lower()

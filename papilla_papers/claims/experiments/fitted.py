@@ -13,7 +13,7 @@ from papilla.core.errors import SolverError
 from papilla.core.units import PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace
-from papilla_papers.claims.experiments.presses import NAMES, PRINTED_N, RIGID_MPA
+from papilla_papers.claims.experiments.presses import DEPTH_NAMES, PRINTED_N, RIGID_MPA
 from papilla_papers.claims.experiments.softness import COMPARED_GF, by_force, scaled_to_9, sweep, with_lever
 from papilla_papers.claims.experiments.softness import SCENE as SOFTNESS
 from papilla_papers.claims.scenes import by_factors, scene
@@ -45,7 +45,7 @@ def run(tell) -> dict:
     early = finger.bench.touch_down
     (scale, rms), (_, heavy) = (scaled_to_9(ours, first) for first in (0, SOFTNESS.heavy))
     values = {"early": early, "hard_ratio": ours[-1, 2] / ours[-1, 1], "rms": rms, "rms_30": heavy}
-    for depth, name in zip(PRINTED_N, NAMES, strict=True):
+    for depth, name in zip(PRINTED_N, DEPTH_NAMES, strict=True):
         force = fem.press(reduced, HalfSpace(RIGID_MPA), indentation=depth - early).force
         values[f"at_{name}"] = float(newton_to_gf(force)) if depth < 1 else force
     tell("fits without one specimen or depth")
@@ -154,7 +154,7 @@ def _left_out(finger: Finger) -> dict:
         if one == all_three[-1]:
             values["hard_ratio_alone"] = float(sd[-1, 2] / sd[-1, 1])
     values["rms_alone"] = PER_CENT * float(np.sqrt(np.mean(np.square(missed)) / np.mean(printed**2)))
-    for depth, name in zip(PRINTED_N, NAMES, strict=True):
+    for depth, name in zip(PRINTED_N, DEPTH_NAMES, strict=True):
         _, reached = family.press(family.fit(all_three, [one for one in depths if one != depth]))
         force = float(np.exp(np.interp(depth, reached, np.log(DEPTH_FORCES_N))))
         values[f"at_{name}_alone"] = float(newton_to_gf(force)) if depth < 1 else force

@@ -14,7 +14,7 @@ from papilla.fem.sliding import slide as sliding
 from papilla.fem.sliding.dynamics import LOSS_FACTOR
 from papilla.fem.sliding.motion import Motion
 from papilla.fem.sliding.section import ReducedSection, prepare_section
-from papilla.mesh.section import SIZE_MM
+from papilla.mesh.section import SECTION_SIZE_MM
 from papilla.model.finger import Finger, Gauge, Ridges
 from papilla.model.specimen import Grating
 from papilla.model.textures import Flat, MeasuredProfile, Texture
@@ -27,7 +27,7 @@ from papilla_papers.methods.roughness import ImpulseDensity
 from papilla_papers.methods.roughness.impulses import Corpuscle
 
 SCENE = scene("gratings")
-MIDDLE: int = SCENE.middle
+MIDDLE_GAUGE: int = SCENE.middle
 OWN: int = SCENE.own_gauges
 MORE_GRIDS = {float(length): gauge for length, gauge in SCENE.more_grids.items()}
 
@@ -45,12 +45,12 @@ class Assumed:
     @property
     def gauge(self) -> int:
         """Number of the gauge that is read."""
-        return MORE_GRIDS.get(self.grid_mm, MIDDLE)
+        return MORE_GRIDS.get(self.grid_mm, MIDDLE_GAUGE)
 
     @property
     def gauges(self) -> list[int]:
         """Numbers of the gauges that are read: the finger's own, or the one with another grid."""
-        return [*range(OWN)] if self.gauge == MIDDLE else [self.gauge]
+        return [*range(OWN)] if self.gauge == MIDDLE_GAUGE else [self.gauge]
 
 
 ASSUMED = Assumed(**SCENE.assumed)
@@ -84,7 +84,7 @@ def run(tell, cause: bool = True) -> dict:
     )
 
 
-class Felt(NamedTuple):
+class SceneReadings(NamedTuple):
     """Readings of the gauges over a scene: place_mm (m,) of the finger, readings (m, g) in microstrain, the mean force
     in N, the dynamics, and the status."""
 
@@ -116,8 +116,8 @@ def _section(pitch_mm: float, smooth: bool, size_mm: float) -> ReducedSection:
 
 
 def slid(
-    assumed: Assumed, texture: Texture, motion: Motion, depth: float, *, smooth=False, size_mm=SIZE_MM, **how
-) -> Felt:
+    assumed: Assumed, texture: Texture, motion: Motion, depth: float, *, smooth=False, size_mm=SECTION_SIZE_MM, **how
+) -> SceneReadings:
     """A scene at a pressing depth in mm, kept in the cache; `how` as for `papilla.fem.slide`."""
     finger = finger_of(assumed, smooth)
     how = {"friction": assumed.friction, "loss_factor": assumed.loss_factor, "length_mm": SCENE.length_mm, **how}
@@ -131,7 +131,7 @@ def slid(
 
     key = cache.key(sliding.__name__, finger.sha256, texture, motion.t_s, motion.position_mm, depth, size_mm, how)
     found = cache.fetch("slide", key, make)
-    return Felt(found["place"], found["readings"], float(found["force"]), *found["words"].tolist())
+    return SceneReadings(found["place"], found["readings"], float(found["force"]), *found["words"].tolist())
 
 
 def default_slide(texture: Texture, motion: Motion, friction: float = SCENE.friction, **how):
@@ -139,7 +139,7 @@ def default_slide(texture: Texture, motion: Motion, friction: float = SCENE.fric
     return sliding.slide(Finger.default(), texture, motion, friction=friction, length_mm=SCENE.length_mm, **how)
 
 
-def over(assumed: Assumed, texture: Texture | float, setting: Mapping[str, Any], **how) -> Felt:
+def over(assumed: Assumed, texture: Texture | float, setting: Mapping[str, Any], **how) -> SceneReadings:
     """A slide over a texture, or a grating of this wavelength in mm: `speed_mm_s`, `seconds` and `depth_mm` of the
     setting; its other values, and `how`, as for `slid`."""
     how = {**setting, **how}
@@ -162,14 +162,14 @@ def two_grooves(between_mm: float) -> MeasuredProfile:
     return MeasuredProfile(place, np.where(np.searchsorted(edges, place) % 2 == 1, -SCENE.groove_mm, 0.0))
 
 
-def density(found: Felt, gauge: int) -> np.ndarray:
+def density(found: SceneReadings, gauge: int) -> np.ndarray:
     """Answers (n,) in mm of the printed density for a gauge, after its window is full."""
     block = np.column_stack([found.readings[:, gauge], np.full(len(found.readings), found.speed_mm_s)])
     answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[SCENE.window_is_full :]
     return answer[np.isfinite(answer)]
 
 
-def _grating_rms(found: Felt, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
+def _grating_rms(found: SceneReadings, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """Rms (g,) in microstrain of the part with the grating's period: its first harmonics, over the last half."""
     place = found.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
@@ -220,7 +220,7 @@ def _depths(assumed: Assumed, cause: bool = True) -> dict:
     rms = {key: _grating_rms(found, key[0])[:OWN] for key, found in deep.items()}
     weakest = [float(own.min()) for own in rms.values()]
     first, last = each[0], each[-1] if cause else each[0]
-    deeper = {one: float(rms[one, last][MIDDLE] / rms[one, first][MIDDLE]) for one in textures}
+    deeper = {one: float(rms[one, last][MIDDLE_GAUGE] / rms[one, first][MIDDLE_GAUGE]) for one in textures}
     pressed = deep[coarse, each[-1]].force_N / deep[coarse, first].force_N
     return {
         "deeper": deeper[coarse],
@@ -278,7 +278,7 @@ def _stick_slip(cause: bool) -> dict:
     spectra, static = {}, SCENE.static_friction if cause else kinetic
     for friction in (kinetic, static):
         found = over(ASSUMED, wavelength, setting, friction=friction)
-        for number, part in enumerate(np.split(found.readings[samples, MIDDLE], 2)):
+        for number, part in enumerate(np.split(found.readings[samples, MIDDLE_GAUGE], 2)):
             spectra[friction, number] = np.abs(np.fft.rfft(part - part.mean()))
     own = [spectra[kinetic, 0], spectra[kinetic, 1]]
     scatter = np.linalg.norm(own[1] - own[0])
@@ -302,7 +302,7 @@ def _scenes() -> dict:
     wavelength = SCENE.flank.wavelength_mm
     slow = over(ASSUMED, wavelength, SCENE.repeats)
     period = round(wavelength / SCENE.repeats.speed_mm_s * SCENE.rate_Hz)
-    signal = slow.readings[-2 * period :, MIDDLE]
+    signal = slow.readings[-2 * period :, MIDDLE_GAUGE]
     repeats = np.sqrt(np.mean((signal[:period] - signal[period:]) ** 2)) / signal.std()
     trapezoid = over(ASSUMED, replace(grating(wavelength), flank=SCENE.flank.flank_mm), SCENE.trapezoid)
     return {
@@ -335,7 +335,7 @@ def _rough(assumed: Assumed) -> dict:
     return {
         "rough_lines": float(sum(min(abs(ridge / one - 1) for ridge in own) > given.tolerance for one in waves)),
         "rough_mm": listed(waves, ".3f") or "none",
-        "rough_uE": float(rough.readings[SCENE.slides_after :, MIDDLE].std()),
+        "rough_uE": float(rough.readings[SCENE.slides_after :, MIDDLE_GAUGE].std()),
     }
 
 

@@ -18,12 +18,18 @@ from papilla_papers.claims.signals import listed
 SCENE = scene("presses")
 RIGID_MPA: float = SCENE.rigid_MPa
 OFFSET_MM: float = SCENE.offset_mm
-GIVEN = SCENE.printed
-PRINTED_N = dict(zip(GIVEN.depths_mm, (*map(gf_to_newton, GIVEN.forces_gf), GIVEN.force_N), strict=True))
+PRINTED_SETTINGS = SCENE.printed
+PRINTED_N = dict(
+    zip(
+        PRINTED_SETTINGS.depths_mm,
+        (*map(gf_to_newton, PRINTED_SETTINGS.forces_gf), PRINTED_SETTINGS.force_N),
+        strict=True,
+    )
+)
 MODULI = tuple(by_factors(SCENE.moduli.modulus_MPa).tolist())
-SPECIMENS: tuple[float, float, float] = SCENE.specimens_MPa
-SOFT, MIDDLE, HARD = SPECIMENS
-NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
+SPECIMEN_MODULI_MPA: tuple[float, float, float] = SCENE.specimens_MPa
+SOFT_MODULUS_MPA, MIDDLE_MODULUS_MPA, HARD_MODULUS_MPA = SPECIMEN_MODULI_MPA
+DEPTH_NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
 """Names of the depths in findings."""
 
 
@@ -39,7 +45,9 @@ def run(tell, cause: bool = True) -> dict:
     tell("the finger")
     reduced = fem.prepare(finger)
     force = gf_to_newton(SCENE.force_gf)
-    at_60 = {E: fem.press(reduced, _block(E if cause else MIDDLE), force=force) for E in SPECIMENS}
+    at_60 = {
+        E: fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=force) for E in SPECIMEN_MODULI_MPA
+    }
     tell("presses over the modulus, the field inside, with layers and without")
     return gathered(
         lambda: _over_moduli(reduced, cause),
@@ -58,7 +66,9 @@ def _block(modulus: float) -> Block:
 def _over_moduli(reduced, cause: bool) -> dict:
     """Contact area, the finger's part of the indentation and S_d over the modulus."""
     own = SCENE.moduli
-    table = [fem.press(reduced, _block(modulus if cause else MIDDLE), force=own.force_N) for modulus in MODULI]
+    table = [
+        fem.press(reduced, _block(modulus if cause else MIDDLE_MODULUS_MPA), force=own.force_N) for modulus in MODULI
+    ]
     some = slice(None, None, own.every)
     area = np.array([one.contact_area for one in table])
     gives = np.array([one.finger_indentation for one in table])
@@ -77,12 +87,12 @@ def _over_moduli(reduced, cause: bool) -> dict:
 def _three(at_60) -> dict:
     """The three published specimens under 60 gf."""
     return {
-        "gauges": float(len(at_60[MIDDLE].reading)),
-        "readings": listed(PER_CENT * at_60[MIDDLE].strain, "+.2f"),
-        "softness_shows": at_60[HARD].sd / at_60[SOFT].sd,
-        "gain_low": at_60[MIDDLE].sd / at_60[SOFT].sd - 1,
-        "gain_high": at_60[HARD].sd / at_60[MIDDLE].sd - 1,
-        "peak_ratio": at_60[HARD].peak_pressure / at_60[SOFT].peak_pressure,
+        "gauges": float(len(at_60[MIDDLE_MODULUS_MPA].reading)),
+        "readings": listed(PER_CENT * at_60[MIDDLE_MODULUS_MPA].strain, "+.2f"),
+        "softness_shows": at_60[HARD_MODULUS_MPA].sd / at_60[SOFT_MODULUS_MPA].sd,
+        "gain_low": at_60[MIDDLE_MODULUS_MPA].sd / at_60[SOFT_MODULUS_MPA].sd - 1,
+        "gain_high": at_60[HARD_MODULUS_MPA].sd / at_60[MIDDLE_MODULUS_MPA].sd - 1,
+        "peak_ratio": at_60[HARD_MODULUS_MPA].peak_pressure / at_60[SOFT_MODULUS_MPA].peak_pressure,
     }
 
 
@@ -94,7 +104,7 @@ def _depths(reduced) -> dict:
     def force(depth: float) -> float:
         return float(fem.press(reduced, HalfSpace(RIGID_MPA), indentation=max(depth, SCENE.least_depth_mm)).force)
 
-    for depth, name in zip(PRINTED_N, NAMES, strict=True):
+    for depth, name in zip(PRINTED_N, DEPTH_NAMES, strict=True):
         others = [(d, np.log(p)) for d, p in PRINTED_N.items() if d != depth]
         alone = minimize_scalar(
             lambda offset, others=others: sum((np.log(force(d - offset)) - p) ** 2 for d, p in others),

@@ -16,7 +16,7 @@ from papilla.core.units import PER_CENT, gf_to_newton
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.identification.one_touch import fit_indentation, on_bonded_layer, on_finger, on_half_space
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Block, Friction, Specimen
+from papilla.model.specimen import STICK_WORD, Block, Friction, Specimen
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import by_factors, even, scene
@@ -37,7 +37,7 @@ class Assumed:
 
     lever_mm: float
     thickness_mm: float
-    friction: Friction = STICK
+    friction: Friction = STICK_WORD
 
     def sweep(self, forces_gf) -> Sweep:
         """Presses of the default finger on the three specimens."""
@@ -91,7 +91,7 @@ def sweep(
     moduli,
     forces,
     block: Callable[[float], Specimen] | None = None,
-    friction: Friction = STICK,
+    friction: Friction = STICK_WORD,
 ) -> Sweep:
     """Presses with large strain, kept in the cache: by default they stick, as silicone does on silicone, on the
     bench's blocks."""

@@ -6,12 +6,12 @@ import numpy as np
 
 from papilla.core.units import MS_PER_S
 from papilla.telepresence import Component, FromWavelength, Link, LinkModel, LocalModel, Set, icpf, read_curve
-from papilla.telepresence.actuator import PIEZO
+from papilla.telepresence.actuator import PIEZO_STACK
 from papilla.telepresence.amplitude import AMPLIFIER_V_PER_MICROSTRAIN, Measured, PowerCurve
 from papilla.telepresence.loop import run as run_loop
 from papilla.telepresence.messages import Parameters
-from papilla.telepresence.motion import HAND_HZ, RATE_HZ
-from papilla.telepresence.record import Record
+from papilla.telepresence.motion import HAND_HZ, HAND_RATE_HZ
+from papilla.telepresence.record import LoopRecord
 from papilla.telepresence.touch import GratingTexture
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.scenes import scene
@@ -37,7 +37,7 @@ def run(tell, cause: bool = True) -> dict:
     return values | gathered(lambda: _displayed(tell, cause))
 
 
-def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> Record:
+def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: bool = False, **links) -> LoopRecord:
     """The loop over a grating of 1.2 mm, whose signal is far above the noise or, if not `strong`, far below it.
 
     both_ways : half of the round trip each way.
@@ -48,7 +48,7 @@ def _loop(strong: bool = True, *, seconds: float = SCENE.seconds, both_ways: boo
     return run_loop(Set(texture, seconds=seconds, **links))
 
 
-def _machines(delayed: Record, cause: bool) -> dict:
+def _machines(delayed: LoopRecord, cause: bool) -> dict:
     """The displayed and sent signals of the loop, and their delays."""
     way = LinkModel(one_way_ms=SCENE.trip_ms / 2)
     up = _loop(uplink=way if cause else LinkModel())
@@ -132,7 +132,7 @@ def _explained(signal: np.ndarray, columns: list[np.ndarray]) -> float:
 def _shown(model: LocalModel, components: tuple[Component, ...], force: float = SCENE.model.force_N):
     """Places (n,) and displacement (n,) of a model during the last of 2 s at a constant speed."""
     own, shown = SCENE.model, []
-    time = np.arange(own.samples) / RATE_HZ
+    time = np.arange(own.samples) / HAND_RATE_HZ
     for row, now in enumerate(time.tolist()):
         if row % own.moves_every == 0:
             model.move(now, own.speed_mm_s * now, force)
@@ -145,10 +145,10 @@ def _shown(model: LocalModel, components: tuple[Component, ...], force: float = 
 def _display() -> dict:
     """The output of the local model: its frequency, its waveform, and its silence under a large force."""
     values, own, slow = {}, SCENE.display, icpf(SCENE.display.icpf_um)
-    for name, actuator in (("stimulus", PIEZO), ("stimulus_icpf", slow)):
+    for name, actuator in (("stimulus", PIEZO_STACK), ("stimulus_icpf", slow)):
         _, shown = _shown(LocalModel(actuator), (Component(*own.stimulus),))
         spectrum = np.abs(np.fft.rfft(shown - shown.mean()))
-        values[name] = float(np.argmax(spectrum) * RATE_HZ / len(shown))
+        values[name] = float(np.argmax(spectrum) * HAND_RATE_HZ / len(shown))
     one, other = Component(*own.one), Component(*own.other)
     place, shown = _shown(LocalModel(), (one,))
     both_at, both = _shown(LocalModel(components=2), (one, other))
@@ -158,7 +158,7 @@ def _display() -> dict:
     silent = [force for force in forces.tolist() if _is_silent(force)]
     frequencies = np.arange(own.frequencies_Hz["from"], own.frequencies_Hz.to)
     passed = np.array([slow.passed(float(one), own.icpf_band_Hz) for one in frequencies])
-    piezo = zip(("at_310", "at_200", "at_290"), map(PIEZO.response, own.piezo_Hz), strict=True)
+    piezo = zip(("at_310", "at_200", "at_290"), map(PIEZO_STACK.response, own.piezo_Hz), strict=True)
     return (
         values
         | dict(piezo)
@@ -168,11 +168,11 @@ def _display() -> dict:
             "two_share": _explained(both, lines[0] + lines[1]),
             "force_limit": min(silent, default=math.nan),
             "icpf_Hz": float(frequencies[int(np.argmin(np.abs(passed - 0.5)))]),
-            "stroke": PIEZO.stroke_um,
-            "volts": PIEZO.drive_V,
+            "stroke": PIEZO_STACK.stroke_um,
+            "volts": PIEZO_STACK.drive_V,
             "hand_Hz": HAND_HZ,
-            "rate_Hz": RATE_HZ,
-            "fine": PIEZO.passed(own.fine_Hz, PIEZO.band_Hz),
+            "rate_Hz": HAND_RATE_HZ,
+            "fine": PIEZO_STACK.passed(own.fine_Hz, PIEZO_STACK.band_Hz),
         }
     )
 
@@ -192,7 +192,7 @@ def _links() -> dict:
     link, order = Link(DELAY, own.seed), Link(DELAY, own.order_seed)
     drawn = MS_PER_S * np.array([link.one_way_s(own.every_s * k + own.offset_s) for k in range(own.draws)])
     for row in range(own.datagrams):
-        order.send(row / RATE_HZ, row, own.size)
+        order.send(row / HAND_RATE_HZ, row, own.size)
     arrived = [one.content for one in order.receive(own.until_s)]
     out = sum(b < a for a, b in zip(arrived, arrived[1:], strict=False))
     return {"delay_mean": drawn.mean(), "delay_sd": drawn.std(), "in_order": f"{out} of {len(arrived)} out"}

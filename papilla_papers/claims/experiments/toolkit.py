@@ -19,7 +19,7 @@ from papilla.fem.fields import save_field
 from papilla.fem.pressing.prices import known_prices
 from papilla.logs import PressLog, read_time_log
 from papilla.model.finger import Finger
-from papilla.model.specimen import STICK, Block
+from papilla.model.specimen import STICK_WORD, Block
 from papilla.verify import verify
 from papilla_papers.claims.claim import gathered
 from papilla_papers.claims.experiments.softness import calibrated
@@ -138,7 +138,7 @@ def _main_job(calibration: Calibration, reduced: fem.ReducedFinger, cause: bool)
     own = SCENE.job
     forces = np.array(DEFAULT_FORCES[own.first_force :])
     between, moduli = np.sqrt(forces[:-1] * forces[1:])[:: own.every], by_factors(own.modulus_MPa)
-    table = cached_sweep(reduced, tuple(moduli.tolist()), tuple(between.tolist()), reduced.bench.specimen, STICK)
+    table = cached_sweep(reduced, tuple(moduli.tolist()), tuple(between.tolist()), reduced.bench.specimen, STICK_WORD)
     answer = np.asarray(calibration.invert(table.sd_microstrain, table.force_N).modulus_MPa)
     error = np.abs(answer / (table.modulus_MPa if cause else own.without_cause * table.modulus_MPa) - 1)
     names = tuple(f"g{k + 1}" for k in range(table.reading.shape[1]))

@@ -26,10 +26,10 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla_papers.methods.roughness.stream import ALIASED, GAP, NONE, OK, SILENT, Finding, RoughnessStream
+from papilla_papers.methods.roughness.stream import ALIASED, GAP, NONE, OK, SILENT_CODE, Finding, RoughnessStream
 
 IMPULSES_A_GROOVE = 2
-CEILING = 0.9
+ALIAS_SHARE = 0.9
 """Share of the largest number of impulses that a window can contain (one every second sample) above which a count may
 be an alias."""
 
@@ -155,8 +155,8 @@ class ImpulseCount:
         if valid < self.samples // 2:
             return Finding(GAP)
         if count == 0:
-            return Finding(SILENT)
-        if speed > self.fastest_mm_s or count > CEILING * 0.5 * self.samples:
+            return Finding(SILENT_CODE)
+        if speed > self.fastest_mm_s or count > ALIAS_SHARE * 0.5 * self.samples:
             return Finding(ALIASED)
         average = self._speeds.total / moving if self.paired and moving else speed
         periods, seconds = count / self.per_period, valid / self.rate_Hz
@@ -191,7 +191,7 @@ class LastInterval:
             self._since[impulse] = (0, 0.0)
         samples, distance = self._interval
         if not samples:
-            return Finding(SILENT)
+            return Finding(SILENT_CODE)
         if speed > self.fastest_mm_s or samples <= 2:
             return Finding(ALIASED)
         return Finding(OK, self.rate_Hz / samples, distance if self.same_edge else moved * samples)

@@ -118,7 +118,7 @@ class ShortTimeSpectrum(RoughnessStream):
         if window.torn:
             return Finding(stream.GAP)
         if window.dead:
-            return Finding(stream.SILENT)
+            return Finding(stream.SILENT_CODE)
         readings, speeds = window.samples
         speed = float(speeds @ self._weights)
         if max(float(speeds[-1]), speed) > self._fastest:
@@ -132,7 +132,7 @@ class ShortTimeSpectrum(RoughnessStream):
             return Finding(stream.ALIASED)
         if self._method.corrected and not low < best < high - 1:
             # The highest line is at the edge of the gate: the flank of a line outside the wavelength range.
-            return Finding(stream.SILENT)
+            return Finding(stream.SILENT_CODE)
         around = power[best - low : best - low + 3].tolist()
         place = best + vertex(around) if self._method.corrected else best
         status = stream.GAP if window.gaps else stream.OK

@@ -37,7 +37,9 @@ class RoughnessStatus(Status):
     DUPLICATE = "the sample is not later than the one before, and was left out"
 
 
-OK, WARMING_UP, SILENT, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(int, RoughnessStatus)
+OK, WARMING_UP, SILENT_CODE, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(
+    int, RoughnessStatus
+)
 
 
 class RoughnessEstimate(NamedTuple):

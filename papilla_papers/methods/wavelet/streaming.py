@@ -19,7 +19,7 @@ REACH = 3.0
 HOP_S = 1 / 300
 """Sampling period of the 2011 paper: one instant of the ridge each, so that 20 instants are its window of 67 ms."""
 KEPT = cross.BEFORE + 1 + cross.AFTER
-CHANCE, APART = 0.05, 0.22
+CHANCE, RIDGE_OCTAVES = 0.05, 0.22
 """Probability that red noise passes as a ridge, and octaves over which the largest value counts as one. One frequency
 alone must pass more rarely than the largest over all. 0.22 was measured: white noise passes in 4-6 % of the instants,
 noise of lag-one correlation 0.9 in 2-7 %."""
@@ -98,7 +98,7 @@ class CrossRidge(Stream):
         reach = math.ceil(REACH * float(scale[0, 0]) * rate)
         self.lag_s = reach / rate
         self._count, self._hop = 2 * reach + 1, max(round(HOP_S * rate), 1)
-        self._chance = 1 - (1 - CHANCE) ** (1 / max(math.log2(high_Hz / low_Hz) / APART, 1.0))
+        self._chance = 1 - (1 - CHANCE) ** (1 / max(math.log2(high_Hz / low_Hz) / RIDGE_OCTAVES, 1.0))
         eta = np.arange(-reach, reach + 1) / rate / scale
         wavelets = np.pi**-0.25 * np.exp(-1j * cross.OMEGA0 * eta - 0.5 * eta**2) / np.sqrt(scale * rate)
         # Real and imaginary rows in turn, so that a product with them gives complex numbers.

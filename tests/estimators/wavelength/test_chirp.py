@@ -9,10 +9,10 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
 from papilla.estimators.wavelength.motion_fit import (
-    KNOTS,
-    MOTION,
-    SHAPE,
-    TREND,
+    MOTION_KNOTS,
+    MOTION_PARAMETERS,
+    SHAPE_PARAMETERS,
+    TREND_PARAMETERS,
     MotionFit,
     designed,
     phase_at,
@@ -177,7 +177,7 @@ def test_disturbed_readings(case):
 
 def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):
     """A fit with these parameters, the others 0."""
-    sizes = KNOTS, TREND, SHAPE
+    sizes = MOTION_KNOTS, TREND_PARAMETERS, SHAPE_PARAMETERS
     jumps, trend, shape = (np.zeros(n) if x is None else x for x, n in zip((jumps, trend, shape), sizes, strict=True))
     return MotionFit(motion, jumps, 0.02, spacing, trend, shape, np.zeros((1, 1)), 1.0, np.zeros(300), 0.0)
 
@@ -186,13 +186,27 @@ def test_the_derivatives_of_a_stroke_are_its_differences():
     """Gauss and Newton's step from a stroke to one beside it, of exact readings, is the difference of the two."""
     rng, time = np.random.default_rng(0), np.arange(-299, 1) / 1000
     start = stroke_of(
-        np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, KNOTS), rng.normal(0, 1, TREND), rng.normal(0, 1, SHAPE)
+        np.array([0.2, 55.0, -180.0, 41.0]),
+        rng.normal(0, 50, MOTION_KNOTS),
+        rng.normal(0, 1, TREND_PARAMETERS),
+        rng.normal(0, 1, SHAPE_PARAMETERS),
     )
-    small = np.concatenate([[1e-6, 1e-5, 1e-4, 1e-4], rng.normal(0, 1e-4, KNOTS), rng.normal(0, 1e-5, TREND + SHAPE)])
-    other = stroke_of(*np.split(start.values + small, [MOTION, MOTION + KNOTS, MOTION + KNOTS + TREND]))
+    small = np.concatenate(
+        [
+            [1e-6, 1e-5, 1e-4, 1e-4],
+            rng.normal(0, 1e-4, MOTION_KNOTS),
+            rng.normal(0, 1e-5, TREND_PARAMETERS + SHAPE_PARAMETERS),
+        ]
+    )
+    other = stroke_of(
+        *np.split(
+            start.values + small,
+            [MOTION_PARAMETERS, MOTION_PARAMETERS + MOTION_KNOTS, MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS],
+        )
+    )
     columns, _ = profile(*phase_at(other, time), 1000.0)
     readings = columns @ other.shape + trend_of(time, np.minimum(time[:, None] - other.knots, 0.0)) @ other.trend
-    prior = 1e-12 * np.eye(MOTION + KNOTS + TREND + SHAPE)
+    prior = 1e-12 * np.eye(MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS + SHAPE_PARAMETERS)
     found = solved(designed(start, readings, time, 1000.0), prior, start.values)
     assert np.abs(found.residual).max() < 1e-6
     (turned, speed), (phase, rate) = phase_at(found, time), phase_at(other, time)

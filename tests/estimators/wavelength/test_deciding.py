@@ -9,7 +9,7 @@ from papilla.core.errors import InputError
 from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.fundamental import fundamental_of, lone
-from papilla.estimators.wavelength.memory import Cells, Finding, checked
+from papilla.estimators.wavelength.memory import Cells, SearchResult, checked
 from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.trackers import wavelength_between
 
@@ -170,7 +170,7 @@ def test_a_stroke_ends_where_the_path_turned_by_more_than_play():
 def sure(own, status=TrackingStatus.OK, wavelength=1.7, sigma=1e-4, finding=None, **known):
     """A tracker in a state in which five searches have found this."""
     state = own.state
-    found = Finding(status, 1 / wavelength, 1e-4, **(finding or {}))
+    found = SearchResult(status, 1 / wavelength, 1e-4, **(finding or {}))
     known = {"finding": found, "known": (1 / wavelength, sigma), "agreed": 5} | known
     for name, value in known.items():
         setattr(state.follower, name, value)

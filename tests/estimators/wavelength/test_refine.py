@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from papilla.estimators.stream import completed
-from papilla.estimators.wavelength.refine import BLOCKS, Phases, phases_of, regressed, share_kept
+from papilla.estimators.wavelength.refine import MOST_BLOCKS, Phases, phases_of, regressed, share_kept
 
 WAVENUMBER, NOISE, COUNT = 0.8, 0.1, 1200
 
@@ -34,10 +34,10 @@ def test_information_is_that_of_all_harmonics_and_gauges_together():
     orders = np.array([1, 2, 3])[:, None]
     expected = 2 * np.pi**2 * COUNT / NOISE**2 * (orders**2 * sizes**2)[:2].sum()
     assert found.information.sum() == pytest.approx(expected, rel=0.02)
-    assert len(found.information) == BLOCKS and (found.information > 0).all()
+    assert len(found.information) == MOST_BLOCKS and (found.information > 0).all()
     assert np.abs(found.amplitude) == pytest.approx(sizes[:1], abs=0.02)
     assert np.angle(found.amplitude[0]) == pytest.approx([1.0, 1.0], abs=0.02)
-    assert found.regressors[:, 0] == pytest.approx(2.5 * np.arange(BLOCKS) + 1.225)
+    assert found.regressors[:, 0] == pytest.approx(2.5 * np.arange(MOST_BLOCKS) + 1.225)
     assert found.cycles == pytest.approx(0.0, abs=0.01) and found.coherence > 0.99
     # A row that stands for four samples has a quarter of their noise.
     assert phases(place, readings, np.full((3, 2), NOISE**2), count=4.0).information.sum() == pytest.approx(

@@ -5,12 +5,12 @@ import pytest
 
 from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.spectrum import (
-    FEWEST,
-    GUARD,
-    LOCAL,
-    LOWEST,
+    FEWEST_SIDE_CELLS,
+    GUARD_RESOLUTIONS,
+    LARGEST_SIDE_WIDTH,
+    LOWEST_RESOLUTIONS,
     MEDIAN_EFFICIENCY,
-    WIDTH,
+    MOST_SIDE_CELLS,
     background,
     spectrum_of,
     strokes_of,
@@ -68,12 +68,14 @@ def test_the_level_beside_a_place_is_that_of_two_medians():
     at = np.array([9, 23, 120, 300, 560, 598])
     found = background(power, at, resolution, pooled=False)
     for place, level, cells in zip(at.tolist(), found.power.tolist(), found.cells.tolist(), strict=True):
-        width = min(max(LOCAL * place / resolution, 2 * FEWEST), WIDTH)
+        width = min(max(LARGEST_SIDE_WIDTH * place / resolution, 2 * FEWEST_SIDE_CELLS), MOST_SIDE_CELLS)
         sides = []
         for way in (-1, 1):
-            near = [place + way * round((GUARD + n) * resolution) for n in range(WIDTH) if n < width]
-            sides.append([power[one] for one in near if round(LOWEST * resolution) <= one < len(power)])
-        if min(map(len, sides)) < FEWEST:
+            near = [
+                place + way * round((GUARD_RESOLUTIONS + n) * resolution) for n in range(MOST_SIDE_CELLS) if n < width
+            ]
+            sides.append([power[one] for one in near if round(LOWEST_RESOLUTIONS * resolution) <= one < len(power)])
+        if min(map(len, sides)) < FEWEST_SIDE_CELLS:
             assert level == np.inf and cells == 0
             continue
         both = np.exp(np.mean([np.median(np.log(side)) for side in sides]))

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.discrete.solver import factorise
-from papilla.mesh.layered import INNER, OUTER
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Layer
 from papilla.references import boussinesq_displacement
 
@@ -49,9 +49,9 @@ def solve_inside(space, layers, boundary):
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.4999])
 def test_patch_test_of_one_material(box_space, nu):
-    layers = {OUTER: Layer(0.2, nu), INNER: Layer(0.2, nu)}
+    layers = {OUTER_LAYER: Layer(0.2, nu), INNER_LAYER: Layer(0.2, nu)}
     # Cancellation: the pressure is lambda times a strain that is a difference of displacements
-    bound = 1e-10 * max(1.0, 1e-3 / lame(layers[OUTER])[1])
+    bound = 1e-10 * max(1.0, 1e-3 / lame(layers[OUTER_LAYER])[1])
     assert residual(box_space, layers, box_space.displacement.doflocs.T @ GRADIENT.T) < bound
 
 
@@ -59,14 +59,14 @@ def test_patch_test_of_one_material(box_space, nu):
 @pytest.mark.parametrize("nus", [(0.3, 0.4999), (0.4999, 0.0)])
 def test_patch_test_across_the_layers(box_space, contrast, nus):
     """Shear and compression whose stress is continuous across z = 1/2: displacement bends there and pressure jumps."""
-    layers = {OUTER: Layer(0.1 * contrast, nus[0]), INNER: Layer(0.1, nus[1])}
+    layers = {OUTER_LAYER: Layer(0.1 * contrast, nus[0]), INNER_LAYER: Layer(0.1, nus[1])}
     z = box_space.displacement.doflocs[2]
     slopes = {}
     for number, layer in layers.items():
         mu, compressibility = lame(layer)
         slopes[number] = np.array([0.02 / mu, -0.01 / mu, 0.03 / (2 * mu + 1 / compressibility)])
     low, high = np.minimum(z, 0.5), np.maximum(z - 0.5, 0)
-    field = low[:, None] * slopes[INNER] + high[:, None] * slopes[OUTER]
+    field = low[:, None] * slopes[INNER_LAYER] + high[:, None] * slopes[OUTER_LAYER]
     # Rounding of a displacement, times a lambda 1e7 times the softer modulus; a pressure that cannot jump gives 1e-2
     assert residual(box_space, layers, field) < 1e-8
 
@@ -76,7 +76,7 @@ def test_rigid_motions_cost_nothing(box_space, motion):
     x = box_space.displacement.doflocs.T
     field = np.tile(np.eye(3)[motion], (len(x), 1)) if motion < 3 else np.cross(np.eye(3)[motion - 3], x)
     u = np.append(field.ravel(), np.zeros(box_space.pressures))
-    matrix = whole(box_space.matrix({OUTER: Layer(0.2, 0.49), INNER: Layer(0.05, 0.3)}))
+    matrix = whole(box_space.matrix({OUTER_LAYER: Layer(0.2, 0.49), INNER_LAYER: Layer(0.05, 0.3)}))
     assert np.abs(matrix @ u).max() < 1e-13 * (abs(matrix) @ np.abs(u)).max()
 
 
@@ -84,7 +84,7 @@ def test_without_contraction_a_stretch_needs_no_force_across(box_space):
     """nu = 0: stretched along x alone, the faces across it carry nothing."""
     x = box_space.displacement.doflocs.T
     field = np.column_stack([0.01 * x[:, 0], np.zeros((len(x), 2))])
-    layers = {OUTER: Layer(0.2, 0.0), INNER: Layer(0.2, 0.0)}
+    layers = {OUTER_LAYER: Layer(0.2, 0.0), INNER_LAYER: Layer(0.2, 0.0)}
     size, matrix = 3 * box_space.nodes, whole(box_space.matrix(layers))
     pressure = sp.linalg.spsolve(matrix[size:, size:].tocsc(), -matrix[size:, :size] @ field.ravel())
     forces = (matrix[:size, :size] @ field.ravel() + matrix[:size, size:] @ pressure).reshape(-1, 3)
@@ -96,7 +96,7 @@ def test_without_contraction_a_stretch_needs_no_force_across(box_space):
 @pytest.mark.parametrize("nu", [0.3, 0.4999, 0.499999])
 def test_converges_to_the_point_force_field(box, nu):
     """Boussinesq's field on a box below the surface: third order in displacement, and 2e-3 on 6 cells an edge."""
-    layers = {OUTER: Layer(0.1, nu), INNER: Layer(0.1, nu)}
+    layers = {OUTER_LAYER: Layer(0.1, nu), INNER_LAYER: Layer(0.1, nu)}
     errors = []
     for divisions in (3, 6):
         space = TaylorHood(box((divisions,) * 3, (0.2, 0.1, 0.8), (1.4, 1.3, 2.0), jitter=0))

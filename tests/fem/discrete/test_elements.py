@@ -11,13 +11,13 @@ from skfem.helpers import ddot, div, sym_grad
 from papilla.core.errors import InputError
 from papilla.fem import FingerModel, ReducedFinger, press, receptive_fields, recover
 from papilla.fem.discrete.assembly import lame
-from papilla.fem.discrete.elements import ELEMENTS, P1, P2
-from papilla.mesh.layered import INNER, OUTER
+from papilla.fem.discrete.elements import ELEMENTS_BY_NAME, P1, P2
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import Block
 
 BLOCK = Block(0.51, 10)
-LAYERS = {OUTER: Layer(0.136, 0.45), INNER: Layer(0.034, 0.3)}
+LAYERS = {OUTER_LAYER: Layer(0.136, 0.45), INNER_LAYER: Layer(0.034, 0.3)}
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [0.25, 0.6, -0.35]])
 
 
@@ -58,7 +58,7 @@ def test_matrix_is_that_of_the_form_of_scikit_fem(box, space):
 def test_patch_test_and_rigid_motions(box, space):
     space = space(box((3, 3, 3), split=False))
     x = space.displacement.doflocs.T
-    matrix = whole(space.matrix({OUTER: LAYERS[OUTER]}))
+    matrix = whole(space.matrix({OUTER_LAYER: LAYERS[OUTER_LAYER]}))
     forces = (matrix @ (x @ GRADIENT.T).ravel()).reshape(-1, 3)
     inside = ((x > 1e-9) & (x < 1 - 1e-9)).all(axis=1)
     assert inside.sum() >= 8
@@ -71,7 +71,7 @@ def test_displacement_elements_lock_where_taylor_hood_does_not(finger_of):
     """Indentation by one force, over nu 0.4999 and 0.3: a locked finger is too stiff, a compressible one nobody's."""
     depth = {
         (element, nu): press(finger_of(element, nu).reduce(), BLOCK, force=0.3, fidelity="contact").indentation
-        for element in ELEMENTS
+        for element in ELEMENTS_BY_NAME
         for nu in (0.3, 0.4999)
     }
     assert depth["P2", 0.3] == pytest.approx(depth["Taylor-Hood", 0.3], rel=0.01)

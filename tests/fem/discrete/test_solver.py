@@ -9,8 +9,8 @@ import scipy.sparse as sp
 
 from papilla.core.errors import SolverError
 from papilla.fem import FingerModel, press
-from papilla.fem.discrete.solver import ENGINES, factorise
-from papilla.mesh.layered import INNER, OUTER
+from papilla.fem.discrete.solver import SOLVER_ENGINES, factorise
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import Block
 
@@ -18,7 +18,7 @@ from papilla.model.specimen import Block
 @pytest.fixture(scope="module")
 def system(box_space):
     """A clamped box: lower triangle and number of pressures."""
-    matrix = box_space.matrix({OUTER: Layer(0.136, 0.4999), INNER: Layer(0.034, 0.4999)})
+    matrix = box_space.matrix({OUTER_LAYER: Layer(0.136, 0.4999), INNER_LAYER: Layer(0.034, 0.4999)})
     free = box_space.free((1, 1), ())
     return matrix.tocsr()[free][:, free].tocsc(), box_space.pressures
 
@@ -31,10 +31,10 @@ def relative_residual(matrix, x, b):
 def test_engines_agree_and_keep_the_residual(system):
     matrix, negative = system
     b = np.random.default_rng(1).standard_normal((matrix.shape[0], 7))
-    found = {name: factorise(matrix, negative, engine=name) for name in ENGINES}
+    found = {name: factorise(matrix, negative, engine=name) for name in SOLVER_ENGINES}
     x = {name: factor.solve(b) for name, factor in found.items()}
     assert np.linalg.norm(x["rslab"] - x["superlu"]) <= 1e-9 * np.linalg.norm(x["superlu"])
-    for name in ENGINES:
+    for name in SOLVER_ENGINES:
         assert found[name].engine == name
         assert relative_residual(matrix, x[name], b) <= 1e-10
         assert found[name].nonzeros > matrix.nnz / 2
@@ -73,7 +73,7 @@ def test_a_singular_matrix_is_an_error():
             factorise(matrix, 0)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", SOLVER_ENGINES)
 def test_refinement_reaches_the_true_matrix_from_a_stabilised_one(system, engine):
     matrix, negative = system
     near = (matrix + 1e-4 * sp.diags(matrix.diagonal())).tocsc()
@@ -89,7 +89,7 @@ def test_a_stabilised_matrix_too_far_away_is_an_error_not_an_answer(system):
         factor.solve(np.ones((matrix.shape[0], 1)))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", SOLVER_ENGINES)
 def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
     """The pressure block is empty then: a stabilised matrix is factored, the true one is solved."""
     monkeypatch.setenv("PAPILLA_SOLVER", engine)

@@ -7,7 +7,7 @@ from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.finite.body import Body, Card
 from papilla.model.finger import Layer
-from papilla.model.materials import MODES, NeoHookean, Ogden, Yeoh, principal_pair
+from papilla.model.materials import TEST_MODES, NeoHookean, Ogden, Yeoh, principal_pair
 
 CARDS = [NeoHookean(0.3), Yeoh(0.17, -0.004, 0.002), Ogden(0.11, 3.3)]
 
@@ -71,7 +71,7 @@ def test_a_state_turned_inside_out_has_no_forces(space):
 
 
 @pytest.mark.parametrize("stretch", [0.6, 1.05, 1.8])
-@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("mode", TEST_MODES)
 @pytest.mark.parametrize("card", CARDS, ids=repr)
 def test_a_cube_follows_the_closed_form(box, card, mode, stretch):
     """On rollers, driven by its faces, free elsewhere; nu = 0.5 exactly."""

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene
-from papilla.fem.reduction.gauges import SHARES
+from papilla.fem.reduction.gauges import LINE_SHARES
 from papilla.model.specimen import HalfSpace
 
 
@@ -39,7 +39,7 @@ def test_gauges_read_a_homogeneous_stretch_exactly_and_no_turn(coarse):
     for functional, strain in zip(whole.readout.functionals, values[0], strict=False):
         chords = np.diff(functional.points.reshape(-1, 2, 3), axis=1)[:, 0]
         longer = np.linalg.norm(chords * stretch, axis=1) / np.linalg.norm(chords, axis=1) - 1
-        assert strain == pytest.approx(SHARES @ longer)
+        assert strain == pytest.approx(LINE_SHARES @ longer)
     bends = whole.readout.functionals[len(finger.gauges) :]
     assert values[1] == pytest.approx([(one.weights * one.points * (stretch - 1)).sum() for one in bends])
     c, s = np.cos(0.7), np.sin(0.7)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.fem.finite.pressing import Scene
-from papilla.fem.finite.touching import LAG, STEADY, Touching
+from papilla.fem.finite.touching import RENEWAL_DISTANCE_EDGES, RENEWAL_PER_RESIDUAL, Touching
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
 
@@ -58,7 +58,7 @@ def test_a_half_space_gives_way_by_less_as_the_skin_spreads(scene):
 def test_a_compliance_follows_only_movements_that_count(scene):
     nodes, axes = scene.body.space.nodes, scene.touching.loaded.frame.axes
     smooth, rough = (Touching(scene.touching.loaded, Block(0.5, 10.0), friction) for friction in (0.0, 0.3))
-    step = STEADY * float(rough.patch.edge_length.mean())
+    step = RENEWAL_DISTANCE_EDGES * float(rough.patch.edge_length.mean())
 
     def aside(far):
         return np.tile(far * axes[0], (nodes, 1))
@@ -66,6 +66,8 @@ def test_a_compliance_follows_only_movements_that_count(scene):
     assert not rough.follow(aside(0.9 * step)) and rough.follow(aside(1.1 * step))
     assert not rough.follow(aside(1.9 * step)), "measured from the last place"
     assert smooth.follow(aside(0.9 * step)), "without friction any movement counts"
-    assert not smooth.follow(aside(1.8 * step), residual=1.1 / (2 * LAG)), "as long as the residual is larger"
-    assert smooth.follow(aside(1.8 * step), residual=0.9 / (2 * LAG))
+    assert not smooth.follow(aside(1.8 * step), residual=1.1 / (2 * RENEWAL_PER_RESIDUAL)), (
+        "as long as the residual is larger"
+    )
+    assert smooth.follow(aside(1.8 * step), residual=0.9 / (2 * RENEWAL_PER_RESIDUAL))
     assert rough.at(aside(0.0)).compliance.shape == (3 * len(rough.patch.xy),) * 2

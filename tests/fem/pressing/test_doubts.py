@@ -94,10 +94,10 @@ def test_a_specimen_with_smaller_detail_than_an_element_is_refused(body):
 
 @pytest.mark.parametrize("load, scale", [("force", 2.0 * 0.3**2), ("indentation", 0.3)])
 def test_loads_are_between_the_ends_of_the_numbers(load, scale):
-    least = module.LIGHTEST * scale
+    least = module.LIGHTEST_LOAD * scale
     place = ("force", "indentation").index(load)
-    for value in (1.001 * least, 0.999 / module.LIGHTEST * scale):
+    for value in (1.001 * least, 0.999 / module.LIGHTEST_LOAD * scale):
         assert check_scene(RIGID, 2.0, 0.3, **{"force": None, "indentation": None, load: value})[place] == value
-    for value in (0.999 * least, 1.001 / module.LIGHTEST * scale):
+    for value in (0.999 * least, 1.001 / module.LIGHTEST_LOAD * scale):
         with pytest.raises(InputError, match="must lie between"):
             check_scene(RIGID, 2.0, 0.3, **{"force": None, "indentation": None, load: value})

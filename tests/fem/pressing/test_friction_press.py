@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from papilla import Block, HalfSpace, PapillaError
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import press
-from papilla.fem.discrete.elements import SYMMETRIC
+from papilla.fem.discrete.elements import SYMMETRIC_PARITY
 from papilla.fem.pressing.contact import loading_path
 from papilla.model.specimen import Specimen
 
@@ -25,10 +25,10 @@ def test_stick_agrees_with_the_uncondensed_mesh(coarse_model, coarse, loaded_pat
     path = loading_path(coarse, RIGID, math.inf)
     aim = path.at(force=0.8)
     loaded = loaded_patch(coarse_model)
-    free = coarse_model.space.free(SYMMETRIC, coarse_model.mesh.mirrors)
+    free = coarse_model.space.free(SYMMETRIC_PARITY, coarse_model.mesh.mirrors)
     lower = coarse_model.space.matrix(coarse_model.layers)
     matrix = (lower + sp.tril(lower, -1).T).tocsr()[free][:, free]
-    loads = sp.hstack([loaded.loads(SYMMETRIC, c) for c in range(3)])
+    loads = sp.hstack([loaded.loads(SYMMETRIC_PARITY, c) for c in range(3)])
     loads = sp.vstack([loads, sp.csr_matrix((len(free) - loads.shape[0], loads.shape[1]))]).tocsr()[free]
     traction, n = np.zeros(loads.shape[1]), len(coarse.patch.xy)
     knots = [path.at(indentation=depth) for depth in path.whole.depth[1:] if depth < aim.indentation] + [aim]

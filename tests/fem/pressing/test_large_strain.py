@@ -87,7 +87,7 @@ def test_presses_of_a_ratio_that_is_left_out_are_told_by_the_others(ratio, stuck
 
 
 def test_tables_that_were_measured_are_kept_beside_each_other(tmp_path, monkeypatch):
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path))
     assert known("of no finger") == known("") == ()
     large_strain.keep("mine", [_table(2.0)])
     large_strain.keep("mine", [_table(1.0), _table(2.0, scale=2.0)])

@@ -8,7 +8,7 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.fem import press
 from papilla.fem.pressing import off_apex
-from papilla.fem.pressing.off_apex import PLACES, SHIFTS, MoveLimits, OffApex, off_apex_change
+from papilla.fem.pressing.off_apex import PLACE_NODES, SHIFT_NODES, MoveLimits, OffApex, off_apex_change
 from papilla.fem.reduction.family import family
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block
@@ -32,9 +32,9 @@ def moved(relatives):
 @pytest.fixture(scope="module")
 def made_up() -> OffApex:
     """Changes of any shape, which vanish where nothing is moved."""
-    terms = len(off_apex.POLYNOMIAL.powers)
-    coefficients = np.random.default_rng(4).normal(size=(terms, *PLACES, *SHIFTS, 2, 5))
-    coefficients[:, *off_apex.MIDDLE] = 0.0
+    terms = len(off_apex.OFF_APEX_POLYNOMIAL.powers)
+    coefficients = np.random.default_rng(4).normal(size=(terms, *PLACE_NODES, *SHIFT_NODES, 2, 5))
+    coefficients[:, *off_apex.MIDDLE_NODES] = 0.0
     return OffApex(coefficients, MoveLimits(5.0, 3.0, np.array([20.0, np.inf])))
 
 

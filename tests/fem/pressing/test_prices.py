@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from papilla.core import cache
 from papilla.fem import press
-from papilla.fem.pressing.prices import FORMAT, Cost, Loss, Prices, keep, known_prices
+from papilla.fem.pressing.prices import PRICES_FORMAT, Cost, Loss, Prices, keep, known_prices
 from papilla.model.specimen import Block
 
 FORCES = (0.05, 0.2, 0.5)
@@ -25,7 +25,7 @@ def prices() -> Prices:
 @pytest.fixture
 def empty_cache(tmp_path, monkeypatch):
     """A cache folder of its own."""
-    monkeypatch.setenv(cache.ENVIRONMENT, str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.CACHE_VARIABLE, str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
@@ -74,7 +74,7 @@ def test_text_that_is_no_prices(prices, change):
     document = json.loads(prices.to_json())
     change(document)
     with pytest.raises(ValidationError):
-        FORMAT.validate_json(json.dumps(document))
+        PRICES_FORMAT.validate_json(json.dumps(document))
 
 
 @pytest.mark.parametrize("error, fidelity", [(0.0, "hertz"), (0.5, "contact")])

@@ -6,11 +6,11 @@ from scipy.integrate import quad
 from scipy.special import jv
 
 from papilla.fem.pressing.ellipses import (
-    FLATTEST,
+    FLATTEST_Q,
     HALF_SPACE_ENERGY,
-    SECOND,
-    SHARPEST,
-    SIXTH,
+    SECOND_MOMENTS,
+    SHARPEST_Q,
+    SIXTH_MOMENTS,
     layer_factor,
     mean_square,
     peak_over_mean,
@@ -20,13 +20,13 @@ from papilla.fem.pressing.ellipses import (
 @pytest.mark.parametrize("q", [-1.2, -0.3, 0.0, 0.4, 0.9])
 def test_moments(q):
     """Over the disc, d(area) / area is du; u = 1 - t^2."""
-    for power, (first, second) in zip((0, 1, 3), [(1, 1), SECOND, SIXTH], strict=True):
+    for power, (first, second) in zip((0, 1, 3), [(1, 1), SECOND_MOMENTS, SIXTH_MOMENTS], strict=True):
         found = quad(lambda u, n=power: u**n * layer_factor(np.sqrt(1 - u), q), 0, 1)[0]
         assert found == pytest.approx((1 - q) * first + q * second, rel=1e-6)
-    assert mean_square(q) == pytest.approx((1 - q) * SECOND[0] + q * SECOND[1])
+    assert mean_square(q) == pytest.approx((1 - q) * SECOND_MOMENTS[0] + q * SECOND_MOMENTS[1])
 
 
-@pytest.mark.parametrize("q", [FLATTEST, -0.9, -0.3, 0.0, 0.5, SHARPEST])
+@pytest.mark.parametrize("q", [FLATTEST_Q, -0.9, -0.3, 0.0, 0.5, SHARPEST_Q])
 def test_peak_and_sign(q):
     values = layer_factor(np.linspace(0, 1, 100_001), q)
     assert values.min() >= -1e-12

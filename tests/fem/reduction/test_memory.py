@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from papilla.core.errors import MemoryEstimateError
-from papilla.core.memory import SPREAD, finite_bytes, reduction_bytes
+from papilla.core.memory import MEASURED_MEMORY_RATIO, finite_bytes, reduction_bytes
 from papilla.fem import FingerModel, press_finite
 from papilla.mesh import build
 from papilla.model.finger import Finger
@@ -52,7 +52,7 @@ def test_the_law_is_what_a_process_takes(job, size_mm, law):
     command = [sys.executable, "-c", MEASURE, job, str(size_mm)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ})
     measured, *size = json.loads(done.stdout)
-    assert 1 / SPREAD < law(*size) / measured < SPREAD
+    assert 1 / MEASURED_MEMORY_RATIO < law(*size) / measured < MEASURED_MEMORY_RATIO
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from papilla.fem.sliding.coulomb import LEFT, OPEN, RIGHT, STICK, Laws, relax, rub
+from papilla.fem.sliding.coulomb import OPEN_NODE, SLIPS_LEFT, SLIPS_RIGHT, STICKING_NODE, Laws, relax, rub
 
 E_STAR = 0.1
 
@@ -48,7 +48,7 @@ def test_a_sinusoidal_indenter_is_westergaards():
     found = rub(laws(uncoupled(C), rise, load=mean * period), np.zeros(n, dtype=int))
     # Height amplitude * cos: full contact at pi E* amplitude / period, contact share from sin^2
     assert found.method == "newton"
-    assert (found.state != OPEN).mean() == pytest.approx(share, abs=3 / n)
+    assert (found.state != OPEN_NODE).mean() == pytest.approx(share, abs=3 / n)
     pressure = found.force[n:] / (period / n)
     inside = np.abs(np.sin(np.pi * x / period)) < np.sin(np.pi * share / 2) * 0.9
     s = np.sin(np.pi * x[inside] / period)
@@ -70,7 +70,7 @@ def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
     load = np.pi * E_STAR * 1.0**2 / (4 * 20.0)  # Contact of half width 1
     pressed = rub(laws(C, rise, load=load, friction=mu), np.zeros(n, dtype=int))
     assert np.abs(pressed.force[:n]).max() < 1e-12 * load
-    assert np.ptp(x[pressed.state != OPEN]) / 2 == pytest.approx(1.0, abs=2 * (x[1] - x[0]))
+    assert np.ptp(x[pressed.state != OPEN_NODE]) / 2 == pytest.approx(1.0, abs=2 * (x[1] - x[0]))
 
     def pulled(drift):
         return rub(laws(C, rise, load=load, friction=mu, drift=drift), pressed.state)
@@ -79,19 +79,19 @@ def test_a_cylinder_that_begins_to_slip_is_cattaneos_and_mindlins(cylinder):
         return -pulled(drift).force[:n].sum() - 0.6 * mu * load
 
     found = pulled(brentq(short, 1e-3, 1.0, xtol=1e-7))
-    stuck = x[found.state == STICK]
+    stuck = x[found.state == STICKING_NODE]
     assert np.ptp(stuck) / 2 == pytest.approx(np.sqrt(1 - 0.6), abs=2 * (x[1] - x[0]))
-    assert set(found.state) == {OPEN, STICK, RIGHT}
+    assert set(found.state) == {OPEN_NODE, STICKING_NODE, SLIPS_RIGHT}
 
 
 def test_a_flat_punch_that_slips_pulls_with_mu_times_its_load(cylinder):
     x, C, _ = cylinder
     n, half = len(x), 1.0 + 1e-9
     rise = np.where(np.abs(x) < half, 0.0, 9.0)
-    for drift, state in ((5.0, RIGHT), (-5.0, LEFT)):
+    for drift, state in ((5.0, SLIPS_RIGHT), (-5.0, SLIPS_LEFT)):
         found = rub(laws(C, rise, load=0.01, friction=1.5, drift=drift), np.zeros(n, dtype=int))
         assert -np.sign(drift) * found.force[:n].sum() / found.force[n:].sum() == pytest.approx(1.5, rel=1e-9)
-        assert (found.state[found.state != OPEN] == state).all()
+        assert (found.state[found.state != OPEN_NODE] == state).all()
         inside = np.abs(x) < 0.8
         exact = 0.01 / (np.pi * np.sqrt(1 - x[inside] ** 2)) * (x[1] - x[0])
         np.testing.assert_allclose(found.force[n:][inside], exact, rtol=0.02)
@@ -142,4 +142,4 @@ def test_what_is_out_of_reach_is_not_touched(cylinder):
     _, C, rise = cylinder
     found = rub(laws(C, rise, depth=-0.01, friction=0.5, drift=1.0), np.ones(len(rise), dtype=int))
     assert not found.force.any()
-    assert (found.state == OPEN).all()
+    assert (found.state == OPEN_NODE).all()

@@ -10,7 +10,7 @@ from papilla import Layer, Slab
 from papilla.core.errors import InputError
 from papilla.fem import prepare_section
 from papilla.fem.sliding.section import SectionModel
-from papilla.mesh.layered import INNER, OUTER
+from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.mesh.section import Section, build_section
 from papilla.model.finger import Gauge
 from papilla.references import StackLayer, layered_surface_compliance
@@ -33,7 +33,7 @@ def strip(width=40.0, across=160, thickness=(1.0, 3.0), rows=(8, 12)):
     number = np.arange(len(x) * len(z)).reshape(len(z), len(x))
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     cells = np.concatenate([np.stack(t, axis=-1).reshape(-1, 3) for t in ((a, b, c), (a, c, d))])
-    layer = np.tile(np.repeat([INNER] * rows[1] + [OUTER] * rows[0], across), 2)
+    layer = np.tile(np.repeat([INNER_LAYER] * rows[1] + [OUTER_LAYER] * rows[0], across), 2)
     points = np.stack(np.meshgrid(x, z), axis=-1).reshape(-1, 2)
     top = number[-1]
     return Section(points, cells, layer, number[0], np.column_stack([top[:-1], top[1:]]), width / 2)

@@ -7,7 +7,7 @@ import pytest
 
 from papilla import Dome, Finger, Layer, Slab, Surfaces
 from papilla.core.errors import InputError
-from papilla.mesh.layered import BONE, INNER, OUTER
+from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER
 from papilla.mesh.section import build_section, section_finger
 from papilla.model.finger import Gauge, Ridges
 
@@ -42,13 +42,16 @@ def test_triangles_turn_to_the_left_and_mirror_themselves(finger):
 def test_layers_lie_between_their_ellipses_and_the_base_is_what_is_clamped(finger):
     section = build_section(replace(finger, ridges=None), size_mm=0.4)
     inside = ((section.points[section.triangles].mean(axis=1) / INTERFACE) ** 2).sum(axis=1) < 1
-    assert ((section.layer == INNER) == inside).all() and set(section.layer.tolist()) == {OUTER, INNER}
+    assert ((section.layer == INNER_LAYER) == inside).all() and set(section.layer.tolist()) == {
+        OUTER_LAYER,
+        INNER_LAYER,
+    }
     clamped = np.zeros(len(section.points), dtype=bool)
     clamped[section.base] = True
     assert (clamped == ((section.points[:, 1] == 0) | on(section.points, CORE))).all()
     boned = build_section(replace(finger, bone=Layer(3000.0, 0.35), ridges=None), size_mm=0.4)
     inside = ((boned.points[boned.triangles].mean(axis=1) / CORE) ** 2).sum(axis=1) < 1
-    assert ((boned.layer == BONE) == inside).all()
+    assert ((boned.layer == BONE_LAYER) == inside).all()
     assert (boned.points[boned.base, 1] == 0).all() and (boned.points[:, 1] == 0).sum() == len(boned.base)
     assert (np.hypot(*boned.points.T) < 1e-9).sum() == 1, "one point in the middle, where all columns meet"
 
@@ -72,10 +75,12 @@ def test_ridges_stand_at_their_pitch_with_flat_tops_of_their_width(finger):
     assert np.diff(np.sort(skin[np.abs(skin) <= 10.6 + 1e-9])).max() <= 0.15 + 1e-9
     standing = section.points[np.abs(section.points[:, 0]) < 1e-9, 1]
     assert np.sort(standing[standing > 20]) == pytest.approx([20.125, 20.25, 20.375, 20.5])
-    assert (section.layer[section.points[section.triangles][:, :, 1].max(axis=1) > 20] == OUTER).all()
+    assert (section.layer[section.points[section.triangles][:, :, 1].max(axis=1) > 20] == OUTER_LAYER).all()
     corners = section.points[section.triangles]
     area = np.linalg.det(corners[:, 1:] - corners[:, :1]) / 2
-    assert area[section.layer == OUTER].sum() == pytest.approx(np.pi / 2 * (24 * 20 - 21 * 17) + 11 * 0.6, rel=4e-3)
+    assert area[section.layer == OUTER_LAYER].sum() == pytest.approx(
+        np.pi / 2 * (24 * 20 - 21 * 17) + 11 * 0.6, rel=4e-3
+    )
     assert ((section.points[section.base, 1] == 0) | on(section.points[section.base], CORE)).all()
     coarse = build_section(ridged, size_mm=2.0)
     skin = coarse.points[on(coarse.points, SKIN)][:, 0]

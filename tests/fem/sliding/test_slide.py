@@ -8,7 +8,7 @@ import pytest
 from papilla import Grating
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import Motion, slide
-from papilla.fem.sliding.coulomb import STICK
+from papilla.fem.sliding.coulomb import STICKING_NODE
 from papilla.fem.sliding.slide import amplify
 from papilla.model.textures import Flat, MeasuredProfile
 
@@ -50,7 +50,7 @@ def test_full_slip_pulls_with_mu_times_the_force_and_stick_with_less(finger, coa
     found = slide(finger, GRATING, steady(40.0, 8.0), section=coarse, friction=0.7, **SLOW)
     ratio = found.tangential_N / found.force_N
     np.testing.assert_allclose(ratio[found.sliding], 0.7, rtol=1e-9)
-    stuck = (found.state == STICK).any(axis=1)
+    stuck = (found.state == STICKING_NODE).any(axis=1)
     assert stuck[0]
     assert (ratio[stuck] < 0.7 * (1 - 1e-6)).all()
 
@@ -63,7 +63,7 @@ def test_a_finger_that_turns_back_sticks_on_the_way(finger, coarse):
     assert found.tangential_N.min() == pytest.approx(-0.05, rel=1e-9)
     assert found.tangential_N.max() == pytest.approx(0.05, rel=1e-9)
     turned = slice(100, 110)
-    assert (found.state[turned] == STICK).any()
+    assert (found.state[turned] == STICKING_NODE).any()
 
 
 def test_lift_off_and_landing_on_a_step(finger, coarse):

@@ -6,7 +6,7 @@ import pytest
 from papilla import Grating
 from papilla.core.errors import ContactRangeError
 from papilla.fem import Motion, prepare, press, slide
-from papilla.fem.sliding.tying import FLAT, refuse_end
+from papilla.fem.sliding.tying import RIGID_FLAT, refuse_end
 from papilla.model.textures import Flat
 
 STILL = Motion.steady(0.0, 0.01)
@@ -17,7 +17,7 @@ STILL = Motion.steady(0.0, 0.01)
 @pytest.mark.parametrize("friction", [None, 0.0, 0.3])
 def test_at_rest_it_is_a_press(finger, coarse, load, friction):
     """What `papilla.fem.press` says of the same scene, whatever the load and the friction are told as."""
-    true = press(prepare(finger), FLAT, friction=friction, **load)
+    true = press(prepare(finger), RIGID_FLAT, friction=friction, **load)
     held = {"force": load.get("force"), "depth": load.get("indentation")}
     found = slide(finger, Flat(), STILL, section=coarse, friction=friction, dynamics="quasi-static", **held)
     np.testing.assert_allclose(found.readings, np.broadcast_to(true.reading, found.readings.shape), rtol=1e-6)

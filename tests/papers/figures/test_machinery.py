@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileFormatError, InputError
-from papilla_papers.claims import CLAIMS
-from papilla_papers.figures import PAPERS, Curve, Figure, Panel, Paper, Picture, Shade, Table, figures, write
+from papilla_papers.claims import ALL_CLAIMS
+from papilla_papers.figures import PAPERS, Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade, figures, write
 from papilla_papers.figures.drawing import as_svg, draw
 from papilla_papers.figures.picture import HEADS, MOST_CELLS, MOST_ROWS, as_csv
 
@@ -48,7 +48,7 @@ def toy_table() -> Picture:
 
     Of two rows.
     """
-    return Picture(table=Table(("name", "f, Hz"), (("a", 1.5), ("b $", "25.0 (25)"))))
+    return Picture(table=PrintedTable(("name", "f, Hz"), (("a", 1.5), ("b $", "25.0 (25)"))))
 
 
 for _made_up in (toy, toy_table):
@@ -68,7 +68,7 @@ def papers(monkeypatch, tmp_path):
 
 
 def test_a_picture_survives_the_cache():
-    before = Picture((LINES, BARS, MAP), Table(("a",), ((1.0,), ("b",))), 2, "words")
+    before = Picture((LINES, BARS, MAP), PrintedTable(("a",), ((1.0,), ("b",))), 2, "words")
     after = Picture.unpacked(before.packed())
     assert as_csv(after) == as_csv(before) and as_svg(Picture((LINES,))) == as_svg(Picture(after.panels[:1]))
     assert (after.columns, after.found, after.panels[1].names) == (2, "words", ("one", "two"))
@@ -120,7 +120,7 @@ def test_figures_are_computed_once_and_written(papers, tmp_path):
     text = paths["page"].read_text()
     assert text.count("data:image/svg+xml") == 6 and "25.0 (25)" in text and "Drawn by hand" in text
     assert "it works" in text and "fig. 2 (a photo)" in text and "http" not in text.replace("http://www.w3.org", "")
-    claim = next(one for one in CLAIMS if one.key == "A1")
+    claim = next(one for one in ALL_CLAIMS if one.key == "A1")
     assert claim.claim in text
     assert paths["old_fig_1.svg"].read_bytes().startswith(b"<?xml")
     assert paths["old_table_i.csv"].read_text() == 'name,"f, Hz"\na,1.5\nb $,25.0 (25)\n'
@@ -133,7 +133,7 @@ def test_a_name_that_no_paper_has_is_refused_with_the_nearest():
 
 
 def test_the_registry_is_whole():
-    keys = {claim.key for claim in CLAIMS}
+    keys = {claim.key for claim in ALL_CLAIMS}
     for name, paper in PAPERS.items():
         stems = [one.stem for one in paper.figures]
         assert len(set(stems)) == len(stems), name
@@ -148,7 +148,7 @@ def test_each_figure_of_the_claims_is_drawn_or_left_out_by_name():
     import re
 
     words = {"2006": "2006", "2007": "2007", "2011 Okamoto": "2011_okamoto", "2011 Oddo": "2011_oddo"}
-    for claim in CLAIMS:
+    for claim in ALL_CLAIMS:
         paper = next((key for start, key in words.items() if claim.source.startswith(f"{start} ")), None)
         named = re.search(r"fig\. (\d+)", claim.source)
         if paper in PAPERS and named:
@@ -167,7 +167,7 @@ class Unwritable(str):
 
 def test_no_file_is_left_beside_a_failed_write(papers, tmp_path):
     first, *others = figures("old", papers=papers)
-    bad = replace(first, picture=Picture(table=Table(("a",), ((Unwritable("b"),),))))
+    bad = replace(first, picture=Picture(table=PrintedTable(("a",), ((Unwritable("b"),),))))
     with pytest.raises(ZeroDivisionError):
         write(tmp_path / "out", [*others, bad], papers=papers)
     assert list((tmp_path / "out").iterdir()) == []

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from papilla_papers.methods.roughness.impulses import Corpuscle, ImpulseCount, LastInterval, Threshold, Trigger
-from papilla_papers.methods.roughness.stream import ALIASED, GAP, OK, SILENT
+from papilla_papers.methods.roughness.stream import ALIASED, GAP, OK, SILENT_CODE
 
 NAN = math.nan
 
@@ -25,7 +25,7 @@ def of(count, missing=0, length=20):
 
 @pytest.mark.parametrize(
     "impulses, status",
-    [(of(0), SILENT), (of(4), OK), (of(9), OK), (of(10), ALIASED), (of(4, 1), GAP), (of(4, 10), GAP)],
+    [(of(0), SILENT_CODE), (of(4), OK), (of(9), OK), (of(10), ALIASED), (of(4, 1), GAP), (of(4, 10), GAP)],
 )
 def test_a_count_is_told_up_to_nine_tenths_of_what_a_window_can_hold(impulses, status):
     found = counted(impulses)
@@ -69,8 +69,8 @@ def at(*places, length=40):
 def test_an_interval_is_between_the_last_two_impulses_of_any_edge_or_of_the_same():
     impulses = at(2, -7, 12, -17)
     any_edge, same = timed(impulses, False), timed(impulses, True)
-    assert [any_edge[k].status for k in (2, 6, 7, 39)] == [SILENT, SILENT, OK, OK]
-    assert [same[k].status for k in (7, 11, 12, 39)] == [SILENT, SILENT, OK, OK]
+    assert [any_edge[k].status for k in (2, 6, 7, 39)] == [SILENT_CODE, SILENT_CODE, OK, OK]
+    assert [same[k].status for k in (7, 11, 12, 39)] == [SILENT_CODE, SILENT_CODE, OK, OK]
     assert any_edge[7].frequency == pytest.approx(1000 / 5) and same[12].frequency == pytest.approx(1000 / 10)
     assert any_edge[39].frequency == pytest.approx(200) and same[39].frequency == pytest.approx(100)
     assert any_edge[39].distance == pytest.approx(50 / 1000 * 5) and same[39].distance == pytest.approx(50 / 1000 * 10)
@@ -85,7 +85,7 @@ def test_an_interval_s_distance_is_that_travelled_or_by_the_speed_now():
 
 def test_an_interval_is_held_for_a_window_and_two_samples_are_none():
     found = timed(at(2, 6, length=60), False)
-    assert found[6 + 30].status == OK and found[6 + 31].status == SILENT and math.isnan(found[59].frequency)
+    assert found[6 + 30].status == OK and found[6 + 31].status == SILENT_CODE and math.isnan(found[59].frequency)
     for apart, status in ((2, ALIASED), (3, OK)):
         assert timed(at(2, 2 + apart), False)[10].status == status
     for fastest, status in ((50.0, OK), (49.9, ALIASED)):
