@@ -30,7 +30,7 @@ def doctor(
     if clean:
         removed = sum(cache.entries().values())
         cache.clean()
-        say(f"removed {removed / BYTES_PER_MB:.1f} BYTES_PER_MB from {cache.folder()}")
+        say(f"removed {removed / BYTES_PER_MB:.1f} MB from {cache.folder()}")
     required, extras = _packages()
     facts: dict[str, Any] = {
         "papilla": __version__,
@@ -117,7 +117,7 @@ def _print(facts: dict, failed: list[str]) -> None:
         ("threads", f"{threads['cores']} cores, {threads['processes']} processes in long jobs, each of 1 thread")
     )
     rows.append(("cache", f"{kept['folder']} ({kept['chosen_by']})" + "; NOT USABLE" * (not kept["usable"])))
-    rows.append(("cache size", f"{kept['bytes'] / BYTES_PER_MB:.1f} BYTES_PER_MB in {kept['entries']} entries"))
+    rows.append(("cache size", f"{kept['bytes'] / BYTES_PER_MB:.1f} MB in {kept['entries']} entries"))
     for name, extra in facts["extras"].items():
         missing = [package for package, version in extra["packages"].items() if version is None]
         rows.append((f"extra {name}", "there" if not missing else f"lacks {', '.join(missing)}"))
