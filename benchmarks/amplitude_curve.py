@@ -30,7 +30,7 @@ def powers(wavelengths_mm: Sequence[float]) -> list[float]:
     assert finger.ridges is not None
     found = signals_over_gratings(
         finger, wavelengths_mm, pitches_mm=(finger.ridges.pitch,), speed_mm_s=SPEED_MM_S, force=None, depth=DEPTH_MM,
-        friction=0.0, length_mm=LENGTH_MM, progress=lambda done, total: print(f"{done} of {total}", flush=True),
+        friction=0.0, length_mm=LENGTH_MM, progress=print,
     )  # fmt: skip
     squares = np.array([one.fundamental**2 for one in found])
     return np.round((squares / squares.max(axis=0)).mean(axis=1), 4).tolist()

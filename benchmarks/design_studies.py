@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from papilla.core.progress import CountedStep
 from papilla.design.batch import Batch, evaluate, version
 from papilla.design.confirming import confirm
 from papilla.design.running import run
@@ -67,10 +68,11 @@ def rate(study, folder: Path, workers: int) -> float:
     store = Store(path)
     ends: list[tuple[float, int]] = []
 
-    def stage(line: str, done: int, total: int) -> None:
-        ends.append((time.perf_counter(), done))
+    def ended(step: str) -> None:
+        if isinstance(step, CountedStep):
+            ends.append((time.perf_counter(), step.done))
 
-    tally = run(study, store, workers=workers, stage=stage)
+    tally = run(study, store, workers=workers, progress=ended)
     store.close()
     # From the first batch on: processes have begun then
     found = (ends[-1][1] - ends[0][1]) / (ends[-1][0] - ends[0][0])

@@ -63,14 +63,14 @@ def estimators(
     with progress() as shown:
         if not short:
             finger = Finger.default()
-            calibration = calibrate(finger, progress=shown.line).calibration
-        shown.line("timing")
+            calibration = calibrate(finger, progress=shown).calibration
+        shown("timing")
         priced = costs(calibration, COST_SECONDS / 4 if short else COST_SECONDS)
-        shown.line("scenes")
+        shown("scenes")
         plan = replace(SHORT if short else LONG, scenes=tuple(scene or ()), methods=tuple(method or ()))
-        rows = compare(plan, workers=DEFAULT_PROCESSES, progress=shown.steps)
+        rows = compare(plan, workers=DEFAULT_PROCESSES, progress=shown)
         if calibration is not None:
-            touches = feel(calibration, finger, progress=shown.stage)
+            touches = feel(calibration, finger, progress=shown)
     return answer_of(rows, touches, priced, out, short, perf_counter() - began)
 
 

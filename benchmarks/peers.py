@@ -25,10 +25,10 @@ def peers(finger: FingerOption = None) -> CommandResult:
     """Compare the seconds of one press by each installed library with papilla's set-up and 1000 scenes."""
     design = design_of(finger)
     with progress() as shown:
-        mesh = build(design, size_mm=DEFAULT_SIZE_MM, progress=shown.line)
+        mesh = build(design, size_mm=DEFAULT_SIZE_MM, progress=shown)
         rows = measure_apart(design, DEFAULT_SIZE_MM, DEFAULT_ELEMENT, FORCES_GF)
         (ours,) = (row.seconds_thousand for row in rows if row.fidelity == "contact")
-        pressed = run_peers(design, mesh, threads=os.cpu_count() or 1, progress=shown.line)
+        pressed = run_peers(design, mesh, threads=os.cpu_count() or 1, progress=shown)
     for sentence in missing_peers():
         say(sentence)
     table = [{**peer.to_json(), "ratio": ours / peer.seconds_one_press} for peer in pressed]

@@ -1,9 +1,11 @@
 """The three jobs as functions: press a finger, calibrate a finger, identify a finger from presses."""
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from papilla.core.progress import Progress, silent
 
 if TYPE_CHECKING:
     from papilla.calibration.fitting.job import Calibrated
@@ -49,7 +51,7 @@ def identify(
     friction: "Friction | None" = None,
     size_mm: float | None = None,
     processes: int = 1,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> "Identification":
     """Identify a finger of known geometry from presses on specimens of known modulus, as `identification.identify`.
 
@@ -94,8 +96,7 @@ class Calibrate:
         forces: Sequence[float] | None = None,
         moduli: Sequence[float] | None = None,
         processes: int = 1,
-        progress: Callable[[str], None] = lambda line: None,
-        steps: Callable[[int, int], None] | None = None,
+        progress: Progress = silent,
     ) -> "Calibrated":
         """Calibrate a finger."""
         from papilla.identification.bench import calibrate
@@ -103,7 +104,7 @@ class Calibrate:
         stated = {"forces": forces, "moduli": moduli}
         how: Any = {name: values for name, values in stated.items() if values is not None}
         how |= {"friction": friction, "size_mm": size_mm, "quick": quick, "processes": processes}
-        return calibrate(finger, progress=progress, steps=steps, **how)
+        return calibrate(finger, progress=progress, **how)
 
     def __getattr__(self, name: str) -> Any:
         for place, names in OLD_NAMES.items():

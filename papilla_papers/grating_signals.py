@@ -1,10 +1,11 @@
 """Signals of the gauges over gratings: signal against wavelength, gauge by gauge, with and without ridges."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.fem import Motion, prepare_section, slide
 from papilla.model.finger import Finger, Ridges
 from papilla.model.specimen import Grating
@@ -44,7 +45,7 @@ def signals_over_gratings(
     groove_depth_mm: float = 0.5,
     dynamics: str = "auto",
     length_mm: float | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Progress = silent,
 ) -> list[GratingSignal]:
     """Slide over gratings with groove = ridge, for each pitch of the finger's ridges (groove = ridge too, 0 for none).
 
@@ -73,5 +74,5 @@ def signals_over_gratings(
                     result.status,
                 )
             )  # fmt: skip
-            progress(len(found), len(pitches_mm) * len(wavelengths_mm))
+            progress(CountedStep("slides over gratings", len(found), len(pitches_mm) * len(wavelengths_mm)))
     return found

@@ -7,11 +7,12 @@ from one to the other. What people answered is printed; no person is simulated.
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.telepresence.amplitude import FromWavelength, Measured, PowerCurve, read_curve
 from papilla.telepresence.link import LinkModel
 from papilla.telepresence.local_model import LocalModel
@@ -43,11 +44,7 @@ class Condition(NamedTuple):
 
 
 def experiments_2011(
-    seed: int = 0,
-    *,
-    curve: PowerCurve | None = None,
-    seconds: float = 4.0,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    seed: int = 0, *, curve: PowerCurve | None = None, seconds: float = 4.0, progress: Progress = silent
 ) -> Mapping[int, Condition]:
     """Simulate what the four experiments displayed, by their number.
 
@@ -60,7 +57,7 @@ def experiments_2011(
     rule = FromWavelength(curve, largest_um=Measured()(math.nan, LOUDEST_MICROSTRAIN))
     records: dict[bool, list[LoopRecord]] = {False: [], True: []}
     for delayed, place in itertools.product((False, True), range(len(TESTS_MM))):
-        progress(delayed * len(TESTS_MM) + place, 2 * len(TESTS_MM))
+        progress(CountedStep("experiments of 2011", delayed * len(TESTS_MM) + place, 2 * len(TESTS_MM)))
         amplitude = LOUDEST_MICROSTRAIN * math.sqrt(curve(TESTS_MM[place]) / curve.greatest)
         scene = Set(
             GratingTexture(TESTS_MM[place], amplitude),

@@ -5,7 +5,7 @@ A row is false if the method says "ok" and its error is more than 5 %, or if the
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.estimators.methods import LONG_MM, METHODS, PRODUCT, PUBLISHED, RIVAL, Answer, chosen
 from papilla.core import settings
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.units import PER_CENT, US_PER_S
 from papilla.scenes.scenes import FIRST_CLAIM_SEED, SCENES_BY_NAME, WAVELENGTHS_MM, Scene, scene
 from papilla.verify.case import Case
@@ -210,7 +211,7 @@ def wavelength_of(seed: int) -> float:
     return low * (high / low) ** float(np.random.default_rng([seed, 1]).uniform())
 
 
-def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Callable[[str], None]) -> list[Run]:
+def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, progress: Progress) -> list[Run]:
     """One run of each method on a scene."""
     recipe = SCENES_BY_NAME[name]
     seconds = recipe.seconds if "slow" in name else min(recipe.seconds, plan.longest_s)
@@ -226,16 +227,14 @@ def runs_of(name: str, seed: int, methods: Sequence[str], plan: Plan, say: Calla
     return found
 
 
-def compare(
-    plan: Plan = LONG, *, workers: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
-) -> tuple[Row, ...]:
+def compare(plan: Plan = LONG, *, workers: int = 1, progress: Progress = silent) -> tuple[Row, ...]:
     """A row for each scene and method of the plan, on `workers` processes; raises `InputError` for unknown names."""
     names, methods = chosen("scene", plan.scenes, SCENES_BY_NAME), chosen("estimator", plan.methods, METHODS)
     jobs = {f"{name}, seed {seed}": (name, seed, methods, plan) for name in names for seed in plan.seeds}
     results = []
     for _, found in run_jobs(runs_of, jobs, processes=workers):
         results.append(found)
-        progress(len(results), len(jobs))
+        progress(CountedStep("scenes", len(results), len(jobs)))
     rows: list[Row] = []
     for number, name in enumerate(names):
         own = results[number * len(plan.seeds) : (number + 1) * len(plan.seeds)]

@@ -17,6 +17,7 @@ import numpy as np
 from papilla.calibration import Calibration, SoftnessStatus, sweep
 from papilla.core import settings
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline, Softness
 from papilla.fem import prepare
 from papilla.model.finger import Finger
@@ -194,7 +195,7 @@ def feel(
     touches=tuple(TOUCHES),
     methods=tuple(METHODS),
     seeds=range(*GIVEN.seeds),
-    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
+    progress: Progress = silent,
 ) -> tuple[TouchRow, ...]:
     """A row for each touch and method: one trial per seed, each with another modulus of 0.05-0.72 MPa.
 
@@ -206,7 +207,7 @@ def feel(
     least, most = GIVEN.moduli_MPa
     moduli = least * (most / least) ** np.sort(drawn)
     for number, name in enumerate(touches):
-        progress("softness", number, len(touches))
+        progress(CountedStep("softness", number, len(touches)))
         touch = TOUCHES[name]
         known = taken_as_exact(calibration) if touch.exact else calibration
         doubts = Doubts.NONE if touch.exact else Doubts()

@@ -37,9 +37,9 @@ def bench(
     keep_inputs([finger, *surface_files(design)], [plot])
     check_writable(folder)
     with progress() as shown:
-        found = speed.bench(design, speed.SHORT_PLAN if short else speed.FULL_PLAN, progress=shown.line)
+        found = speed.bench(design, speed.SHORT_PLAN if short else speed.FULL_PLAN, progress=shown)
         if not short:
-            price(design, progress=shown.line)
+            price(design, progress=shown)
     write_png(price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm), plot)
     return CommandResult(found.to_json() | {"plot": str(plot)}, partial(_print, found, plot))
 

@@ -22,7 +22,16 @@ from papilla.cli.options import (
     read_press_log,
     surface_files,
 )
-from papilla.cli.output import CHECK_FAILED, CommandResult, Progress, plain, print_table, progress, show_table, tell
+from papilla.cli.output import (
+    CHECK_FAILED,
+    CommandResult,
+    ShownProgress,
+    plain,
+    print_table,
+    progress,
+    show_table,
+    tell,
+)
 from papilla.core.checks import positive
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
@@ -170,7 +179,7 @@ def _calibrated(
     design: "Finger",
     rubbing: "Friction | None",
     size_mm: float | None,
-    shown: Progress,
+    shown: ShownProgress,
     table: dict[str, Any],
 ) -> "Calibrated":
     """The calibration of a design, or of the finger that made the presses of a log."""
@@ -178,13 +187,13 @@ def _calibrated(
     from papilla.identification.bench import calibrate_bench
 
     how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": DEFAULT_PROCESSES, **table}
-    how |= {"progress": shown.line, "steps": shown.steps}
+    how |= {"progress": shown}
     if log is None:
         return calibrate_design(design, **how)
     return calibrate_bench(log, design, **how)
 
 
-def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: Progress) -> None:
+def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: ShownProgress) -> None:
     """Write all results, or none."""
     from papilla.calibration.fitting.page import write_report
     from papilla.core.files import replacing_set
@@ -194,7 +203,7 @@ def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds
     with replacing_set(list(paths.values())) as (calibration, sweep, report, *identified):
         done.calibration.save(calibration)
         done.presses.to_csv(sweep)
-        write_report(report, done, finger, seconds=seconds, progress=shown.line)
+        write_report(report, done, finger, seconds=seconds, progress=shown)
         for path in identified:
             finger.save(path)
 

@@ -36,9 +36,9 @@ def compare(
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
     ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
     with progress() as shown:
-        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": shown.line, "steps": shown.steps}
+        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": shown}
         found = [candidate(one, **how) for one in candidates]
-        comparison = side_by_side(found, shown.line)
+        comparison = side_by_side(found, shown)
         if written:
             from papilla.identification.comparison import write_comparison, write_comparison_table
 

@@ -68,7 +68,7 @@ def design(
     from papilla.design.results import summary
 
     with progress() as shown:
-        found = run_study(read, out, resume=resume, workers=count, scheduler=at, say=shown.line, stage=shown.stage)
+        found = run_study(read, out, resume=resume, workers=count, scheduler=at, progress=shown)
     result = summary(found)
     return CommandResult(result, partial(_show, read, found, result, perf_counter() - began))
 
@@ -96,7 +96,7 @@ def _explain(study: "Study", workers: int) -> CommandResult:
     from papilla.design.running import price
 
     with progress() as shown:
-        found = price(study, shown.line)
+        found = price(study, shown)
     seconds = found.seconds(workers)
 
     def show() -> None:
@@ -115,7 +115,7 @@ def _place(study: "Study", count: int, out: Path) -> CommandResult:
     from papilla.design.placement import place_gauges
 
     with progress() as shown:
-        found = place_gauges(study, count, out, shown.line)
+        found = place_gauges(study, count, out, shown)
     chosen = found.of(found.sets[-1]).gauges
     keys = ("name", "angle_deg", "y_mm", "direction_deg")
     gauges = [{key: getattr(one, key) for key in keys} for one in chosen]

@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from papilla.cli.options import JsonOption, MapOption, argument, keep_inputs, option
-from papilla.cli.output import Progress, progress
+from papilla.cli.output import ShownProgress, progress
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep
 
 if TYPE_CHECKING:
     import numpy as np
@@ -124,7 +125,7 @@ def estimate(
         if beside:
             check_writable(out.parent)
         with estimates_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
-            bar.line("estimating")
+            bar("estimating")
             for block in recorded.blocks():
                 block[:, 1 : 1 + len(zeros)] -= zeros
                 answer = pipeline.process(block[:, : len(pipeline.columns)])
@@ -132,7 +133,7 @@ def estimate(
                 write([block[:, 0], *answer[:-1], summary.add(block, answer)])
                 if picture:
                     picture.add(block, answer)
-                bar.stage("estimating", summary.rows, max(summary.rows, recorded.report.rows))
+                bar(CountedStep("estimating", summary.rows, max(summary.rows, recorded.report.rows)))
             summary.check()
         found = summary.finish(estimators.wavelength_range)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
@@ -166,12 +167,12 @@ def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | Non
     return beside
 
 
-def _opened(log: Path, bar: Progress, **how: Any) -> "TimeLogFile":
+def _opened(log: Path, bar: ShownProgress, **how: Any) -> "TimeLogFile":
     from papilla.logs import TimeLogFile
 
     def reading(rows: int) -> None:
         if rows > SILENT_ROWS:
-            bar.line(f"reading the log, {rows:,} rows")
+            bar(f"reading the log, {rows:,} rows")
 
     return TimeLogFile(log, reading, **how)
 

@@ -90,7 +90,7 @@ class SuggestOptions:
         if not moduli:
             raise InputError("a protocol without a log needs --moduli: those of the available specimens, in MPa")
         with progress() as shown:
-            shown.line("what each press would tell")
+            shown("what each press would tell")
             return {"finger": design.name, **self._found(design, moduli, specimen=specimen, noise=noise)}
 
     def after(self, found: "Identification") -> dict:
@@ -162,9 +162,9 @@ def identify(
         with about(log):
             bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
             found = fit(
-                presses, design, free=free or (), fix=held, **bench, processes=DEFAULT_PROCESSES, progress=shown.line
+                presses, design, free=free or (), fix=held, **bench, processes=DEFAULT_PROCESSES, progress=shown
             )
-        shown.line("what to doubt")
+        shown("what to doubt")
         diagnosis = diagnose(found)
         silicone, kept = _relaxation_of(log, found, relaxation, log_map)
         pressed = [shape.specimen for shape in found.problem.shapes]
@@ -328,7 +328,7 @@ def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object
 
     finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
     with progress() as shown, about(log):
-        found = compare(finger, presses, progress=shown.line)
+        found = compare(finger, presses, progress=shown)
     shares = ("presses", "chi_square", "freedom", "probability", "same", "verdict")
     facts = {name: getattr(found, name) for name in shares}
     facts["changes"] = [vars(one) | {"words": one.words} for one in found.changes]

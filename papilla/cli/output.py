@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from papilla.core import seams
 from papilla.core.errors import one_line as plain
+from papilla.core.progress import CountedStep
 
 CHECK_FAILED, EXIT_BAD_INPUT, EXIT_INTERNAL, EXIT_INTERRUPTED, BROKEN_PIPE, EXIT_TERMINATED = 1, 2, 70, 130, 141, 143
 """Exit codes besides 0 (done)."""
@@ -91,41 +92,35 @@ def show_rows(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str | 
     show_table(table, rows)
 
 
-class Progress:
-    """Shows the stage and the progress of a long job; `line` and `steps` are passed to the library."""
+class ShownProgress:
+    """Shows the stage and the progress of a long job: a `Progress`.
+
+    If stderr is not a terminal, a stage (the text before the comma) is named when it begins and every `REPEAT_S` while
+    it lasts.
+    """
 
     def __init__(self, bar: "Bar | None") -> None:
         self._bar = bar
         self._task: Any = bar.add_task("", total=None) if bar is not None else None
         self._stage, self._said = "", 0.0
 
-    def line(self, text: str) -> None:
-        """Show one line of text, such as "meshing, 3 s". If stderr is not a terminal, a stage (the text before the
-        comma) is named when it begins and every `REPEAT_S` while it lasts."""
+    def __call__(self, stage: str) -> None:
+        """Show what is done now, such as "meshing, 3 s", and how many of how many steps are done."""
         if self._bar is not None:
-            self._bar.update(self._task, description=plain(text), total=None)
+            done, total = (stage.done, stage.total) if isinstance(stage, CountedStep) else (0, 0)
+            self._bar.update(self._task, description=plain(stage), completed=done, total=total or None)
             return
-        stage, now = text.split(",")[0], seams.now_s()
-        if stage != self._stage or now - self._said >= REPEAT_S:
-            self._stage, self._said = stage, now
-            say(text)
-
-    def steps(self, done: int, total: int) -> None:
-        """Show that `done` of `total` scenes are done."""
-        if self._bar is not None:
-            self._bar.update(self._task, completed=done, total=total)
-
-    def stage(self, text: str, done: int, total: int) -> None:
-        """Show `line` and `steps` at once."""
-        self.line(text)
-        self.steps(done, total)
+        begun, now = stage.split(",")[0], seams.now_s()
+        if begun != self._stage or now - self._said >= REPEAT_S:
+            self._stage, self._said = begun, now
+            say(stage)
 
 
 @contextmanager
-def progress() -> Iterator[Progress]:
-    """A `Progress` on stderr during the block; it leaves nothing on the terminal."""
+def progress() -> Iterator[ShownProgress]:
+    """A `ShownProgress` on stderr during the block; it leaves nothing on the terminal."""
     if not sys.stderr.isatty():
-        yield Progress(None)
+        yield ShownProgress(None)
         return
     from rich import progress as rich_progress
     from rich.console import Console
@@ -138,7 +133,7 @@ def progress() -> Iterator[Progress]:
         rich_progress.TimeElapsedColumn(),
     )
     with rich_progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        yield Progress(bar)
+        yield ShownProgress(bar)
 
 
 def finite(value: Any) -> Any:

@@ -22,6 +22,7 @@ from papilla.cli.options import (
 from papilla.cli.output import CommandResult, print_table, progress, tell
 from papilla.core.checks import place, positive
 from papilla.core.errors import FileFormatError, InputError
+from papilla.core.progress import Progress
 
 if TYPE_CHECKING:
     from papilla.fem import Press, ReducedFinger
@@ -79,15 +80,15 @@ def press(
     with progress() as shown:
         if fidelity == "finite":
             load = {"force": force, "indentation": indentation}
-            found = _finite(design, size, touched, rubbing, shown.line, at=at, **load)
+            found = _finite(design, size, touched, rubbing, shown, at=at, **load)
         else:
-            reduced = prepare(design, size_mm=size, at=at, progress=shown.line)
+            reduced = prepare(design, size_mm=size, at=at, progress=shown)
             how: dict[str, Any] = {"fidelity": fidelity, "friction": rubbing}
             found = press_reduced(reduced, touched, force=force, indentation=indentation, **how)
             if log is not None:
-                write_touch_log(log, found, lambda own: press_reduced(reduced, touched, force=own, **how), shown.line)
+                write_touch_log(log, found, lambda own: press_reduced(reduced, touched, force=own, **how), shown)
             if export is not None:
-                write_field(export, design, reduced, found, shown.line)
+                write_field(export, design, reduced, found, shown)
     named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
     facts = {**found.to_json(), **named} | {name: str(path) for name, path in written.items()}
     return CommandResult(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
@@ -106,12 +107,7 @@ def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[
 
 
 def _finite(
-    design: "Finger",
-    size: float,
-    touched: "Specimen",
-    rubbing: "Friction | None",
-    say: Callable[[str], None],
-    **scene: Any,
+    design: "Finger", size: float, touched: "Specimen", rubbing: "Friction | None", shown: Progress, **scene: Any
 ) -> "Press":
     """The press on the whole mesh, which sticks if neither the option nor the bench states a friction."""
     from papilla.fem.finite import press_finite
@@ -119,17 +115,17 @@ def _finite(
     from papilla.model.specimen import STICK_WORD
 
     friction = next(one for one in (rubbing, design.bench.friction, STICK_WORD) if one is not None)
-    return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
+    return press_finite(
+        design, build(design, size, progress=shown), touched, friction=friction, progress=shown, **scene
+    )
 
 
-def write_field(
-    path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]
-) -> None:
+def write_field(path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", shown: Progress) -> None:
     """Write the field of a press for ParaView; raises `FileAccessError`."""
     from papilla import view
     from papilla.fem.fields import save_field
 
-    (field,) = view.fields(design, reduced, [found], progress=say)
+    (field,) = view.fields(design, reduced, [found], progress=shown)
     save_field(field, path)
 
 

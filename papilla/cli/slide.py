@@ -120,7 +120,7 @@ def slide(
     with progress() as shown:
         found = fem.slide(
             design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
-            loss_factor=loss_factor, progress=shown.line,
+            loss_factor=loss_factor, progress=shown,
         )  # fmt: skip
     facts = _facts(found, texture) | {
         "noise_microstrain": noise,

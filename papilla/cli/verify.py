@@ -20,12 +20,7 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
 
     skipped: list[str] = []
     with progress() as shown:
-        cases = run_families(
-            only or (),
-            processes=fitting_processes(),
-            progress=lambda line, *done: shown.stage(line.split(":")[0], *done),
-            skipped=skipped.append,
-        )
+        cases = run_families(only or (), processes=fitting_processes(), progress=shown, skipped=skipped.append)
     for sentence in skipped:
         say(sentence)
     return answer_of(cases, skipped)

@@ -1,6 +1,5 @@
 """`papilla view`: pictures of a press and of receptive fields."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,6 +20,7 @@ from papilla.cli.output import CommandResult, progress, tell
 from papilla.cli.press import write_field
 from papilla.core.checks import positive
 from papilla.core.errors import FileFormatError, InputError
+from papilla.core.progress import Progress
 
 if TYPE_CHECKING:
     from papilla.fem import ReducedFinger
@@ -83,14 +83,14 @@ def view(
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
     with progress() as shown:
         if what == "receptive":
-            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=shown.line)
+            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=shown)
             facts["gauge"] = gauge or [one.name for one in design.gauges]
         else:
             moduli = [VIEWED_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
             load = VIEWED_FORCE_N if force is None else positive("--force (N)", force)
             touched = [specimen.of(one, design) for one in moduli]
-            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown.line)
-            facts |= _draw(what, component, targets, design, reduced, touched, load, shown.line)
+            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown)
+            facts |= _draw(what, component, targets, design, reduced, touched, load, shown)
     facts |= {key: path and str(path) for key, path in targets.items()}
 
     def show() -> None:
@@ -122,7 +122,7 @@ def _draw(
     reduced: "ReducedFinger",
     touched: "list[Specimen]",
     force: float,
-    say: Callable[[str], None],
+    shown: Progress,
 ) -> dict[str, Any]:
     """Press the touched specimens and write the files whose paths are not None; returns the press as plain values."""
     from papilla import view as pictures
@@ -131,7 +131,7 @@ def _draw(
     first, *others = ((pictures.shown(reduced, one, force=force), one) for one in touched)
     press, specimen = first
     other = others[0] if others else None
-    kind: Any = {"shown": component or STRAIN_QUANTITY, "progress": say}
+    kind: Any = {"shown": component or STRAIN_QUANTITY, "progress": shown}
     if (path := targets["screenshot"]) is not None:
         if what == "contact":
             pictures.contact(path, reduced, press, specimen, other)
@@ -141,7 +141,7 @@ def _draw(
         lighter = [pictures.shown(reduced, specimen, force=share * force) for share in SLIDER_SHARES]
         pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **kind)
     if (path := targets["export"]) is not None:
-        write_field(path, design, reduced, press, say)
+        write_field(path, design, reduced, press, shown)
     facts = press.to_json() | scene_of(specimen, press)
     facts["shown"] = "pressure" if what == "contact" else kind["shown"]
     return facts | ({} if other is None else {"beside": other[0].to_json() | scene_of(other[1], other[0])})

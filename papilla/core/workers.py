@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from papilla.core import seams
 from papilla.core.errors import WorkerKilledError
+from papilla.core.progress import Progress, silent
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
-Say = Callable[[str], None]
-"""Takes a line of text."""
-
 Start = Callable[..., Callable[[], Any]]
-"""start(function, *arguments) begins `function(*arguments, say)` and returns a function that waits for its result."""
+"""start(function, *arguments) begins `function(*arguments, progress)`; what it returns waits for the result."""
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS")
 """Environment variables that say how many threads the numerical libraries of a new process may use."""
@@ -27,33 +25,33 @@ THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"
 MOST_TRIES = 4
 """Number of times that a job is begun whose process is killed each time: once, and three times more."""
 
-_lines: Any = None
+_stages: Any = None
 
 
 @contextmanager
-def workers(processes: int, say: Say | None = None, *, fresh: bool = False) -> Iterator[Start]:
+def workers(processes: int, progress: Progress = silent, *, fresh: bool = False) -> Iterator[Start]:
     """A function that starts jobs in up to `processes` other processes; below 2 they run here, when asked for results.
 
-    A job is a function of a module, whose arguments can be pickled; its last argument takes lines of progress, which go
-    to `say`. New processes import the program again, so it must be the command line or a module that guards its main
-    part by `if __name__ == "__main__"`. With `fresh` each job has a process of its own, whose memory is freed at its
-    end. If a job raises, asking for its result raises the same. A killed process is replaced, as `Processes` says.
+    A job is a function of a module, whose arguments can be pickled; its last argument is a `Progress`, which
+    tells `progress`. New processes import the program again, so it must be the command line or a module that guards its
+    main part by `if __name__ == "__main__"`. With `fresh` each job has a process of its own, whose memory is freed at
+    its end. If a job raises, asking for its result raises the same. A killed process is replaced, as `Processes` says.
     """
     if processes < 2:
-        yield lambda function, *arguments: partial(function, *arguments, say or _nothing)
+        yield lambda function, *arguments: partial(function, *arguments, progress)
         return
     from multiprocessing import get_context
 
-    lines = get_context("spawn").SimpleQueue()
-    listener = Thread(target=_listen, args=(lines, say or _nothing), daemon=True)
+    stages = get_context("spawn").SimpleQueue()
+    listener = Thread(target=_listen, args=(stages, progress), daemon=True)
     listener.start()
     with one_thread_each():
-        pool = Processes(processes, _keep, (lines,), fresh=fresh)
+        pool = Processes(processes, _keep, (stages,), fresh=fresh)
         try:
             yield lambda function, *arguments: pool.submit(_call, function, arguments).result
         finally:
             pool.shutdown()
-            lines.put(None)
+            stages.put(None)
             listener.join()
 
 
@@ -148,17 +146,6 @@ def one_thread_each() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
-def counted(say: Say, name: str) -> Callable[[int, int], None]:
-    """A function of (done, total) that reports how much is done, and about how long the rest takes."""
-    began = seams.now_s()
-
-    def step(finished: int, total: int) -> None:
-        seconds_left = (seams.now_s() - began) * (total - finished) / finished
-        say(f"{name}: {finished} of {total}" + (f", about {seconds_left:.0f} s left" if finished < total else ""))
-
-    return step
-
-
 def end_with_parent() -> None:
     """Let this process end as soon as the one that started it has ended, even if that one was killed."""
     Thread(target=_wait_for_parent, daemon=True).start()
@@ -172,25 +159,21 @@ def _wait_for_parent() -> None:
         os._exit(1)
 
 
-def _nothing(line: str) -> None:
-    pass
-
-
 def _begin(begin: Callable | None, arguments: tuple) -> None:
     end_with_parent()
     if begin is not None:
         begin(*arguments)
 
 
-def _keep(lines: Any) -> None:
-    global _lines
-    _lines = lines
+def _keep(stages: Any) -> None:
+    global _stages
+    _stages = stages
 
 
 def _call(function: Callable, arguments: tuple) -> Any:
-    return function(*arguments, _lines.put)
+    return function(*arguments, _stages.put)
 
 
-def _listen(lines: Any, say: Say) -> None:
-    while (line := lines.get()) is not None:
-        say(line)
+def _listen(stages: Any, progress: Progress) -> None:
+    while (stage := stages.get()) is not None:
+        progress(stage)

@@ -5,7 +5,6 @@ scatter of three other meshes, and the fit. The checks and contacts beside the a
 not change sigma at the apex and are left out; the sweeps stay in the cache for it.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +15,7 @@ from papilla.calibration.fitting.fit import fit
 from papilla.calibration.fitting.job import SCATTER_STEP, SCATTER_VARIANTS, cached_sweep
 from papilla.calibration.fitting.sweep import DEFAULT_MODULI, NOT_INCLUDED
 from papilla.core.errors import PapillaError
+from papilla.core.progress import Progress
 from papilla.core.units import PER_CENT
 from papilla.core.workers import workers
 from papilla.design.in_scene import DesignInScene
@@ -61,34 +61,34 @@ class Confirmed:
         return f"{self.name}: " + "; ".join(said)
 
 
-def confirm(name: str, design: DesignInScene, processes: int, say: Callable[[str], None]) -> Confirmed:
+def confirm(name: str, design: DesignInScene, processes: int, progress: Progress) -> Confirmed:
     """Calibrate a design and compare; an error is reported in `failed`."""
     try:
         predicted = {"S_d": design.sigma_sd, "all gauges": design.sigma_gauges}
-        calibrated = sigmas_of(calibrated_finger(design.finger, design.scene, processes, say), design.scene)
+        calibrated = sigmas_of(calibrated_finger(design.finger, design.scene, processes, progress), design.scene)
     except PapillaError as error:
         return Confirmed(name, {}, {}, design.scene, str(error))
     return Confirmed(name, predicted, calibrated, design.scene)
 
 
-def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, say: Callable[[str], None]) -> Calibration:
+def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, progress: Progress) -> Calibration:
     """The calibration of a finger with the friction that a scene states."""
     stated = None if scene.unknown.friction == "unknown" else scene.unknown.friction
     friction = STICK_WORD if stated is None else stated
     finger = replace(finger, bench=replace(finger.bench, friction=None))
     ends = (False, True) if stated is None else ends_of(friction_coefficient(friction))
-    with workers(processes, say) as start:
-        doubt = begin_large_strain(finger, ends, start, progress=say)()
+    with workers(processes, progress) as start:
+        doubt = begin_large_strain(finger, ends, start, progress=progress)()
     block, forces, moduli = finger.bench.specimen, scene.swept_N, DEFAULT_MODULI
     size = DEFAULT_SIZE_MM * min(1.0, narrowest_mm(finger) / SMALL_MM)
-    reduced = fem.prepare(finger, size_mm=size, progress=say)
-    say("sweeping over force and modulus")
+    reduced = fem.prepare(finger, size_mm=size, progress=progress)
+    progress("sweeping over force and modulus")
     presses = cached_sweep(reduced, moduli, forces, block, friction)
     free = cached_sweep(reduced, moduli, forces, block, 0.0) if stated is None else None
     others = []
     for number, variant in enumerate(SCATTER_VARIANTS, start=1):
-        say(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
-        other = fem.prepare(finger, size_mm=size, variant=variant, progress=say)
+        progress(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
+        other = fem.prepare(finger, size_mm=size, variant=variant, progress=progress)
         others.append(cached_sweep(other, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
     return fit(presses, others, frictionless=free, friction_known=stated is not None, strain=error)

@@ -20,6 +20,7 @@ import numpy as np
 from papilla.calibration.fitting.sweep import NOT_INCLUDED
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.workers import workers
 from papilla.design.places import FOIL_SIZES, Places
 from papilla.fem.finite.strain_tables import RELATIVE_ELEMENT_SIZE, SPANNING_LAYER_RATIOS, begin_large_strain
@@ -32,7 +33,6 @@ from papilla.mesh.body import narrowest_mm
 from papilla.model.finger import Finger, Gauge, Layer
 from papilla.model.specimen import STICK_WORD
 
-Say = Callable[[str], None]
 CACHED_GEOMETRIES = 4
 """Number of geometries that a process keeps: 1 MB each for a row of places, 12 MB for all places."""
 MESHED_DEG = (-40.0, -20.0, 0.0, 20.0, 40.0)
@@ -146,7 +146,7 @@ def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> 
     """
     with spent_on(STAGE_GEOMETRY):
         if base is not None:
-            measure_base(base, 1, lambda line: None)  # Nothing to do if the client shares this cache
+            measure_base(base, 1, silent)  # Nothing to do if the client shares this cache
             borrow(design, base)
         size = RELATIVE_ELEMENT_SIZE * narrowest_mm(design)
         # The mesh is fine at the gauges of a real finger, not at all places
@@ -159,7 +159,7 @@ def geometry_map(design: Finger, places: Places, base: Finger | None = None) -> 
     return GeometryMap(design, places, (free, stuck))
 
 
-def measure_base(base: Finger, processes: int, say: Say) -> str:
+def measure_base(base: Finger, processes: int, progress: Progress) -> str:
     """Measure the large strain of a base, as `with_sites` makes it, where it is not known; what to note where it has to
     do without, else nothing.
 
@@ -169,8 +169,8 @@ def measure_base(base: Finger, processes: int, say: Say) -> str:
     if _covered(base):
         return ""
     like = _enlarged(base, STANDARD_MM / narrowest_mm(base))
-    with workers(processes, say) as start:
-        note = begin_large_strain(like, (False, True), start, ratios=SPANNING_LAYER_RATIOS, progress=say)()
+    with workers(processes, progress) as start:
+        note = begin_large_strain(like, (False, True), start, ratios=SPANNING_LAYER_RATIOS, progress=progress)()
     borrow(base, like)
     return note
 

@@ -6,7 +6,6 @@ The other three quarters are mirror images, touched at the mirrored place. Polyn
 to 140 presses, without friction and stuck. Presses are linear: large strain would change readings by some per cent.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -14,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import to_microstrain
 from papilla.design.geometry import FRICTION_ENDS, MESHED_DEG
 from papilla.design.places import Places, foil_of, half_length
@@ -51,7 +51,7 @@ class Influence:
     force_N: np.ndarray
 
 
-def influence(finger: Finger, scene: DesignScene, say: Callable[[str], None] = lambda line: None) -> Influence:
+def influence(finger: Finger, scene: DesignScene, progress: Progress = silent) -> Influence:
     """The influence for a finger in a scene, touched at the apex and at `scene.place_mm` beside it in x and y.
 
     Raises `InputError` if a press of the scene leaves the range of the model.
@@ -63,12 +63,12 @@ def influence(finger: Finger, scene: DesignScene, say: Callable[[str], None] = l
     quarter = [replace(one, membrane_gain=first.membrane_gain, lever_mm=first.lever_mm) for one in quarter]
     meshed = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
     size = RELATIVE_ELEMENT_SIZE * narrowest_mm(finger)
-    mesh = build(replace(finger, gauges=meshed), size_mm=size, progress=say)
+    mesh = build(replace(finger, gauges=meshed), size_mm=size, progress=progress)
     model = FingerModel(replace(finger, gauges=tuple(quarter)), mesh)
-    say("reducing the finger")
+    progress("reducing the finger")
     reduced = model.reduce()
-    tractions = [_tractions(reduced, finger, scene, friction, say) for friction in FRICTION_ENDS]
-    say(f"gauges at {len(quarter)} places")
+    tractions = [_tractions(reduced, finger, scene, friction, progress) for friction in FRICTION_ENDS]
+    progress(f"gauges at {len(quarter)} places")
     functionals = gauge_functionals(model.finger, model.surfaces["interface"])
     mixing = sp.hstack([sp.diags(row) for row in gauge_weights(model.finger)])
     fields = on_each_side(model.adjoints(functionals, None, mixing))
@@ -79,12 +79,12 @@ def influence(finger: Finger, scene: DesignScene, say: Callable[[str], None] = l
         found = np.array([np.einsum("kcn,mcn->mk", rows, one, optimize=True) for one in tractions])
         return to_microstrain(found) / scene.grid[0][:, None]
 
-    return _everywhere(quarter, finger, scene, read, say)
+    return _everywhere(quarter, finger, scene, read, progress)
 
 
-def _tractions(reduced, finger: Finger, scene: DesignScene, friction, say) -> np.ndarray:
+def _tractions(reduced, finger: Finger, scene: DesignScene, friction, progress) -> np.ndarray:
     """(n, 3, nodes) tractions of the presses of the scene's grid."""
-    say("presses of the scene" + (", stuck" if friction else ""))
+    progress("presses of the scene" + (", stuck" if friction else ""))
     forces, moduli = (np.unique(part) for part in scene.grid)
     found = press_grid(reduced, map(finger.bench.specimen, moduli.tolist()), forces, friction)
     by_modulus = [one for _, one in found]
@@ -94,7 +94,7 @@ def _tractions(reduced, finger: Finger, scene: DesignScene, friction, say) -> np
     return np.moveaxis(table.reshape(len(moduli), len(forces), *table.shape[1:]), 1, 0).reshape(table.shape)
 
 
-def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, say) -> Influence:
+def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, progress) -> Influence:
     """The influence of gauges in all quarters, from touches in all quarters of gauges in one quarter."""
     force, modulus = scene.grid
     limits = (force.min(), force.max()), (modulus.min(), modulus.max())
@@ -108,7 +108,7 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, 
     columns: list[np.ndarray] = []
     h, off = STEP_MM, scene.place_mm
     for sx, sy in product((1, -1), (1, -1)):
-        say(f"touches seen from quarter {2 * (sx < 0) + (sy < 0) + 1} of 4")
+        progress(f"touches seen from quarter {2 * (sx < 0) + (sy < 0) + 1} of 4")
         # A gauge on a plane of symmetry is its own mirror image, and is kept once.
         kept = [k for k, one in enumerate(quarter) if (sx > 0 or one.angle_deg) and (sy > 0 or one.y_mm)]
         parts = []

@@ -1,7 +1,7 @@
 """`papilla design` as a function: runs a study, and writes its table, its page and the files of the chosen designs."""
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +13,13 @@ from matplotlib.ticker import NullLocator
 from papilla import fem, view
 from papilla.core.errors import InputError, PapillaError
 from papilla.core.files import check_writable, write_text
+from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.design.cluster import Scheduler
 from papilla.design.confirming import confirm
 from papilla.design.objectives import Objective
 from papilla.design.results import Effect, Outcome, Results, first_words, write_tables
-from papilla.design.running import Stage, run
+from papilla.design.running import run
 from papilla.design.store import Store
 from papilla.design.study import Study
 from papilla.design.texts import short
@@ -44,8 +45,7 @@ def run_study(
     resume: bool = False,
     workers: int = 1,
     scheduler: Scheduler | None = None,
-    say: Callable[[str], None] = lambda line: None,
-    stage: Stage = lambda line, done, total: None,
+    progress: Progress = silent,
     with_page: bool = True,
 ) -> Outcome:
     """Run a study and write designs.csv (and .parquet), study.html and finger_1.toml, ... into a folder.
@@ -63,9 +63,9 @@ def run_study(
     try:
         if study.store is None and not resume and store.holds(study.sha256):
             raise InputError(f"{store.path} holds designs of this study: --resume goes on with them")
-        tally = run(study, store, workers=workers, scheduler=scheduler, say=say, stage=stage)
+        tally = run(study, store, workers=workers, scheduler=scheduler, progress=progress)
         results = Results.of(study, store)
-        say("judging the chosen designs again")
+        progress("judging the chosen designs again")
         results.check_chosen(store)
         front = results.numbers[results.front].tolist()
         tables = write_tables(out / "designs.csv", study, store, front)
@@ -76,11 +76,11 @@ def run_study(
         results.save_finger(row, out / name)
     confirmed = []
     for rank, (name, row) in enumerate(zip(names, results.chosen[: study.confirm], strict=False), start=1):
-        say(f"confirming design {rank} by a calibration")
-        confirmed.append(confirm(name, study.in_scene(results.finger(row)), workers or 1, say))
+        progress(f"confirming design {rank} by a calibration")
+        confirmed.append(confirm(name, study.in_scene(results.finger(row)), workers or 1, progress))
     if study.confirm:
-        say("calibrating the study's own finger")
-        confirmed.append(confirm(short(study.finger.name), study.in_scene(study.finger), workers or 1, say))
+        progress("calibrating the study's own finger")
+        confirmed.append(confirm(short(study.finger.name), study.in_scene(study.finger), workers or 1, progress))
     base = {}
     for one in study.objectives:
         try:
@@ -95,16 +95,14 @@ def run_study(
     }
     outcome = Outcome(study, results, tally, base, confirmed, written)
     if with_page:
-        write_page(page, outcome, say)
+        write_page(page, outcome, progress)
     return outcome
 
 
-def write_page(
-    path: Path, outcome: Outcome, say: Callable[[str], None] = lambda line: None, *, fields: bool = True
-) -> None:
+def write_page(path: Path, outcome: Outcome, progress: Progress = silent, *, fields: bool = True) -> None:
     """Write the page of a study, with or without strain fields; raises `FileAccessError`."""
     study, results = outcome.study, outcome.results
-    say("pictures of the page")
+    progress("pictures of the page")
     best = [("finger_1.toml", results.finger(row)) for row in results.chosen[:1]]
     shown = [*best, (short(study.finger.name), study.finger)]
     figures = {"front": image(front_figure(results, outcome.base), "All designs over the first objectives")}
@@ -130,7 +128,10 @@ def write_page(
         effects=[in_words(one) for one in results.effects if one.sure],
         figures=figures,
         own=short(study.finger.name),
-        strains=[(name, picture) for name, finger in shown if fields and (picture := _strain(finger, outcome, say))],
+        strains=[(name, picture) 
+            for name, finger in shown
+            if fields and (picture := _strain(finger, outcome, progress))
+        ],
     )  # fmt: skip
     write_text(path, text)
 
@@ -142,15 +143,17 @@ def in_words(one: Effect) -> str:
     return f"{one.parameter} from {number(one.low)} to {number(one.high)} {verb} {change} ({low} to {high})"
 
 
-def _strain(finger: Finger, outcome: Outcome, say: Callable[[str], None]) -> Markup | None:
+def _strain(finger: Finger, outcome: Outcome, progress: Progress) -> Markup | None:
     """The picture of the strain field under the largest force of the scene on its hardest specimen."""
     scene = outcome.study.scene
     specimen = finger.bench.specimen(scene.modulus_MPa[1])
     try:
-        reduced = fem.prepare(finger, progress=say)
+        reduced = fem.prepare(finger, progress=progress)
         press = view.shown(reduced, specimen, force=scene.force_N[1], friction=0.0)
         return either(
-            view.strain_pictures(finger, reduced, press, specimen, say), f"Strain field of {short(finger.name)}", "png"
+            view.strain_pictures(finger, reduced, press, specimen, progress),
+            f"Strain field of {short(finger.name)}",
+            "png",
         )
     except PapillaError:
         return None

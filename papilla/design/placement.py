@@ -12,7 +12,6 @@ that has not been tested. `place_gauges` is `papilla design --place N`: it write
 gauge, and a page.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ from matplotlib.figure import Figure
 
 from papilla.core.errors import InputError
 from papilla.core.files import check_writable, write_text
+from papilla.core.progress import Progress, silent
 from papilla.core.tables import write_table
 from papilla.design.influence import Influence, influence
 from papilla.design.scene import PRIOR_SIGMA_LN_MODULUS, DesignScene
@@ -175,7 +175,7 @@ class Placed:
         ]
 
 
-def place_gauges(study: Study, count: int, out: Path, say: Callable[[str], None] = lambda line: None) -> Placed:
+def place_gauges(study: Study, count: int, out: Path, progress: Progress = silent) -> Placed:
     """Place 1 to `count` gauges on the study's finger, with its fixed values, in its scene; write placement.csv,
     placement.html and placed_N.toml. Raises `InputError` for parameters of gauges' places among the fixed ones."""
     placing = ("gauges.g", "gauges.count", "gauges.spread")
@@ -183,9 +183,9 @@ def place_gauges(study: Study, count: int, out: Path, say: Callable[[str], None]
         raise InputError(f"--place decides where gauges sit: {bad} cannot be fixed")
     check_writable(out)
     finger = study.finger_of({one.name: one.at(0.5) for one in study.free if not one.name.startswith("gauges.")})
-    found = influence(finger, study.scene, say)
+    found = influence(finger, study.scene, progress)
     row = np.array([one.y_mm == 0 and one.direction_deg == 0 for one in found.gauges])
-    say("choosing places")
+    progress("choosing places")
     unknown = {name: problem(found, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN_SCENES.items()}
     hardest = next(iter(unknown.values()))
     sets, rows = place(hardest, count), place(hardest, count, row)

@@ -9,7 +9,7 @@ batches are in progress at a time, so memory does not grow with the study.
 import hashlib
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -19,6 +19,7 @@ from time import perf_counter
 
 from papilla.core import cache
 from papilla.core.errors import InputError, SolverError, WorkerKilledError
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.workers import MOST_TRIES, Processes, one_thread_each
 from papilla.design import sampling
 from papilla.design.batch import STATUS_OK, Batch, Done, JudgedDesign, check_done, evaluate, judged, version
@@ -37,7 +38,6 @@ BATCHES_PER_WORKER = 2
 PRICED_DESIGNS = 5
 """Number of designs whose cost is measured for an estimate."""
 
-Stage = Callable[[str, int, int], None]
 Row = tuple[int, Values, str]
 """A design: number, values of its free parameters, key of its record."""
 
@@ -89,25 +89,19 @@ def pool(workers: int, scheduler: Scheduler | None) -> Iterator[Pool]:
 
 
 def run(
-    study: Study,
-    store: Store,
-    *,
-    workers: int = 1,
-    scheduler: Scheduler | None = None,
-    say: Callable[[str], None] = lambda line: None,
-    stage: Stage = lambda line, done, total: None,
+    study: Study, store: Store, *, workers: int = 1, scheduler: Scheduler | None = None, progress: Progress = silent
 ) -> Tally:
     """Run a study and store its records; stored records are not computed again.
 
-    workers : processes on this machine, 0 for this process. say, stage : called with the progress. Raises what `pool`
-    raises, and `FileAccessError` if the store cannot be written.
+    workers : processes on this machine, 0 for this process. progress : told the designs done, and those in all. Raises
+    what `pool` raises, and `FileAccessError` if the store cannot be written.
     """
     began, tally = perf_counter(), Tally()
-    if note := measure_base(with_sites(study.finger, study.places), 1, say):
+    if note := measure_base(with_sites(study.finger, study.places), 1, progress):
         tally.notes.append(note)
     with pool(workers, scheduler) as found:
         tally.workers, tally.how = found.workers, found.how
-        runner = _Runner(study, store, tally, stage, found)
+        runner = _Runner(study, store, tally, progress, found)
         if study.sampler.kind == "optimise":
             sampling.optimised(study, runner.scores)
         else:
@@ -133,7 +127,7 @@ class _Runner:
     study: Study
     store: Store
     tally: Tally
-    stage: Stage
+    progress: Progress
     pool: Pool
     number: int = 0
 
@@ -249,7 +243,7 @@ class _Runner:
         done, fresh = self.tally.designs, self.tally.designs - self.tally.reused
         left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
         rest = f", about {left:.0f} s left" if fresh and done < self.total else ""
-        self.stage(f"designs, {done} of {self.total}{rest}", done, self.total)
+        self.progress(CountedStep(f"designs, {done} of {self.total}{rest}", done, self.total))
 
 
 @dataclass(frozen=True)
@@ -269,13 +263,13 @@ class Price:
         return ((self.geometries - 1) * self.per_geometry + self.designs * self.per_design) / workers
 
 
-def price(study: Study, say: Callable[[str], None]) -> Price:
+def price(study: Study, progress: Progress) -> Price:
     """Measure the middle geometry and a few of its designs; the results stay in the cache."""
     places = study.places
     designs, geometries = sampling.count(study)
     base = with_sites(study.finger, places)
-    measure_base(base, 1, say)
-    say("reducing one geometry")
+    measure_base(base, 1, progress)
+    progress("reducing one geometry")
     began = perf_counter()
     tried = [study.finger_of(free) for free in islice(probes(study), PRICED_DESIGNS)]
     first = with_sites(tried[0], places)

@@ -4,11 +4,11 @@ The cache on disk has reduced fingers and the effect of tangential tractions on 
 only if one of these, or a table of large strain, is missing.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 from papilla.core import cache, checks
+from papilla.core.progress import Progress, silent
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.model.finger import Finger
@@ -23,7 +23,7 @@ def prepare(
     size_mm: float = DEFAULT_SIZE_MM,
     at: tuple[float, float] = (0.0, 0.0),
     variant: int = 0,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> ReducedFinger:
     """The finger reduced at touch-down point `at` (x, y in mm) on its mesh number `variant`; cached by content.
 
@@ -37,8 +37,7 @@ def prepare(
     key = cache.key(REDUCED_BY, finger.sha256, mesh.sha256, x, y)
 
     def make():
-        if progress is not None:
-            progress("factorising and reducing the finger")
+        progress("factorising and reducing the finger")
         return _model(finger, mesh).reduce((x, y)).to_arrays()
 
     reduced = ReducedFinger.from_arrays(cache.fetch("reduced", key, make))
@@ -69,7 +68,7 @@ def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float
     return arrays["compliance"], arrays["rows"]
 
 
-def _strain_table(finger: Finger, progress: Callable[[str], None] | None, stuck: bool) -> None:
+def _strain_table(finger: Finger, progress: Progress, stuck: bool) -> None:
     from papilla.fem.finite.strain_tables import ensure_large_strain
 
     ensure_large_strain(finger, (stuck,), progress=progress)

@@ -1,6 +1,5 @@
 """Calibration of an identified finger, and of the finger that made measured presses."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,7 +8,7 @@ import numpy as np
 from papilla.calibration.fitting.checking import Recovery
 from papilla.calibration.fitting.job import Calibrated, calibrate_finger
 from papilla.core.errors import InputError
-from papilla.core.workers import Say
+from papilla.core.progress import Progress, silent
 from papilla.identification.diagnosis import Diagnosis, diagnose, record
 from papilla.identification.fit import Identification, identify
 from papilla.identification.identified_finger import with_identification
@@ -50,8 +49,7 @@ def calibrate_bench(
     *,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Say = lambda line: None,
-    steps: Callable[[int, int], None] | None = None,
+    progress: Progress = silent,
     processes: int = 1,
     **table: Any,
 ) -> Calibrated:
@@ -70,9 +68,7 @@ def calibrate_bench(
     progress("what to doubt")
     diagnosis = diagnose(found)
     identified = found.with_record(record(found, diagnosis, found.problem.shapes[0].responses[0].specimen))
-    done = calibrate(
-        identified, friction=friction, size_mm=size_mm, progress=progress, steps=steps, processes=processes, **table
-    )
+    done = calibrate(identified, friction=friction, size_mm=size_mm, progress=progress, processes=processes, **table)
     noise = found.problem.noise
     noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
     answer = done.calibration.invert(

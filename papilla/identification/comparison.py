@@ -19,9 +19,9 @@ from papilla.calibration import IDENTIFIABLE_SIGMA, Calibration
 from papilla.calibration.fitting.sweep import SHOWN_PRESS
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
+from papilla.core.progress import Progress, silent
 from papilla.core.tables import write_table
 from papilla.core.units import MS_PER_S, N_PER_MN, PER_CENT, US_PER_S, to_microstrain
-from papilla.core.workers import Say
 from papilla.identification.bench import calibrate
 from papilla.identification.noise import PressNoise
 from papilla.mesh import DEFAULT_SIZE_MM
@@ -116,7 +116,7 @@ def candidate(path: str | Path, **how) -> Candidate:
     return Candidate(str(path), calibrate(finger, **how).calibration, finger)
 
 
-def compare(candidates: Sequence[Candidate], progress: Say = lambda line: None) -> Comparison:
+def compare(candidates: Sequence[Candidate], progress: Progress = silent) -> Comparison:
     """Compare the candidates. Raises `InputError` for fewer than two, or if their calibrations share no domain."""
     if len(candidates) < 2:
         raise InputError("a comparison needs at least two designs or calibrations")
@@ -138,7 +138,7 @@ def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
     return inside[1::2]
 
 
-def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say) -> CandidateFigures:
+def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Progress) -> CandidateFigures:
     progress(f"comparing {one.name}")
     calibration = one.calibration
     forces, moduli = np.meshgrid(force, modulus, indexing="ij")
@@ -183,7 +183,7 @@ def _press_time(finger: Finger) -> float:
     return _timed(lambda: fem.press(reduced, specimen, force=force))
 
 
-def _reach(finger: Finger, progress: Say) -> tuple[GaugeReach, ...]:
+def _reach(finger: Finger, progress: Progress) -> tuple[GaugeReach, ...]:
     fields = receptive_of(finger, size_mm=DEFAULT_SIZE_MM, progress=progress)
     points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
     corners = points[triangles]

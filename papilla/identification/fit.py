@@ -14,8 +14,8 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.short_repr import html_table
-from papilla.core.workers import Say
 from papilla.fem.reduction.family import with_moduli
 from papilla.identification.noise import PressNoise, estimated_noise
 from papilla.identification.parameters import (
@@ -173,7 +173,7 @@ def identify(
     friction: Friction | None = None,
     size_mm: float | None = None,
     processes: int = 1,
-    progress: Say | None = None,
+    progress: Progress = silent,
 ) -> Identification:
     """Identify a finger of known geometry from presses on specimens of known modulus.
 
@@ -201,10 +201,9 @@ def identify(
     return freed(solve(problem, progress), tuple(held), size_mm, progress)
 
 
-def solve(problem: Problem, progress: Say | None = None) -> Identification:
+def solve(problem: Problem, progress: Progress = silent) -> Identification:
     """Fit a problem from several starts; each fit is repeated with the weights that follow from it."""
-    if progress is not None:
-        progress("identifying")
+    progress("identifying")
     first = problem.weighted()
     found = sorted((descend(first, start) for start in starts_of(first)), key=itemgetter(0))
     # Repeated presses tell the noise, but only with a model that already fits.
@@ -303,7 +302,7 @@ def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identi
     return Identification(problem, vector, covariance, chi_square, freedom, rival)
 
 
-def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Say | None) -> Identification:
+def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Progress) -> Identification:
     """The identification after freeing further parameters, if the model did not fit before and fits then.
 
     held : parameters that must not be freed.
@@ -320,8 +319,7 @@ def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, p
         # Score test first: a whole fit for each candidate would take minutes.
         gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
         likely = sorted(gains, key=lambda name: -gains[name])[:TRIED_PARAMETERS]
-        if progress is not None:
-            progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
+        progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
         tried = {name: _with_free(best, name) for name in likely}
         name = min(tried, key=lambda one: tried[one].chi_square, default="")
         if not name or tried[name].chi_square > (1 - LEAST_FALL) * best.chi_square:
@@ -350,7 +348,7 @@ def _misfit(found: Identification) -> bool:
     return found.freedom > 0 and found.chi_square > MISFIT_CHI_SQUARE * found.freedom
 
 
-def _moving(problem: Problem, size_mm: float | None, progress: Say | None) -> Problem:
+def _moving(problem: Problem, size_mm: float | None, progress: Progress) -> Problem:
     """The problem with the changes by contacts beside the apex and by moved gauges."""
     if all(shape.off_apex is not None for shape in problem.shapes):
         return problem

@@ -11,8 +11,8 @@ from scipy.special import chdtrc
 from papilla.calibration import Calibration
 from papilla.calibration.fitting.surface_fit import Resolution, SurfaceFit
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
-from papilla.core.workers import Say
 from papilla.identification.noise import PressNoise
 from papilla.identification.parameters import CONTACT_MOVES, OF_THE_BENCH, OF_THE_LOG, kind, names_of, scaled, start_of
 from papilla.identification.posing import moved_by, refuse, refuse_beyond, shapes_of
@@ -41,7 +41,7 @@ def problem_of_record(
     free: tuple[str, ...],
     noise: PressNoise,
     size_mm: float | None = None,
-    progress: Say | None = None,
+    progress: Progress = silent,
 ) -> Problem:
     """The problem of presses of an identified finger, with the recorded parameters `free` starting at their recorded
     values. Raises `InputError` if the record has other gauges."""
@@ -69,7 +69,7 @@ def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
 
 
 def with_identification(
-    calibration: Calibration, finger: Finger, progress: Say | None = None, size_mm: float | None = None
+    calibration: Calibration, finger: Finger, progress: Progress = silent, size_mm: float | None = None
 ) -> Calibration:
     """The calibration with the covariance of the finger's identification in its surfaces, and the bench's zeros.
 
@@ -108,7 +108,7 @@ def with_identification(
 
 
 def _problem(
-    finger: Finger, record: Identified, calibration: Calibration, progress: Say | None, size_mm: float | None
+    finger: Finger, record: Identified, calibration: Calibration, progress: Progress, size_mm: float | None
 ) -> tuple[Problem, np.ndarray]:
     """The problem of presses over the domain of a calibration, in the parameters that were identified, at their
     recorded values; and their covariance."""
@@ -189,7 +189,7 @@ def compare(
     *,
     noise: PressNoise | None = None,
     size_mm: float | None = None,
-    progress: Say | None = None,
+    progress: Progress = silent,
 ) -> PressAgreement:
     """Compare new presses of an identified finger with its identification; its covariance is added to the noise.
 

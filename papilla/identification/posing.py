@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from papilla.core.errors import InputError
-from papilla.core.workers import Say, workers
+from papilla.core.progress import Progress, silent
+from papilla.core.workers import workers
 from papilla.fem.finite.strain_tables import SPANNING_LAYER_RATIOS, begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of
 from papilla.fem.pressing.off_apex import MoveLimits, off_apex_change
@@ -51,7 +52,7 @@ def problem_of(
     noise: PressNoise | None = None,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Say | None = None,
+    progress: Progress = silent,
 ) -> Problem:
     """The problem that `identify` solves, not yet weighted; for the arguments see there."""
     refuse(log, finger)
@@ -107,7 +108,7 @@ def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
 
 
 def family_of(
-    finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Say | None = None
+    finger: Finger, *, size_mm: float | None = None, variant: int = 0, progress: Progress = silent
 ) -> FingerFamily:
     """The family of a finger's geometry. It is the same for all moduli, gains and levers, so the geometry is reduced
     once."""
@@ -119,7 +120,7 @@ def family_of(
 
 
 def ensure_physics(
-    finger: Finger, friction: Friction | None, *, processes: int = 1, progress: Say | None = None
+    finger: Finger, friction: Friction | None, *, processes: int = 1, progress: Progress = silent
 ) -> None:
     """Make the tables of large strain that presses of a finger need at any moduli; with and without friction, if the
     friction is not stated."""
@@ -159,7 +160,7 @@ def shapes_of(
     held: Mapping[str, float],
     friction: Friction | None,
     size_mm: float | None,
-    progress: Say | None,
+    progress: Progress,
 ) -> tuple[PressedShape, ...]:
     """The shapes of specimens in a log, each with the responses of a finger's family to it; with and without friction,
     if the friction is not stated and large strain is known for both.
@@ -200,7 +201,7 @@ def shapes_of(
 
 
 def with_moves(
-    shapes: tuple[PressedShape, ...], relatives: FingerFamily, progress: Say | None = None
+    shapes: tuple[PressedShape, ...], relatives: FingerFamily, progress: Progress = silent
 ) -> tuple[PressedShape, ...]:
     """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
     found = []

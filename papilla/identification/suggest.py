@@ -16,6 +16,7 @@ import numpy as np
 from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_MPA
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.progress import silent
 from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.off_apex import MoveLimits
 from papilla.fem.pressing.response import RATIO_LIMITS
@@ -161,7 +162,7 @@ def _from_nothing(
     """The problem of the candidates of a design, without measurements, and vectors (f,) of fingers of its prior."""
     empty = unread(design, *candidates)
     touched = specimen or design.bench.specimen(1.0)
-    shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, None)
+    shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, silent)
     held = start_of(design)
     problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
     random, vectors = np.random.default_rng(seed), []

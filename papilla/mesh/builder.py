@@ -19,9 +19,10 @@ from papilla.core import cache, checks
 from papilla.core.errors import InputError
 from papilla.core.files import replacing
 from papilla.core.outside import read_arrays
+from papilla.core.progress import Progress, silent
 from papilla.mesh.body import SURFACE_NAMES, MeshGeometry, body_of
 from papilla.mesh.cells import TaggedCells, between, edge_lengths, mean_ratio, paired_faces, volumes
-from papilla.mesh.child import MESHER_VERSION, Progress
+from papilla.mesh.child import MESHER_VERSION
 from papilla.mesh.drawing import drawn
 from papilla.mesh.finishing import Constraints, finished, relax
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, LayeredMesh, pack, unpack
@@ -60,7 +61,7 @@ NEAREST_CELLS = 100  # Number of cells closest to the apex, whose size is that a
 
 
 def build(
-    finger: Finger, size_mm: float = DEFAULT_SIZE_MM, *, variant: int = 0, progress: Progress | None = None
+    finger: Finger, size_mm: float = DEFAULT_SIZE_MM, *, variant: int = 0, progress: Progress = silent
 ) -> LayeredMesh:
     """The layered mesh of a finger.
 
@@ -90,9 +91,7 @@ def path_of(shape: str, size_mm: float, variant: int) -> Path:
     return MESH_FOLDER / f"{shape}_{size_mm:g}_{variant}.npz"
 
 
-def from_reference(
-    finger: Finger, size_mm: float, variant: int, progress: Progress | None = None
-) -> LayeredMesh | None:
+def from_reference(finger: Finger, size_mm: float, variant: int, progress: Progress = silent) -> LayeredMesh | None:
     """The mesh of a dome or slab from a shipped one; None if the mesher has to make it.
 
     Arguments as of `papilla.mesh.build`, and raises as it does.
@@ -105,9 +104,8 @@ def from_reference(
     body, sizing = asked(finger, size_mm)
     cells, how = _fitted(shape, body, sizing, variant)
     worst = float(mean_ratio(cells.points, cells.tets).min())
-    if progress is not None:
-        refused = f", below {WORST_MEAN_RATIO:g}: the mesher makes a new one" if worst < WORST_MEAN_RATIO else ""
-        progress(f"{how}; worst mean ratio {worst:.2f}{refused}")
+    refused = f", below {WORST_MEAN_RATIO:g}: the mesher makes a new one" if worst < WORST_MEAN_RATIO else ""
+    progress(f"{how}; worst mean ratio {worst:.2f}{refused}")
     return None if worst < WORST_MEAN_RATIO else finished(body, cells, size_mm, finger.bone is not None, progress)
 
 

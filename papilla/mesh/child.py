@@ -8,7 +8,7 @@ child process with a temporary folder all this becomes one clear error.
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from papilla.core import seams
 from papilla.core.errors import FileAccessError, MeshError, PapillaError
 from papilla.core.files import scratch
 from papilla.core.outside import read_arrays, read_bytes, reason
+from papilla.core.progress import Progress, silent
 from papilla.mesh import worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
@@ -31,11 +32,9 @@ MESHER_VERSION = 1
 a change of `papilla.mesh` makes meshes that should replace those of users: other sizes or boundaries, better cells, a
 fault removed. Users' fingers are then meshed again, and all results on a mesh are computed again."""
 
-Progress = Callable[[str], None]
-
 
 def tetrahedralise(
-    soup: Mapping[str, np.ndarray], progress: Progress | None = None, timeout_s: float = TIMEOUT_S
+    soup: Mapping[str, np.ndarray], progress: Progress = silent, timeout_s: float = TIMEOUT_S
 ) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) in mm and tetrahedra (m, 4) that fill nested closed surfaces.
 
@@ -68,11 +67,7 @@ def cells_of(
 
 
 def run(
-    name: str,
-    job: str,
-    inputs: Mapping[str, np.ndarray],
-    progress: Progress | None = None,
-    timeout_s: float = TIMEOUT_S,
+    name: str, job: str, inputs: Mapping[str, np.ndarray], progress: Progress = silent, timeout_s: float = TIMEOUT_S
 ) -> dict[str, np.ndarray]:
     """The arrays that `job` of the worker computes from `inputs`; messages call it `name`.
 
@@ -112,7 +107,7 @@ def _start(folder: Path, job: str, log) -> subprocess.Popen:
     )  # fmt: skip
 
 
-def _code_of(child: subprocess.Popen, progress: Progress | None, timeout_s: float) -> int | None:
+def _code_of(child: subprocess.Popen, progress: Progress, timeout_s: float) -> int | None:
     """Exit code of a child, None if it takes longer than the timeout; the child has ended when this returns or
     raises."""
     start = seams.now_s()
@@ -122,8 +117,7 @@ def _code_of(child: subprocess.Popen, progress: Progress | None, timeout_s: floa
                 return child.wait(timeout=HEARTBEAT_S)
             except subprocess.TimeoutExpired:
                 elapsed = seams.now_s() - start
-            if progress is not None:
-                progress(f"meshing, {elapsed:.0f} s")
+            progress(f"meshing, {elapsed:.0f} s")
             if elapsed > timeout_s:
                 return None
     finally:

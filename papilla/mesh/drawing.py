@@ -14,9 +14,10 @@ import numpy as np
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MeshError
+from papilla.core.progress import Progress, silent
 from papilla.mesh.body import MeshGeometry
 from papilla.mesh.cells import TaggedCells, between, compact, edges_of, paired_faces, positively_oriented
-from papilla.mesh.child import Progress, tetrahedralise
+from papilla.mesh.child import tetrahedralise
 from papilla.mesh.finishing import finished, snap
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
 from papilla.mesh.sizing import Sizing, asked
@@ -43,7 +44,7 @@ SCATTER_EDGE_SHARE = (
 )
 
 
-def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress | None = None) -> LayeredMesh:
+def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progress = silent) -> LayeredMesh:
     """A new mesh of a finger; arguments as of `papilla.mesh.build`, and raises as it does."""
     body, sizing = asked(finger, size_mm)
     keep_bone = finger.bone is not None
@@ -53,12 +54,11 @@ def drawn(finger: Finger, size_mm: float, *, variant: int = 0, progress: Progres
         except MeshError as error:
             if draw == MOST_DRAWS:
                 raise MeshError(f"{error} ({MOST_DRAWS} meshes were drawn)") from error
-            if progress is not None:
-                progress(f"mesh {draw} of at most {MOST_DRAWS} cannot be used, drawing another: {error}")
+            progress(f"mesh {draw} of at most {MOST_DRAWS} cannot be used, drawing another: {error}")
     raise AssertionError("unreachable")
 
 
-def _draw(body: MeshGeometry, sizing: Sizing, keep_bone: bool, variant: int, progress: Progress | None) -> TaggedCells:
+def _draw(body: MeshGeometry, sizing: Sizing, keep_bone: bool, variant: int, progress: Progress) -> TaggedCells:
     """One mesh from the mesher, with its cells sorted and its vertices moved onto the surfaces."""
     diagonal = float(np.linalg.norm(body.high - body.low))
     envelope = max(ENVELOPE_SHARE, ENVELOPE_SIZES * sizing.near_mm / diagonal)

@@ -7,6 +7,7 @@ import numpy as np
 
 from papilla.core.checks import SIZE_OPTION
 from papilla.core.errors import MeshError
+from papilla.core.progress import Progress, silent
 from papilla.mesh.body import MeshGeometry
 from papilla.mesh.cells import (
     EDGES_OF_TET,
@@ -18,7 +19,6 @@ from papilla.mesh.cells import (
     places,
     volumes,
 )
-from papilla.mesh.child import Progress
 from papilla.mesh.layered import LayeredMesh, mirrored
 from papilla.mesh.surfaces import Ellipsoid, Surface
 
@@ -31,7 +31,7 @@ SMALLEST_BENT_JACOBIAN = 0.1
 
 
 def finished(
-    body: MeshGeometry, cells: TaggedCells, size_mm: float, keep_bone: bool, progress: Progress | None = None
+    body: MeshGeometry, cells: TaggedCells, size_mm: float, keep_bone: bool, progress: Progress = silent
 ) -> LayeredMesh:
     """The mesh of `cells`, which lie in `body` and on its surfaces; raises `MeshError` if it is unusable."""
     flat = [faces for plane, faces in zip(body.planes, cells.on_plane, strict=True) if plane.role == "base"]
@@ -41,7 +41,7 @@ def finished(
     refuse_unusable(LayeredMesh(cells.points, cells.tets, cells.layer, boundaries, size_mm))
     faces = [(surface, cells.on_surface[name]) for name, surface in body.surfaces.items()]
     edges, middles, straight = bent_edges(cells.points, cells.tets, faces)
-    if straight and progress is not None:
+    if straight:
         progress(f"{straight} edges stay straight: bent to the surface, their cells would turn over")
     cell = LayeredMesh(cells.points, cells.tets, cells.layer, boundaries, size_mm, (), edges, middles)
     return mirrored(cell, body.mirrors) if body.mirrors else cell

@@ -14,6 +14,7 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.units import MS_PER_S, NS_PER_S, S_PER_H
 from papilla.telepresence.direct import DirectFeedback, HighPass
 from papilla.telepresence.ends import DisplayEnd, HandEnd, SensorEnd, TouchSource
@@ -126,10 +127,7 @@ class DirectEnd:
 
 
 def run(
-    scene: Set,
-    local: LocalModel | None = None,
-    direct: DirectFeedback | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    scene: Set, local: LocalModel | None = None, direct: DirectFeedback | None = None, progress: Progress = silent
 ) -> LoopRecord:
     """Simulate the loop: both displays receive the same sensor over links of the same model and seed.
 
@@ -152,7 +150,7 @@ def run(
     time = np.arange(round(scene.seconds * HAND_RATE_HZ)) / HAND_RATE_HZ
     for row, now in enumerate(time.tolist()):
         if row % PROGRESS_ROWS == 0:
-            progress(round(now), round(scene.seconds))
+            progress(CountedStep("simulating", round(now), round(scene.seconds)))
         # One clock for both ends, and a fixed order of steps: the run is the same for the same seed.
         here.time_s = there.time_s = feedback.wire.time_s = now
         places.append(hand.step(now))

@@ -5,19 +5,13 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from papilla.core.memory import BYTES_PER_GIB, available_bytes
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.workers import workers
-
-Progress = Callable[[str, int, int], None]
-"""Takes the present job, the number of finished jobs, and the total."""
 
 LARGEST_JOB_GIB = 3.25
 """Largest memory of one job of a study: 3.25 GB in a whole `papilla verify`."""
 MOST_PROCESSES = 2
 """Largest number of jobs at once: more would wait for the memory bus."""
-
-
-def no_progress(line: str, done: int, total: int) -> None:
-    """Show nothing."""
 
 
 def run_jobs(
@@ -26,23 +20,23 @@ def run_jobs(
     *,
     processes: int = 1,
     fresh: bool = False,
-    progress: Progress = no_progress,
+    progress: Progress = silent,
 ) -> Iterator[tuple[str, Any]]:
-    """Yield the name of each job with `function(*arguments, say)`, where `say` takes a line of progress.
+    """Yield the name of each job with `function(*arguments, progress)`.
 
     processes : how many jobs run at once; 1 runs them in this process (see `core.workers`). fresh : a new process
     for each job, so that what a job leaves in memory goes with it. Raises what the function raises.
     """
     done = 0
 
-    def say(line: str) -> None:
-        progress(line, done, len(jobs))
+    def stage(text: str) -> None:
+        progress(CountedStep(text, done, len(jobs)))
 
-    with workers(processes if len(jobs) > 1 else 1, say, fresh=fresh) as start:
+    with workers(processes if len(jobs) > 1 else 1, stage, fresh=fresh) as start:
         results = {name: start(function, *arguments) for name, arguments in jobs.items()}
         for name, result in results.items():
             if processes < 2:
-                say(name)
+                stage(name)
             found = result()
             done += 1
             yield name, found

@@ -5,13 +5,14 @@ from dataclasses import replace
 from time import perf_counter
 
 from papilla.core.errors import InputError, MissingExtraError, PapillaError
+from papilla.core.progress import Progress, silent
 from papilla.verify.case import Case
 from papilla.verify.contact import coat, friction, hertz, layers
 from papilla.verify.elements import manufactured, patch_test
 from papilla.verify.hard import contrast, engines, incompressible, loads, places
 from papilla.verify.identification import identification
 from papilla.verify.invariance import invariance
-from papilla.verify.jobs import Progress, no_progress, run_jobs
+from papilla.verify.jobs import run_jobs
 from papilla.verify.meshes import moved, scatter, slivers, thin_layer
 from papilla.verify.revolution import revolution
 from papilla.verify.sliding import sliding
@@ -47,14 +48,14 @@ def verify(
     only: Sequence[str] = (),
     *,
     processes: int = 1,
-    progress: Progress = no_progress,
+    progress: Progress = silent,
     skipped: Callable[[str], None] = lambda sentence: None,
     families: Mapping[str, Family] = CASE_FAMILIES,
 ) -> list[Case]:
     """Run all families of cases, or those named in `only`; what a case is called starts with its family's name.
 
     processes : families that run at once, each in a new process, which frees its memory at its end; 1 runs them here.
-    `progress` is called with the case that is done, how many families are done, and how many there are. A family that
+    `progress` is told the case that is done, with how many families are done of how many. A family that
     ends in an error of papilla leaves a case that failed and says so; one that needs a package that is absent is left
     out, and `skipped` is called with a sentence. Raises `InputError` for an unknown name.
     """
@@ -71,7 +72,7 @@ def verify(
     return cases
 
 
-def _run(name: str, family: Family, say: Callable[[str], None]) -> list[Case] | str:
+def _run(name: str, family: Family, progress: Progress) -> list[Case] | str:
     """The cases of a family, or the package that it lacks."""
     cases: list[Case] = []
     began = perf_counter()
@@ -79,7 +80,7 @@ def _run(name: str, family: Family, say: Callable[[str], None]) -> list[Case] | 
         for case in family():
             now = perf_counter()
             cases.append(replace(case, what=f"{name}: {case.what}", seconds=now - began))
-            say(cases[-1].what)
+            progress(cases[-1].what.split(":")[0])
             began = now
     except MissingExtraError as error:
         return str(error)

@@ -3,7 +3,7 @@
 Results that need the finger's model are kept in the cache, so a second call does not compute them again.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
+from papilla.core.progress import Progress, silent
 from papilla.fem.pressing.fidelity import press as press_scene
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.reduced import ReducedFinger
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from papilla.fem import Field, ReceptiveFields
 
 PICTURE_DPI = 120
-
-Progress = Callable[[str], None]
 
 
 def shown(reduced: ReducedFinger, specimen: Specimen, **scene: Any) -> Press:
@@ -43,7 +42,7 @@ def strain(
     specimen: Specimen,
     *,
     variant: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     shown: str = STRAIN_QUANTITY,
     beside: tuple[Press, Specimen] | None = None,
 ) -> None:
@@ -71,7 +70,7 @@ def strain_picture(
     *,
     kind: str = "png",
     variant: int = 0,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     shown: str = STRAIN_QUANTITY,
     beside: tuple[Press, Specimen] | None = None,
 ) -> bytes:
@@ -86,7 +85,7 @@ def strain_pictures(
     reduced: ReducedFinger,
     press: Press,
     specimen: Specimen,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     *,
     kind: str = "png",
     variant: int = 0,
@@ -121,19 +120,13 @@ def strain_pictures(
 
 
 def fields(
-    finger: Finger,
-    reduced: ReducedFinger,
-    presses: Sequence[Press],
-    *,
-    variant: int = 0,
-    progress: Progress | None = None,
+    finger: Finger, reduced: ReducedFinger, presses: Sequence[Press], *, variant: int = 0, progress: Progress = silent
 ) -> "list[Field]":
     """The fields of presses of `reduced`, which is `finger` on its mesh number `variant`."""
     from papilla.fem import recover
     from papilla.fem.reduction.finger_model import model_of
 
-    if progress is not None:
-        progress("recovering the strain field")
+    progress("recovering the strain field")
     mesh = build(finger, size_mm=reduced.mesh_size_mm, variant=variant, progress=progress)
     model = model_of(finger, mesh)
     return [recover(model, reduced, press) for press in presses]
@@ -146,7 +139,7 @@ def strain_page(
     presses: Sequence[Press],
     specimen: Specimen,
     *,
-    progress: Progress | None = None,
+    progress: Progress = silent,
     shown: str = STRAIN_QUANTITY,
 ) -> None:
     """Write a page that shows presses of a specimen as `strain` does, as a solid that can be turned, with a slider over
@@ -169,7 +162,7 @@ def receptive(
     gauge_name: str | None = None,
     *,
     size_mm: float = DEFAULT_SIZE_MM,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> None:
     """Write the receptive field of a gauge, or maps of all of them: the skin, coloured by the strain of the gauge per
     small load at each place.
@@ -192,9 +185,7 @@ def receptive(
     write_bytes(path, content(figure, picture_format, PICTURE_DPI))
 
 
-def receptive_of(
-    finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None
-) -> "ReceptiveFields":
+def receptive_of(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> "ReceptiveFields":
     """The receptive fields of a finger's gauges, kept in the cache; raises what meshing and solving raise."""
     mesh = build(finger, size_mm=size_mm, progress=progress)
 
@@ -202,8 +193,7 @@ def receptive_of(
         from papilla.fem import receptive_fields
         from papilla.fem.reduction.finger_model import model_of
 
-        if progress is not None:
-            progress("solving for the receptive fields")
+        progress("solving for the receptive fields")
         fields = receptive_fields(model_of(finger, mesh))
         return {"vertices": fields.vertices, "strain_per_newton": fields.strain_per_newton}
 

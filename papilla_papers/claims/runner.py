@@ -1,12 +1,13 @@
 """Tests published claims: each experiment runs once for all the claims that it answers."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from papilla.core.errors import InputError, PapillaError
+from papilla.core.progress import Progress, silent
 from papilla.verify.case import Verdict
-from papilla.verify.jobs import Progress, no_progress, run_jobs
+from papilla.verify.jobs import run_jobs
 from papilla_papers.claims.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, read_claims
 from papilla_papers.claims.experiments import EXPERIMENTS
 
@@ -31,7 +32,7 @@ def results(
     only: str = "",
     *,
     processes: int = 1,
-    progress: Progress = no_progress,
+    progress: Progress = silent,
     experiments: Sequence[Experiment] = EXPERIMENTS,
     claims: Sequence[Claim] = ALL_CLAIMS,
 ) -> list[Result]:
@@ -82,13 +83,13 @@ def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim
     ]
 
 
-def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], None]) -> Result:
+def _run(experiment: Experiment, claims: Sequence[Claim], progress: Progress) -> Result:
     """Run an experiment if any of its claims can be tested; an error of papilla becomes the reason for a missing
     answer."""
     if all(claim.cannot for claim in claims):
         return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims))
     try:
-        found = experiment.run(lambda line: say(f"{experiment.name}: {line}"))
+        found = experiment.run(lambda line: progress(f"{experiment.name}: {line}"))
     except PapillaError as error:
         why = f"the experiment ended in an error: {' '.join(str(error).split())}"
         return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims))
@@ -96,6 +97,6 @@ def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], N
     for claim in claims:
         answer = Answer.of(claim, experiment, found)
         if claim.vary and answer.case.verdict == Verdict.OUTSIDE:
-            say(f"{experiment.name}: {claim.key} with other values of what is not printed")
+            progress(f"{experiment.name}: {claim.key} with other values of what is not printed")
         answers.append(answer.with_sensitivity(experiment))
     return Result(experiment, tuple(answers))

@@ -24,7 +24,7 @@ def figures(
     chosen(paper)
     check_writable(out)
     with progress() as shown:
-        made = compute(paper, processes=fitting_processes(), progress=shown.stage)
+        made = compute(paper, processes=fitting_processes(), progress=shown)
     seconds = perf_counter() - began
     paths = write(out, made, seconds)
     rows = [

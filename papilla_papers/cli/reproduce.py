@@ -32,7 +32,7 @@ def reproduce(
     if out is not None:
         check_writable(out)
     with progress() as shown:
-        found = results(only, processes=fitting_processes(), progress=shown.stage)
+        found = results(only, processes=fitting_processes(), progress=shown)
     seconds = perf_counter() - began
     if out is not None:
         from papilla_papers.claims.page import write_page

@@ -3,7 +3,7 @@ one page of all."""
 
 import difflib
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +12,10 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import check_writable, replacing_set, write_text
+from papilla.core.progress import Progress, silent
 from papilla.model.finger import Finger
 from papilla.telepresence import read_curve
-from papilla.verify.jobs import Progress, no_progress, run_jobs
+from papilla.verify.jobs import run_jobs
 from papilla.view.style import STYLE_SHEET
 from papilla_papers.claims.scenes import scenes
 from papilla_papers.figures import drawing, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
@@ -90,7 +91,7 @@ def chosen(paper: str, papers: Mapping[str, Paper] = PAPERS) -> list[str]:
 
 
 def figures(
-    paper: str = "", *, processes: int = 1, progress: Progress = no_progress, papers: Mapping[str, Paper] = PAPERS
+    paper: str = "", *, processes: int = 1, progress: Progress = silent, papers: Mapping[str, Paper] = PAPERS
 ) -> list[Made]:
     """Compute the figures of one of the papers, or of all.
 
@@ -147,11 +148,11 @@ def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> 
     )
 
 
-def _make(paper: str, group: tuple[Figure, ...], say: Callable[[str], None]) -> list[Made]:
+def _make(paper: str, group: tuple[Figure, ...], progress: Progress) -> list[Made]:
     """The figures of one group."""
     made = []
     for figure in group:
-        say(f"{paper}, {figure.name}")
+        progress(f"{paper}, {figure.name}")
         with warnings.catch_warnings():
             # Two groups may need one section of the finger at once; the progress already says so
             warnings.filterwarnings("ignore", "waiting for another process", RuntimeWarning)

@@ -1,10 +1,11 @@
 """Runs the peers: on the quarter that symmetry allows, with a sweep of penalties, then on the whole finger."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from benchmarks.presses.peers.library import PEERS, Peer, PeerLibrary, PeerScene, PeerSolution
 from papilla.core.errors import SolverError
+from papilla.core.progress import Progress, silent
 from papilla.fem import FingerModel, press
 from papilla.fem.pressing.press import Press
 from papilla.mesh.layered import LayeredMesh
@@ -71,12 +72,7 @@ def missing_peers(peers: Sequence[Peer] = PEERS) -> tuple[str, ...]:
 
 
 def run_peers(
-    finger: Finger,
-    mesh: LayeredMesh,
-    *,
-    threads: int = 2,
-    progress: Callable[[str], None] = lambda text: None,
-    peers: Sequence[Peer] = PEERS,
+    finger: Finger, mesh: LayeredMesh, *, threads: int = 2, progress: Progress = silent, peers: Sequence[Peer] = PEERS
 ) -> tuple[PeerPress, ...]:
     """The press by every installed peer; those that are not are named by `missing_peers`.
 

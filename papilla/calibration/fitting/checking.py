@@ -11,8 +11,8 @@ from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.fitting.sweep import cached_press
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, counted
 from papilla.core.units import gf_to_newton
-from papilla.core.workers import Say, counted
 from papilla.fem import ReducedFinger, press
 from papilla.fem.finite.strain_tables import finite_presses
 from papilla.logs import PressLog
@@ -123,19 +123,19 @@ class Truth(Recovery):
         }
 
 
-def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) -> tuple[np.ndarray, str]:
+def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Progress) -> tuple[np.ndarray, str]:
     """Presses at finite strain on a mesh that no calibration uses, and a remark on the stability of the layers'
     material laws at the strains that they reach.
 
-    say : called with lines of progress. The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
+    The presses are (n, 4) friction, force (N), modulus (MPa) and S_d
     (microstrain), fewer if some leave the range of the model; the second time they come from the cache.
     """
 
     def make() -> dict[str, np.ndarray]:
-        mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, say))
+        mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
         words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
-        steps = counted(say, f"against physics, {words}: press")
-        found = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, steps))
+        presses = counted(progress, f"against physics, {words}: press")
+        found = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, presses))
         laws = [said for one in found for said in one.status.split("; ") if "law" in said]
         rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
@@ -150,9 +150,9 @@ def worst_law(laws: Sequence[str]) -> str:
     return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
 
 
-def mesh_number(variant: int, say: Say) -> Say:
-    """Adds the number of the mesh to each line of progress."""
-    return lambda line: say(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {line}")
+def mesh_number(variant: int, progress: Progress) -> Progress:
+    """Adds the number of the mesh to each stage."""
+    return lambda stage: progress(f"mesh {variant + 1} of {UNSEEN_VARIANT + 1}: {stage}")
 
 
 def truth_is_known(finger: Finger, size_mm: float, friction: Friction) -> bool:

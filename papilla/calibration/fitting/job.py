@@ -32,8 +32,9 @@ from papilla.calibration.fitting.sweep import (
 )
 from papilla.core import cache
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
-from papilla.core.workers import Say, workers
+from papilla.core.workers import workers
 from papilla.fem.finite.strain_tables import begin_large_strain
 from papilla.fem.pressing.large_strain import ends_of, large_strain_error, tables_of
 from papilla.mesh import DEFAULT_SIZE_MM
@@ -107,13 +108,12 @@ def calibrate_finger(
     *,
     friction: Friction | None = None,
     size_mm: float | None = None,
-    progress: Say = lambda line: None,
-    steps: Callable[[int, int], None] | None = None,
+    progress: Progress = silent,
     processes: int = 1,
     forces: Sequence[float] = DEFAULT_FORCES,
     moduli: Sequence[float] = DEFAULT_MODULI,
     quick: bool = False,
-    identified: "Callable[[Calibration, Finger, Say, float | None], Calibration] | None" = None,
+    identified: "Callable[[Calibration, Finger, Progress, float | None], Calibration] | None" = None,
 ) -> Calibrated:
     """Mesh, model, sweep, mesh scatter and fit of a finger; meshes, reduced fingers and sweeps come from the cache.
 
@@ -124,7 +124,7 @@ def calibrate_finger(
         contain presses without friction.
     size_mm : element size at the contact on all meshes. None takes `DEFAULT_SIZE_MM`, and that of `identify` for the
         uncertainty of an identification.
-    progress : called with a line of text at each stage; steps : called with (presses done, presses in all) of a sweep.
+    progress : told each stage, and the presses of a sweep.
     processes : number of processes, if much is not in the cache (`papilla.core.workers`).
     forces, moduli : of the sweep, N and MPa; at least three each.
     quick : one other mesh instead of three for the scatter, no comparison with finite strain and no contacts beside the
@@ -155,8 +155,8 @@ def calibrate_finger(
             friction = 0.0 if doubt else STICK_WORD
         error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
         progress("sweeping over force and modulus")
-        presses = cached_sweep(reduced, moduli, forces, block, friction, steps)
-        free = cached_sweep(reduced, moduli, forces, block, 0.0, steps) if friction else None
+        presses = cached_sweep(reduced, moduli, forces, block, friction, progress)
+        free = cached_sweep(reduced, moduli, forces, block, 0.0, progress) if friction else None
         others = []
         for number, swept in enumerate(scatter, 1):
             progress(f"mesh scatter: {number} of {len(scatter)} meshes")
@@ -179,9 +179,9 @@ def calibrate_finger(
     return Calibrated(calibration, presses, recovery, reduced, judged, published_depths(finger, reduced))
 
 
-def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, say: Say) -> Sweep:
+def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
     """A thin sweep without friction on another mesh."""
-    other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, say))
+    other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, progress))
     return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
 
 
@@ -222,11 +222,13 @@ def _between(grid: Sequence[float], limits: tuple[float, float]) -> list[float]:
     return middles[picked].tolist()
 
 
-def cached_sweep(reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, steps=None) -> Sweep:
+def cached_sweep(
+    reduced: fem.ReducedFinger, moduli, forces, block, friction: Friction, progress: Progress = silent
+) -> Sweep:
     """`sweep` on specimens like `block`, kept in the cache; for the arguments see there."""
 
     def make():
-        return sweep(reduced, moduli, forces, block, progress=steps, friction=friction).to_arrays()
+        return sweep(reduced, moduli, forces, block, progress=progress, friction=friction).to_arrays()
 
     ends = ends_of(friction_coefficient(friction))
     tables = [(table.to_json(), weight) for stuck in ends for table, weight in tables_of(reduced, stuck)]

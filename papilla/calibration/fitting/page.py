@@ -35,8 +35,8 @@ from papilla.calibration.published import (
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import write_text
+from papilla.core.progress import Progress, silent
 from papilla.core.units import STRAIN_PER_MICROSTRAIN, gf_to_newton, newton_to_gf
-from papilla.core.workers import Say
 from papilla.logs.presses import USUAL_FORCE_ERROR
 from papilla.model.finger import DEFAULT_FINGER, Finger
 from papilla.view.page import both_widths, either, environment
@@ -111,7 +111,7 @@ def write_report(
     finger: Finger | None = None,
     *,
     seconds: float | None = None,
-    progress: Say | None = None,
+    progress: Progress = silent,
 ) -> None:
     """Write the report of a calibration as one HTML file: no script, no link, pictures inline.
 
@@ -156,7 +156,7 @@ def symbols(text: str) -> Markup:
     return Markup(said.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
 
 
-def _of_the_model(done: Calibrated, finger: Finger | None, progress: Say | None) -> dict:
+def _of_the_model(done: Calibrated, finger: Finger | None, progress: Progress) -> dict:
     """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
     if done.reduced is None or finger is None:
         return {"strain_picture": None, "default_finger": False}

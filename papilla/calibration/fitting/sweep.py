@@ -14,6 +14,7 @@ from papilla.calibration.published import SPECIMENS_MPA
 from papilla.core import cache, checks
 from papilla.core.errors import ContactRangeError, FileFormatError, InputError
 from papilla.core.outside import json_value
+from papilla.core.progress import CountedStep, Progress, silent
 from papilla.core.short_repr import html_table
 from papilla.core.tables import write_table
 from papilla.core.units import gf_to_newton
@@ -159,7 +160,7 @@ def sweep(
     moduli: Sequence[float] = DEFAULT_MODULI,
     forces: Sequence[float] = DEFAULT_FORCES,
     specimen: Specimen | Callable[[float], Specimen] | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress = silent,
     friction: Friction | None = None,
     large_strain: bool = True,
 ) -> Sweep:
@@ -173,7 +174,7 @@ def sweep(
     ----------
     specimen : makes the specimen of a modulus; or a specimen, whose modulus is replaced by each of `moduli`. None: the
         blocks of the finger's bench, 10 mm thick unless the design says otherwise.
-    progress : called with (presses done, presses in all).
+    progress : told the presses done, and those in all.
     friction : 0, Coulomb's coefficient or "stick"; the force grows from first touch at each modulus. None takes that of
         the finger's bench; if the bench states none, stick if large strain is known with it, else 0.
     large_strain : False leaves it out.
@@ -207,8 +208,7 @@ def sweep(
         else:
             measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
             rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
-        if progress is not None:
-            progress(len(rows), len(moduli) * len(forces))
+        progress(CountedStep("sweeping over force and modulus", len(rows), len(moduli) * len(forces)))
     *columns, status = zip(*rows, strict=True)
     names = (*NUMBER_COLUMNS[:2], "reading", *NUMBER_COLUMNS[2:], "resolved")
     values: dict = dict(zip(names, map(np.array, columns), strict=True))

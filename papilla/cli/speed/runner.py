@@ -1,7 +1,6 @@
 """Runs the bench: each fidelity, element and mesh in its own process, one after the other; then the conclusions."""
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,6 +8,7 @@ import numpy as np
 from papilla import mesh as meshes
 from papilla.cli.speed.measure import FINITE_FORCES_GF, FORCES_GF, STATUS_ANSWERED, BenchRow, measure_apart
 from papilla.core.errors import ContactRangeError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, ELEMENTS_BY_NAME
 from papilla.model.finger import Finger
@@ -81,7 +81,7 @@ class SpeedBench:
         return sentences
 
 
-def bench(finger: Finger, plan: Plan = FULL_PLAN, *, progress: Callable[[str], None] = lambda text: None) -> SpeedBench:
+def bench(finger: Finger, plan: Plan = FULL_PLAN, *, progress: Progress = silent) -> SpeedBench:
     """Measure fidelities, elements and meshes of a finger, each in a process of its own, one after the other.
 
     `progress` is called with a line of text for each stage. Raises what meshing and presses raise.

@@ -1,7 +1,7 @@
 """The `finite` fidelity: one press at finite strain, its load raised in steps that are cut back where Newton fails."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.memory import refuse_finite
+from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.fem.discrete.assembly import SPACE_AXES, lame
 from papilla.fem.discrete.elements import SYMMETRIC_PARITY, TaylorHood, fold, interpolation, parity_signs
@@ -49,7 +50,7 @@ def press_finite(
     materials: Mapping[str, Material] | None = None,
     friction: Friction = 0.0,
     at: tuple[float, float] = (0.0, 0.0),
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> Press:
     """Press a specimen on the finger at finite strain, by a force (N) or an indentation (mm).
 
@@ -178,7 +179,7 @@ def press_path(
     scene: Scene,
     force: float | None,
     indentation: float | None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
     *,
     start: State | None = None,
     linearisation: Linearisation | None = None,
@@ -215,7 +216,7 @@ def raise_load(
     equilibrium: State,
     linearisation: Linearisation | None,
     tolerance: float | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> tuple[State, list[int], Balance, Linearisation]:
     """The state at a "force" on the patch (N) or an "indentation" (mm), as `press_path` returns it.
 
@@ -245,14 +246,12 @@ def raise_load(
                 raise SolverError(
                     f"the finite press stops at {PER_CENT * reached:.3g} % of the load: {error}"
                 ) from error
-            if progress is not None:
-                progress(f"load step cut to {PER_CENT * step:.3g} % of the load: {error}")
+            progress(f"load step cut to {PER_CENT * step:.3g} % of the load: {error}")
             continue
         reached = target
         steps.append(count)
         step *= 2
-        if progress is not None:
-            progress(f"{PER_CENT * reached:.3g} % of the load in {count} Newton steps")
+        progress(f"{PER_CENT * reached:.3g} % of the load in {count} Newton steps")
     return equilibrium, steps, balance, linearisation
 
 

@@ -18,8 +18,9 @@ import numpy as np
 
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.files import write_text
+from papilla.core.progress import CountedStep, Progress, counted, silent
 from papilla.core.units import PER_CENT
-from papilla.core.workers import Say, Start, counted, workers
+from papilla.core.workers import Start, workers
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import Scene, press_path, result
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
@@ -66,7 +67,6 @@ SPANNING_LAYER_RATIOS = (1.0, 4.0, 16.0)
 FINITE_PRESS_TOLERANCE = 1e-4
 """Relative residual of these presses at finite strain: S_d is then accurate to 1e-5."""
 
-Progress = Callable[[int, int], None]
 _REFUSED: dict[tuple[str, float, bool], str] = {}
 """Reasons why tables cannot be made, so that they are not tried again at each press."""
 
@@ -78,9 +78,9 @@ def measure_large_strain(
     friction: Friction = 0.0,
     forces: Sequence[float] = TABLE_FORCES_MM2,
     moduli: Sequence[float] = BLOCK_MODULUS_RATIOS,
-    steps: Progress | None = None,
+    progress: Progress = silent,
 ) -> LargeStrain:
-    """The table of a finger on its mesh, pressed at the apex; `steps` is called with (presses done, presses in all).
+    """The table of a finger on its mesh, pressed at the apex; `progress` counts the presses.
 
     friction : 0, or "stick" for presses in which nothing slips. Presses outside the range of either model are left out.
     Raises `InputError` if too few remain or if there are not two layers below the apex, and what reducing and
@@ -92,7 +92,7 @@ def measure_large_strain(
     coefficient = friction_coefficient(friction)
     rows: list[tuple] = []
     loads = [force * inner for force in forces]
-    for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, steps):
+    for finite in finite_presses(finger, mesh, loads, [modulus * inner for modulus in moduli], friction, progress):
         touched = finger.bench.specimen(finite.modulus)
         try:
             # The nodal contact without the ellipse's correction, because presses at finite strain have the same nodal
@@ -114,7 +114,7 @@ def finite_presses(
     forces: Sequence[float],
     moduli: Sequence[float],
     friction: Friction,
-    steps: Progress | None = None,
+    progress: Progress = silent,
 ) -> Iterator[Press]:
     """Presses at finite strain by rising forces (N) on the bench's blocks of some moduli (MPa), as far as the model
     allows.
@@ -142,8 +142,9 @@ def finite_presses(
             except (ContactRangeError, SolverError):
                 break
             finally:
-                if steps is not None:
-                    steps(count * len(forces) + number, len(forces) * len(moduli))
+                progress(
+                    CountedStep("presses at finite strain", count * len(forces) + number, len(forces) * len(moduli))
+                )
             yield press
 
 
@@ -152,7 +153,7 @@ def ensure_large_strain(
     ends: Iterable[bool] = (False, True),
     *,
     ratios: Iterable[float] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> str:
     """Make the missing tables of a finger now; arguments and result as for `begin_large_strain`."""
     with workers(1, progress) as start:
@@ -165,7 +166,7 @@ def begin_large_strain(
     start: Start,
     *,
     ratios: Iterable[float] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> Callable[[], str]:
     """Start to make the missing tables of a finger; the returned function waits for them and keeps them in the cache.
 
@@ -194,8 +195,7 @@ def begin_large_strain(
         try:
             for number, table in enumerate(begun, 1):
                 keep(key, [LargeStrain.from_json(table())])
-                if progress is not None and len(missing) > 1:
-                    progress(f"large strain: {number} of {len(missing)} tables")
+                progress(CountedStep(f"large strain: {number} of {len(missing)} tables", number, len(missing)))
         except (InputError, SolverError) as error:
             _REFUSED.update({(key, *table_key): f"large strain is not included: {error}" for table_key in missing})
             return _REFUSED[key, *missing[0]]
@@ -204,15 +204,17 @@ def begin_large_strain(
     return wait
 
 
-def measure_few(finger: Finger, ratio: float, stuck: bool, say: Say) -> dict:
+def measure_few(finger: Finger, ratio: float, stuck: bool, progress: Progress) -> dict:
     """The table (`LargeStrain.to_json`) of a finger with its moduli at a ratio, from few presses on a coarse mesh."""
-    steps = counted(say, f"large strain, layers 1 : {ratio:.3g}, {'stuck' if stuck else 'without friction'}: press")
+    name = f"large strain, layers 1 : {ratio:.3g}, {'stuck' if stuck else 'without friction'}: press"
     mesh = build(finger, RELATIVE_ELEMENT_SIZE * narrowest_mm(finger))
     if abs(ratio * finger.inner.modulus / finger.outer.modulus - 1) > 1e-12:
         finger = with_moduli(finger, ratio * finger.inner.modulus, finger.inner.modulus)
     forces, moduli = [TABLE_FORCES_MM2[k] for k in FEW_FORCES], [BLOCK_MODULUS_RATIOS[k] for k in FEW_MODULI]
     friction: Friction = STUCK if stuck else 0.0
-    return measure_large_strain(finger, mesh, friction=friction, forces=forces, moduli=moduli, steps=steps).to_json()
+    return measure_large_strain(
+        finger, mesh, friction=friction, forces=forces, moduli=moduli, progress=counted(progress, name)
+    ).to_json()
 
 
 def _values(press: Press, inner: float) -> np.ndarray:

@@ -19,7 +19,7 @@ as in `Response`. Cost: a few seconds of solves for each geometry, then microsec
 The change is that of linear presses; only the `Response` at the apex contains large strain, and the sigma
 `MOVED_CHANGE_ERROR` covers the difference."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -30,6 +30,7 @@ from scipy.interpolate import BarycentricInterpolator
 
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import to_microstrain
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
 from papilla.fem.pressing.fidelity import press_grid
@@ -241,7 +242,7 @@ class OffApex:
 
 
 def off_apex_change(
-    family: FingerFamily, specimen: Specimen, friction: Friction, *, progress: Callable[[str], None] | None = None
+    family: FingerFamily, specimen: Specimen, friction: Friction, *, progress: Progress = silent
 ) -> OffApex:
     """Change of the gauges' values by moved contacts and gauges, for the presses of a family on one shape of specimen;
     kept in the cache.
@@ -255,20 +256,18 @@ def off_apex_change(
     return OffApex(arrays["coefficients"], MoveLimits.of(family))
 
 
-def _made(
-    family: FingerFamily, specimen: Specimen, friction: Friction, progress: Callable[[str], None] | None
-) -> np.ndarray:
+def _made(family: FingerFamily, specimen: Specimen, friction: Friction, progress: Progress) -> np.ndarray:
     """Coefficients of an `OffApex`: solves the adjoint fields of the gauges, moves presses along the skin, and fits."""
     first = family.model(float(family.ratios[0]))
     limits = MoveLimits.of(family)
     places = limits.reach * np.array(_stencil(PLACE_NODES))
-    say = progress or (lambda _: None)
-    say("contacts off the apex")
+
+    progress("contacts off the apex")
     contacts = [MovedContact.at(first, family.reduced.patch, (x, y)) for x, y in places.tolist()]
     ratios = np.exp(_points(RATIO_NODES) * np.log(MODULUS_RATIO_ENDS[1]) / 2) * MODULUS_RATIO_ENDS[1] ** 0.5
     loads, values = [], []
     for number, ratio in enumerate(ratios.tolist(), start=1):
-        say(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES})")
+        progress(f"gauges and contacts moved: modulus ratio {ratio:.3g} ({number} of {RATIO_NODES})")
         pressed, traction = _presses(family, ratio, specimen, friction)
         loads.append(pressed)
         felt = _felt(family.model(ratio), limits.shift, contacts, traction)

@@ -3,7 +3,6 @@
 `python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
 """
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from time import perf_counter
@@ -12,6 +11,7 @@ import numpy as np
 
 from papilla.core.errors import ContactRangeError
 from papilla.core.files import write_text
+from papilla.core.progress import Progress, silent
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
 from papilla.fem.pressing.prices import PRICED_QUANTITIES, SHIPPED_PRICES, Cost, Loss, Prices, keep
@@ -26,10 +26,8 @@ PRICED_SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published s
 TIMED_PRESSES = 40  # Presses that the seconds of a scene are the median of
 SHIPPED_DECIMALS = 4  # Of the errors in the file that ships
 
-Progress = Callable[[str], None]
 
-
-def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> Prices:
     """Errors of each fidelity at the apex of a finger, at `PRICED_FORCES_N` on `PRICED_SPECIMEN`, with elements of
     `size_mm`.
 
@@ -37,13 +35,13 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     finite. Takes a minute and more: a mesh of half the size, and four presses at finite strain. `progress` is called
     with a line for each stage. Raises what meshing, reducing and pressing raise.
     """
-    say = progress or (lambda _: None)
+
     mesh = build(finger, size_mm, progress=progress)
-    say("pricing: assembling and reducing")
+    progress("pricing: assembling and reducing")
     began = perf_counter()
     reduced = FingerModel(finger, mesh).reduce()
     setup = perf_counter() - began
-    say("pricing: the mesh of half the size")
+    progress("pricing: the mesh of half the size")
     finest = prepare(finger, size_mm=size_mm / 2, progress=progress)
     contact, finer = _presses(reduced, "contact"), _presses(finest, "contact")
     hertz: list[Press] = []
@@ -51,7 +49,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
         hertz = _presses(reduced, "hertz")
     finite = []
     for number, force in enumerate(PRICED_FORCES_N, 1):
-        say(f"pricing: finite strain, press {number} of {len(PRICED_FORCES_N)}")
+        progress(f"pricing: finite strain, press {number} of {len(PRICED_FORCES_N)}")
         finite.append(press_finite(finger, mesh, PRICED_SPECIMEN, force=force))
     return Prices(
         finger_name=finger.name,
@@ -70,7 +68,7 @@ def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress
     )
 
 
-def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress | None = None) -> Prices:
+def price(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> Prices:
     """Measure the prices of a finger with `measure_prices`, and keep them in the cache for `fidelity="auto"`."""
     prices = measure_prices(finger, size_mm=size_mm, progress=progress)
     keep(prices)

@@ -8,7 +8,6 @@ and has exact derivatives, and the fit averages out the steps that arise as the 
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -18,6 +17,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 
 from papilla.core import cache
 from papilla.core.errors import ContactRangeError, InputError, SolverError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, ends_of, is_known, tables_of
@@ -191,11 +191,7 @@ class Response:
 
 
 def response(
-    family: FingerFamily,
-    specimen: Specimen,
-    *,
-    friction: Friction | None = None,
-    progress: Callable[[str], None] | None = None,
+    family: FingerFamily, specimen: Specimen, *, friction: Friction | None = None, progress: Progress = silent
 ) -> Response:
     """The response of a family to presses on a specimen's shape (its modulus is ignored); kept in the cache.
 
@@ -213,8 +209,7 @@ def response(
     def make() -> dict[str, np.ndarray]:
         rows = []
         for number, (ratio, member) in enumerate(zip(family.ratios, members, strict=True), start=1):
-            if progress is not None:
-                progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
+            progress(f"presses of the family: modulus ratio {ratio:.3g} ({number} of {len(members)})")
             rows += _presses(member, float(ratio), inner, specimen, friction, large)
         if len(rows) < 2 * len(RESPONSE_POLYNOMIAL.powers):
             asked = len(RESPONSE_FORCES_MM2) * len(SPECIMEN_MODULUS_RATIOS) * len(members)

@@ -15,6 +15,7 @@ from scipy.interpolate import BarycentricInterpolator
 
 from papilla.core import cache, checks
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress, silent
 from papilla.fem.reduction.finger_model import FingerModel
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
@@ -92,7 +93,7 @@ def family(
     at: tuple[float, float] = (0.0, 0.0),
     variant: int = 0,
     mesh: LayeredMesh | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress = silent,
 ) -> FingerFamily:
     """The family of a finger's geometry and Poisson's ratios on mesh number `variant`, at touch-down point `at` (mm).
 
@@ -125,8 +126,7 @@ def family(
 
     def members(tangential: bool) -> Iterator:
         for number, ratio in enumerate(nodes, start=1):
-            if progress is not None:
-                progress(f"family: modulus ratio {ratio:.3g} ({number} of {CHEBYSHEV_NODES})")
+            progress(f"family: modulus ratio {ratio:.3g} ({number} of {CHEBYSHEV_NODES})")
             member = model(ratio)
             yield member.reduce_tangential(at) if tangential else member.reduce(at)
 

@@ -5,7 +5,6 @@
 All quantities are per mm along y, in plane strain. Pressure jumps across layers, as in three dimensions.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -19,6 +18,7 @@ from skfem.models.poisson import mass as product
 
 from papilla.core import cache, checks
 from papilla.core.errors import InputError, SolverError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import MICROSTRAIN_PER_STRAIN, T_MM3_PER_G_CM3
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.solver import Factor, factorise
@@ -253,9 +253,7 @@ class ReducedSection:
         return MICROSTRAIN_PER_STRAIN * np.einsum("qg,qgk->gk", self.weights, self.modes.gauges)
 
 
-def prepare_section(
-    finger: Finger, *, size_mm: float = SECTION_SIZE_MM, progress: Callable[[str], None] = lambda line: None
-) -> ReducedSection:
+def prepare_section(finger: Finger, *, size_mm: float = SECTION_SIZE_MM, progress: Progress = silent) -> ReducedSection:
     """Mesh, factorise and condense a finger's section, or take it from the cache.
 
     Raises `InputError` for a finger without an exact section and for a bad size, and `SolverError`.

@@ -6,7 +6,6 @@ flat, depth and readings are those of the finger pressed in three dimensions (`t
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
 
@@ -16,6 +15,7 @@ from scipy.signal import firwin
 
 from papilla.core import checks
 from papilla.core.errors import ContactRangeError, InputError
+from papilla.core.progress import Progress, silent
 from papilla.core.units import TINY_DIVISOR
 from papilla.fem.sliding.coulomb import OPEN_NODE, SLIPS_RIGHT, STICKING_NODE, Laws, Rubbed, rub
 from papilla.fem.sliding.dynamics import AtRest, Inertia, Modal, loss_factors
@@ -142,7 +142,7 @@ def slide(
     loss_factor: float | None = None,
     section: ReducedSection | None = None,
     length_mm: float | None = None,
-    progress: Callable[[str], None] = lambda line: None,
+    progress: Progress = silent,
 ) -> Slide:
     """Press the finger on a rigid texture and slide it.
 
@@ -212,7 +212,7 @@ class _Run:
         self.carried, self.relaxed, self.unresolved, self.in_groove, self.flank_push = 0.0, 0, 0, 0.0, 0.0
         self.work, self.turnover = 0.0, 0.0
 
-    def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Callable[[str], None]) -> Slide:
+    def whole(self, names: tuple[str, ...], length: float, tied: Tie | None, progress: Progress) -> Slide:
         """The result over all samples."""
         began, motion, n = perf_counter(), self.motion, self.n
         size = (len(motion.t_s), n)

@@ -9,12 +9,12 @@ carries the load p per mm. With the force F and the readings r_press of the pres
 So the change of the readings by a texture is that of the section (docs/adr/0034).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from papilla.core.errors import ContactRangeError
+from papilla.core.progress import Progress, silent
 from papilla.fem.preparing import prepare
 from papilla.fem.pressing.fidelity import press
 from papilla.fem.pressing.press import Press
@@ -62,7 +62,7 @@ def tie(
     force: float | None = None,
     indentation: float | None = None,
     friction: Friction | None = None,
-    progress: Callable[[str], None] = lambda line: None,
+    progress: Progress = silent,
 ) -> Tie:
     """Tie the section of a finger to its press by a force (N) or an indentation (mm).
 

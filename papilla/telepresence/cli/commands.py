@@ -119,8 +119,7 @@ def simulate(
         texture, motion, seconds, up, down, noise, display.components, parameters_rate, seed, start, soft
     )  # fmt: skip
     with progress() as bar:
-        bar.line("simulating")
-        record = run(simulated, model, DirectFeedback(model.actuator), progress=bar.steps)
+        record = run(simulated, model, DirectFeedback(model.actuator), progress=bar)
     found = _summary(record, simulated) | {"display": described}
     if out is not None:
         _write(out, record)

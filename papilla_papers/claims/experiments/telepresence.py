@@ -97,11 +97,7 @@ def _displayed(tell, cause: bool) -> dict:
     curve = read_curve()
     if not cause:
         curve = PowerCurve(curve.wavelength_mm, tuple(1.0 for _ in curve.power))
-    found = experiments_2011(
-        curve=curve,
-        seconds=SCENE.displayed_s,
-        progress=lambda done, total: tell(f"experiments of 2011, {done} of {total}"),
-    )
+    found = experiments_2011(curve=curve, seconds=SCENE.displayed_s, progress=tell)
     direct, local, direct_late, local_late = found.values()
     by_direct = np.roll(direct.felt_mm, 0 if cause else 1)
     alike = np.abs(by_direct - local.felt_mm) <= SCENE.same_mm
