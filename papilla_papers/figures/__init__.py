@@ -5,10 +5,10 @@
 """
 
 from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade
-from papilla_papers.figures.runner import PAPERS, Made, figures, write
+from papilla_papers.figures.runner import ALL_PAPERS, Made, figures, write
 
 __all__ = [
-    "PAPERS",
+    "ALL_PAPERS",
     "Curve",
     "Figure",
     "Made",

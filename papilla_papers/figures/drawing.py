@@ -28,11 +28,11 @@ NARROW_COLUMNS = 3
 """From this number of columns on, panels are narrow, and need no more height than others."""
 LEGEND_MARK, TITLE_LINE = 6, 110
 """Width of a curve's mark in a legend, and of the line of a wide panel's title, in letters."""
-ARROWS = 14
+PHASE_ARROWS = 14
 """Number of phase arrows along each axis of a map."""
-BARS = 0.8
+BARS_WIDTH = 0.8
 """Width of all bars at one place, over the distance of two places."""
-LOOKS: dict[str, dict] = {
+CURVE_LOOKS: dict[str, dict] = {
     "line": {},
     "dashed": {"linestyle": "--"},
     "points": {"linestyle": "", "marker": "o"},
@@ -67,16 +67,18 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     axes.tick_params(colors=MUTED_COLOR, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
-    colors, bars = count(), [one for one in panel.curves if one.look == "bars"]
-    for one in panel.curves:
-        own = (next(colors) if one.origin == "papilla" else None) if one.color is None else one.color
-        color = INK_COLOR if own is None or own < 0 else ACCENT_COLORS[own % len(ACCENT_COLORS)]
-        if one.look == "bars":
-            width = BARS / len(bars)
-            left = one.x + (bars.index(one) - (len(bars) - 1) / 2) * width
-            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED_COLOR, label=named(one.label))
+    colors, bars = count(), [curve for curve in panel.curves if curve.look == "bars"]
+    for curve in panel.curves:
+        number = (next(colors) if curve.origin == "papilla" else None) if curve.color is None else curve.color
+        color = INK_COLOR if number is None or number < 0 else ACCENT_COLORS[number % len(ACCENT_COLORS)]
+        if curve.look == "bars":
+            width = BARS_WIDTH / len(bars)
+            begin = curve.x + (bars.index(curve) - (len(bars) - 1) / 2) * width
+            axes.bar(
+                begin, curve.y, width, color=color, yerr=curve.spread, ecolor=MUTED_COLOR, label=named(curve.label)
+            )
         else:
-            _curve(axes, one, color)
+            _curve(axes, curve, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
         if name in panel.log:
             axes.set(**{f"{name}scale": "log"})
@@ -84,22 +86,22 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     if panel.names:
         axes.set_xticks(np.arange(len(panel.names)), panel.names)
     axes.set(xlim=panel.x_range, ylim=panel.y_range, aspect="equal" if panel.even else "auto")
-    if labels := [one.label for one in panel.curves if one.label]:
+    if labels := [curve.label for curve in panel.curves if curve.label]:
         beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
         place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "ncols": len(labels)} if beside_title else {}
         axes.legend(fontsize="x-small", **place)
 
 
-def _curve(axes: Axes, one: Curve, color: str) -> None:
-    label = named(one.label)
-    if one.look == "impulses":
-        axes.vlines(one.x, 0, one.y, color=color, label=label)
+def _curve(axes: Axes, curve: Curve, color: str) -> None:
+    label = named(curve.label)
+    if curve.look == "impulses":
+        axes.vlines(curve.x, 0, curve.y, color=color, label=label)
         return
-    look = LOOKS["printed" if one.origin == "printed" and one.look == "points" else one.look]
-    if one.spread is None:
-        axes.plot(one.x, one.y, color=color, label=label, **look)
+    look = CURVE_LOOKS["printed" if curve.origin == "printed" and curve.look == "points" else curve.look]
+    if curve.spread is None:
+        axes.plot(curve.x, curve.y, color=color, label=label, **look)
     else:
-        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN_PT, color=color, label=label, **look)
+        axes.errorbar(curve.x, curve.y, yerr=curve.spread, elinewidth=THIN_PT, color=color, label=label, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
@@ -122,13 +124,13 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
     """Arrows of phase: right in phase, left in antiphase, down where the first channel leads by 90 degrees."""
     assert shade.phase is not None
     spaced = np.geomspace if log_y else np.linspace
-    rows = np.searchsorted(shade.y, spaced(shade.y[0], shade.y[-1], ARROWS + 2)[1:-1])
-    columns = np.linspace(0, len(shade.x) - 1, ARROWS + 2).astype(int)[1:-1]
+    rows = np.searchsorted(shade.y, spaced(shade.y[0], shade.y[-1], PHASE_ARROWS + 2)[1:-1])
+    columns = np.linspace(0, len(shade.x) - 1, PHASE_ARROWS + 2).astype(int)[1:-1]
     at = np.ix_(np.clip(rows, 0, len(shade.y) - 1), columns)
     x, y = np.meshgrid(shade.x[at[1]], shade.y[at[0]])
-    shown = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
-    angle = shade.phase[at][shown]
-    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK_COLOR, pivot="mid")
+    inside = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
+    angle = shade.phase[at][inside]
+    axes.quiver(x[inside], y[inside], np.cos(angle), -np.sin(angle), color=INK_COLOR, pivot="mid")
 
 
 def _table(table: PrintedTable) -> Figure:

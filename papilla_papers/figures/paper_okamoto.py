@@ -10,15 +10,15 @@ from papilla import fem
 from papilla.model.finger import Finger
 from papilla.telepresence import HandMotion, read_curve
 from papilla_papers.claims.experiments import gratings
-from papilla_papers.claims.experiments.spectra import PAPER, SCENE, SEEDS
-from papilla_papers.claims.signals import SHARED, RATE_Hz, answers_mm, noisy_scene, share_of_noise
+from papilla_papers.claims.experiments.spectra import SPECTRUM_PAPER, SPECTRUM_SCENE, STROKE_SEEDS
+from papilla_papers.claims.signals import SHARED_SCENE, RATE_Hz, answers_mm, noisy_scene, share_of_noise
 from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, dashed
 from papilla_papers.grating_signals import signals_over_gratings
 from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla_papers.telepresence import NOTICED_MS, TESTS_MM, Condition, experiments_2011
 
-SHOWN = SCENE.figures
-HAND = HandMotion()
+SPECTRUM_FIGURES = SPECTRUM_SCENE.figures
+HAND_MOTION = HandMotion()
 """The average touch of section 4.1.1, whose peak speed and rate are the defaults."""
 
 
@@ -30,45 +30,63 @@ def wavelengths() -> Picture:
     have four seeds; the finger by finite elements (middle gauge, its mean removed, 1 mm deep, friction 0.3) has one
     cycle where the paper has five. Print has no numbers.
     """
-    own, truth = SHOWN.wavelengths, np.array(SHOWN.wavelengths.gratings_mm)
+    settings, truth = SPECTRUM_FIGURES.wavelengths, np.array(SPECTRUM_FIGURES.wavelengths.gratings_mm)
     synthetic = [
-        np.concatenate([answers_mm(Okamoto(), noisy_scene("act2", one, PAPER, seed)) for seed in SEEDS])
-        for one in own.gratings_mm
+        np.concatenate(
+            [answers_mm(Okamoto(), noisy_scene("act2", wavelength, SPECTRUM_PAPER, seed)) for seed in STROKE_SEEDS]
+        )
+        for wavelength in settings.gratings_mm
     ]
-    time, turn = np.arange(round(RATE_Hz / HAND.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND.strokes_Hz
-    velocity, place = HAND.peak_mm_s * np.sin(turn * time), HAND.peak_mm_s / turn * (1 - np.cos(turn * time))
+    time, turn = np.arange(round(RATE_Hz / HAND_MOTION.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND_MOTION.strokes_Hz
+    velocity, place = (
+        HAND_MOTION.peak_mm_s * np.sin(turn * time),
+        HAND_MOTION.peak_mm_s / turn * (1 - np.cos(turn * time)),
+    )
     motion, section, felt = fem.Motion(time, place, float(RATE_Hz)), fem.prepare_section(Finger.default()), []
-    for one in own.gratings_mm:
-        slid = gratings.default_slide(gratings.grating(one), motion, depth=SHOWN.depth_mm, section=section)
+    for wavelength in settings.gratings_mm:
+        slid = gratings.default_slide(
+            gratings.grating(wavelength), motion, depth=SPECTRUM_FIGURES.depth_mm, section=section
+        )
         # The mean is taken away, as by a bridge that is balanced when the finger rests on the grating
         output = slid.amplified[:, gratings.MIDDLE_GAUGE] - slid.amplified[:, gratings.MIDDLE_GAUGE].mean()
-        noise = share_of_noise(SHARED.snr_dB[PAPER]) * output.std()
-        output = output + noise * np.random.default_rng(own.seed).standard_normal(len(output))
-        told = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
-        felt.append(told[(np.abs(velocity) > own.fast * HAND.peak_mm_s) & (time > own.settled_s) & np.isfinite(told)])
+        noise = share_of_noise(SHARED_SCENE.snr_dB[SPECTRUM_PAPER]) * output.std()
+        output = output + noise * np.random.default_rng(settings.seed).standard_normal(len(output))
+        estimates = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
+        felt.append(
+            estimates[
+                (np.abs(velocity) > settings.fast * HAND_MOTION.peak_mm_s)
+                & (time > settings.settled_s)
+                & np.isfinite(estimates)
+            ]
+        )
     curves, words = [dashed(truth[[0, -1]], truth[[0, -1]], "match")], []
     for number, (name, groups) in enumerate((("synthetic", synthetic), ("finger by finite elements", felt))):
         mean, spread = np.array([g.mean() for g in groups]), np.array([g.std() for g in groups])
-        curves.append(Curve(name, truth + own.beside_mm * number, mean, "points", spread))
+        curves.append(Curve(name, truth + settings.beside_mm * number, mean, "points", spread))
         off = np.abs(mean - truth)
-        fine, coarse = off[truth < own.coarse_mm].max(), off[truth >= own.coarse_mm].max()
+        fine, coarse = off[truth < settings.coarse_mm].max(), off[truth >= settings.coarse_mm].max()
         words.append(f"{name}: below 2 mm within {fine:.2f} mm, from 2 mm on {coarse:.2f} mm")
-    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=own.estimated_mm)
+    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=settings.estimated_mm)
     return Picture((panel,), found=f"Greatest error of the mean: {'; '.join(words)}.")
 
 
 @cache
 def _powers() -> np.ndarray:
     """(speeds, gratings) power of the fundamental, the mean of five gauges, over the greatest."""
-    how = {"force": None, "depth": SHOWN.depth_mm, "friction": 0.0, "length_mm": gratings.SCENE.length_mm}
+    how = {
+        "force": None,
+        "depth": SPECTRUM_FIGURES.depth_mm,
+        "friction": 0.0,
+        "length_mm": gratings.GRATING_SCENE.length_mm,
+    }
     powers = [
         [
-            float(np.mean(one.fundamental**2))
-            for one in signals_over_gratings(
-                Finger.default(), TESTS_MM, pitches_mm=(gratings.ASSUMED.pitch_mm,), speed_mm_s=speed, **how
+            float(np.mean(signal.fundamental**2))
+            for signal in signals_over_gratings(
+                Finger.default(), TESTS_MM, pitches_mm=(gratings.ASSUMED_SLIDE.pitch_mm,), speed_mm_s=speed, **how
             )
         ]
-        for speed in SHOWN.power.speeds_mm_s
+        for speed in SPECTRUM_FIGURES.power.speeds_mm_s
     ]
     return np.array(powers) / np.max(powers)
 
@@ -80,15 +98,18 @@ def power_over_speed() -> Picture:
     friction; power of the fundamental, the mean of five gauges, over the greatest of all. The paper finds it nearly
     flat, against what it expected of viscosity; its speeds and powers are not printed as numbers.
     """
-    powers, own = _powers(), SHOWN.power
-    curves = tuple(Curve(f"{one:g} mm", np.array(own.speeds_mm_s), powers[:, k]) for k, one in enumerate(TESTS_MM))
+    powers, settings = _powers(), SPECTRUM_FIGURES.power
+    curves = tuple(
+        Curve(f"{wavelength:g} mm", np.array(settings.speeds_mm_s), powers[:, k])
+        for k, wavelength in enumerate(TESTS_MM)
+    )
     ratio = powers.max(axis=0) / powers.min(axis=0)
-    found = (
+    finding = (
         f"From 25 to 200 mm/s a grating's power changes by a factor of {ratio.min():.1f} to {ratio.max():.1f}; between "
         f"gratings at one speed by {(powers.max(axis=1) / powers.min(axis=1)).max():.0f}."
     )
-    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=own.shown_mm_s, log="y")
-    return Picture((panel,), found=found)
+    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=settings.shown_mm_s, log="y")
+    return Picture((panel,), found=finding)
 
 
 def power_over_wavelength() -> Picture:
@@ -102,19 +123,19 @@ def power_over_wavelength() -> Picture:
     powers, place = _powers(), np.array(TESTS_MM)
     mean = powers.mean(axis=0)
     fit, curve = fit_amplitude(place, mean), read_curve()
-    line = np.linspace(place[0], place[-1], SHOWN.power.points)
+    line = np.linspace(place[0], place[-1], SPECTRUM_FIGURES.power.points)
     shipped = np.interp(line, curve.wavelength_mm, curve.power)
     curves = (
         Curve("mean over the speeds", place, mean, "points", powers.std(axis=0), color=0),
         Curve(f"quartic, R² = {fit.r_squared:.2f}", line, np.asarray(fit(line)), color=0),
         Curve("curve that ships, scaled", line, shipped * mean.mean() / shipped.mean(), "dashed", color=2),
-        dashed(2 * gratings.SCENE.ridge_mm, (0, 1), "groove = ridge width", origin="printed"),
+        dashed(2 * gratings.GRATING_SCENE.ridge_mm, (0, 1), "groove = ridge width", origin="printed"),
     )
-    found = (
+    finding = (
         f"The power is greatest at {place[np.argmax(mean)]:g} mm; R² of the quartic is {fit.r_squared:.2f} (printed "
         "0.94, for coefficients that are lost)."
     )
-    return Picture((Panel("", "wavelength, mm", "power over the greatest", curves),), found=found)
+    return Picture((Panel("", "wavelength, mm", "power over the greatest", curves),), found=finding)
 
 
 @cache
@@ -122,17 +143,20 @@ def _conditions() -> Mapping[int, Condition]:
     return experiments_2011()
 
 
-def _name(one: Condition) -> str:
-    return f"{'direct' if one.display == 'direct' else 'local model'}{', delayed' if one.delayed else ''}"
+def _name(condition: Condition) -> str:
+    return f"{'direct' if condition.display == 'direct' else 'local model'}{', delayed' if condition.delayed else ''}"
 
 
 def _cues(delayed: bool) -> Picture:
     """Wavelength, intensity and lag of two experiments: direct feedback, then the local model."""
-    place, own = np.array(TESTS_MM), {_name(one): one for one in _conditions().values() if one.delayed == delayed}
-    ends, axes, label = place[[0, -1]], SHOWN.cues, "explored, mm"
-    felt = [Curve(name, place, one.felt_mm) for name, one in own.items()]
-    loud = [Curve("", place, one.amplitude_um) for one in own.values()]
-    lags = [Curve("", place, one.lag_ms) for one in own.values()]
+    place, conditions = (
+        np.array(TESTS_MM),
+        {_name(condition): condition for condition in _conditions().values() if condition.delayed == delayed},
+    )
+    ends, axes, label = place[[0, -1]], SPECTRUM_FIGURES.cues, "explored, mm"
+    felt = [Curve(name, place, condition.felt_mm) for name, condition in conditions.items()]
+    loud = [Curve("", place, condition.amplitude_um) for condition in conditions.values()]
+    lags = [Curve("", place, condition.lag_ms) for condition in conditions.values()]
     if not delayed:
         loud.append(dashed(axes.peak_mm, axes.peak_um, "printed: answers peak", origin="printed"))
     felt.insert(0, dashed(ends, ends, "match"))
@@ -143,9 +167,9 @@ def _cues(delayed: bool) -> Picture:
         Panel("lag", label, "behind the hand, ms", tuple(lags), y_range=axes.lag_ms),
     )
     words = "; ".join(
-        f"{name} {np.nanmean(np.abs(one.felt_mm - place)):.2f} mm off, {np.nanmedian(one.lag_ms):.0f} ms late, "
-        f"greatest amplitude at {place[np.argmax(one.amplitude_um)]:g} mm"
-        for name, one in own.items()
+        f"{name} {np.nanmean(np.abs(condition.felt_mm - place)):.2f} mm off, {np.nanmedian(condition.lag_ms):.0f} ms late, "
+        f"greatest amplitude at {place[np.argmax(condition.amplitude_um)]:g} mm"
+        for name, condition in conditions.items()
     )
     return Picture(panels, columns=len(panels), found=f"Mean over seven gratings: {words}.")
 
@@ -177,8 +201,14 @@ def signals() -> Picture:
     is simulated.
     """
     rows = tuple(
-        (f"{n} ({_name(one)})", explored, float(one.felt_mm[k]), float(one.amplitude_um[k]), float(one.lag_ms[k]))
-        for n, one in _conditions().items()
+        (
+            f"{n} ({_name(condition)})",
+            explored,
+            float(condition.felt_mm[k]),
+            float(condition.amplitude_um[k]),
+            float(condition.lag_ms[k]),
+        )
+        for n, condition in _conditions().items()
         for k, explored in enumerate(TESTS_MM)
     )
     return Picture(
@@ -186,7 +216,7 @@ def signals() -> Picture:
     )
 
 
-FIGURES = (
+FIGURES_OKAMOTO = (
     Figure("fig. 9", wavelengths, ("C19", "C21", "C22")),
     Figure("fig. 10", power_over_speed, ("C24", "C27"), "power"),
     Figure("fig. 11", power_over_wavelength, ("C23", "C25"), "power"),

@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import binomtest
 
 from papilla.core.errors import InputError, MissingExtraError, SolverError
-from papilla_papers.claims import ALL_CLAIMS, EXPERIMENTS, Answer, Claim, Experiment, reproduce
-from papilla_papers.claims.claim import EVIDENCE, TESTED, beside, gathered
+from papilla_papers.claims import ALL_CLAIMS, ALL_EXPERIMENTS, Answer, Claim, Experiment, reproduce
+from papilla_papers.claims.claim import EVIDENCE_KINDS, TESTED_EVIDENCE, beside, gathered
 from papilla_papers.claims.page import write_page
 from papilla_papers.claims.runner import by_evidence, head, results, summary
 
@@ -129,15 +129,15 @@ def test_only_takes_keys_and_words_and_refuses_what_no_claim_holds():
 
 
 def test_the_registry_is_whole():
-    assert {claim.experiment for claim in ALL_CLAIMS} == {experiment.name for experiment in EXPERIMENTS}
-    assert len({experiment.name for experiment in EXPERIMENTS}) == len(EXPERIMENTS)
-    assert all(experiment.methods for experiment in EXPERIMENTS)
+    assert {claim.experiment for claim in ALL_CLAIMS} == {experiment.name for experiment in ALL_EXPERIMENTS}
+    assert len({experiment.name for experiment in ALL_EXPERIMENTS}) == len(ALL_EXPERIMENTS)
+    assert all(experiment.methods for experiment in ALL_EXPERIMENTS)
     for claim in ALL_CLAIMS:
         low, high = claim.accepted
         assert low <= high, claim.key
         assert claim.source and claim.claim, claim.key
         assert claim.cannot or (claim.finding and claim.call), claim.key
-        assert claim.evidence in EVIDENCE and (claim.evidence == "none") == bool(claim.cannot), claim.key
+        assert claim.evidence in EVIDENCE_KINDS and (claim.evidence == "none") == bool(claim.cannot), claim.key
         assert claim.tolerance or claim.evidence in ("implemented", "none"), claim.key
 
 
@@ -189,7 +189,7 @@ def test_beside_a_fitted_row_stands_what_the_fit_without_it_gives():
 
 
 def test_other_values_are_of_what_the_experiment_assumes():
-    by_name = {experiment.name: experiment for experiment in EXPERIMENTS}
+    by_name = {experiment.name: experiment for experiment in ALL_EXPERIMENTS}
     assert sum(bool(claim.vary) for claim in ALL_CLAIMS) > 20
     for claim in ALL_CLAIMS:
         experiment = by_name[claim.experiment]
@@ -220,7 +220,7 @@ def test_the_page_is_self_contained_and_has_every_row(tmp_path):
     assert summary([answer for result in found for answer in result.answers])["reproduced"] == 2
 
 
-NAMED = {one.name: one for one in EXPERIMENTS}
+NAMED = {one.name: one for one in ALL_EXPERIMENTS}
 
 
 @cache
@@ -245,7 +245,7 @@ def test_a_quick_experiment_answers_all_its_claims_the_same_every_time(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("experiment", [one for one in EXPERIMENTS if one.removed], ids=lambda one: one.name)
+@pytest.mark.parametrize("experiment", [one for one in ALL_EXPERIMENTS if one.removed], ids=lambda one: one.name)
 def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
     values = with_cause(experiment.name), experiment.run(lambda line: None, cause=False)
     own = [claim for claim in ALL_CLAIMS if claim.experiment == experiment.name and not claim.cannot]
@@ -255,7 +255,7 @@ def test_without_its_cause_no_predicted_or_simulated_row_holds(experiment):
         assert first.measured is not None and "{" not in first.note and "nan" not in first.note.lower(), claim.key
         if claim.evidence == "fitted":
             assert first.left_out is not None, claim.key
-        if claim.evidence in TESTED and first.verdict == "not reproduced":
+        if claim.evidence in TESTED_EVIDENCE and first.verdict == "not reproduced":
             assert claim.vary or claim.fixed, f"{claim.key}: what would reproduce it?"
-        if claim.evidence in TESTED and first.verdict == "reproduced":
+        if claim.evidence in TESTED_EVIDENCE and first.verdict == "reproduced":
             assert second.verdict != "reproduced", f"{claim.key}: {second.measured} without {experiment.removed}"

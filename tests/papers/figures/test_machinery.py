@@ -9,9 +9,9 @@ import pytest
 
 from papilla.core.errors import FileFormatError, InputError
 from papilla_papers.claims import ALL_CLAIMS
-from papilla_papers.figures import PAPERS, Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade, figures, write
+from papilla_papers.figures import ALL_PAPERS, Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade, figures, write
 from papilla_papers.figures.drawing import as_svg, draw
-from papilla_papers.figures.picture import HEADS, MOST_CELLS, MOST_ROWS, as_csv
+from papilla_papers.figures.picture import CSV_HEADS, MOST_CELLS, MOST_ROWS, as_csv
 
 X = np.linspace(0.0, 10.0, 4001)
 CURVES = (
@@ -86,7 +86,7 @@ def test_bytes_that_are_no_picture_are_one_error():
 
 def test_the_csv_names_quantities_and_origins():
     found = rows(Picture((LINES, BARS)))
-    assert tuple(found[0]) == HEADS
+    assert tuple(found[0]) == CSV_HEADS
     printed = [row for row in found if row["origin"] == "printed"]
     assert [(row["x"], row["y"]) for row in printed] == [("1", "0.5"), ("2", "")]
     assert {row["curve"]: row["sd"] for row in found if row["sd"]} == {"spread": "0.2"}
@@ -134,7 +134,7 @@ def test_a_name_that_no_paper_has_is_refused_with_the_nearest():
 
 def test_the_registry_is_whole():
     keys = {claim.key for claim in ALL_CLAIMS}
-    for name, paper in PAPERS.items():
+    for name, paper in ALL_PAPERS.items():
         stems = [one.stem for one in paper.figures]
         assert len(set(stems)) == len(stems), name
         for one in paper.figures:
@@ -151,8 +151,8 @@ def test_each_figure_of_the_claims_is_drawn_or_left_out_by_name():
     for claim in ALL_CLAIMS:
         paper = next((key for start, key in words.items() if claim.source.startswith(f"{start} ")), None)
         named = re.search(r"fig\. (\d+)", claim.source)
-        if paper in PAPERS and named:
-            known = " ".join([*(one.name for one in PAPERS[paper].figures), *PAPERS[paper].left_out])
+        if paper in ALL_PAPERS and named:
+            known = " ".join([*(one.name for one in ALL_PAPERS[paper].figures), *ALL_PAPERS[paper].left_out])
             assert re.search(rf"\b{named[1]}\b", known), f"{claim.key}: {claim.source}"
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from papilla.core.units import INCH_MM
 from papilla_papers.figures import Picture, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
-from papilla_papers.figures.runner import PAPERS
+from papilla_papers.figures.runner import ALL_PAPERS
 
 
 def curves(picture: Picture, panel: int) -> dict:
@@ -17,7 +17,7 @@ def test_two_grooves_give_two_impulses_at_their_entries():
     made = paper_2006.two_grooves()
     impulses, printed = made.panels[4].curves
     assert len(impulses.x) == 4, "two edges a groove"
-    assert impulses.x[2] - impulses.x[0] == pytest.approx(paper_2006.SHOWN.two_grooves.apart_s, abs=0.002)
+    assert impulses.x[2] - impulses.x[0] == pytest.approx(paper_2006.IMPULSE_FIGURES.two_grooves.apart_s, abs=0.002)
     assert printed.x == pytest.approx(impulses.x[[0, 2]], abs=0.003)
     assert len(made.panels[5].curves[0].x) > 8, "a finger feels every edge with every ridge"
 
@@ -141,7 +141,7 @@ class TestSlides:
 
     def test_textiles(self):
         made = paper_textiles.vibration()
-        halves = [10 / (2 * INCH_MM / one.yarns[0]) for one in paper_textiles.FABRICS.values()]
+        halves = [10 / (2 * INCH_MM / one.yarns[0]) for one in paper_textiles.PRINTED_FABRICS.values()]
         tops = [one.x[10:][np.argmax(one.y[10:])] for one in made.panels[1].curves]
         assert sum(abs(top / line - 1) < 0.1 for top, line in zip(tops[1:3], halves[1:3], strict=True)) >= 1
         for panel in paper_textiles.bands().panels:
@@ -157,5 +157,5 @@ class TestSlides:
 
 
 def test_every_paper_has_figures():
-    assert {name: len(paper.figures) for name, paper in PAPERS.items()}.keys() >= {"2006", "2007", "textiles"}
-    assert sum(len(paper.figures) for paper in PAPERS.values()) >= 35
+    assert {name: len(paper.figures) for name, paper in ALL_PAPERS.items()}.keys() >= {"2006", "2007", "textiles"}
+    assert sum(len(paper.figures) for paper in ALL_PAPERS.values()) >= 35

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from papilla_papers.methods.roughness.impulses import Corpuscle, ImpulseCount, LastInterval, Threshold, Trigger
-from papilla_papers.methods.roughness.stream import ALIASED, GAP, OK, SILENT_CODE
+from papilla_papers.methods.roughness.stream import ALIASED_CODE, GAP_CODE, OK, SILENT_CODE
 
 NAN = math.nan
 
@@ -25,7 +25,14 @@ def of(count, missing=0, length=20):
 
 @pytest.mark.parametrize(
     "impulses, status",
-    [(of(0), SILENT_CODE), (of(4), OK), (of(9), OK), (of(10), ALIASED), (of(4, 1), GAP), (of(4, 10), GAP)],
+    [
+        (of(0), SILENT_CODE),
+        (of(4), OK),
+        (of(9), OK),
+        (of(10), ALIASED_CODE),
+        (of(4, 1), GAP_CODE),
+        (of(4, 10), GAP_CODE),
+    ],
 )
 def test_a_count_is_told_up_to_nine_tenths_of_what_a_window_can_hold(impulses, status):
     found = counted(impulses)
@@ -48,7 +55,7 @@ def test_the_distance_is_by_the_speed_now_or_by_that_of_the_window():
     speeds[:10] = [NAN] * 10
     assert counted(of(4), speeds, paired=True).distance == pytest.approx(80 * 0.02 / 2)
     assert counted(of(4), per_period=1).frequency == pytest.approx(4 / 0.02)
-    for fastest, status in ((50.0, OK), (49.9, ALIASED)):
+    for fastest, status in ((50.0, OK), (49.9, ALIASED_CODE)):
         assert counted(of(4), fastest=fastest).status == status
 
 
@@ -86,9 +93,9 @@ def test_an_interval_s_distance_is_that_travelled_or_by_the_speed_now():
 def test_an_interval_is_held_for_a_window_and_two_samples_are_none():
     found = timed(at(2, 6, length=60), False)
     assert found[6 + 30].status == OK and found[6 + 31].status == SILENT_CODE and math.isnan(found[59].frequency)
-    for apart, status in ((2, ALIASED), (3, OK)):
+    for apart, status in ((2, ALIASED_CODE), (3, OK)):
         assert timed(at(2, 2 + apart), False)[10].status == status
-    for fastest, status in ((50.0, OK), (49.9, ALIASED)):
+    for fastest, status in ((50.0, OK), (49.9, ALIASED_CODE)):
         assert timed(at(2, 6), False, fastest=fastest)[8].status == status
 
 
