@@ -40,11 +40,9 @@ def two_grooves() -> Picture:
     200 ms, (c) impulses. Print has one gauge of the sensor, whose contact is narrow enough to feel single edges; here
     each ridge of the skin in the contact feels every edge.
     """
-    settings, plate, memory = (
-        IMPULSE_FIGURES.two_grooves,
-        impulses.IMPULSE_SCENE.grooves,
-        impulses.IMPULSE_SCENE.window_samples,
-    )
+    settings = IMPULSE_FIGURES.two_grooves
+    plate = impulses.IMPULSE_SCENE.grooves
+    memory = impulses.IMPULSE_SCENE.window_samples
     time, (begin_mm, end_mm) = times(settings.seconds), settings.profile_mm
     x = np.arange(begin_mm, end_mm, settings.point_mm)
     place = plate.speed_mm_s * (time - plate.from_s)
@@ -284,11 +282,9 @@ def spread() -> Picture:
     printed and its data are not either. (a) over the force, (b) over the modulus.
     """
     calibration = softness.calibrated(fem.prepare(Finger.default()))
-    force, moduli, specimens = (
-        even(SOFTNESS_FIGURES.force_gf),
-        by_factors(SOFTNESS_FIGURES.modulus_MPa),
-        np.array(SPECIMENS_MPA),
-    )
+    force = even(SOFTNESS_FIGURES.force_gf)
+    moduli = by_factors(SOFTNESS_FIGURES.modulus_MPa)
+    specimens = np.array(SPECIMENS_MPA)
     some = force[:: SOFTNESS_FIGURES.every]
     ours, theirs, _ = compare_with_published(calibration.predict, softness.REGRESSION_FORCES_GF)
     scale, off = softness.scaled_to_9(ours)

@@ -38,10 +38,8 @@ def wavelengths() -> Picture:
         for wavelength in settings.gratings_mm
     ]
     time, turn = np.arange(round(RATE_Hz / HAND_MOTION.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND_MOTION.strokes_Hz
-    velocity, place = (
-        HAND_MOTION.peak_mm_s * np.sin(turn * time),
-        HAND_MOTION.peak_mm_s / turn * (1 - np.cos(turn * time)),
-    )
+    velocity = HAND_MOTION.peak_mm_s * np.sin(turn * time)
+    place = HAND_MOTION.peak_mm_s / turn * (1 - np.cos(turn * time))
     motion, section, felt = fem.Motion(time, place, float(RATE_Hz)), fem.prepare_section(Finger.default()), []
     for wavelength in settings.gratings_mm:
         slid = gratings.default_slide(
@@ -149,14 +147,11 @@ def _name(condition: Condition) -> str:
 
 def _cues(delayed: bool) -> Picture:
     """Wavelength, intensity and lag of two experiments: direct feedback, then the local model."""
-    place, conditions = (
-        np.array(TESTS_MM),
-        {_name(condition): condition for condition in _conditions().values() if condition.delayed == delayed},
-    )
-    ends, axes, label = place[[0, -1]], SPECTRUM_FIGURES.cues, "explored, mm"
-    felt = [Curve(name, place, condition.felt_mm) for name, condition in conditions.items()]
-    loud = [Curve("", place, condition.amplitude_um) for condition in conditions.values()]
-    lags = [Curve("", place, condition.lag_ms) for condition in conditions.values()]
+    place, ends, axes, label = np.array(TESTS_MM), np.array(TESTS_MM)[[0, -1]], SPECTRUM_FIGURES.cues, "explored, mm"
+    displays = {_name(display): display for display in _conditions().values() if display.delayed == delayed}
+    felt = [Curve(name, place, display.felt_mm) for name, display in displays.items()]
+    loud = [Curve("", place, display.amplitude_um) for display in displays.values()]
+    lags = [Curve("", place, display.lag_ms) for display in displays.values()]
     if not delayed:
         loud.append(dashed(axes.peak_mm, axes.peak_um, "printed: answers peak", origin="printed"))
     felt.insert(0, dashed(ends, ends, "match"))
@@ -167,9 +162,10 @@ def _cues(delayed: bool) -> Picture:
         Panel("lag", label, "behind the hand, ms", tuple(lags), y_range=axes.lag_ms),
     )
     words = "; ".join(
-        f"{name} {np.nanmean(np.abs(condition.felt_mm - place)):.2f} mm off, {np.nanmedian(condition.lag_ms):.0f} ms late, "
-        f"greatest amplitude at {place[np.argmax(condition.amplitude_um)]:g} mm"
-        for name, condition in conditions.items()
+        f"{name} {np.nanmean(np.abs(display.felt_mm - place)):.2f} mm off, "
+        f"{np.nanmedian(display.lag_ms):.0f} ms late, "
+        f"greatest amplitude at {place[np.argmax(display.amplitude_um)]:g} mm"
+        for name, display in displays.items()
     )
     return Picture(panels, columns=len(panels), found=f"Mean over seven gratings: {words}.")
 

@@ -100,11 +100,9 @@ class PrintedSoftness(Stream):
                 form_of_calibration.modulus_MPa[0] / BEYOND_HARDEST,
                 BEYOND_HARDEST * form_of_calibration.modulus_MPa[1],
             )
-            self._compact, self.misfit, force_N = (
-                replace(form_of_calibration, modulus_MPa=ends),
-                form_of_calibration.sd_rms,
-                form_of_calibration.force_N,
-            )
+            self._compact = replace(form_of_calibration, modulus_MPa=ends)
+            self.misfit = form_of_calibration.sd_rms
+            force_N = form_of_calibration.force_N
         else:
             inverse, force_N = calibration.inverse, calibration.domain["force_N"]
             if inverse.modulus_MPa is None:

@@ -119,10 +119,8 @@ def _depths(reduced) -> dict:
 def _equations(reduced, cause: bool) -> dict:
     """Equations (6)-(8) against Hertz and against finite elements."""
     settings = PRESS_SCENE.equations
-    exact, moduli = (
-        shared_approach(settings.force_N, settings.radius_mm, *settings.fingers_MPa),
-        settings.half_spaces_MPa,
-    )
+    exact = shared_approach(settings.force_N, settings.radius_mm, *settings.fingers_MPa)
+    moduli = settings.half_spaces_MPa
     bodies = [HalfSpace(E) if cause else Block(E, settings.without_cause_mm) for E in moduli]
     presses = [fem.press(reduced, body, force=settings.pressed_N, fidelity="contact") for body in bodies]
     gives = [

@@ -208,11 +208,9 @@ def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
     square, slope, constant = hand.of_force
     exact = np.sqrt(hand.of_sd * sd + square * force**2 + slope * force + constant) - hand.shift_MPa
     settings, words, ratios = SOFTNESS_SCENE.gauges, [], []
-    rng, (_, last_N), tried = (
-        np.random.default_rng(settings.seed),
-        settings.forces_N,
-        (SOFTNESS_SCENE.softest_MPa, *SPECIMENS_MPA),
-    )
+    rng = np.random.default_rng(settings.seed)
+    _, last_N = settings.forces_N
+    tried = (SOFTNESS_SCENE.softest_MPa, *SPECIMENS_MPA)
     for stated, pressed in zip(tried, tried if cause else tried[::-1], strict=True):
         press = sweep(other_finger(), [pressed], settings.forces_N).reading[1]
         noisy = press + GAUGE_NOISE_MICROSTRAIN * rng.standard_normal((settings.samples, len(press)))

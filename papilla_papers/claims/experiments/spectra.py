@@ -81,10 +81,8 @@ def _gratings(assumed: WhiteNoise) -> dict:
 def _by_hand() -> float:
     """Share of samples on which the published method agrees with a second implementation of the spectrum."""
     settings = SPECTRUM_SCENE.by_hand
-    seen, size = (
-        noisy_scene("act2", settings.wavelength_mm, SPECTRUM_PAPER, settings.seed, seconds=settings.seconds),
-        settings.window_samples,
-    )
+    seen = noisy_scene("act2", settings.wavelength_mm, SPECTRUM_PAPER, settings.seed, seconds=settings.seconds)
+    size = settings.window_samples
     readings, estimate = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
     taper, agree = np.hamming(size), []
     for sample in range(settings.first_sample, len(readings), settings.every):
@@ -110,10 +108,8 @@ def _answered_fast(method) -> float:
 def _components(cause: bool) -> dict:
     """Two sinusoids of 1.0 and 2.3 mm, the finer one twice as strong; without the cause the coarser one."""
     settings, orders = SPECTRUM_SCENE.components, []
-    place, (first, second) = (
-        np.linspace(0, settings.way_mm, settings.samples),
-        settings.strengths if cause else settings.strengths[::-1],
-    )
+    place = np.linspace(0, settings.way_mm, settings.samples)
+    first, second = settings.strengths if cause else settings.strengths[::-1]
     fine, coarse = settings.wavelengths_mm
     readings = first * np.sin(2 * np.pi * place / fine) + second * np.sin(2 * np.pi * place / coarse + settings.phase)
     for seed in STROKE_SEEDS:

@@ -37,10 +37,8 @@ def run(tell, cause: bool = True) -> dict:
     chance gives is the concordance of four random scores with four unrelated spectra in the band of their greatest
     amplitude. Five made-up textiles have six runs each, with an approach that all share.
     """
-    all_bands, drawn = (
-        texture.printed_bands(),
-        texture.random_bands(TEXTILE_SCENE.drawn.count, TEXTILE_SCENE.drawn.seed),
-    )
+    all_bands = texture.printed_bands()
+    drawn = texture.random_bands(TEXTILE_SCENE.drawn.count, TEXTILE_SCENE.drawn.seed)
     tell("bands of four fabrics")
     values = gathered(
         lambda: _bands(drawn, all_bands),

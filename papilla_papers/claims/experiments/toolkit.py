@@ -55,10 +55,8 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
     prices = known_prices(reduced.finger_sha256, reduced.mesh_sha256)
     parts = () if prices is None else tuple(name for name in ("hertz", "mesh", "small_strain") if getattr(prices, name))
     settings, off = TOOLKIT_SCENE.model, []
-    block, wrong = (
-        Block(TOOLKIT_SCENE.modulus_MPa, TOOLKIT_SCENE.thickness_mm),
-        1.0 if cause else settings.without_cause,
-    )
+    block = Block(TOOLKIT_SCENE.modulus_MPa, TOOLKIT_SCENE.thickness_mm)
+    wrong = 1.0 if cause else settings.without_cause
     for force in settings.forces_N:
         hertz = fem.press(reduced, block, force=force * wrong, fidelity="hertz")
         off.append(hertz.sd / fem.press(reduced, block, force=force, fidelity="contact").sd - 1)
