@@ -9,7 +9,7 @@ from papilla.fem import Motion, prepare_section, slide
 from papilla.model.finger import Finger, Ridges
 from papilla.model.specimen import Grating
 
-EVALUATED_PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
+LAST_PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
 """Number of periods of the grating that are evaluated, so that most beats with the ridges are complete; path and time
 before them (the oscillation of the first mode at the start fades within 50 ms)."""
 
@@ -58,14 +58,12 @@ def signals_over_gratings(
         for wavelength in wavelengths_mm:
             texture = Grating(wavelength / 2, wavelength / 2, groove_depth_mm)
             rate = SAMPLES_A_PERIOD * speed_mm_s / wavelength
-            motion = Motion.steady(
-                speed_mm_s, (EVALUATED_PERIODS * wavelength + SETTLE_MM) / speed_mm_s + SETTLE_S, rate
-            )
+            motion = Motion.steady(speed_mm_s, (LAST_PERIODS * wavelength + SETTLE_MM) / speed_mm_s + SETTLE_S, rate)
             result = slide(
                 ridged, texture, motion, force=force, depth=depth, friction=friction, dynamics=dynamics,
                 section=section, length_mm=length_mm,
             )  # fmt: skip
-            rows = slice(-EVALUATED_PERIODS * SAMPLES_A_PERIOD, None)
+            rows = slice(-LAST_PERIODS * SAMPLES_A_PERIOD, None)
             readings = result.readings[rows] - result.readings[rows].mean(axis=0)
             turns = np.exp(-2j * np.pi * motion.position_mm[rows] / wavelength)
             signals.append(

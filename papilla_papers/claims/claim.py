@@ -252,12 +252,9 @@ class Answer:
     def to_json(self) -> dict[str, Any]:
         """The documented keys and further values, as plain values; an open end is None."""
         document = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
-        document |= {
-            "published": _plain(self.claim.published),
-            "measured": _plain(self.measured),
-            "unit": self.claim.unit,
-        }
-        document |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
+        document |= {"published": _plain(self.claim.published), "measured": _plain(self.measured)}
+        document |= {"unit": self.claim.unit, "verdict": self.verdict, "note": self.note}
+        document["accepted"] = _plain(self.claim.accepted)
         document |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
         document |= {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
         variants = [{**variant._asdict(), "measured": _plain(variant.measured)} for variant in self.sensitivity]
@@ -270,11 +267,7 @@ def _variant(claim: Claim, experiment: Experiment, name: str, value: float) -> V
 
     def make() -> dict[str, np.ndarray]:
         findings = compute(assumed)
-        return {
-            key: np.asarray(value_or_reason)
-            for key, value_or_reason in findings.items()
-            if not isinstance(value_or_reason, str)
-        }
+        return {key: np.asarray(item) for key, item in findings.items() if not isinstance(item, str)}
 
     key = cache.key(compute.__module__, compute.__name__, assumed, scenes())
     try:

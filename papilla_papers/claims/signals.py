@@ -10,9 +10,10 @@ from papilla.scenes.scenes import Scene, scene
 from papilla_papers.claims.scenes import scene as scene_of
 from papilla_papers.methods.roughness import RoughnessStream
 
-SHARED_SCENE = scene_of("signals")
-RATE_Hz: int = SHARED_SCENE.rate_Hz
-SCENE_SEEDS = range(SHARED_SCENE.seeds)
+SHARED_SIGNALS = scene_of("signals")
+METHOD_VARIANTS = ("as_printed", "corrected")
+RATE_Hz: int = SHARED_SIGNALS.rate_Hz
+SCENE_SEEDS = range(SHARED_SIGNALS.seeds)
 """Seeds of every scene with noise; statistical statements are judged by a share over them."""
 
 
@@ -33,10 +34,10 @@ def listed(numbers: Iterable[float], form: str = ".2f") -> str:
 
 def noisy_scene(name: str, wavelength_mm: float, paper: str, seed: int, *, cause: bool = True, **how) -> Scene:
     """A scene of `estimator_bench` with the noise of a paper; without its cause, noise of the same power alone."""
-    seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SHARED_SCENE.snr_dB[paper], **how})
+    seen = scene(name, wavelength_mm, seed=seed, **{"snr_dB": SHARED_SIGNALS.snr_dB[paper], **how})
     if cause:
         return seen
-    noise = np.random.default_rng(SHARED_SCENE.first_seed_of_noise + seed).standard_normal(seen.readings.shape)
+    noise = np.random.default_rng(SHARED_SIGNALS.first_seed_of_noise + seed).standard_normal(seen.readings.shape)
     return replace(seen, readings=noise * seen.readings.std())
 
 
@@ -50,7 +51,7 @@ def answers_to(method: RoughnessStream, seen: Scene):
 def wavelength_error(method: RoughnessStream, seen: Scene) -> float:
     """Root mean square relative error of the wavelength over the judged rows that were answered (clipped)."""
     estimate, answered = answers_to(method, seen)
-    ratio = np.clip(estimate.wavelength_mm[answered] / seen.wavelength_mm[answered] - 1, *SHARED_SCENE.clipped_error)
+    ratio = np.clip(estimate.wavelength_mm[answered] / seen.wavelength_mm[answered] - 1, *SHARED_SIGNALS.clipped_error)
     return float(np.sqrt(np.mean(ratio**2))) if answered.any() else 1.0
 
 
@@ -62,11 +63,11 @@ def mean_error(make, scenes: Sequence[Scene]) -> float:
 def lag_ms(answer: np.ndarray, truth: np.ndarray, rate_Hz: float) -> float:
     """Delay in ms of `answer` (n,): the shift with the best correlation with `truth` (n,)."""
     best, best_shift = -np.inf, 0
-    for shift in range(round(SHARED_SCENE.longest_lag_ms * rate_Hz / MS_PER_S) + 1):
+    for shift in range(round(SHARED_SIGNALS.longest_lag_ms * rate_Hz / MS_PER_S) + 1):
         late, leading = answer[shift:], truth[: len(truth) - shift]
         both = np.isfinite(late) & np.isfinite(leading)
         if (
-            both.sum() > SHARED_SCENE.fewest_for_a_lag
+            both.sum() > SHARED_SIGNALS.fewest_for_a_lag
             and (value := float(np.corrcoef(late[both], leading[both])[0, 1])) > best
         ):
             best, best_shift = value, shift
@@ -106,6 +107,21 @@ def answers_mm(method: RoughnessStream, seen: Scene) -> np.ndarray:
     """Wavelengths (k,) that a method answers in the judged rows of a scene."""
     estimate, answered = answers_to(method, seen)
     return np.asarray(estimate.wavelength_mm)[answered]
+
+
+def frequencies_Hz(method: RoughnessStream, seen: Scene) -> np.ndarray:
+    """Frequencies (n,) that a method answers in a scene."""
+    return np.asarray(answers_to(method, seen)[0].frequency_Hz)
+
+
+def on_gratings(make, wavelengths_mm: Sequence[float], name: str, paper: str, **how) -> tuple[np.ndarray, float]:
+    """Mean answers in mm (seeds, gratings) of new methods, nan where there is none; and the share of neighbours that
+    are `apart`."""
+    answers = [
+        [answers_mm(make(), noisy_scene(name, mm, paper, seed, **how)) for mm in wavelengths_mm] for seed in SCENE_SEEDS
+    ]
+    means = [[levels.mean() if levels.size else np.nan for levels in of_seed] for of_seed in answers]
+    return np.array(means), float(np.mean([apart(of_seed) for of_seed in answers]))
 
 
 def last_number(column) -> float:

@@ -7,19 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from papilla.view.style import (
-    ACCENT_COLORS,
-    INK_COLOR,
-    MUTED_COLOR,
-    NARROW_IN,
-    SEQUENTIAL_COLORS,
-    THICK_PT,
-    THIN_PT,
-    named,
-    plain_log,
-    styled,
-    svg,
-)
+from papilla.view import style
 from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
@@ -36,13 +24,13 @@ CURVE_LOOKS: dict[str, dict] = {
     "line": {},
     "dashed": {"linestyle": "--"},
     "points": {"linestyle": "", "marker": "o"},
-    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": THICK_PT},
+    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": style.THICK_PT},
 }
 
 
 def as_svg(picture: Picture, *, narrow: bool = False) -> bytes:
     """The SVG file of a picture; the narrow one has its panels one below the other."""
-    return svg(draw(picture, narrow=narrow))
+    return style.svg(draw(picture, narrow=narrow))
 
 
 def draw(picture: Picture, *, narrow: bool = False) -> Figure:
@@ -51,7 +39,9 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
         return _table(picture.table)
     columns = 1 if narrow else picture.columns
     rows = -(-len(picture.panels) // columns)
-    with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < NARROW_COLUMNS))) as figure:
+    with style.styled(
+        style.NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < NARROW_COLUMNS))
+    ) as figure:
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
             _panel(figure, axes, panel, wide=columns == 1 and not narrow)
@@ -64,25 +54,26 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     axes.set_title(panel.title, fontsize="small", wrap=True)
     axes.set_xlabel(panel.x_label, fontsize="small")
     axes.set_ylabel(panel.y_label, fontsize="small")
-    axes.tick_params(colors=MUTED_COLOR, labelsize="small")
+    axes.tick_params(colors=style.MUTED_COLOR, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
     colors, bars = count(), [curve for curve in panel.curves if curve.look == "bars"]
     for curve in panel.curves:
         number = (next(colors) if curve.origin == "papilla" else None) if curve.color is None else curve.color
-        color = INK_COLOR if number is None or number < 0 else ACCENT_COLORS[number % len(ACCENT_COLORS)]
+        color = (
+            style.INK_COLOR if number is None or number < 0 else style.ACCENT_COLORS[number % len(style.ACCENT_COLORS)]
+        )
         if curve.look == "bars":
             width = BARS_WIDTH / len(bars)
             begin = curve.x + (bars.index(curve) - (len(bars) - 1) / 2) * width
-            axes.bar(
-                begin, curve.y, width, color=color, yerr=curve.spread, ecolor=MUTED_COLOR, label=named(curve.label)
-            )
+            look = {"color": color, "ecolor": style.MUTED_COLOR, "label": style.named(curve.label)}
+            axes.bar(begin, curve.y, width, yerr=curve.spread, **look)
         else:
             _curve(axes, curve, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
         if name in panel.log:
             axes.set(**{f"{name}scale": "log"})
-            plain_log(axis)
+            style.plain_log(axis)
     if panel.names:
         axes.set_xticks(np.arange(len(panel.names)), panel.names)
     axes.set(xlim=panel.x_range, ylim=panel.y_range, aspect="equal" if panel.even else "auto")
@@ -93,7 +84,7 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
 
 
 def _curve(axes: Axes, curve: Curve, color: str) -> None:
-    label = named(curve.label)
+    label = style.named(curve.label)
     if curve.look == "impulses":
         axes.vlines(curve.x, 0, curve.y, color=color, label=label)
         return
@@ -101,13 +92,20 @@ def _curve(axes: Axes, curve: Curve, color: str) -> None:
     if curve.spread is None:
         axes.plot(curve.x, curve.y, color=color, label=label, **look)
     else:
-        axes.errorbar(curve.x, curve.y, yerr=curve.spread, elinewidth=THIN_PT, color=color, label=label, **look)
+        axes.errorbar(curve.x, curve.y, yerr=curve.spread, elinewidth=style.THIN_PT, color=color, label=label, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     low = min(0.0, float(np.nanmin(shade.value)))
     drawn = axes.pcolormesh(
-        shade.x, shade.y, shade.value, cmap=SEQUENTIAL_COLORS, vmin=low, vmax=shade.top, shading="auto", rasterized=True
+        shade.x,
+        shade.y,
+        shade.value,
+        cmap=style.SEQUENTIAL_COLORS,
+        vmin=low,
+        vmax=shade.top,
+        shading="auto",
+        rasterized=True,
     )
     axes.grid(False)
     bar = figure.colorbar(drawn, ax=axes)
@@ -115,7 +113,9 @@ def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
     if shade.over is not None and shade.over.any() and not shade.over.all():
-        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK_COLOR, linewidths=THICK_PT)
+        axes.contour(
+            shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=style.INK_COLOR, linewidths=style.THICK_PT
+        )
     if shade.phase is not None:
         _arrows(axes, shade, log_y)
 
@@ -130,13 +130,13 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
     x, y = np.meshgrid(shade.x[at[1]], shade.y[at[0]])
     inside = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
     angle = shade.phase[at][inside]
-    axes.quiver(x[inside], y[inside], np.cos(angle), -np.sin(angle), color=INK_COLOR, pivot="mid")
+    axes.quiver(x[inside], y[inside], np.cos(angle), -np.sin(angle), color=style.INK_COLOR, pivot="mid")
 
 
 def _table(table: PrintedTable) -> Figure:
     """The table as a picture: heads above a line, a row each."""
     cells = [[cell if isinstance(cell, str) else f"{cell:.4g}" for cell in row] for row in table.rows]
-    with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
+    with style.styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
         figure.set_layout_engine("none")  # The table fills the figure
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()

@@ -13,10 +13,11 @@ from papilla.model.specimen import Block, HalfSpace
 from papilla.model.textures import MeasuredProfile
 from papilla.scenes.scenes import Scene
 from papilla.view.contact_map import contact_profile
+from papilla_papers.claims import signals
 from papilla_papers.claims.experiments import gratings, impulses, presses, softness
 from papilla_papers.claims.scenes import by_factors, even
-from papilla_papers.claims.signals import SHARED_SCENE, answers_to, correlation, lag_ms, listed, noisy_scene, times
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, Shade, dashed, printed
+from papilla_papers.claims.signals import SHARED_SIGNALS, answers_to, frequencies_Hz, listed, noisy_scene, times
+from papilla_papers.figures.picture import Curve, Panel, Picture, Shade, dashed, printed
 from papilla_papers.methods.roughness import ImpulseDensity, ImpulseInterval, ShortTimeSpectrum
 
 IMPULSE_FIGURES, SOFTNESS_FIGURES = impulses.IMPULSE_SCENE.figures, softness.SOFTNESS_SCENE.figures
@@ -40,34 +41,34 @@ def two_grooves() -> Picture:
     200 ms, (c) impulses. Print has one gauge of the sensor, whose contact is narrow enough to feel single edges; here
     each ridge of the skin in the contact feels every edge.
     """
-    settings = IMPULSE_FIGURES.two_grooves
+    setup = IMPULSE_FIGURES.two_grooves
     plate = impulses.IMPULSE_SCENE.grooves
     memory = impulses.IMPULSE_SCENE.window_samples
-    time, (begin_mm, end_mm) = times(settings.seconds), settings.profile_mm
-    x = np.arange(begin_mm, end_mm, settings.point_mm)
+    time, (begin_mm, end_mm) = times(setup.seconds), setup.profile_mm
+    x = np.arange(begin_mm, end_mm, setup.point_mm)
     place = plate.speed_mm_s * (time - plate.from_s)
     inside = sum((x > begin) & (x < begin + plate.groove_mm) for begin in (0, 2 * plate.groove_mm))
-    motion = fem.Motion.sampled([0, settings.seconds], [place[0], place[-1]], seconds=settings.seconds)
-    slid = gratings.default_slide(MeasuredProfile(x, -settings.depth_mm * inside), motion, depth=settings.depth_mm)
-    window, columns, fired = (settings.first_s, settings.seconds), [], []
+    motion = fem.Motion.sampled([0, setup.seconds], [place[0], place[-1]], seconds=setup.seconds)
+    slid = gratings.default_slide(MeasuredProfile(x, -setup.depth_mm * inside), motion, depth=setup.depth_mm)
+    window, columns, fired = (setup.first_s, setup.seconds), [], []
     for source, output, unit in (
         ("skin that follows the edges", impulses.skin_over_grooves(time), "depth of a groove"),
         ("finger by finite elements", slid.readings[:, gratings.MIDDLE_GAUGE], "microstrain"),
     ):
-        rate = np.abs(np.diff(output, prepend=output[0])) * SHARED_SCENE.rate_Hz
+        rate = np.abs(np.diff(output, prepend=output[0])) * SHARED_SIGNALS.rate_Hz
         mean = np.array([rate[max(0, k + 1 - memory) : k + 1].mean() for k in range(len(rate))])
         impulse = impulses.impulses_of(output)
-        impulse[time < settings.first_s] = 0.0  # The first window is not full yet
+        impulse[time < setup.first_s] = 0.0  # The first window is not full yet
         fired.append(time[impulse > 0])
         measured = Curve("", time[impulse != 0], np.ones(np.count_nonzero(impulse)), "impulses")
-        expected = printed("printed: 0.050 s apart", plate.from_s + np.array([0, settings.apart_s]), 1)
+        expected = printed("printed: 0.050 s apart", plate.from_s + np.array([0, setup.apart_s]), 1)
         slope = (Curve("", time, rate), Curve("threshold", time, impulses.IMPULSE_SCENE.threshold * mean, "dashed"))
         columns.append(
             (
                 Panel(f"(a) output, {source}", "time, s", unit, (Curve("", time, output),), x_range=window),
                 Panel("(b) derivative", "time, s", f"{unit} / s", slope, x_range=window),
                 Panel(
-                    "(c) impulses", "time, s", "impulse", (measured, expected), x_range=window, y_range=settings.impulse
+                    "(c) impulses", "time, s", "impulse", (measured, expected), x_range=window, y_range=setup.impulse
                 ),
             )
         )
@@ -87,11 +88,11 @@ def five_gratings() -> Picture:
     gauge that feels the grating's profile. Right: the middle gauge of the default finger by finite elements, 0.3 N.
     The method is as printed, with a threshold of 1.5 and a window of 200 ms. Dashed: the true wavelengths.
     """
-    settings, axis, panels, means = IMPULSE_FIGURES.steady, IMPULSE_FIGURES.levels_mm, [], []
+    setup, axis, panels, means = IMPULSE_FIGURES.steady, IMPULSE_FIGURES.levels_mm, [], []
     for letter, (source, name) in zip("ab", STEADY_SCENES.items(), strict=True):
         curves = []
-        for color, wavelength in enumerate(SHARED_SCENE.five_mm):
-            seen = noisy_scene(name, wavelength, "2006", IMPULSE_FIGURES.seed, seconds=settings.seconds)
+        for color, wavelength in enumerate(SHARED_SIGNALS.five_mm):
+            seen = noisy_scene(name, wavelength, "2006", IMPULSE_FIGURES.seed, seconds=setup.seconds)
             estimate, rows = answers_to(ImpulseDensity(), seen)[0], slice(gratings.GRATING_SCENE.window_is_full, None)
             curves += [
                 Curve(f"{wavelength:g} mm", seen.time_s[rows], np.asarray(estimate.wavelength_mm)[rows], color=color),
@@ -99,7 +100,7 @@ def five_gratings() -> Picture:
             ]
         means.append(listed(np.nanmean(curve.y) for curve in curves[::2]))
         title = f"({letter}) {source}"
-        panels.append(Panel(title, "time, s", "wavelength, mm", tuple(curves), x_range=settings.window_s, y_range=axis))
+        panels.append(Panel(title, "time, s", "wavelength, mm", tuple(curves), x_range=setup.window_s, y_range=axis))
     finding = f"Means of 3.0, 2.4, 1.8, 1.2, 0.6 mm: synthetic {means[0]}; by finite elements {means[1]} mm."
     return Picture(tuple(panels), columns=2, found=finding)
 
@@ -115,8 +116,8 @@ def depths() -> Picture:
     deep, curves = np.array(IMPULSE_FIGURES.depths_mm), []
     for wavelength in (gratings.GRATING_SCENE.depths.coarse_mm, gratings.GRATING_SCENE.depths.fine_mm):
         felt = [
-            gratings.over(gratings.ASSUMED_SLIDE, wavelength, gratings.GRATING_SCENE.usual, depth_mm=float(one))
-            for one in deep
+            gratings.over(gratings.ASSUMED_SLIDE, wavelength, gratings.GRATING_SCENE.usual, depth_mm=float(mm))
+            for mm in deep
         ]
         quantiles = [
             np.quantile(gratings.density(slide, gratings.MIDDLE_GAUGE), IMPULSE_FIGURES.two_thirds) for slide in felt
@@ -151,10 +152,10 @@ def depths() -> Picture:
 
 @cache
 def _strokes() -> dict[str, Scene]:
-    settings = IMPULSE_FIGURES.strokes
+    setup = IMPULSE_FIGURES.strokes
     return {
         source: noisy_scene(
-            name, impulses.IMPULSE_SCENE.wavelength_mm, "2006", IMPULSE_FIGURES.seed, seconds=settings.seconds
+            name, impulses.IMPULSE_SCENE.wavelength_mm, "2006", IMPULSE_FIGURES.seed, seconds=setup.seconds
         )
         for source, name in STROKE_SCENES.items()
     }
@@ -162,7 +163,7 @@ def _strokes() -> dict[str, Scene]:
 
 def _frequencies(make) -> tuple[list[Curve], dict[str, np.ndarray]]:
     """Curves of a method's frequency for both kinds of signals after the true one, and the columns by kind."""
-    frequencies = {source: np.asarray(answers_to(make(), seen)[0].frequency_Hz) for source, seen in _strokes().items()}
+    frequencies = {source: frequencies_Hz(make(), seen) for source, seen in _strokes().items()}
     seen = _strokes()[SIGNAL_KINDS[0]]
     curves = [dashed(seen.time_s, seen.frequency_Hz, "|v| / wavelength")]
     return curves + [Curve(source, seen.time_s, frequency) for source, frequency in frequencies.items()], frequencies
@@ -179,21 +180,19 @@ def natural_touch() -> Picture:
     gauge of the default finger by finite elements does (0.3 N). (a) speed, (b) frequency by the density of impulses as
     printed, (c) |v| / f. Dashed: what is true, which the paper draws, too.
     """
-    settings, (curves, frequencies) = IMPULSE_FIGURES.strokes, _frequencies(ImpulseDensity)
+    setup, (curves, frequencies) = IMPULSE_FIGURES.strokes, _frequencies(ImpulseDensity)
     seen = _strokes()[SIGNAL_KINDS[0]]
-    lengths = [
-        Curve(source, seen.time_s, np.abs(seen.velocity_mm_s) / frequency) for source, frequency in frequencies.items()
-    ]
+    lengths = [Curve(source, seen.time_s, np.abs(seen.velocity_mm_s) / hertz) for source, hertz in frequencies.items()]
     true = dashed(STROKES_WINDOW_S, impulses.IMPULSE_SCENE.wavelength_mm, "1.8 mm")
     lags = {
-        source: lag_ms(frequency[JUDGED_ROWS], seen.frequency_Hz[JUDGED_ROWS], seen.sample_rate_Hz)
-        for source, frequency in frequencies.items()
+        source: signals.lag_ms(hertz[JUDGED_ROWS], seen.frequency_Hz[JUDGED_ROWS], seen.sample_rate_Hz)
+        for source, hertz in frequencies.items()
     }
     words = ", ".join(f"{lag:.0f} ms {source}" for source, lag in lags.items())
     panels = (
         _over_time("(a) speed of the finger", "speed, mm/s", [Curve("", seen.time_s, seen.velocity_mm_s)]),
-        _over_time("(b) frequency", "frequency, Hz", curves, settings.density_Hz),
-        _over_time("(c) wavelength", "wavelength, mm", [true, *lengths], settings.wavelength_mm),
+        _over_time("(b) frequency", "frequency, Hz", curves, setup.density_Hz),
+        _over_time("(c) wavelength", "wavelength, mm", [true, *lengths], setup.wavelength_mm),
     )
     return Picture(panels, found=f"Lag of the best correlation: {words} (printed: about 100 ms).")
 
@@ -209,8 +208,8 @@ def against_spectrum() -> Picture:
     truth = _strokes()[SIGNAL_KINDS[0]].frequency_Hz[JUDGED_ROWS]
     (_, density), (_, lines) = both.values()
     words = [
-        f"{source} {correlation(density[source][JUDGED_ROWS], truth):.2f} (density), "
-        f"{correlation(lines[source][JUDGED_ROWS], truth):.2f} (spectrum)"
+        f"{source} {signals.correlation(density[source][JUDGED_ROWS], truth):.2f} (density), "
+        f"{signals.correlation(lines[source][JUDGED_ROWS], truth):.2f} (spectrum)"
         for source in SIGNAL_KINDS
     ]
     panels = tuple(
@@ -286,7 +285,7 @@ def spread() -> Picture:
     moduli = by_factors(SOFTNESS_FIGURES.modulus_MPa)
     specimens = np.array(SPECIMENS_MPA)
     some = force[:: SOFTNESS_FIGURES.every]
-    ours, theirs, _ = compare_with_published(calibration.predict, softness.REGRESSION_FORCES_GF)
+    ours, theirs, _ = compare_with_published(calibration.predict, softness.SD_FORCES_GF)
     scale, off = softness.scaled_to_9(ours)
     over_force, over_modulus = [], []
     for color, modulus in enumerate(SPECIMENS_MPA):
@@ -312,15 +311,3 @@ def spread() -> Picture:
         Panel("(b)", "modulus, MPa", "S_d, microstrain", tuple(over_modulus)),
     )
     return Picture(panels, columns=2, found=finding)
-
-
-FIGURES_2006 = (
-    Figure("fig. 2", two_grooves, ("A16", "A16b")),
-    Figure("fig. 5", five_gratings, ("A19", "A19b")),
-    Figure("fig. 6", depths, ("A20", "A21", "A21b")),
-    Figure("fig. 7", natural_touch, ("A22", "A23"), "strokes"),
-    Figure("fig. 8", against_spectrum, ("A24", "A25", "A26"), "strokes"),
-    Figure("fig. 9", single_intervals, ("A28",), "strokes"),
-    Figure("fig. 10", contacts, ("A34", "A33"), "softness"),
-    Figure("fig. 11", spread, ("A36", "A36b", "A37", "A38"), "softness"),
-)

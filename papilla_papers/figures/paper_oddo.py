@@ -7,16 +7,9 @@ import numpy as np
 
 from papilla.core.units import PER_CENT, UM_PER_MM
 from papilla_papers.claims.experiments import wavelets
-from papilla_papers.claims.experiments.wavelets import (
-    ASSUMED_RUNS,
-    PERIODS_MM,
-    RUNS_A_GRATING,
-    WAVELET_SCENE,
-    RATE_Hz,
-    phase_deg,
-)
-from papilla_papers.claims.signals import SHARED_SCENE, listed, share_of_noise, times
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, dashed, printed
+from papilla_papers.claims.experiments.wavelets import PERIODS_MM, WAVELET_SCENE, RATE_Hz, phase_deg
+from papilla_papers.claims.signals import SHARED_SIGNALS, listed, share_of_noise, times
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade, dashed, printed
 from papilla_papers.methods.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
 
 CHANNEL_NAMES = ("P1S4", "P1S1", "P1S2")
@@ -50,8 +43,7 @@ def _active(period: float = WAVELET_FIGURES.period_mm, seed: int = WAVELET_FIGUR
 def _lines(records: Records, title: str, window: tuple[float, float]) -> Panel:
     time = np.arange(len(records[0])) / RATE_Hz
     curves = tuple(
-        Curve(name, time, reading, color=k)
-        for k, (name, reading) in enumerate(zip(CHANNEL_NAMES, records, strict=True))
+        Curve(name, time, values, color=k) for k, (name, values) in enumerate(zip(CHANNEL_NAMES, records, strict=True))
     )
     return Panel(title, "time, s", "output", curves, x_range=window)
 
@@ -175,7 +167,7 @@ def _runs() -> list[wavelets.ActiveRun]:
 def _means() -> np.ndarray:
     """Means of f_MP (grating, run, pair)."""
     means = np.array([[window.mean_Hz for window in run.windows] for run in _runs()])
-    return means.reshape(len(PERIODS_MM), RUNS_A_GRATING, len(TEXTURE_PAIRS))
+    return means.reshape(len(PERIODS_MM), wavelets.RUNS_A_GRATING, len(TEXTURE_PAIRS))
 
 
 HZ_DIGITS = 6
@@ -257,12 +249,11 @@ def textiles() -> Picture:
             window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
             height = np.convolve(rng.standard_normal(len(x)), window, "same")
         surface = np.interp(place, x, height / height.std())
-        felt = np.clip(
-            np.minimum(time - BEGIN_S, BEGIN_S + WAVELET_SCENE.active.encoded_s - time) / ASSUMED_RUNS.edge_s, 0, 1
-        )
-        noise = share_of_noise(SHARED_SCENE.snr_dB["2011_oddo"])
-        first_channel, second = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
-        wavelet = cross_wavelet(first_channel, second, RATE_Hz, octaves(*WAVELET_FIGURES.octaves_Hz))
+        inside_s = np.minimum(time - BEGIN_S, BEGIN_S + WAVELET_SCENE.active.encoded_s - time)
+        felt = np.clip(inside_s / wavelets.ASSUMED_RUNS.edge_s, 0, 1)
+        noise = share_of_noise(SHARED_SIGNALS.snr_dB["2011_oddo"])
+        upper, lower = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
+        wavelet = cross_wavelet(upper, lower, RATE_Hz, octaves(*WAVELET_FIGURES.octaves_Hz))
         first, last = _touched(SHOWN_WINDOWS.rub_map_s)
         inside = (time >= first) & (time <= last)
         value = np.abs(wavelet.product)[::every][:, inside]
@@ -305,19 +296,19 @@ def passive_table() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     worst = 0.0
-    settings, frequencies = WAVELET_FIGURES.passive_table, octaves(*WAVELET_FIGURES.octaves_Hz)
-    reached = zip((wavelets.PASSIVE_TOUCH.rest_s, STEP_S), settings.after_s, strict=True)
+    setup, frequencies = WAVELET_FIGURES.passive_table, octaves(*WAVELET_FIGURES.octaves_Hz)
+    reached = zip((wavelets.PASSIVE_TOUCH.rest_s, STEP_S), setup.after_s, strict=True)
     begins = [round((at + after) * RATE_Hz) for at, after in reached]
     for period in PERIODS_MM:
         ridges = []
-        for run in range(RUNS_A_GRATING):
-            fourth, first, second = _passive(period, settings.first_seed + run)
+        for run in range(wavelets.RUNS_A_GRATING):
+            fourth, first, second = _passive(period, setup.first_seed + run)
             pairs = ((fourth, first), (first, second))
             ridges.append([cross_wavelet(*pair, RATE_Hz, frequencies).ridge.frequency_Hz for pair in pairs])
         values = np.array(ridges)
         for speed, begin in zip(wavelets.SPEEDS_MM_S, begins, strict=True):
             for pair, name in enumerate(TEXTURE_PAIRS):
-                cells = wavelets.indices(values[:, pair, begin : begin + settings.samples])
+                cells = wavelets.indices(values[:, pair, begin : begin + setup.samples])
                 rows.append((f"{UM_PER_MM * period:.0f} µm", f"{speed:.2g} mm/s", name, *_in_Hz(cells)))
                 worst = max(worst, PER_CENT * cells[1] / cells[0])
     heads = ("grating", "speed", "pair", *INDEX_HEADS)
@@ -349,19 +340,19 @@ def neighbours() -> Picture:
     Features are the mean f_MP of two pairs in 24 active runs, leave-M-out over 1000 random splits (10,000 in print),
     one neighbour. The number measures how well the speed repeats from run to run, which is not published.
     """
-    assumed_spread = ASSUMED_RUNS.speed_spread
+    assumed_spread = wavelets.ASSUMED_RUNS.speed_spread
     seed = WAVELET_FIGURES.campaigns.other_spreads
     sets = {
         spread: _runs()
         if spread == assumed_spread
-        else wavelets.campaign(seed, replace(ASSUMED_RUNS, speed_spread=spread))
+        else wavelets.campaign(seed, replace(wavelets.ASSUMED_RUNS, speed_spread=spread))
         for spread in WAVELET_SCENE.spreads
     }
     printed = dict(WAVELET_FIGURES.neighbours.printed)
     rows: list[tuple[str | float, ...]] = [
         (
             f"{left_out}",
-            f"{RUNS_A_GRATING - left_out // len(PERIODS_MM)}",
+            f"{wavelets.RUNS_A_GRATING - left_out // len(PERIODS_MM)}",
             *(wavelets.accuracy(runs, left_out) for runs in sets.values()),
             f"{printed[left_out]:g}" if left_out in printed else "",
         )
@@ -375,19 +366,3 @@ def neighbours() -> Picture:
     )
     finding = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
     return Picture(table=PrintedTable(heads, tuple(rows)), found=finding)
-
-
-FIGURES_ODDO = (
-    Figure("fig. 2", passive_record, ("D5", "D24")),
-    Figure("fig. 3", passive_maps, ("D9", "D10", "D18")),
-    Figure("fig. 4", active_record, ("D6",)),
-    Figure("fig. 5", active_maps, ("D12", "D18")),
-    Figure("fig. 6", three_gratings, ("D24",)),
-    Figure("fig. 7", every_run, ("D6", "D13", "D21"), "active"),
-    Figure("fig. 8", clusters, ("D20",), "active"),
-    Figure("fig. 9", textiles, ("D27", "D28")),
-    Figure("table I", expected, ("D4",)),
-    Figure("table II", passive_table, ("D15", "D16")),
-    Figure("table III", active_table, ("D14", "D20"), "active"),
-    Figure("table IV", neighbours, ("D22", "D23", "D23b"), "active"),
-)

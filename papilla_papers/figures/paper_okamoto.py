@@ -10,9 +10,9 @@ from papilla import fem
 from papilla.model.finger import Finger
 from papilla.telepresence import HandMotion, read_curve
 from papilla_papers.claims.experiments import gratings
-from papilla_papers.claims.experiments.spectra import SPECTRUM_PAPER, SPECTRUM_SCENE, STROKE_SEEDS
-from papilla_papers.claims.signals import SHARED_SCENE, RATE_Hz, answers_mm, noisy_scene, share_of_noise
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, dashed
+from papilla_papers.claims.experiments.spectra import SPECTRUM_PAPER, SPECTRUM_SCENE, in_strokes
+from papilla_papers.claims.signals import SHARED_SIGNALS, RATE_Hz, share_of_noise
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, dashed
 from papilla_papers.grating_signals import signals_over_gratings
 from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla_papers.telepresence import NOTICED_MS, TESTS_MM, Condition, experiments_2011
@@ -30,41 +30,34 @@ def wavelengths() -> Picture:
     have four seeds; the finger by finite elements (middle gauge, its mean removed, 1 mm deep, friction 0.3) has one
     cycle where the paper has five. Print has no numbers.
     """
-    settings, truth = SPECTRUM_FIGURES.wavelengths, np.array(SPECTRUM_FIGURES.wavelengths.gratings_mm)
-    synthetic = [
-        np.concatenate(
-            [answers_mm(Okamoto(), noisy_scene("act2", wavelength, SPECTRUM_PAPER, seed)) for seed in STROKE_SEEDS]
-        )
-        for wavelength in settings.gratings_mm
-    ]
+    setup, truth = SPECTRUM_FIGURES.wavelengths, np.array(SPECTRUM_FIGURES.wavelengths.gratings_mm)
+    synthetic = [in_strokes(mm) for mm in setup.gratings_mm]
     time, turn = np.arange(round(RATE_Hz / HAND_MOTION.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND_MOTION.strokes_Hz
     velocity = HAND_MOTION.peak_mm_s * np.sin(turn * time)
     place = HAND_MOTION.peak_mm_s / turn * (1 - np.cos(turn * time))
     motion, section, felt = fem.Motion(time, place, float(RATE_Hz)), fem.prepare_section(Finger.default()), []
-    for wavelength in settings.gratings_mm:
-        slid = gratings.default_slide(
-            gratings.grating(wavelength), motion, depth=SPECTRUM_FIGURES.depth_mm, section=section
-        )
+    for mm in setup.gratings_mm:
+        slid = gratings.default_slide(gratings.grating(mm), motion, depth=SPECTRUM_FIGURES.depth_mm, section=section)
         # The mean is taken away, as by a bridge that is balanced when the finger rests on the grating
         output = slid.amplified[:, gratings.MIDDLE_GAUGE] - slid.amplified[:, gratings.MIDDLE_GAUGE].mean()
-        noise = share_of_noise(SHARED_SCENE.snr_dB[SPECTRUM_PAPER]) * output.std()
-        output = output + noise * np.random.default_rng(settings.seed).standard_normal(len(output))
+        noise = share_of_noise(SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER]) * output.std()
+        output = output + noise * np.random.default_rng(setup.seed).standard_normal(len(output))
         estimates = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
         felt.append(
             estimates[
-                (np.abs(velocity) > settings.fast * HAND_MOTION.peak_mm_s)
-                & (time > settings.settled_s)
+                (np.abs(velocity) > setup.fast * HAND_MOTION.peak_mm_s)
+                & (time > setup.settled_s)
                 & np.isfinite(estimates)
             ]
         )
     curves, words = [dashed(truth[[0, -1]], truth[[0, -1]], "match")], []
     for number, (name, groups) in enumerate((("synthetic", synthetic), ("finger by finite elements", felt))):
         mean, spread = np.array([g.mean() for g in groups]), np.array([g.std() for g in groups])
-        curves.append(Curve(name, truth + settings.beside_mm * number, mean, "points", spread))
+        curves.append(Curve(name, truth + setup.beside_mm * number, mean, "points", spread))
         off = np.abs(mean - truth)
-        fine, coarse = off[truth < settings.coarse_mm].max(), off[truth >= settings.coarse_mm].max()
+        fine, coarse = off[truth < setup.coarse_mm].max(), off[truth >= setup.coarse_mm].max()
         words.append(f"{name}: below 2 mm within {fine:.2f} mm, from 2 mm on {coarse:.2f} mm")
-    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=settings.estimated_mm)
+    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=setup.estimated_mm)
     return Picture((panel,), found=f"Greatest error of the mean: {'; '.join(words)}.")
 
 
@@ -96,17 +89,14 @@ def power_over_speed() -> Picture:
     friction; power of the fundamental, the mean of five gauges, over the greatest of all. The paper finds it nearly
     flat, against what it expected of viscosity; its speeds and powers are not printed as numbers.
     """
-    powers, settings = _powers(), SPECTRUM_FIGURES.power
-    curves = tuple(
-        Curve(f"{wavelength:g} mm", np.array(settings.speeds_mm_s), powers[:, k])
-        for k, wavelength in enumerate(TESTS_MM)
-    )
+    powers, setup = _powers(), SPECTRUM_FIGURES.power
+    curves = tuple(Curve(f"{mm:g} mm", np.array(setup.speeds_mm_s), powers[:, k]) for k, mm in enumerate(TESTS_MM))
     ratio = powers.max(axis=0) / powers.min(axis=0)
     finding = (
         f"From 25 to 200 mm/s a grating's power changes by a factor of {ratio.min():.1f} to {ratio.max():.1f}; between "
         f"gratings at one speed by {(powers.max(axis=1) / powers.min(axis=1)).max():.0f}."
     )
-    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=settings.shown_mm_s, log="y")
+    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=setup.shown_mm_s, log="y")
     return Picture((panel,), found=finding)
 
 
@@ -210,13 +200,3 @@ def signals() -> Picture:
     return Picture(
         table=PrintedTable(("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms"), rows)
     )
-
-
-FIGURES_OKAMOTO = (
-    Figure("fig. 9", wavelengths, ("C19", "C21", "C22")),
-    Figure("fig. 10", power_over_speed, ("C24", "C27"), "power"),
-    Figure("fig. 11", power_over_wavelength, ("C23", "C25"), "power"),
-    Figure("fig. 15", without_delay, ("C35", "C38"), "felt"),
-    Figure("fig. 16", with_delay, ("C36", "C37"), "felt"),
-    Figure("tables 1-4", signals, ("C34",), "felt"),
-)

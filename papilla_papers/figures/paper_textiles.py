@@ -12,7 +12,7 @@ from papilla.model.textures import MeasuredProfile
 from papilla_papers.claims.experiments import gratings
 from papilla_papers.claims.experiments.textiles import TEXTILE_SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla_papers.claims.signals import listed
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, printed
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade, printed
 from papilla_papers.methods.texture import band_amplitudes, best_band, concordance, printed_bands
 
 TEXTILE_FIGURES = TEXTILE_SCENE.figures
@@ -231,14 +231,3 @@ def grid() -> Picture:
         rows.append((f"f{number - 1} - f{number}", computed, text, len(allowed)))
     heads = ("band", "lowest, highest, Hz", "printed", "bands")
     return Picture(table=PrintedTable(heads, tuple(rows)), found=f"{len(printed_bands())} bands in all.")
-
-
-FIGURES_TEXTILES = (
-    Figure("fig. 2 (b)", vibration, ("E6",), "fabrics"),
-    Figure("fig. 3", roughness, ("E11", "E12"), "fabrics"),
-    Figure("fig. 4", contour, ("E8",), "fabrics"),
-    Figure("fig. 5", bands, ("E7", "E9", "X3"), "fabrics"),
-    Figure("fig. 6", agreement, ("E14", "E15"), "fabrics"),
-    Figure("table 1", fabrics, ("X4",)),
-    Figure("table 2", grid, ("E4", "E5")),
-)

@@ -5,6 +5,7 @@ import difflib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,46 +13,28 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import check_writable, replacing_set, write_text
+from papilla.core.outside import shipped, toml
 from papilla.model.finger import Finger
 from papilla.telepresence import read_curve
 from papilla.verify.jobs import Progress, no_progress, run_jobs
 from papilla.view.style import STYLE_SHEET
 from papilla_papers.claims.scenes import scenes
-from papilla_papers.figures import drawing, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
+from papilla_papers.figures import drawing
 from papilla_papers.figures.picture import Figure, Paper, Picture, as_csv
 
-IS_PHOTO, IS_DIAGRAM = "a photograph", "a drawing or block diagram without data"
+
+def _paper(title: str, module: str, left_out: Mapping[str, str], figures: Sequence[Mapping]) -> Paper:
+    """A paper whose figures are computed by functions of a module next to this one."""
+    functions = import_module(f"{__package__}.{module}")
+    drawn = (
+        Figure(one["name"], getattr(functions, one["make"]), (*one["claims"],), one.get("group", "")) for one in figures
+    )
+    return Paper(title, (*drawn,), left_out)
+
 
 ALL_PAPERS: dict[str, Paper] = {
-    "2006": Paper(
-        "2006: real-time estimation of touch feeling factors",
-        paper_2006.FIGURES_2006,
-        {"fig. 1": IS_DIAGRAM, "fig. 3": IS_DIAGRAM, "fig. 4": IS_PHOTO},
-    ),
-    "2007": Paper(
-        "2007: roughness feeling telepresence",
-        paper_2007.FIGURES_2007,
-        {"fig. 1": IS_DIAGRAM, "fig. 2": IS_PHOTO, "fig. 4": IS_DIAGRAM, "figs 6, 7": IS_PHOTO},
-    ),
-    "2011_okamoto": Paper(
-        "2011: remote tactile transmission with time delay",
-        paper_okamoto.FIGURES_OKAMOTO,
-        {
-            "figs 1, 2, 6, 12, 13": IS_DIAGRAM,
-            "figs 3, 4, 5, 7, 8, 14": IS_PHOTO,
-            "figs 15, 16, tables 1-4": "answers of people",
-        },
-    ),
-    "2011_oddo": Paper(
-        "2011: roughness encoding in artificial active touch",
-        paper_oddo.FIGURES_ODDO,
-        {"fig. 1": IS_PHOTO, "the micrographs of fig. 9": IS_PHOTO},
-    ),
-    "textiles": Paper(
-        "Tactile design of manipulator fingers: fingertip and textile vibration",
-        paper_textiles.FIGURES_TEXTILES,
-        {"fig. 1": IS_PHOTO, "fig. 2 (a)": IS_DIAGRAM},
-    ),
+    name: _paper(**paper)
+    for name, paper in toml(shipped("papilla_papers.figures", "papers.toml"), "papers.toml").items()
 }
 """Papers by their names in `papilla reproduce`."""
 

@@ -92,17 +92,14 @@ class PrintedSoftness(Stream):
     def _take_refitted(self, form: Form, calibration: Calibration) -> None:
         """Use a regression of the calibration; raises `InputError` if it has none, or one without an inverse."""
         if form == "compact":
-            form_of_calibration = calibration.compact
-            if form_of_calibration is None:
+            fitted = calibration.compact
+            if fitted is None:
                 raise InputError("the calibration has no compact form: its S_d does not follow it")
             # A specimen at the end of what was fitted scatters beyond it, where the form saturates as the physics does
-            ends = (
-                form_of_calibration.modulus_MPa[0] / BEYOND_HARDEST,
-                BEYOND_HARDEST * form_of_calibration.modulus_MPa[1],
-            )
-            self._compact = replace(form_of_calibration, modulus_MPa=ends)
-            self.misfit = form_of_calibration.sd_rms
-            force_N = form_of_calibration.force_N
+            ends = (fitted.modulus_MPa[0] / BEYOND_HARDEST, BEYOND_HARDEST * fitted.modulus_MPa[1])
+            self._compact = replace(fitted, modulus_MPa=ends)
+            self.misfit = fitted.sd_rms
+            force_N = fitted.force_N
         else:
             inverse, force_N = calibration.inverse, calibration.domain["force_N"]
             if inverse.modulus_MPa is None:

@@ -8,21 +8,12 @@ from scipy.stats import binomtest
 from papilla.core.units import MS_PER_S
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import even, scene
-from papilla_papers.claims.signals import (
-    SCENE_SEEDS,
-    RATE_Hz,
-    answers_mm,
-    answers_to,
-    apart,
-    listed,
-    noisy_scene,
-    times,
-)
+from papilla_papers.claims.signals import RATE_Hz, answers_to, listed, noisy_scene, on_gratings, times
 from papilla_papers.methods.roughness import ZeroCrossing, expected_error, optimal_period
 from papilla_papers.methods.roughness.impulses import UpwardCrossings
 
 COUNT_SCENE = scene("counts")
-COUNTED_WAVELENGTHS_MM: tuple[float, ...] = COUNT_SCENE.wavelengths_mm
+COUNTED_MM: tuple[float, ...] = COUNT_SCENE.wavelengths_mm
 PERIODS_S = even(COUNT_SCENE.periods_s)
 
 
@@ -55,20 +46,16 @@ def _period(assumed: NaturalTouch) -> dict:
     window = round(COUNT_SCENE.printed_s * RATE_Hz)
     crossings = UpwardCrossings(window, UpwardCrossings.PRINTED, float(RATE_Hz), COUNT_SCENE.cutoff_Hz)
     fired = [crossings.fire(value) for value in line.tolist()]
-    best = {wavelength: optimal_period(wavelength, *touch) for wavelength in COUNTED_WAVELENGTHS_MM[::-1]}
+    best = {wavelength: optimal_period(wavelength, *touch) for wavelength in COUNTED_MM[::-1]}
     # Error of the wavelength, relative: the error of the frequency over its amplitude
     total = np.sqrt(sum((expected_error(PERIODS_S, wavelength, *touch) * wavelength) ** 2 for wavelength in best))
-    cost = max(
-        float(expected_error(COUNT_SCENE.printed_s, wavelength, *touch) / expected_error(period, wavelength, *touch))
-        - 1
-        for wavelength, period in best.items()
-    )
+    errors = [expected_error(np.array([COUNT_SCENE.printed_s, period]), mm, *touch) for mm, period in best.items()]
     return {
         "a_period": sum(fired) / (COUNT_SCENE.line_Hz * COUNT_SCENE.seconds),
         "window": ZeroCrossing().window_samples / RATE_Hz,
         "best_A": float(PERIODS_S[int(np.argmin(total))]),
         "each": listed(best.values(), ".3f"),
-        "cost": cost,
+        "cost": max(float(printed / least) - 1 for printed, least in errors),
         "significant": float(next(k for k in range(n // 2, n + 1) if binomtest(k, n).pvalue < COUNT_SCENE.level)),
     }
 
@@ -77,17 +64,9 @@ def _told_apart(cause: bool) -> dict:
     """Answers on each grating, the longest first: share of means nearest to their own millimetre."""
     values: dict = {}
     for name, motion in (("apart", "const"), ("apart_touch", "act1")):
-        groups = [
-            [
-                answers_mm(ZeroCrossing(), noisy_scene(motion, grating, "2007", seed, cause=cause))
-                for grating in COUNTED_WAVELENGTHS_MM
-            ]
-            for seed in SCENE_SEEDS
-        ]
-        means = np.array([[levels.mean() if levels.size else np.nan for levels in answers] for answers in groups])
-        values[name] = float(np.mean(np.round(means) == COUNTED_WAVELENGTHS_MM))
+        means, values[f"{name}_deviations"] = on_gratings(ZeroCrossing, COUNTED_MM, motion, "2007", cause=cause)
+        values[name] = float(np.mean(np.round(means) == COUNTED_MM))
         values[f"{name}_mm"] = listed(means.mean(axis=0)) + " mm"
-        values[f"{name}_deviations"] = float(np.mean([apart(answers) for answers in groups]))
     return values
 
 
@@ -95,9 +74,8 @@ def _steps(cause: bool) -> dict:
     """Time in ms from a step of 1 to 4 mm until the answer is first about 4 mm, and its mean from there on."""
     step, first, means = COUNT_SCENE.step, [], []
     for seed in range(step.seeds):
-        seen = noisy_scene(
-            "const", step.from_mm, "2007", seed, cause=cause, seconds=step.seconds, step_to_mm=step.to_mm
-        )
+        how = {"cause": cause, "seconds": step.seconds, "step_to_mm": step.to_mm}
+        seen = noisy_scene("const", step.from_mm, "2007", seed, **how)
         after = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)[step.at_sample :]
         near = np.abs(after / step.to_mm - 1) <= step.near[0] / step.near[1]
         first.append(float(np.argmax(near)) if near.any() else np.inf)

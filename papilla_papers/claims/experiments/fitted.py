@@ -14,15 +14,8 @@ from papilla.core.units import PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace
 from papilla_papers.claims.claim import Experiment
+from papilla_papers.claims.experiments import softness
 from papilla_papers.claims.experiments.presses import DEPTH_NAMES, PRINTED_N, RIGID_MPA
-from papilla_papers.claims.experiments.softness import (
-    REGRESSION_FORCES_GF,
-    SOFTNESS_SCENE,
-    by_force,
-    scaled_to_9,
-    sweep,
-    with_lever,
-)
 from papilla_papers.claims.scenes import by_factors, scene
 
 FITTED_SCENE = scene("fitted")
@@ -32,9 +25,7 @@ PRIOR_WIDTH = float(np.log(2) / 2)
 LEVER_PLACE, LEAST_SLOPE = 2, 1e-3
 """Place of the lever among the unknowns; and change of the weighted misfits by one scale of the lever below which the
 lever is not determined: on the published finger it is 3."""
-SKIN_FACTORS, STIFFNESS_FACTORS, LEVERS_MM = (
-    np.array(FITTED_SCENE[name]) for name in ("skins", "stiffer", "levers_mm")
-)
+SKIN_FACTORS, STIFF_FACTORS, LEVERS_MM = (np.array(FITTED_SCENE[name]) for name in ("skins", "stiffer", "levers_mm"))
 DEPTH_FORCES_N = by_factors(FITTED_SCENE.forces_N)
 
 
@@ -50,9 +41,9 @@ def run(tell) -> dict:
     finger = Finger.published()
     reduced = fem.prepare(finger)
     tell("presses")
-    ours = by_force(sweep(reduced, SPECIMENS_MPA, gf_to_newton(REGRESSION_FORCES_GF)))
+    ours = softness.by_force(softness.sweep(reduced, SPECIMENS_MPA, gf_to_newton(softness.SD_FORCES_GF)))
     early = finger.bench.touch_down
-    (scale, rms), (_, heavy) = (scaled_to_9(ours, first) for first in (0, SOFTNESS_SCENE.heavy))
+    (scale, rms), (_, heavy) = (softness.scaled_to_9(ours, first) for first in (0, softness.SOFTNESS_SCENE.heavy))
     values = {"early": early, "hard_ratio": ours[-1, 2] / ours[-1, 1], "rms": rms, "rms_30": heavy}
     for depth, name in zip(PRINTED_N, DEPTH_NAMES, strict=True):
         force = fem.press(reduced, HalfSpace(RIGID_MPA), indentation=depth - early).force
@@ -64,7 +55,7 @@ def run(tell) -> dict:
 
 def _printed() -> np.ndarray:
     """S_d (forces, specimens) of (9)."""
-    return published_sd(REGRESSION_FORCES_GF[:, None], np.array(SPECIMENS_MPA))
+    return published_sd(softness.SD_FORCES_GF[:, None], np.array(SPECIMENS_MPA))
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,17 +78,17 @@ class Relatives:
         readings, depths = [], []
         for skin in SKIN_FACTORS:
             reduced = fem.prepare(replace(finger, outer=Layer(skin * finger.outer.modulus, finger.outer.nu)))
-            levers = [with_lever(reduced, lever) for lever in LEVERS_MM]
-            for k in STIFFNESS_FACTORS:
-                moduli, forces = np.array(SPECIMENS_MPA) / k, gf_to_newton(REGRESSION_FORCES_GF) / k
-                tables = [sweep(finger_with_lever, moduli, forces) for finger_with_lever in levers]
+            levers = [softness.with_lever(reduced, lever) for lever in LEVERS_MM]
+            for k in STIFF_FACTORS:
+                moduli, forces = np.array(SPECIMENS_MPA) / k, gf_to_newton(softness.SD_FORCES_GF) / k
+                tables = [softness.sweep(levered, moduli, forces) for levered in levers]
                 order = np.lexsort((tables[0].modulus_MPa, tables[0].force_N))
                 readings.append([table.reading[order].reshape(len(forces), len(moduli), -1) for table in tables])
                 flat = HalfSpace(RIGID_MPA)
                 depths.append(
                     [fem.press(reduced, flat, force=float(force) / k).indentation for force in DEPTH_FORCES_N]
                 )
-        shape = (len(SKIN_FACTORS), len(STIFFNESS_FACTORS))
+        shape = (len(SKIN_FACTORS), len(STIFF_FACTORS))
         felt = np.array(readings).reshape(*shape, *np.shape(readings[0]))
         return cls(finger, felt, np.array(depths).reshape(*shape, -1))
 
@@ -105,7 +96,7 @@ class Relatives:
         """S_d (forces, specimens), and depth (mm) at `DEPTH_FORCES_N`, of logarithms of the two factors, lever and
         touch-down in mm."""
         skin, stiff, lever, early = unknowns
-        places = zip((SKIN_FACTORS, STIFFNESS_FACTORS), (skin, stiff), strict=True)
+        places = zip((SKIN_FACTORS, STIFF_FACTORS), (skin, stiff), strict=True)
         weights = [BarycentricInterpolator(np.log(nodes), np.eye(len(nodes)))(place) for nodes, place in places]
         both = np.einsum("r,s,rs...->...", *weights, self.readings)
         share = (lever - LEVERS_MM[1]) / (LEVERS_MM[0] - LEVERS_MM[1])
@@ -130,15 +121,12 @@ class Relatives:
             of_9 = (
                 misfit.ravel() / np.sqrt(np.mean(_printed() ** 2)) / SD_MISFIT * np.sqrt(SD_NUMBERS / _printed().size)
             )
-            depth_errors = [
-                np.interp(np.log(PRINTED_N[printed_mm]), np.log(DEPTH_FORCES_N), depth) / printed_mm - 1
-                for printed_mm in depths
-            ]
+            depth_errors = [np.interp(np.log(PRINTED_N[mm]), np.log(DEPTH_FORCES_N), depth) / mm - 1 for mm in depths]
             layers = np.array(moduli) * np.exp([unknowns[:2].sum(), unknowns[1]])
             priors = np.log(layers / FITTED_SCENE.priors_MPa) / PRIOR_WIDTH
             return np.concatenate([of_9, np.array(depth_errors) / DEPTH_ERROR, priors])
 
-        low, high = np.log([[SKIN_FACTORS[k], STIFFNESS_FACTORS[k]] for k in (0, -1)])
+        low, high = np.log([[SKIN_FACTORS[k], STIFF_FACTORS[k]] for k in (0, -1)])
         bounds = ([*low, *FITTED_SCENE.lowest_mm], [*high, *FITTED_SCENE.highest_mm])
         # Readings change sign with the lever, S_d does not: there is a second minimum, 21 times as high, at a lever
         # beyond which S_d rises again. So the descent starts on both sides.

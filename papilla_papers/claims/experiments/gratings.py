@@ -22,7 +22,7 @@ from papilla.telepresence import read_curve
 from papilla.telepresence.amplitude import PowerCurve
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import SHARED_SCENE, apart, listed
+from papilla_papers.claims.signals import SHARED_SIGNALS, apart, listed
 from papilla_papers.methods.roughness import ImpulseDensity
 from papilla_papers.methods.roughness.impulses import Corpuscle
 
@@ -174,23 +174,19 @@ def two_grooves(between_mm: float) -> MeasuredProfile:
     return MeasuredProfile(place, np.where(np.searchsorted(edges, place) % 2 == 1, -GRATING_SCENE.groove_mm, 0.0))
 
 
-def density(scene_readings: SceneReadings, gauge: int) -> np.ndarray:
+def density(slide: SceneReadings, gauge: int) -> np.ndarray:
     """Answers (n,) in mm of the printed density for a gauge, after its window is full."""
-    block = np.column_stack(
-        [scene_readings.readings[:, gauge], np.full(len(scene_readings.readings), scene_readings.speed_mm_s)]
-    )
+    block = np.column_stack([slide.readings[:, gauge], np.full(len(slide.readings), slide.speed_mm_s)])
     answer = np.asarray(ImpulseDensity().process(block).wavelength_mm)[GRATING_SCENE.window_is_full :]
     return answer[np.isfinite(answer)]
 
 
-def _grating_rms(
-    scene_readings: SceneReadings, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)
-) -> np.ndarray:
+def _grating_rms(slide: SceneReadings, wavelength: float, harmonics: tuple[int, ...] = (1, 2, 3)) -> np.ndarray:
     """Rms (g,) in microstrain of the part with the grating's period: its first harmonics, over the last half."""
-    place = scene_readings.place_mm
+    place = slide.place_mm
     periods = np.floor(0.5 * np.ptp(place) / wavelength)
     rows = place > place[-1] - periods * wavelength + GRATING_SCENE.rounding_mm
-    readings = scene_readings.readings[rows] - scene_readings.readings[rows].mean(axis=0)
+    readings = slide.readings[rows] - slide.readings[rows].mean(axis=0)
     turns = np.exp(-2j * np.pi * np.outer(harmonics, place[rows]) / wavelength)
     return np.sqrt(2 * (np.abs(turns @ readings / rows.sum()) ** 2).sum(axis=0))
 
@@ -198,7 +194,7 @@ def _grating_rms(
 def _levels(assumed: SlideParameters) -> dict:
     """Wavelengths of the five gratings, as the printed impulse density and the spectrum over the path estimate them."""
     lines_in = GRATING_SCENE.levels
-    five = {wavelength: over(assumed, wavelength, GRATING_SCENE.usual) for wavelength in SHARED_SCENE.five_mm}
+    five = {wavelength: over(assumed, wavelength, GRATING_SCENE.usual) for wavelength in SHARED_SIGNALS.five_mm}
     levels = [density(slide, assumed.gauge) for slide in five.values()]
     estimates, rows = [], slice(lines_in.first_sample, None)
     for slide in five.values():
@@ -305,10 +301,7 @@ def _stick_slip(cause: bool) -> dict:
 def _smooth_skin(assumed: SlideParameters) -> dict:
     """Ratio of the signal of 3.0 mm to that of 1.8 mm on smooth skin."""
     setting = dict(GRATING_SCENE.smooth_skin)
-    coarse, fine = (
-        _grating_rms(over(assumed, wavelength, setting), wavelength)[assumed.gauge]
-        for wavelength in setting.pop("wavelengths_mm")
-    )
+    coarse, fine = (_grating_rms(over(assumed, mm, setting), mm)[assumed.gauge] for mm in setting.pop("wavelengths_mm"))
     return {"grows": float(coarse / fine)}
 
 
@@ -343,18 +336,16 @@ def _finest(cause: bool) -> dict:
 
 def _rough(assumed: SlideParameters) -> dict:
     """Lines in a scene on a rough profile without a period, those of ridges left out."""
-    settings = GRATING_SCENE.profile
-    place = np.arange(settings.from_mm, settings.to_mm, settings.point_mm)
-    height = gaussian_filter1d(np.random.default_rng(settings.seed).standard_normal(place.size), settings.blur_points)
-    rough = over(assumed, MeasuredProfile(place, settings.rms_mm * height / height.std()), GRATING_SCENE.rough)
+    setup = GRATING_SCENE.profile
+    place = np.arange(setup.from_mm, setup.to_mm, setup.point_mm)
+    height = gaussian_filter1d(np.random.default_rng(setup.seed).standard_normal(place.size), setup.blur_points)
+    rough = over(assumed, MeasuredProfile(place, setup.rms_mm * height / height.std()), GRATING_SCENE.rough)
     readings = rough.readings[:, assumed.gauges]
-    lines = find_lines(rough.place_mm, readings, wavelength_range_mm=settings.wavelength_range_mm).lines
+    lines = find_lines(rough.place_mm, readings, wavelength_range_mm=setup.wavelength_range_mm).lines
     waves = [line.wavelength_mm for line in lines]
-    ridges = [assumed.pitch_mm / k for k in settings.ridge_harmonics]
+    ridges = [assumed.pitch_mm / k for k in setup.ridge_harmonics]
     return {
-        "rough_lines": float(
-            sum(min(abs(ridge / wave - 1) for ridge in ridges) > settings.tolerance for wave in waves)
-        ),
+        "rough_lines": float(sum(min(abs(ridge / wave - 1) for ridge in ridges) > setup.tolerance for wave in waves)),
         "rough_mm": listed(waves, ".3f") or "none",
         "rough_uE": float(rough.readings[GRATING_SCENE.slides_after :, MIDDLE_GAUGE].std()),
     }
@@ -379,10 +370,8 @@ def _curve(assumed: SlideParameters) -> dict:
 
 def _powers(assumed: SlideParameters, wavelengths_mm) -> tuple[float, ...]:
     """Power of the fundamental over its greatest: mean of the five gauges, or of the one with another grid."""
-    scenes = [over(assumed, wavelength, GRATING_SCENE.curve) for wavelength in wavelengths_mm]
-    rms = np.array(
-        [_grating_rms(slide, wavelength, (1,)) for slide, wavelength in zip(scenes, wavelengths_mm, strict=True)]
-    )
+    scenes = [over(assumed, mm, GRATING_SCENE.curve) for mm in wavelengths_mm]
+    rms = np.array([_grating_rms(slide, mm, (1,)) for slide, mm in zip(scenes, wavelengths_mm, strict=True)])
     power = rms[:, assumed.gauges] ** 2
     return tuple((power / power.max(axis=0)).mean(axis=1).tolist())
 

@@ -1,5 +1,6 @@
 """2006, section III: impulses of a model corpuscle (density and intervals), compared with a short-time spectrum."""
 
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -8,20 +9,15 @@ import numpy as np
 from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.estimators import find_lines
 from papilla.scenes.scenes import Scene
+from papilla_papers.claims import signals
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
 from papilla_papers.claims.signals import (
+    METHOD_VARIANTS,
     SCENE_SEEDS,
-    SHARED_SCENE,
     RATE_Hz,
-    WhiteNoise,
-    answers_mm,
     answers_to,
-    apart,
-    follows,
-    lag_ms,
-    listed,
-    mean_error,
+    frequencies_Hz,
     noisy_scene,
     times,
 )
@@ -30,7 +26,7 @@ from papilla_papers.methods.roughness.impulses import Corpuscle
 
 IMPULSE_SCENE = scene("impulses")
 IMPULSE_PAPER = "2006"
-IMPULSE_NOISE = WhiteNoise(SHARED_SCENE.snr_dB[IMPULSE_PAPER])
+IMPULSE_NOISE = signals.WhiteNoise(signals.SHARED_SIGNALS.snr_dB[IMPULSE_PAPER])
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -63,12 +59,7 @@ def _rules() -> dict:
     )
     readings, size = seen.readings[:, 0], IMPULSE_SCENE.window_samples
     slope = np.abs(np.diff(readings, prepend=np.nan))
-    mean = np.array(
-        [
-            np.nanmean(slope[max(0, sample + 1 - size) : sample + 1]) if sample else np.nan
-            for sample in range(len(slope))
-        ]
-    )
+    mean = np.array([np.nanmean(slope[max(0, k + 1 - size) : k + 1]) if k else np.nan for k in range(len(slope))])
     above_it = slope > IMPULSE_SCENE.threshold * mean
     first = above_it & ~np.append(False, above_it[:-1])
     fired, mirrored = np.abs(impulses_of(readings)), np.abs(impulses_of(-readings))
@@ -152,23 +143,14 @@ def _grooves() -> dict:
     }
 
 
-def _levels(assumed: WhiteNoise, cause: bool = True) -> dict:
+def _levels(assumed: signals.WhiteNoise, cause: bool = True) -> dict:
     """Wavelengths of the five gratings at constant speed: share of neighbours apart, over the seeds."""
     values: dict = {}
     how: dict[str, Any] = {"cause": cause, "snr_dB": assumed.snr_dB}
     for name, variant in (("levels", "as_printed"), ("corrected", "corrected")):
-        groups = [
-            [
-                answers_mm(ImpulseDensity(variant=variant), noisy_scene("const", grating, IMPULSE_PAPER, seed, **how))
-                for grating in SHARED_SCENE.five_mm
-            ]
-            for seed in SCENE_SEEDS
-        ]
-        values[name] = float(np.mean([apart(answers) for answers in groups]))
-        means = np.mean(
-            [[np.mean(levels) if levels.size else np.nan for levels in answers] for answers in groups], axis=0
-        )
-        values[f"{name}_mm"] = listed(means) + " mm"
+        make = partial(ImpulseDensity, variant=variant)
+        means, values[name] = signals.on_gratings(make, signals.SHARED_SIGNALS.five_mm, "const", IMPULSE_PAPER, **how)
+        values[f"{name}_mm"] = signals.listed(means.mean(axis=0)) + " mm"
     return values
 
 
@@ -177,22 +159,18 @@ def _touch(cause: bool) -> dict:
     lags, shapes, ratios, steps, rows = [], [], [], [], slice(IMPULSE_SCENE.touch.first_sample, None)
     for seed in SCENE_SEEDS:
         seen = noisy_scene("act1", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed, cause=cause)
-        both = [
-            np.asarray(answers_to(kind(), seen)[0].frequency_Hz)[rows] for kind in (ImpulseDensity, ShortTimeSpectrum)
-        ]
+        both = [frequencies_Hz(method(), seen)[rows] for method in (ImpulseDensity, ShortTimeSpectrum)]
         truth = seen.frequency_Hz[rows]
-        lags.append(lag_ms(both[0], truth, seen.sample_rate_Hz))
-        shapes.append([follows(answer, truth, seen.sample_rate_Hz) for answer in both])
-        ratios.append([_fast_and_slow(seen, variant) for variant in ("as_printed", "corrected")])
+        lags.append(signals.lag_ms(both[0], truth, seen.sample_rate_Hz))
+        shapes.append([signals.follows(answer, truth, seen.sample_rate_Hz) for answer in both])
+        ratios.append([_fast_and_slow(seen, variant) for variant in METHOD_VARIANTS])
         steady = noisy_scene("const", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed)
         methods = (
-            ImpulseInterval() if cause else ImpulseDensity(),
+            (ImpulseInterval if cause else ImpulseDensity)(),
             ImpulseDensity(),
             ImpulseInterval(variant="corrected"),
         )
-        single, density, paired = (
-            np.asarray(answers_to(method, steady)[0].frequency_Hz)[steady.judged()] for method in methods
-        )
+        single, density, paired = (frequencies_Hz(method, steady)[steady.judged()] for method in methods)
         rough = [float(np.sqrt(np.nanmean(np.diff(answer) ** 2))) for answer in (single, density)]
         steps.append([*rough, *(np.nanmean(answer) / np.mean(steady.frequency_Hz) for answer in (single, paired))])
     (fast, slow), corrected = np.mean(ratios, axis=0)
@@ -235,17 +213,14 @@ def _spectrum(cause: bool) -> dict:
         noisy_scene("act1" if cause else "const", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed)
         for seed in SCENE_SEEDS[: drift.seeds]
     ]
-    moving, corrected = (
-        mean_error(lambda kind=variant: ShortTimeSpectrum(variant=kind), scenes)
-        for variant in ("as_printed", "corrected")
-    )
+    moving, corrected = (signals.mean_error(partial(ShortTimeSpectrum, variant=v), scenes) for v in METHOD_VARIANTS)
     time = times(drift.seconds)
     # Drift leaks into the lines next to 0 Hz, where a slow texture has its own
     slow = np.sin(2 * np.pi * drift.line_Hz * time) + drift.rise * time * cause
     block = np.column_stack([slow, np.full(time.size, drift.speed_mm_s)])
     first, second = (
         np.asarray(ShortTimeSpectrum(variant=variant).process(block).frequency_Hz)[drift.first_sample :]
-        for variant in ("as_printed", "corrected")
+        for variant in METHOD_VARIANTS
     )
     silent = np.random.default_rng(hops.seed).standard_normal(times(hops.seconds).size)
     estimate = ShortTimeSpectrum().process(np.column_stack([silent, np.full(silent.size, hops.speed_mm_s)]))

@@ -26,7 +26,7 @@ PRINTED_N = dict(
         strict=True,
     )
 )
-PRESSED_MODULI_MPA = tuple(by_factors(PRESS_SCENE.moduli.modulus_MPa).tolist())
+AREA_MODULI_MPA = tuple(by_factors(PRESS_SCENE.moduli.modulus_MPa).tolist())
 SPECIMEN_MODULI_MPA: tuple[float, float, float] = PRESS_SCENE.specimens_MPa
 SOFT_MODULUS_MPA, MIDDLE_MODULUS_MPA, HARD_MODULUS_MPA = SPECIMEN_MODULI_MPA
 DEPTH_NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
@@ -45,9 +45,8 @@ def run(tell, cause: bool = True) -> dict:
     tell("the finger")
     reduced = fem.prepare(finger)
     force = gf_to_newton(PRESS_SCENE.force_gf)
-    at_60 = {
-        E: fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=force) for E in SPECIMEN_MODULI_MPA
-    }
+    moduli = SPECIMEN_MODULI_MPA
+    at_60 = {E: fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=force) for E in moduli}
     tell("presses over the modulus, the field inside, with layers and without")
     return gathered(
         lambda: _over_moduli(reduced, cause),
@@ -65,23 +64,22 @@ def _block(modulus: float) -> Block:
 
 def _over_moduli(reduced, cause: bool) -> dict:
     """Contact area, the finger's part of the indentation and S_d over the modulus."""
-    settings = PRESS_SCENE.moduli
+    setup = PRESS_SCENE.moduli
     table = [
-        fem.press(reduced, _block(modulus if cause else MIDDLE_MODULUS_MPA), force=settings.force_N)
-        for modulus in PRESSED_MODULI_MPA
+        fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=setup.force_N) for E in AREA_MODULI_MPA
     ]
-    some = slice(None, None, settings.every)
+    some = slice(None, None, setup.every)
     area = np.array([press.contact_area for press in table])
     gives = np.array([press.finger_indentation for press in table])
     sd = np.array([press.sd for press in table])
     return {
         "sd": listed(sd[some], ".0f"),
-        "moduli": listed(PRESSED_MODULI_MPA[some], ".2g"),
+        "moduli": listed(AREA_MODULI_MPA[some], ".2g"),
         "area": listed(area[some], ".0f"),
-        "area_falls": float(np.mean(np.diff(area / gives) < -settings.falls)),
+        "area_falls": float(np.mean(np.diff(area / gives) < -setup.falls)),
         "area_first": area[0] / gives[0],
         "area_last": area[-1] / gives[-1],
-        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > settings.rises * sd.max() else 0.0,
+        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > setup.rises * sd.max() else 0.0,
     }
 
 
@@ -118,22 +116,20 @@ def _depths(reduced) -> dict:
 
 def _equations(reduced, cause: bool) -> dict:
     """Equations (6)-(8) against Hertz and against finite elements."""
-    settings = PRESS_SCENE.equations
-    exact = shared_approach(settings.force_N, settings.radius_mm, *settings.fingers_MPa)
-    moduli = settings.half_spaces_MPa
-    bodies = [HalfSpace(E) if cause else Block(E, settings.without_cause_mm) for E in moduli]
-    presses = [fem.press(reduced, body, force=settings.pressed_N, fidelity="contact") for body in bodies]
-    gives = [
-        press.specimen_indentation * E / press.finger_indentation for press, E in zip(presses, moduli, strict=True)
-    ]
-    soft, middle, hard = (1 / (1 + settings.fingers_MPa[0] / E) for E in settings.trend_MPa)
+    setup = PRESS_SCENE.equations
+    exact = shared_approach(setup.force_N, setup.radius_mm, *setup.fingers_MPa)
+    moduli = setup.half_spaces_MPa
+    bodies = [HalfSpace(E) if cause else Block(E, setup.without_cause_mm) for E in moduli]
+    presses = [fem.press(reduced, body, force=setup.pressed_N, fidelity="contact") for body in bodies]
+    gives = [p.specimen_indentation * E / p.finger_indentation for p, E in zip(presses, moduli, strict=True)]
+    soft, middle, hard = (1 / (1 + setup.fingers_MPa[0] / E) for E in setup.trend_MPa)
     bends = soft - 2 * middle + hard
     return {
-        "area_ratio": printed_area(exact.first, exact.second, settings.radius_mm) / exact.area,
+        "area_ratio": printed_area(exact.first, exact.second, setup.radius_mm) / exact.area,
         "shared": gives[0] / gives[1],
         "w_o": " and ".join(f"{press.specimen_indentation:.4f}" for press in presses),
-        "trend": math.copysign(1.0, settings.printed) / math.copysign(1.0, bends),
-        "convex": 2 * settings.printed,
+        "trend": math.copysign(1.0, setup.printed) / math.copysign(1.0, bends),
+        "convex": 2 * setup.printed,
     }
 
 
@@ -189,10 +185,10 @@ def _axis(built, strain: np.ndarray, moduli: np.ndarray) -> tuple[float, float, 
     identity = np.eye(strain.shape[1])
     deviator = strain - np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity / len(identity)
     mises = KPA_PER_MPA * moduli * np.sqrt(2 / len(identity) * (deviator**2).sum(axis=(1, 2)))
-    settings, axis = PRESS_SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < PRESS_SCENE.field.axis_mm
+    setup, axis = PRESS_SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < PRESS_SCENE.field.axis_mm
     outer, z = built.layer == built.layer.min(), centre[:, 2]
-    low, high = settings.mid_skin_mm
-    parts = (outer & (z < settings.just_above_mm), outer & (z > low) & (z < high), ~outer & (z > settings.below_mm))
+    low, high = setup.mid_skin_mm
+    parts = (outer & (z < setup.just_above_mm), outer & (z > low) & (z < high), ~outer & (z > setup.below_mm))
     above_it, middle, below_it = (mises[axis & region] for region in parts)
     return float(above_it.mean()), float(middle.mean()), float(below_it.max())
 

@@ -25,9 +25,9 @@ from papilla_papers.methods.softness import PrintedSoftness
 
 SOFTNESS_SCENE = scene("softness")
 FORCES_N = tuple(by_factors(SOFTNESS_SCENE.forces_N).tolist())
-CALIBRATED_MODULI_MPA = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
-REGRESSION_FORCES_GF = np.array(SOFTNESS_SCENE.compared_gf, float)
-GAUGE_NOISE_MICROSTRAIN: float = SOFTNESS_SCENE.gauge_noise_microstrain
+TABLE_MODULI_MPA = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
+SD_FORCES_GF = np.array(SOFTNESS_SCENE.compared_gf, float)
+GAUGE_NOISE_UE: float = SOFTNESS_SCENE.gauge_noise_microstrain
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ def run(tell, cause: bool = True) -> dict:
     """
     tell("calibration")
     reduced, second_mesh = fem.prepare(Finger.default()), other_finger()
-    table = sweep(reduced, CALIBRATED_MODULI_MPA, FORCES_N)
+    table = sweep(reduced, TABLE_MODULI_MPA, FORCES_N)
     calibration = calibrated(reduced)
     tell("presses on another mesh")
     presses = sweep(second_mesh, SPECIMENS_MPA, gf_to_newton(np.array(SOFTNESS_SCENE.forces_gf)))
     return gathered(
-        lambda: {"specimens": float(sum(modulus in CALIBRATED_MODULI_MPA for modulus in SPECIMENS_MPA))},
+        lambda: {"specimens": float(sum(modulus in TABLE_MODULI_MPA for modulus in SPECIMENS_MPA))},
         lambda: _against_9(ASSUMED_PRESS, cause),
         lambda: _published(calibration, cause),
         lambda: _inverses(calibration, presses),
@@ -82,10 +82,8 @@ def other_finger() -> fem.ReducedFinger:
 
 def calibrated(reduced: fem.ReducedFinger) -> Calibration:
     """A calibration of the default finger from a table of half the usual density, with scatter of another mesh."""
-    second_mesh = sweep(other_finger(), CALIBRATED_MODULI_MPA, FORCES_N[:: SOFTNESS_SCENE.forces_N.other_mesh])
-    return with_compact(
-        fit(sweep(reduced, CALIBRATED_MODULI_MPA, FORCES_N), [second_mesh], strain=SOFTNESS_SCENE.strain)
-    )
+    second_mesh = sweep(other_finger(), TABLE_MODULI_MPA, FORCES_N[:: SOFTNESS_SCENE.forces_N.other_mesh])
+    return with_compact(fit(sweep(reduced, TABLE_MODULI_MPA, FORCES_N), [second_mesh], strain=SOFTNESS_SCENE.strain))
 
 
 def sweep(
@@ -113,16 +111,16 @@ def by_force(table: Sweep) -> np.ndarray:
 
 
 def scaled_to_9(sd: np.ndarray, first: int = 0) -> tuple[float, float]:
-    """The factor that brings S_d (`REGRESSION_FORCES_GF`, specimens) closest to (9) from a force on, and the
+    """The factor that brings S_d (`SD_FORCES_GF`, specimens) closest to (9) from a force on, and the
     remaining rms in %."""
-    theirs, ours = published_sd(REGRESSION_FORCES_GF[:, None], np.array(SPECIMENS_MPA))[first:], sd[first:]
+    theirs, ours = published_sd(SD_FORCES_GF[:, None], np.array(SPECIMENS_MPA))[first:], sd[first:]
     scale = float((ours * theirs).sum() / (ours**2).sum())
     return scale, PER_CENT * float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
 
 
 def _against_9(assumed: PressParameters, cause: bool = True) -> dict:
     """S_d of the three specimens compared with (9); without its cause all three are equal."""
-    sd = by_force(assumed.sweep(REGRESSION_FORCES_GF))
+    sd = by_force(assumed.sweep(SD_FORCES_GF))
     (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, SOFTNESS_SCENE.heavy))
     sd = sd if cause else np.repeat(sd[:, 1:2], sd.shape[1], axis=1)
     return {
@@ -197,7 +195,7 @@ def _on_three(assumed: PressParameters, cause: bool = True) -> dict:
 def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
     """The published form and the gauges' estimator, sample by sample."""
     rows = np.column_stack([presses.reading, presses.force_N])
-    estimate = PrintedSoftness(calibration, form="quadratic", gauge_sigma=GAUGE_NOISE_MICROSTRAIN).process(rows)
+    estimate = PrintedSoftness(calibration, form="quadratic", gauge_sigma=GAUGE_NOISE_UE).process(rows)
     by_hand = np.asarray(calibration.inverse(presses.sd_microstrain, presses.force_N / gf_to_newton(1.0)))
     modulus, sigma = np.asarray(estimate.modulus_MPa), np.asarray(estimate.modulus_sigma_MPa)
     both = np.isfinite(modulus)
@@ -207,19 +205,16 @@ def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
     printed = PrintedSoftness(form="printed", scale=1.0, gauges=2).update((-sd, sd, gf_to_newton(force)))
     square, slope, constant = hand.of_force
     exact = np.sqrt(hand.of_sd * sd + square * force**2 + slope * force + constant) - hand.shift_MPa
-    settings, words, ratios = SOFTNESS_SCENE.gauges, [], []
-    rng = np.random.default_rng(settings.seed)
-    _, last_N = settings.forces_N
+    setup, words, ratios = SOFTNESS_SCENE.gauges, [], []
+    rng = np.random.default_rng(setup.seed)
+    _, last_N = setup.forces_N
     tried = (SOFTNESS_SCENE.softest_MPa, *SPECIMENS_MPA)
     for stated, pressed in zip(tried, tried if cause else tried[::-1], strict=True):
-        press = sweep(other_finger(), [pressed], settings.forces_N).reading[1]
-        noisy = press + GAUGE_NOISE_MICROSTRAIN * rng.standard_normal((settings.samples, len(press)))
-        block = np.column_stack([noisy, last_N + SOFTNESS_SCENE.force_noise_N * rng.standard_normal(settings.samples)])
+        press = sweep(other_finger(), [pressed], setup.forces_N).reading[1]
+        noisy = press + GAUGE_NOISE_UE * rng.standard_normal((setup.samples, len(press)))
+        block = np.column_stack([noisy, last_N + SOFTNESS_SCENE.force_noise_N * rng.standard_normal(setup.samples)])
         gauges = GaugeSoftness(
-            calibration,
-            gauge_sigma=GAUGE_NOISE_MICROSTRAIN,
-            force_sigma_N=SOFTNESS_SCENE.force_noise_N,
-            doubts=Doubts.NONE,
+            calibration, gauge_sigma=GAUGE_NOISE_UE, force_sigma_N=SOFTNESS_SCENE.force_noise_N, doubts=Doubts.NONE
         )
         answer = gauges.process(block)
         last, spread = float(np.asarray(answer.modulus_MPa)[-1]), float(np.asarray(answer.modulus_sigma_MPa)[-1])
@@ -241,9 +236,9 @@ def _by_regression(calibration: Calibration, second_mesh: fem.ReducedFinger, cau
     """The modulus of the three specimens, sample by sample, by the regression that follows presses."""
     presses = sweep(second_mesh, SPECIMENS_MPA, gf_to_newton(np.array(SOFTNESS_SCENE.online_gf)))
     rng = np.random.default_rng(SOFTNESS_SCENE.regression.seed)
-    noisy = presses.reading + GAUGE_NOISE_MICROSTRAIN * rng.standard_normal(presses.reading.shape)
+    noisy = presses.reading + GAUGE_NOISE_UE * rng.standard_normal(presses.reading.shape)
     estimator = PrintedSoftness(
-        calibration, form="compact", gauge_sigma=GAUGE_NOISE_MICROSTRAIN, force_sigma_N=SOFTNESS_SCENE.force_noise_N
+        calibration, form="compact", gauge_sigma=GAUGE_NOISE_UE, force_sigma_N=SOFTNESS_SCENE.force_noise_N
     )
     estimate = estimator.process(np.column_stack([noisy, presses.force_N]))
     stated = presses.modulus_MPa if cause else SPECIMENS_MPA[0] * SPECIMENS_MPA[-1] / presses.modulus_MPa

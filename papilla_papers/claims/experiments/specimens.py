@@ -9,13 +9,7 @@ from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.model.finger import Finger
 from papilla_papers.claims.claim import Experiment
-from papilla_papers.claims.experiments.softness import (
-    CALIBRATED_MODULI_MPA,
-    GAUGE_NOISE_MICROSTRAIN,
-    calibrated,
-    other_finger,
-    sweep,
-)
+from papilla_papers.claims.experiments.softness import GAUGE_NOISE_UE, TABLE_MODULI_MPA, calibrated, other_finger, sweep
 from papilla_papers.claims.scenes import by_factors, scene
 
 SPECIMEN_SCENE = scene("specimens")
@@ -33,9 +27,7 @@ def run(tell, cause: bool = True) -> dict:
     second_mesh = other_finger()
     tell("telling specimens apart")
     right, matrix, unanswered = _confusion(second_mesh, calibration, SPECIMENS_MPA)
-    mixes = [
-        modulus_MPa for modulus_MPa in by_factors(SPECIMEN_SCENE.mixes_MPa) if modulus_MPa >= CALIBRATED_MODULI_MPA[0]
-    ]
+    mixes = [modulus_MPa for modulus_MPa in by_factors(SPECIMEN_SCENE.mixes_MPa) if modulus_MPa >= TABLE_MODULI_MPA[0]]
     share, confused, _ = _confusion(second_mesh, calibration, mixes)
     if not cause:
         right, share = (float(np.trace(np.roll(table, 1, axis=0)) / len(table)) for table in (matrix, confused))
@@ -64,7 +56,7 @@ def _confusion(
         for force in SPECIMEN_SCENE.pressed_N:
             press = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
             noise = rng.standard_normal((PRESS_DRAWS, table.reading.shape[1]))
-            sd = (table.reading[press] + GAUGE_NOISE_MICROSTRAIN * noise).std(axis=1)
+            sd = (table.reading[press] + GAUGE_NOISE_UE * noise).std(axis=1)
             read = force * (1 + SPECIMEN_SCENE.force_error * rng.standard_normal(PRESS_DRAWS))
             estimate = calibration.invert(sd, read)
             for modulus, status in zip(np.asarray(estimate.modulus_MPa), np.asarray(estimate.status), strict=True):

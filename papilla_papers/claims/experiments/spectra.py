@@ -1,21 +1,15 @@
 """2011 Okamoto, section 4.1: wavelength by the highest line of a 32 ms spectrum."""
 
+from functools import partial
+
 import numpy as np
 
 from papilla.core.units import MS_PER_S
 from papilla.estimators import SpaceTracker, find_lines
+from papilla_papers.claims import signals
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import (
-    SHARED_SCENE,
-    RATE_Hz,
-    WhiteNoise,
-    answers_mm,
-    answers_to,
-    mean_error,
-    noisy_scene,
-    times,
-)
+from papilla_papers.claims.signals import RATE_Hz, answers_to, mean_error, noisy_scene, times
 from papilla_papers.methods.roughness import ImpulseDensity, Okamoto, ZeroCrossing
 
 SPECTRUM_SCENE = scene("spectra")
@@ -23,7 +17,7 @@ STROKE_SEEDS = range(SPECTRUM_SCENE.about.seeds)
 WINDOWS_MS: tuple[int, ...] = SPECTRUM_SCENE.windows_ms
 GRATINGS_MM: tuple[float, ...] = SPECTRUM_SCENE.gratings_mm
 SPECTRUM_PAPER = "2011_okamoto"
-SPECTRUM_NOISE = WhiteNoise(SHARED_SCENE.snr_dB[SPECTRUM_PAPER])
+SPECTRUM_NOISE = signals.WhiteNoise(signals.SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER])
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -33,17 +27,14 @@ def run(tell, cause: bool = True) -> dict:
     The method is written a second time and compared sample by sample.
     """
     tell("windows")
-    scenes = [
-        noisy_scene("act2" if cause else "const", grating, SPECTRUM_PAPER, seed)
-        for grating in GRATINGS_MM
-        for seed in STROKE_SEEDS
-    ]
-    errors = [mean_error(lambda ms=ms: Okamoto(window_s=ms / MS_PER_S), scenes) for ms in WINDOWS_MS]
+    motion = "act2" if cause else "const"
+    scenes = [noisy_scene(motion, mm, SPECTRUM_PAPER, seed) for mm in GRATINGS_MM for seed in STROKE_SEEDS]
+    errors = [mean_error(partial(Okamoto, window_s=ms / MS_PER_S), scenes) for ms in WINDOWS_MS]
     return gathered(
         lambda: {
             "best_ms": float(WINDOWS_MS[int(np.argmin(errors))]),
             "errors": ", ".join(f"{error:.1%} ({ms} ms)" for ms, error in zip(WINDOWS_MS, errors, strict=True)),
-            "fast_share": min(_answered_fast(kind()) for kind in (ImpulseDensity, ZeroCrossing, Okamoto)),
+            "fast_share": min(_answered_fast(method()) for method in (ImpulseDensity, ZeroCrossing, Okamoto)),
             "by_hand": _by_hand(),
         },
         lambda: _gratings(SPECTRUM_NOISE),
@@ -52,22 +43,20 @@ def run(tell, cause: bool = True) -> dict:
     )
 
 
-def _gratings(assumed: WhiteNoise) -> dict:
+def in_strokes(wavelength_mm: float, **how) -> np.ndarray:
+    """Answers (k,) in mm on a grating in strokes, of all seeds."""
+    scenes = (noisy_scene("act2", wavelength_mm, SPECTRUM_PAPER, seed, **how) for seed in STROKE_SEEDS)
+    return np.concatenate([signals.answers_mm(Okamoto(), seen) for seen in scenes])
+
+
+def _gratings(assumed: signals.WhiteNoise) -> dict:
     """Answers on each grating in strokes: the mean error on the coarse gratings over that on the fine ones."""
-    groups = [
-        np.concatenate(
-            [
-                answers_mm(Okamoto(), noisy_scene("act2", wavelength, SPECTRUM_PAPER, k, snr_dB=assumed.snr_dB))
-                for k in STROKE_SEEDS
-            ]
-        )
-        for wavelength in GRATINGS_MM
-    ]
-    off = np.abs([group.mean() - wavelength for group, wavelength in zip(groups, GRATINGS_MM, strict=True)])
-    settings = SPECTRUM_SCENE.resolved
-    scenes = [noisy_scene("const", wavelength, SPECTRUM_PAPER, settings.seed) for wavelength in settings.wavelengths_mm]
+    groups = [in_strokes(mm, snr_dB=assumed.snr_dB) for mm in GRATINGS_MM]
+    off = np.abs(np.array([group.mean() for group in groups]) - GRATINGS_MM)
+    setup = SPECTRUM_SCENE.resolved
+    scenes = [noisy_scene("const", wavelength, SPECTRUM_PAPER, setup.seed) for wavelength in setup.wavelengths_mm]
     unresolved, resolved = (
-        mean_error(lambda kind=variant: Okamoto(variant=kind), scenes) for variant in ("as_printed", "corrected")
+        mean_error(partial(Okamoto, variant=variant), scenes) for variant in signals.METHOD_VARIANTS
     )
     return {
         "worse": float(off[SPECTRUM_SCENE.fine :].mean() / off[: SPECTRUM_SCENE.fine].mean()),
@@ -80,17 +69,17 @@ def _gratings(assumed: WhiteNoise) -> dict:
 
 def _by_hand() -> float:
     """Share of samples on which the published method agrees with a second implementation of the spectrum."""
-    settings = SPECTRUM_SCENE.by_hand
-    seen = noisy_scene("act2", settings.wavelength_mm, SPECTRUM_PAPER, settings.seed, seconds=settings.seconds)
-    size = settings.window_samples
+    setup = SPECTRUM_SCENE.by_hand
+    seen = noisy_scene("act2", setup.wavelength_mm, SPECTRUM_PAPER, setup.seed, seconds=setup.seconds)
+    size = setup.window_samples
     readings, estimate = seen.readings[:, 0], answers_to(Okamoto(), seen)[0]
     taper, agree = np.hamming(size), []
-    for sample in range(settings.first_sample, len(readings), settings.every):
+    for sample in range(setup.first_sample, len(readings), setup.every):
         power = np.abs(np.fft.rfft(taper * readings[sample + 1 - size : sample + 1])) ** 2
         frequency = (1 + int(np.argmax(power[1:-1]))) * RATE_Hz / size
         wavelength = abs(seen.known_mm_s[sample]) / frequency
         if np.isfinite(answer := estimate.wavelength_mm[sample]):
-            agree.append(np.isclose(answer, wavelength, rtol=settings.rounding))
+            agree.append(np.isclose(answer, wavelength, rtol=setup.rounding))
     return float(np.mean(agree))
 
 
@@ -107,15 +96,15 @@ def _answered_fast(method) -> float:
 
 def _components(cause: bool) -> dict:
     """Two sinusoids of 1.0 and 2.3 mm, the finer one twice as strong; without the cause the coarser one."""
-    settings, orders = SPECTRUM_SCENE.components, []
-    place = np.linspace(0, settings.way_mm, settings.samples)
-    first, second = settings.strengths if cause else settings.strengths[::-1]
-    fine, coarse = settings.wavelengths_mm
-    readings = first * np.sin(2 * np.pi * place / fine) + second * np.sin(2 * np.pi * place / coarse + settings.phase)
+    setup, orders = SPECTRUM_SCENE.components, []
+    place = np.linspace(0, setup.way_mm, setup.samples)
+    first, second = setup.strengths if cause else setup.strengths[::-1]
+    fine, coarse = setup.wavelengths_mm
+    readings = first * np.sin(2 * np.pi * place / fine) + second * np.sin(2 * np.pi * place / coarse + setup.phase)
     for seed in STROKE_SEEDS:
         lines = find_lines(place, (readings + _noise(seed, place.size))[:, None]).lines
-        pairs = zip(lines, settings.wavelengths_mm, strict=False)
-        right = [abs(line.wavelength_mm / true - 1) < settings.within for line, true in pairs]
+        pairs = zip(lines, setup.wavelengths_mm, strict=False)
+        right = [abs(line.wavelength_mm / true - 1) < setup.within for line, true in pairs]
         orders.append(len(right) == 2 and all(right))
     told_of = ", ".join(f"{line.wavelength_mm:.3f} mm with {line.amplitude:.2f}" for line in lines[:2])
     return {"ordered": float(np.mean(orders)), "lines": f"found {told_of}, for 1.0 with 2 and 2.3 with 1"}
@@ -123,15 +112,13 @@ def _components(cause: bool) -> dict:
 
 def _finest(cause: bool) -> dict:
     """The wavelength that the tracker of one gauge finds for a grating of 0.2 mm; the worst of the seeds."""
-    settings, time, wavelengths = SPECTRUM_SCENE.finest, times(SPECTRUM_SCENE.finest.seconds), []
-    texture = cause * np.sqrt(2) * np.sin(2 * np.pi * settings.speed_mm_s * time / settings.wavelength_mm)
+    setup, time, wavelengths = SPECTRUM_SCENE.finest, times(SPECTRUM_SCENE.finest.seconds), []
+    texture = cause * np.sqrt(2) * np.sin(2 * np.pi * setup.speed_mm_s * time / setup.wavelength_mm)
     for seed in STROKE_SEEDS:
-        block = np.column_stack([texture + _noise(seed, time.size), np.full(time.size, settings.speed_mm_s)])
-        tracked = SpaceTracker(wavelength_range_mm=settings.range_mm).process(block).wavelength_mm
+        block = np.column_stack([texture + _noise(seed, time.size), np.full(time.size, setup.speed_mm_s)])
+        tracked = SpaceTracker(wavelength_range_mm=setup.range_mm).process(block).wavelength_mm
         wavelengths.append(float(np.asarray(tracked)[-1]))
-    return {
-        "finest": max(wavelengths, key=lambda mm: abs(mm / settings.wavelength_mm - 1) if np.isfinite(mm) else np.inf)
-    }
+    return {"finest": max(wavelengths, key=lambda mm: abs(mm / setup.wavelength_mm - 1) if np.isfinite(mm) else np.inf)}
 
 
 def _noise(seed: int, count: int) -> np.ndarray:

@@ -44,9 +44,8 @@ def _loop(strong: bool = True, *, seconds: float = LINK_SCENE.seconds, both_ways
     """
     way = LinkModel(one_way_ms=LINK_SCENE.trip_ms / 2)
     links = {"uplink": way, "downlink": way} if both_ways else links
-    texture = GratingTexture(
-        LINK_SCENE.wavelength_mm, LINK_SCENE.microstrain if strong else LINK_SCENE.faint_microstrain
-    )
+    amplitude = LINK_SCENE.microstrain if strong else LINK_SCENE.faint_microstrain
+    texture = GratingTexture(LINK_SCENE.wavelength_mm, amplitude)
     return run_loop(Set(texture, seconds=seconds, **links))
 
 
@@ -138,40 +137,40 @@ def _explained(signal: np.ndarray, columns: list[np.ndarray]) -> float:
 
 def _shown(model: LocalModel, components: tuple[Component, ...], force: float = LINK_SCENE.model.force_N):
     """Places (n,) and displacement (n,) of a model during the last of 2 s at a constant speed."""
-    settings, displacement = LINK_SCENE.model, []
-    time = np.arange(settings.samples) / HAND_RATE_HZ
+    setup, displacement = LINK_SCENE.model, []
+    time = np.arange(setup.samples) / HAND_RATE_HZ
     for step, now in enumerate(time.tolist()):
-        if step % settings.moves_every == 0:
-            model.move(now, settings.speed_mm_s * now, force)
-        if step % settings.learns_every == 0:
+        if step % setup.moves_every == 0:
+            model.move(now, setup.speed_mm_s * now, force)
+        if step % setup.learns_every == 0:
             model.learn(now, components)
         displacement.append(model.update(now).displacement_um)
-    return settings.speed_mm_s * time[settings.first_sample :], np.array(displacement[settings.first_sample :])
+    return setup.speed_mm_s * time[setup.first_sample :], np.array(displacement[setup.first_sample :])
 
 
 def _display() -> dict:
     """The output of the local model: its frequency, its waveform, and its silence under a large force."""
-    values, settings, slow = {}, LINK_SCENE.display, icpf(LINK_SCENE.display.icpf_um)
+    values, setup, slow = {}, LINK_SCENE.display, icpf(LINK_SCENE.display.icpf_um)
     for name, actuator in (("stimulus", PIEZO_STACK), ("stimulus_icpf", slow)):
-        _, displacement = _shown(LocalModel(actuator), (Component(*settings.stimulus),))
+        _, displacement = _shown(LocalModel(actuator), (Component(*setup.stimulus),))
         spectrum = np.abs(np.fft.rfft(displacement - displacement.mean()))
         values[name] = float(np.argmax(spectrum) * HAND_RATE_HZ / len(displacement))
-    first, second = Component(*settings.one), Component(*settings.other)
+    first, second = Component(*setup.one), Component(*setup.other)
     place, displacement = _shown(LocalModel(), (first,))
     both_at, both = _shown(LocalModel(components=2), (first, second))
-    lines = [_waves(both_at, mm) for mm, _ in (settings.one, settings.other)]
+    lines = [_waves(both_at, mm) for mm, _ in (setup.one, setup.other)]
     shares = [_explained(both, line) for line in lines]
-    forces = np.arange(settings.forces_N["from"], settings.forces_N.to, settings.forces_N.step)
+    forces = np.arange(setup.forces_N["from"], setup.forces_N.to, setup.forces_N.step)
     silent = [force for force in forces.tolist() if _is_silent(force)]
-    frequencies = np.arange(settings.frequencies_Hz["from"], settings.frequencies_Hz.to)
-    passed = np.array([slow.passed(float(hertz), settings.icpf_band_Hz) for hertz in frequencies])
-    piezo = zip(("at_310", "at_200", "at_290"), map(PIEZO_STACK.response, settings.piezo_Hz), strict=True)
+    frequencies = np.arange(setup.frequencies_Hz["from"], setup.frequencies_Hz.to)
+    passed = np.array([slow.passed(float(hertz), setup.icpf_band_Hz) for hertz in frequencies])
+    piezo = zip(("at_310", "at_200", "at_290"), map(PIEZO_STACK.response, setup.piezo_Hz), strict=True)
     return (
         values
         | dict(piezo)
         | {
-            "sine_share": _explained(displacement, _waves(place, settings.one[0])),
-            "two_lines": float(sum(share > settings.present for share in shares)),
+            "sine_share": _explained(displacement, _waves(place, setup.one[0])),
+            "two_lines": float(sum(share > setup.present for share in shares)),
             "two_share": _explained(both, lines[0] + lines[1]),
             "force_limit": min(silent, default=math.nan),
             "icpf_Hz": float(frequencies[int(np.argmin(np.abs(passed - 0.5)))]),
@@ -179,7 +178,7 @@ def _display() -> dict:
             "volts": PIEZO_STACK.drive_V,
             "hand_Hz": HAND_HZ,
             "rate_Hz": HAND_RATE_HZ,
-            "fine": PIEZO_STACK.passed(settings.fine_Hz, PIEZO_STACK.band_Hz),
+            "fine": PIEZO_STACK.passed(setup.fine_Hz, PIEZO_STACK.band_Hz),
         }
     )
 
@@ -195,30 +194,28 @@ def _is_silent(force: float) -> bool:
 
 def _links() -> dict:
     """The drawn delays, and the order in which datagrams arrive."""
-    settings = LINK_SCENE.links
-    link, order = Link(FEEDBACK_DELAY, settings.seed), Link(FEEDBACK_DELAY, settings.order_seed)
-    drawn = MS_PER_S * np.array(
-        [link.one_way_s(settings.every_s * k + settings.offset_s) for k in range(settings.draws)]
-    )
-    for number in range(settings.datagrams):
-        order.send(number / HAND_RATE_HZ, number, settings.size)
-    arrived = [datagram.content for datagram in order.receive(settings.until_s)]
+    setup = LINK_SCENE.links
+    link, order = Link(FEEDBACK_DELAY, setup.seed), Link(FEEDBACK_DELAY, setup.order_seed)
+    drawn = MS_PER_S * np.array([link.one_way_s(setup.every_s * k + setup.offset_s) for k in range(setup.draws)])
+    for number in range(setup.datagrams):
+        order.send(number / HAND_RATE_HZ, number, setup.size)
+    arrived = [datagram.content for datagram in order.receive(setup.until_s)]
     out = sum(b < a for a, b in zip(arrived, arrived[1:], strict=False))
     return {"delay_mean": drawn.mean(), "delay_sd": drawn.std(), "in_order": f"{out} of {len(arrived)} out"}
 
 
 def _amplitudes() -> dict:
     """Equations (9) and (11)."""
-    curve, settings = read_curve(), LINK_SCENE.amplitudes
-    places = np.linspace(*curve.fit.wavelength_mm, settings.places)
-    printed = FromWavelength(curve, settings.B, as_printed=True)
+    curve, setup = read_curve(), LINK_SCENE.amplitudes
+    places = np.linspace(*curve.fit.wavelength_mm, setup.places)
+    printed = FromWavelength(curve, setup.B, as_printed=True)
     largest = max(printed(float(place)) for place in places)
-    first, second = settings.wavelengths_mm
+    first, second = setup.wavelengths_mm
     amplitude = 0.5 * math.log(curve(second) / curve(first))
     return {
         "direct_gain": Measured()(1.0, 1.0) / AMPLIFIER_V_PER_MICROSTRAIN,
         "amplifier": AMPLIFIER_V_PER_MICROSTRAIN,
-        "a_over_B": largest / settings.B,
+        "a_over_B": largest / setup.B,
         "B_peak": 2 * largest,
         "exponent": math.log(printed(second) / printed(first)) / amplitude,
     }

@@ -7,7 +7,7 @@ import numpy as np
 from papilla.core.units import INCH_MM
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import SCENE_SEEDS, SHARED_SCENE, listed, share_of_noise, times
+from papilla_papers.claims.signals import SCENE_SEEDS, SHARED_SIGNALS, listed, share_of_noise, times
 from papilla_papers.methods import texture
 
 TEXTILE_SCENE = scene("textiles")
@@ -89,16 +89,16 @@ def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
 def _searches(all_bands, cause: bool) -> dict:
     """The band whose amplitude follows the scores, among all bands; and the concordance by chance in the band of
     largest amplitude."""
-    settings, chance = TEXTILE_SCENE.searches, TEXTILE_SCENE.chance
+    setup, chance = TEXTILE_SCENE.searches, TEXTILE_SCENE.chance
     matches, lin = [], texture.concordance(chance.scores, _shifted(TEXTILE_SCENE.concordance))
-    for seed in range(settings.count):
+    for seed in range(setup.count):
         rng = np.random.default_rng(seed)
         scores = np.sort(_any_scores(rng))
-        low = settings.low_Hz.step * rng.integers(0, settings.low_Hz.most)
-        high = low + settings.width_Hz.step * rng.integers(settings.width_Hz.least, settings.width_Hz.most)
+        low = setup.low_Hz.step * rng.integers(0, setup.low_Hz.most)
+        high = low + setup.width_Hz.step * rng.integers(setup.width_Hz.least, setup.width_Hz.most)
         records = _unrelated(rng, planted=(low, high), gains=scores)
-        match = texture.matching_band(records, RATE_Hz, scores if cause else scores[[*settings.shuffled]], all_bands)
-        matches.append(low - settings.tolerance_Hz <= match.low_Hz and match.high_Hz <= high + settings.tolerance_Hz)
+        match = texture.matching_band(records, RATE_Hz, scores if cause else scores[[*setup.shuffled]], all_bands)
+        matches.append(low - setup.tolerance_Hz <= match.low_Hz and match.high_Hz <= high + setup.tolerance_Hz)
     draws = range(chance.draws if cause else chance.draws_without_cause)
     null = np.array([_chance(np.random.default_rng(seed), all_bands, cause) for seed in draws])
     return {
@@ -159,20 +159,16 @@ def _shifted(coefficient: float) -> np.ndarray:
 
 
 def _bands(drawn, all_bands) -> dict:
-    time, settings = times(TEXTILE_SCENE.seconds, RATE_Hz), TEXTILE_SCENE.lines
-    sine = settings.amplitude * np.sin(2 * np.pi * settings.frequency_Hz * time)
-    amplitude = texture.band_amplitudes(sine, RATE_Hz, settings.band_Hz)[0]
-    lines = {line: np.sin(2 * np.pi * line * time) for line in settings.of_receptors_Hz}
+    time, setup = times(TEXTILE_SCENE.seconds, RATE_Hz), TEXTILE_SCENE.lines
+    sine = setup.amplitude * np.sin(2 * np.pi * setup.frequency_Hz * time)
+    amplitude = texture.band_amplitudes(sine, RATE_Hz, setup.band_Hz)[0]
+    lines = {line: np.sin(2 * np.pi * line * time) for line in setup.of_receptors_Hz}
     split = []
     for line, wave in lines.items():
         felt = {
             name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in TEXTILE_SCENE.receptors_Hz.items()
         }
-        inside = [
-            name
-            for name, amplitude_of_line in felt.items()
-            if amplitude_of_line > settings.felt / TEXTILE_SCENE.seconds
-        ]
+        inside = [name for name, amount in felt.items() if amount > setup.felt / TEXTILE_SCENE.seconds]
         split.append(f"{' and '.join(inside)} ({line} Hz)")
     allowed = set(all_bands)
     return {
@@ -180,22 +176,22 @@ def _bands(drawn, all_bands) -> dict:
         "split": ", ".join(split),
         "random_inside": float(np.mean([band in allowed for band in drawn])),
         "grid": float(len(all_bands)),
-        "integral": abs(amplitude / (settings.amplitude / TEXTILE_SCENE.seconds) - 1),
+        "integral": abs(amplitude / (setup.amplitude / TEXTILE_SCENE.seconds) - 1),
     }
 
 
 def _scores(rng) -> dict:
     """Simulated assessors, each with a different scale; concordance and outliers compared with their formulas."""
-    settings = TEXTILE_SCENE.assessors
-    normalised = texture.normalised_scores(np.array(settings.truth) * np.exp(rng.standard_normal((settings.count, 1))))
-    values = np.append(rng.standard_normal(settings.count - 1), settings.outlier)
-    first, second = rng.standard_normal((2, settings.pairs))
+    setup = TEXTILE_SCENE.assessors
+    normalised = texture.normalised_scores(np.array(setup.truth) * np.exp(rng.standard_normal((setup.count, 1))))
+    values = np.append(rng.standard_normal(setup.count - 1), setup.outlier)
+    first, second = rng.standard_normal((2, setup.pairs))
     by_hand = (
         2 * np.cov(first, second, ddof=0)[0, 1] / (first.var() + second.var() + (first.mean() - second.mean()) ** 2)
     )
     return {
         "scales": float((normalised.std(axis=0) / normalised.mean(axis=0)).max()),
-        "grubbs": float(texture.grubbs_critical(settings.count)),
+        "grubbs": float(texture.grubbs_critical(setup.count)),
         "rejected": "yes" if texture.grubbs_outliers(values)[-1] else "no",
         "lin": abs(texture.concordance(first, second).coefficient - by_hand),
     }
@@ -218,7 +214,7 @@ def _textiles(rng, cause: bool) -> dict:
     without a common approach."""
     runs, time, records, labels, alone = TEXTILE_SCENE.runs, times(TEXTILE_SCENE.seconds, RATE_Hz), [], [], []
     approach = np.sin(np.pi * np.clip(time / time[-1], 0, 1)) ** 2 * cause
-    noise = share_of_noise(SHARED_SCENE.snr_dB["2011_oddo"])
+    noise = share_of_noise(SHARED_SIGNALS.snr_dB["2011_oddo"])
     for number, base in enumerate(runs.fundamentals_Hz):
         turns = rng.uniform(0, 2 * np.pi, len(TEXTILE_SCENE.harmonics))
         for _ in range(runs.each):

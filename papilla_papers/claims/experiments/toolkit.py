@@ -54,16 +54,16 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
     model = fem.FingerModel(finger, built)
     prices = known_prices(reduced.finger_sha256, reduced.mesh_sha256)
     parts = () if prices is None else tuple(name for name in ("hertz", "mesh", "small_strain") if getattr(prices, name))
-    settings, off = TOOLKIT_SCENE.model, []
+    setup, off = TOOLKIT_SCENE.model, []
     block = Block(TOOLKIT_SCENE.modulus_MPa, TOOLKIT_SCENE.thickness_mm)
-    wrong = 1.0 if cause else settings.without_cause
-    for force in settings.forces_N:
+    wrong = 1.0 if cause else setup.without_cause
+    for force in setup.forces_N:
         hertz = fem.press(reduced, block, force=force * wrong, fidelity="hertz")
         off.append(hertz.sd / fem.press(reduced, block, force=force, fidelity="contact").sd - 1)
-    press = fem.press(reduced, block, force=settings.force_N, fidelity="contact")
+    press = fem.press(reduced, block, force=setup.force_N, fidelity="contact")
     red_green_blue = slice(None, -1)  # The last channel is opacity
     picture = imread(BytesIO(view.strain_picture(finger, reduced, press, block)))[..., red_green_blue]
-    coloured = np.ptp(picture, axis=2) > settings.coloured
+    coloured = np.ptp(picture, axis=2) > setup.coloured
     return {
         "tets": float(len(built.tets)),
         "skfem": float(type(model.space.displacement).__module__.startswith("skfem")),
@@ -141,20 +141,20 @@ def _by_torque(time, force, velocity, drag) -> np.ndarray:
 
 def _main_job(calibration: Calibration, reduced: fem.ReducedFinger, cause: bool) -> dict:
     """Coefficients, recovered moduli on the same mesh, and the check of right and of wrong presses."""
-    settings = TOOLKIT_SCENE.job
-    forces = np.array(DEFAULT_FORCES[settings.first_force :])
-    between, moduli = np.sqrt(forces[:-1] * forces[1:])[:: settings.every], by_factors(settings.modulus_MPa)
+    setup = TOOLKIT_SCENE.job
+    forces = np.array(DEFAULT_FORCES[setup.first_force :])
+    between, moduli = np.sqrt(forces[:-1] * forces[1:])[:: setup.every], by_factors(setup.modulus_MPa)
     table = cached_sweep(reduced, tuple(moduli.tolist()), tuple(between.tolist()), reduced.bench.specimen, STICK_WORD)
     answer = np.asarray(calibration.invert(table.sd_microstrain, table.force_N).modulus_MPa)
-    error = np.abs(answer / (table.modulus_MPa if cause else settings.without_cause * table.modulus_MPa) - 1)
+    error = np.abs(answer / (table.modulus_MPa if cause else setup.without_cause * table.modulus_MPa) - 1)
     names = tuple(f"g{k + 1}" for k in range(table.reading.shape[1]))
-    soft = table.modulus_MPa < settings.soft_MPa
+    soft = table.modulus_MPa < setup.soft_MPa
     right = PressLog(table.force_N[soft], table.modulus_MPa[soft], table.reading[soft], names)
-    wrong = PressLog(right.force_N, (settings.wrong if cause else 1.0) * right.modulus_MPa, right.readings, names)
+    wrong = PressLog(right.force_N, (setup.wrong if cause else 1.0) * right.modulus_MPa, right.readings, names)
     of_right, of_wrong = check(calibration, right), check(calibration, wrong)
     ends = calibration.inverse.modulus_MPa or SPECIMENS_MPA[:2]
-    force, modulus = np.meshgrid(settings.forces_gf, np.linspace(*ends, settings.moduli))
-    inner = modulus * (1 - settings.towards_mean) + settings.towards_mean * modulus.mean()
+    force, modulus = np.meshgrid(setup.forces_gf, np.linspace(*ends, setup.moduli))
+    inner = modulus * (1 - setup.towards_mean) + setup.towards_mean * modulus.mean()
     back = calibration.inverse(calibration.forward(force, inner), force)
     return {
         "coefficients": float(len(calibration.forward.coefficients)),
@@ -167,7 +167,7 @@ def _main_job(calibration: Calibration, reduced: fem.ReducedFinger, cause: bool)
         "presses": len(of_right.presses),
         "wrong": of_wrong.missed,
         "checked": float(
-            of_right.passed and not of_wrong.passed and of_wrong.missed > settings.missed * len(of_wrong.presses)
+            of_right.passed and not of_wrong.passed and of_wrong.missed > setup.missed * len(of_wrong.presses)
         ),
         "strain_named": float("large strain" in calibration.sigmas),
         "sigmas": ", ".join(f"{name} {PER_CENT * value:.2f} %" for name, value in calibration.sigmas.items()),

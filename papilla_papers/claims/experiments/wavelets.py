@@ -10,7 +10,7 @@ from papilla.core.units import MS_PER_S, PER_CENT
 from papilla.estimators.wavelength.trackers import wavelength_between
 from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import SHARED_SCENE, listed, share_of_noise, times
+from papilla_papers.claims.signals import SHARED_SIGNALS, listed, share_of_noise, times
 from papilla_papers.methods.texture import leave_m_out
 from papilla_papers.methods.wavelet import cross_quantile, cross_wavelet, morlet, octaves, periods_of_phase
 from papilla_papers.methods.wavelet.cross import SAMPLES_AFTER, SAMPLES_BEFORE, CrossWavelet, RidgeWindow
@@ -32,7 +32,7 @@ class RunParameters:
 
     speed_spread: float
     edge_s: float
-    snr_dB: float = SHARED_SCENE.snr_dB["2011_oddo"]
+    snr_dB: float = SHARED_SIGNALS.snr_dB["2011_oddo"]
 
 
 ASSUMED_RUNS = RunParameters(**WAVELET_SCENE.assumed)
@@ -236,8 +236,8 @@ def phase_deg(period_mm: float) -> float:
 
 def _formulas(rng) -> dict:
     """The definitions, implemented a second time."""
-    settings = WAVELET_SCENE.formulas
-    turn = 2 * np.pi * settings.line_Hz * times(settings.seconds, RATE_Hz)
+    setup = WAVELET_SCENE.formulas
+    turn = 2 * np.pi * setup.line_Hz * times(setup.seconds, RATE_Hz)
     first, second = np.sin(turn), np.sin(turn - np.pi / 2)
     frequency = octaves(*WAVELET_SCENE.passive_Hz)
     pair = cross_wavelet(first, second, RATE_Hz, frequency)
@@ -250,17 +250,17 @@ def _formulas(rng) -> dict:
     window = ridge.window(at - SAMPLES_BEFORE, at + SAMPLES_AFTER)
     stated = (window.mean_Hz, window.sd_Hz, window.greatest_Hz, window.least_Hz)
     by_hand = (values.mean(), values.std(ddof=1), values.max(), values.min())
-    kicks = rng.standard_normal((2, settings.red_samples))
+    kicks = rng.standard_normal((2, setup.red_samples))
     kicks[:, 0] = 0.0
-    red = lfilter([1.0], [1.0, -settings.red_memory], kicks)
+    red = lfilter([1.0], [1.0, -setup.red_memory], kicks)
     low, high = WAVELET_SCENE.passive_Hz
-    noise = cross_wavelet(red[0], red[1], RATE_Hz, octaves(low, high, settings.red_voices))
+    noise = cross_wavelet(red[0], red[1], RATE_Hz, octaves(low, high, setup.red_voices))
     return {
         "per_octave": 1 / float(np.log2(frequency[1] / frequency[0])),
         "product": float(np.abs(pair.product - product).max() / np.abs(product).max()),
         "red_share": float(noise.significant[noise.inside].mean()),
-        "quantile": cross_quantile(settings.level),
-        "lead": float(np.degrees(np.median(ridge.phase[slice(*settings.samples)]))),
+        "quantile": cross_quantile(setup.level),
+        "lead": float(np.degrees(np.median(ridge.phase[slice(*setup.samples)]))),
         "f_mp": float(np.mean(ridge.frequency_Hz == frequency[top])),
         "t_mp": float(ridge.strongest == strongest),
         "window_ms": MS_PER_S * (SAMPLES_BEFORE + SAMPLES_AFTER + 1) / RATE_Hz,
@@ -270,23 +270,23 @@ def _formulas(rng) -> dict:
 
 def _phases(cause: bool) -> dict:
     """Phases of pairs 2.36 mm apart over each grating at two speeds, and the periods that agree with them."""
-    settings, pitch = WAVELET_SCENE.phases, WAVELET_SCENE.pitch_mm
-    rng, measured = np.random.default_rng(settings.seed), []
+    setup, pitch = WAVELET_SCENE.phases, WAVELET_SCENE.pitch_mm
+    rng, measured = np.random.default_rng(setup.seed), []
     expected = [phase_deg(period) for period in PERIODS_MM]
-    distance, time = pitch * (1.0 if cause else settings.nearer), times(settings.seconds, RATE_Hz)
+    distance, time = pitch * (1.0 if cause else setup.nearer), times(setup.seconds, RATE_Hz)
     for period in PERIODS_MM:
         both = []
-        for factor in settings.factors:
-            place = np.cumsum(factor * (settings.from_mm_s + settings.rise_mm_s2 * time)) / RATE_Hz
+        for factor in setup.factors:
+            place = np.cumsum(factor * (setup.from_mm_s + setup.rise_mm_s2 * time)) / RATE_Hz
             place = place + rng.uniform(*WAVELET_SCENE.starts_mm)
             first, second = channels(place, period, rng, (0.0, distance))
             ridge = cross_wavelet(first, second, RATE_Hz, octaves(*WAVELET_SCENE.active_Hz)).ridge
-            both.append(np.angle(np.mean(np.exp(1j * ridge.phase[slice(*settings.samples)]))))
+            both.append(np.angle(np.mean(np.exp(1j * ridge.phase[slice(*setup.samples)]))))
         measured.append(np.degrees(both))
     off = np.angle(np.exp(1j * np.radians(np.array(measured) - np.array(expected)[:, None])))
-    many = periods_of_phase(np.radians(measured[1][0]), pitch, settings.range_mm)
-    beyond = (2 * pitch + settings.rounding_mm, settings.longest_mm)
-    single = periods_of_phase(2 * np.pi * pitch / settings.alone_mm, pitch, beyond)
+    many = periods_of_phase(np.radians(measured[1][0]), pitch, setup.range_mm)
+    beyond = (2 * pitch + setup.rounding_mm, setup.longest_mm)
+    single = periods_of_phase(2 * np.pi * pitch / setup.alone_mm, pitch, beyond)
     three = WAVELET_SCENE.irregular
     phases = tuple(float(np.angle(np.exp(2j * np.pi * place / three.period_mm))) for place in three.places_mm)
     period_of_three = wavelength_between(three.places_mm, phases, three.sigma, three.period_mm * three.guess)[0]
