@@ -69,9 +69,8 @@ def head(answers: Sequence[Answer]) -> str:
     counts, evidence = summary(answers), by_evidence(answers)
     prints = sum(answer.claim.contradiction for answer in answers)
     reproduced = ", ".join(f"{count} {name}" for name, count in evidence.items())
-    others = ", ".join(
-        f"{counts[VERDICT_WORDS[verdict]]} {VERDICT_WORDS[verdict]}" for verdict in (Verdict.OUTSIDE, Verdict.UNTESTED)
-    )
+    rest = [VERDICT_WORDS[verdict] for verdict in (Verdict.OUTSIDE, Verdict.UNTESTED)]
+    others = ", ".join(f"{counts[words]} {words}" for words in rest)
     return (
         f"{len(answers)} claims: {counts[VERDICT_WORDS[Verdict.WITHIN]]} reproduced ({reproduced}), {others}; "
         f"in {prints} of all rows the print contradicts itself or a closed form"
@@ -83,9 +82,8 @@ def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim
     if any(text == experiment.name for experiment in experiments):
         return [claim for claim in claims if claim.experiment == text]
     by_key = [claim for claim in claims if claim.key.lower() == text]
-    return by_key or [
-        c for c in claims if text in " ".join((c.experiment, c.paper, c.source, c.claim, c.evidence)).lower()
-    ]
+    texts = [" ".join((c.experiment, c.paper, c.source, c.claim, c.evidence)).lower() for c in claims]
+    return by_key or [claim for claim, words in zip(claims, texts, strict=True) if text in words]
 
 
 def _run(experiment: Experiment, claims: Sequence[Claim], say: Callable[[str], None]) -> Result:

@@ -97,9 +97,7 @@ class WhiteNoise:
 def apart(groups: Sequence[np.ndarray]) -> float:
     """Share of neighbouring groups, in their order, whose means differ by more than the sum of their deviations."""
     pairs = zip(groups, groups[1:], strict=False)
-    distinct = [
-        lower.size and upper.size and lower.mean() - upper.mean() > lower.std() + upper.std() for lower, upper in pairs
-    ]
+    distinct = [a.size and b.size and a.mean() - b.mean() > a.std() + b.std() for a, b in pairs]
     return float(np.mean(distinct))
 
 

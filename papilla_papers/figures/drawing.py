@@ -60,9 +60,8 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     colors, bars = count(), [curve for curve in panel.curves if curve.look == "bars"]
     for curve in panel.curves:
         number = (next(colors) if curve.origin == "papilla" else None) if curve.color is None else curve.color
-        color = (
-            style.INK_COLOR if number is None or number < 0 else style.ACCENT_COLORS[number % len(style.ACCENT_COLORS)]
-        )
+        accents = style.ACCENT_COLORS
+        color = style.INK_COLOR if number is None or number < 0 else accents[number % len(accents)]
         if curve.look == "bars":
             width = BARS_WIDTH / len(bars)
             begin = curve.x + (bars.index(curve) - (len(bars) - 1) / 2) * width

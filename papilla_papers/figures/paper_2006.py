@@ -115,18 +115,13 @@ def depths() -> Picture:
     """
     deep, curves = np.array(IMPULSE_FIGURES.depths_mm), []
     for wavelength in (gratings.GRATING_SCENE.depths.coarse_mm, gratings.GRATING_SCENE.depths.fine_mm):
-        felt = [
-            gratings.over(gratings.ASSUMED_SLIDE, wavelength, gratings.GRATING_SCENE.usual, depth_mm=float(mm))
-            for mm in deep
-        ]
-        quantiles = [
-            np.quantile(gratings.density(slide, gratings.MIDDLE_GAUGE), IMPULSE_FIGURES.two_thirds) for slide in felt
-        ]
+        usual = gratings.GRATING_SCENE.usual
+        felt = [gratings.over(gratings.ASSUMED_SLIDE, wavelength, usual, depth_mm=float(mm)) for mm in deep]
+        answers = [gratings.density(slide, gratings.MIDDLE_GAUGE) for slide in felt]
+        quantiles = [np.quantile(answer, IMPULSE_FIGURES.two_thirds) for answer in answers]
         low, middle, high = np.array(quantiles).T
-        curves += [
-            Curve(f"{wavelength:g} mm", deep, middle, "points", (high - low) / 2),
-            dashed(deep[[0, -1]], wavelength),
-        ]
+        points = Curve(f"{wavelength:g} mm", deep, middle, "points", (high - low) / 2)
+        curves += [points, dashed(deep[[0, -1]], wavelength)]
     reduced, flat = fem.prepare(Finger.default()), HalfSpace(presses.RIGID_MPA)
     early, late = (
         np.array([newton_to_gf(fem.press(reduced, flat, indentation=d - off).force) for d in deep.tolist()])
@@ -212,10 +207,8 @@ def against_spectrum() -> Picture:
         f"{signals.correlation(lines[source][JUDGED_ROWS], truth):.2f} (spectrum)"
         for source in SIGNAL_KINDS
     ]
-    panels = tuple(
-        _over_time(title, "frequency, Hz", curves, IMPULSE_FIGURES.strokes.density_Hz)
-        for title, (curves, _) in both.items()
-    )
+    y_range = IMPULSE_FIGURES.strokes.density_Hz
+    panels = tuple(_over_time(title, "frequency, Hz", curves, y_range) for title, (curves, _) in both.items())
     return Picture(panels, found=f"Correlation with |v| / wavelength, lag included: {'; '.join(words)}.")
 
 
@@ -227,10 +220,8 @@ def single_intervals() -> Picture:
     """
     (true, *curves), intervals = _frequencies(ImpulseInterval)
     density = _frequencies(ImpulseDensity)[1]
-    steps = [
-        float(np.sqrt(np.nanmean(np.diff(answer[SIGNAL_KINDS[0]][JUDGED_ROWS]) ** 2)))
-        for answer in (intervals, density)
-    ]
+    both = [answer[SIGNAL_KINDS[0]][JUDGED_ROWS] for answer in (intervals, density)]
+    steps = [float(np.sqrt(np.nanmean(np.diff(frequency) ** 2))) for frequency in both]
     finding = (
         f"Rms step from sample to sample: {steps[0]:.1f} Hz by intervals, {steps[1]:.1f} Hz by density (synthetic)."
     )

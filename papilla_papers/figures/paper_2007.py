@@ -65,9 +65,8 @@ def side_by_side() -> Picture:
     first, second = (gratings.grating(wavelength).recess(x) for wavelength in (step.from_mm, step.to_mm))
     end_s = setup.window_s[1]
     time, output = _slid(MeasuredProfile(x, -np.where(x < border_s * COUNT_FIGURES.speed_mm_s, first, second)), end_s)
-    felt = (
-        ZeroCrossing().process(np.column_stack([output, np.full(len(output), COUNT_FIGURES.speed_mm_s)])).wavelength_mm
-    )
+    block = np.column_stack([output, np.full(len(output), COUNT_FIGURES.speed_mm_s)])
+    felt = ZeroCrossing().process(block).wavelength_mm
     how = {"seconds": end_s, "step_to_mm": step.to_mm, "step_at_s": border_s}
     seen = noisy_scene("const", step.from_mm, "2007", setup.seed, **how)
     synthetic = np.asarray(answers_to(ZeroCrossing(), seen)[0].wavelength_mm)

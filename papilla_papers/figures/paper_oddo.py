@@ -42,9 +42,8 @@ def _active(period: float = WAVELET_FIGURES.period_mm, seed: int = WAVELET_FIGUR
 
 def _lines(records: Records, title: str, window: tuple[float, float]) -> Panel:
     time = np.arange(len(records[0])) / RATE_Hz
-    curves = tuple(
-        Curve(name, time, values, color=k) for k, (name, values) in enumerate(zip(CHANNEL_NAMES, records, strict=True))
-    )
+    pairs = enumerate(zip(CHANNEL_NAMES, records, strict=True))
+    curves = tuple(Curve(name, time, values, color=k) for k, (name, values) in pairs)
     return Panel(title, "time, s", "output", curves, x_range=window)
 
 
@@ -102,9 +101,8 @@ def passive_maps() -> Picture:
     printed frequencies are points.
     """
     panels, pairs = _maps(_passive(), SHOWN_WINDOWS.step_map_s, False)
-    marked = tuple(
-        replace(panel, curves=(printed("printed", SPEED_STEP.marks_s, SPEED_STEP.printed_Hz),)) for panel in panels
-    )
+    mark = printed("printed", SPEED_STEP.marks_s, SPEED_STEP.printed_Hz)
+    marked = tuple(replace(panel, curves=(mark,)) for panel in panels)
     ridge = pairs[1].ridge.frequency_Hz
     ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in SPEED_STEP.parts_s]
     finding = (
@@ -188,15 +186,8 @@ def every_run() -> Picture:
         for color, period in enumerate(PERIODS_MM):
             samples = [(k, run.frequency_Hz[pair]) for k, run in enumerate(runs) if run.period_mm == period]
             place = np.concatenate([np.full(len(values), k + 1.0) for k, values in samples])
-            curves.append(
-                Curve(
-                    f"{UM_PER_MM * period:.0f} µm",
-                    place,
-                    np.concatenate([v for _, v in samples]),
-                    "points",
-                    color=color,
-                )
-            )
+            frequencies = np.concatenate([values for _, values in samples])
+            curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", place, frequencies, "points", color=color))
         means = np.array([run.windows[pair].mean_Hz for run in runs])
         curves.append(Curve("mean of a run", np.arange(1.0, len(runs) + 1), means, "points", color=-1))
         panels.append(Panel(f"f_MP ({name})", "run", "frequency, Hz", tuple(curves)))

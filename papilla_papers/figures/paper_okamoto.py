@@ -43,13 +43,8 @@ def wavelengths() -> Picture:
         noise = share_of_noise(SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER]) * output.std()
         output = output + noise * np.random.default_rng(setup.seed).standard_normal(len(output))
         estimates = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
-        felt.append(
-            estimates[
-                (np.abs(velocity) > setup.fast * HAND_MOTION.peak_mm_s)
-                & (time > setup.settled_s)
-                & np.isfinite(estimates)
-            ]
-        )
+        fast = (np.abs(velocity) > setup.fast * HAND_MOTION.peak_mm_s) & (time > setup.settled_s)
+        felt.append(estimates[fast & np.isfinite(estimates)])
     curves, words = [dashed(truth[[0, -1]], truth[[0, -1]], "match")], []
     for number, (name, groups) in enumerate((("synthetic", synthetic), ("finger by finite elements", felt))):
         mean, spread = np.array([g.mean() for g in groups]), np.array([g.std() for g in groups])

@@ -183,14 +183,8 @@ def agreement() -> Picture:
         curves.append(Curve(f"18-118 Hz, {source}", np.arange(len(PRINTED_FABRICS)), loudness / loudness.max(), "bars"))
         words.append(f"{concordance(loudness / loudness.max(), rough / rough.max()).coefficient:.3f} ({source})")
     curves.append(Curve("roughness of the profile", np.arange(len(PRINTED_FABRICS)), rough / rough.max(), "bars"))
-    panel = Panel(
-        "",
-        "fabric",
-        "over the greatest",
-        tuple(curves),
-        names=tuple(PRINTED_FABRICS),
-        y_range=TEXTILE_FIGURES.over_greatest,
-    )
+    ends = TEXTILE_FIGURES.over_greatest
+    panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(PRINTED_FABRICS), y_range=ends)
     return Picture((panel,), found=f"Concordance {', '.join(words)}; printed 0.985.")
 
 

@@ -23,13 +23,11 @@ from papilla_papers.figures import drawing
 from papilla_papers.figures.picture import Figure, Paper, Picture, as_csv
 
 
-def _paper(title: str, module: str, left_out: Mapping[str, str], figures: Sequence[Mapping]) -> Paper:
+def _paper(title: str, module: str, left_out: Mapping[str, str], figures: Sequence[dict]) -> Paper:
     """A paper whose figures are computed by functions of a module next to this one."""
     functions = import_module(f"{__package__}.{module}")
-    drawn = (
-        Figure(one["name"], getattr(functions, one["make"]), (*one["claims"],), one.get("group", "")) for one in figures
-    )
-    return Paper(title, (*drawn,), left_out)
+    drawn = [{**one, "make": getattr(functions, one["make"]), "claims": tuple(one["claims"])} for one in figures]
+    return Paper(title, tuple(Figure(**fields) for fields in drawn), left_out)
 
 
 ALL_PAPERS: dict[str, Paper] = {
@@ -85,11 +83,8 @@ def figures(
         for figure in papers[name].figures:
             job = f"{name}, {figure.group or figure.name}"
             jobs[job] = (name, (*jobs.get(job, ((), ()))[1], figure))
-    by_stem = {
-        drawn.stem: drawn
-        for _, group in run_jobs(_make, jobs, processes=processes, progress=progress)
-        for drawn in group
-    }
+    groups = run_jobs(_make, jobs, processes=processes, progress=progress)
+    by_stem = {drawn.stem: drawn for _, group in groups for drawn in group}
     order = [f"{name}_{figure.stem}" for name in papers for figure in papers[name].figures]
     return [by_stem[stem] for stem in order if stem in by_stem]
 

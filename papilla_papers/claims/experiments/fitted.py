@@ -85,9 +85,7 @@ class Relatives:
                 order = np.lexsort((tables[0].modulus_MPa, tables[0].force_N))
                 readings.append([table.reading[order].reshape(len(forces), len(moduli), -1) for table in tables])
                 flat = HalfSpace(RIGID_MPA)
-                depths.append(
-                    [fem.press(reduced, flat, force=float(force) / k).indentation for force in DEPTH_FORCES_N]
-                )
+                depths.append([fem.press(reduced, flat, force=float(F) / k).indentation for F in DEPTH_FORCES_N])
         shape = (len(SKIN_FACTORS), len(STIFF_FACTORS))
         felt = np.array(readings).reshape(*shape, *np.shape(readings[0]))
         return cls(finger, felt, np.array(depths).reshape(*shape, -1))
@@ -118,9 +116,8 @@ class Relatives:
             sd, depth = self.press(unknowns)
             ours = sd[:, specimens]
             misfit = (ours * printed).sum() / (ours**2).sum() * ours - printed
-            of_9 = (
-                misfit.ravel() / np.sqrt(np.mean(_printed() ** 2)) / SD_MISFIT * np.sqrt(SD_NUMBERS / _printed().size)
-            )
+            rms, weight = np.sqrt(np.mean(_printed() ** 2)), np.sqrt(SD_NUMBERS / _printed().size)
+            of_9 = misfit.ravel() / rms / SD_MISFIT * weight
             depth_errors = [np.interp(np.log(PRINTED_N[mm]), np.log(DEPTH_FORCES_N), depth) / mm - 1 for mm in depths]
             layers = np.array(moduli) * np.exp([unknowns[:2].sum(), unknowns[1]])
             priors = np.log(layers / FITTED_SCENE.priors_MPa) / PRIOR_WIDTH

@@ -127,12 +127,8 @@ def slid(
 ) -> SceneReadings:
     """A scene at a pressing depth in mm, kept in the cache; `how` as for `papilla.fem.slide`."""
     finger = finger_of(assumed, smooth)
-    how = {
-        "friction": assumed.friction,
-        "loss_factor": assumed.loss_factor,
-        "length_mm": GRATING_SCENE.length_mm,
-        **how,
-    }
+    how = {"length_mm": GRATING_SCENE.length_mm, **how}
+    how = {"friction": assumed.friction, "loss_factor": assumed.loss_factor, **how}
 
     def make() -> dict[str, np.ndarray]:
         section = _section(assumed.pitch_mm, smooth, size_mm)
@@ -314,9 +310,8 @@ def _scenes() -> dict:
     period = round(wavelength / GRATING_SCENE.repeats.speed_mm_s * GRATING_SCENE.rate_Hz)
     signal = slow.readings[-2 * period :, MIDDLE_GAUGE]
     repeats = np.sqrt(np.mean((signal[:period] - signal[period:]) ** 2)) / signal.std()
-    trapezoid = over(
-        ASSUMED_SLIDE, replace(grating(wavelength), flank=GRATING_SCENE.flank.flank_mm), GRATING_SCENE.trapezoid
-    )
+    flanked = replace(grating(wavelength), flank=GRATING_SCENE.flank.flank_mm)
+    trapezoid = over(ASSUMED_SLIDE, flanked, GRATING_SCENE.trapezoid)
     return {
         "pitch": ridges.pitch,
         "ridge_width": ridges.width,

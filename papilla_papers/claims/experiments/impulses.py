@@ -83,9 +83,8 @@ def _line(cause: bool) -> dict:
     """The line of the texture at constant speed; the worst of the seeds."""
     wavelengths = []
     for seed in SCENE_SEEDS:
-        seen = noisy_scene(
-            "const", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed, cause=cause, seconds=IMPULSE_SCENE.seconds
-        )
+        how = {"cause": cause, "seconds": IMPULSE_SCENE.seconds}
+        seen = noisy_scene("const", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed, **how)
         lines = find_lines(seen.position_mm, seen.readings).lines
         wavelengths.append(lines[0].wavelength_mm if lines else np.inf)
     worst = max(wavelengths, key=lambda line: abs(line / IMPULSE_SCENE.wavelength_mm - 1))
@@ -165,11 +164,8 @@ def _touch(cause: bool) -> dict:
         shapes.append([signals.follows(answer, truth, seen.sample_rate_Hz) for answer in both])
         ratios.append([_fast_and_slow(seen, variant) for variant in METHOD_VARIANTS])
         steady = noisy_scene("const", IMPULSE_SCENE.wavelength_mm, IMPULSE_PAPER, seed)
-        methods = (
-            (ImpulseInterval if cause else ImpulseDensity)(),
-            ImpulseDensity(),
-            ImpulseInterval(variant="corrected"),
-        )
+        changing = ImpulseInterval() if cause else ImpulseDensity()
+        methods = changing, ImpulseDensity(), ImpulseInterval(variant="corrected")
         single, density, paired = (frequencies_Hz(method, steady)[steady.judged()] for method in methods)
         rough = [float(np.sqrt(np.nanmean(np.diff(answer) ** 2))) for answer in (single, density)]
         steps.append([*rough, *(np.nanmean(answer) / np.mean(steady.frequency_Hz) for answer in (single, paired))])

@@ -19,13 +19,8 @@ PRESS_SCENE = scene("presses")
 RIGID_MPA: float = PRESS_SCENE.rigid_MPa
 OFFSET_MM: float = PRESS_SCENE.offset_mm
 PRINTED_SETTINGS = PRESS_SCENE.printed
-PRINTED_N = dict(
-    zip(
-        PRINTED_SETTINGS.depths_mm,
-        (*map(gf_to_newton, PRINTED_SETTINGS.forces_gf), PRINTED_SETTINGS.force_N),
-        strict=True,
-    )
-)
+_FORCES_N = (*map(gf_to_newton, PRINTED_SETTINGS.forces_gf), PRINTED_SETTINGS.force_N)
+PRINTED_N = dict(zip(PRINTED_SETTINGS.depths_mm, _FORCES_N, strict=True))
 AREA_MODULI_MPA = tuple(by_factors(PRESS_SCENE.moduli.modulus_MPa).tolist())
 SPECIMEN_MODULI_MPA: tuple[float, float, float] = PRESS_SCENE.specimens_MPa
 SOFT_MODULUS_MPA, MIDDLE_MODULUS_MPA, HARD_MODULUS_MPA = SPECIMEN_MODULI_MPA
@@ -65,9 +60,8 @@ def _block(modulus: float) -> Block:
 def _over_moduli(reduced, cause: bool) -> dict:
     """Contact area, the finger's part of the indentation and S_d over the modulus."""
     setup = PRESS_SCENE.moduli
-    table = [
-        fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=setup.force_N) for E in AREA_MODULI_MPA
-    ]
+    bodies = [_block(modulus if cause else MIDDLE_MODULUS_MPA) for modulus in AREA_MODULI_MPA]
+    table = [fem.press(reduced, body, force=setup.force_N) for body in bodies]
     some = slice(None, None, setup.every)
     area = np.array([press.contact_area for press in table])
     gives = np.array([press.finger_indentation for press in table])

@@ -28,6 +28,7 @@ FORCES_N = tuple(by_factors(SOFTNESS_SCENE.forces_N).tolist())
 TABLE_MODULI_MPA = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
 SD_FORCES_GF = np.array(SOFTNESS_SCENE.compared_gf, float)
 GAUGE_NOISE_UE: float = SOFTNESS_SCENE.gauge_noise_microstrain
+SENSOR_NOISE = {"gauge_sigma": GAUGE_NOISE_UE, "force_sigma_N": SOFTNESS_SCENE.force_noise_N}
 
 
 @dataclass(frozen=True)
@@ -136,12 +137,10 @@ def _against_9(assumed: PressParameters, cause: bool = True) -> dict:
 def _published(calibration: Calibration, cause: bool) -> dict:
     """S_d of the calibration over the modulus, its refit of (9), and (10) against (9)."""
     many = by_factors(SOFTNESS_SCENE.many.modulus_MPa)
-    along = calibration.predict(
-        gf_to_newton(SOFTNESS_SCENE.many.force_gf), many if cause else np.full_like(many, SPECIMENS_MPA[1])
-    )
-    cost, four = (
-        rounding_error(inverse) for inverse in (PUBLISHED_INVERSE, exact_inverse(SOFTNESS_SCENE.many.published_digits))
-    )
+    moduli = many if cause else np.full_like(many, SPECIMENS_MPA[1])
+    along = calibration.predict(gf_to_newton(SOFTNESS_SCENE.many.force_gf), moduli)
+    four_digits = exact_inverse(SOFTNESS_SCENE.many.published_digits)
+    cost, four = (rounding_error(inverse) for inverse in (PUBLISHED_INVERSE, four_digits))
     return {
         "rises": float(np.mean(np.diff(along) > 0)),
         "refit": listed(calibration.forward.coefficients, ".4g"),
@@ -213,9 +212,7 @@ def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
         press = sweep(other_finger(), [pressed], setup.forces_N).reading[1]
         noisy = press + GAUGE_NOISE_UE * rng.standard_normal((setup.samples, len(press)))
         block = np.column_stack([noisy, last_N + SOFTNESS_SCENE.force_noise_N * rng.standard_normal(setup.samples)])
-        gauges = GaugeSoftness(
-            calibration, gauge_sigma=GAUGE_NOISE_UE, force_sigma_N=SOFTNESS_SCENE.force_noise_N, doubts=Doubts.NONE
-        )
+        gauges = GaugeSoftness(calibration, **SENSOR_NOISE, doubts=Doubts.NONE)
         answer = gauges.process(block)
         last, spread = float(np.asarray(answer.modulus_MPa)[-1]), float(np.asarray(answer.modulus_sigma_MPa)[-1])
         status = SoftnessStatus(int(np.asarray(answer.status)[-1]))
@@ -237,9 +234,7 @@ def _by_regression(calibration: Calibration, second_mesh: fem.ReducedFinger, cau
     presses = sweep(second_mesh, SPECIMENS_MPA, gf_to_newton(np.array(SOFTNESS_SCENE.online_gf)))
     rng = np.random.default_rng(SOFTNESS_SCENE.regression.seed)
     noisy = presses.reading + GAUGE_NOISE_UE * rng.standard_normal(presses.reading.shape)
-    estimator = PrintedSoftness(
-        calibration, form="compact", gauge_sigma=GAUGE_NOISE_UE, force_sigma_N=SOFTNESS_SCENE.force_noise_N
-    )
+    estimator = PrintedSoftness(calibration, form="compact", **SENSOR_NOISE)
     estimate = estimator.process(np.column_stack([noisy, presses.force_N]))
     stated = presses.modulus_MPa if cause else SPECIMENS_MPA[0] * SPECIMENS_MPA[-1] / presses.modulus_MPa
     off, sigma = np.asarray(estimate.modulus_MPa) / stated - 1, np.asarray(estimate.modulus_sigma_MPa) / stated

@@ -55,9 +55,7 @@ def _gratings(assumed: signals.WhiteNoise) -> dict:
     off = np.abs(np.array([group.mean() for group in groups]) - GRATINGS_MM)
     setup = SPECTRUM_SCENE.resolved
     scenes = [noisy_scene("const", wavelength, SPECTRUM_PAPER, setup.seed) for wavelength in setup.wavelengths_mm]
-    unresolved, resolved = (
-        mean_error(partial(Okamoto, variant=variant), scenes) for variant in signals.METHOD_VARIANTS
-    )
+    unresolved, resolved = (mean_error(partial(Okamoto, variant=name), scenes) for name in signals.METHOD_VARIANTS)
     return {
         "worse": float(off[SPECTRUM_SCENE.fine :].mean() / off[: SPECTRUM_SCENE.fine].mean()),
         "means": ", ".join(f"{group.mean():.2f} ± {group.std():.2f}" for group in groups) + " mm",

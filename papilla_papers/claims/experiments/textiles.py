@@ -72,9 +72,8 @@ def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
         records = [fabric(name, generator, speed, assumed) for name in YARNS_PER_INCH]
         if not cause:
             records[0] = rng.standard_normal(len(records[0]))
-        both = np.array(
-            [texture.band_amplitudes(record, RATE_Hz, TEXTILE_SCENE.fabrics.edges_Hz) for record in records]
-        )
+        edges = TEXTILE_SCENE.fabrics.edges_Hz
+        both = np.array([texture.band_amplitudes(record, RATE_Hz, edges) for record in records])
         shares.append(both[:, 0] / both.sum(axis=1))
         best = texture.best_band(np.column_stack(records), RATE_Hz, all_bands)
         corners.append((best.low_Hz, best.high_Hz) == TEXTILE_SCENE.best_band_Hz)
@@ -186,9 +185,8 @@ def _scores(rng) -> dict:
     normalised = texture.normalised_scores(np.array(setup.truth) * np.exp(rng.standard_normal((setup.count, 1))))
     values = np.append(rng.standard_normal(setup.count - 1), setup.outlier)
     first, second = rng.standard_normal((2, setup.pairs))
-    by_hand = (
-        2 * np.cov(first, second, ddof=0)[0, 1] / (first.var() + second.var() + (first.mean() - second.mean()) ** 2)
-    )
+    spread = first.var() + second.var() + (first.mean() - second.mean()) ** 2
+    by_hand = 2 * np.cov(first, second, ddof=0)[0, 1] / spread
     return {
         "scales": float((normalised.std(axis=0) / normalised.mean(axis=0)).max()),
         "grubbs": float(texture.grubbs_critical(setup.count)),

@@ -116,23 +116,16 @@ def _friction(cause: bool) -> dict:
         estimate = Friction(sample_rate_Hz=float(RATE_Hz)).process(np.column_stack([tangential, force, velocity]))
         for key in ("mu_kinetic", "mu_static"):
             last[name, key] = last_number(getattr(estimate, key))
-    return {
-        "mu_kinetic": last["force", "mu_kinetic"],
-        "mu_static": last["force", "mu_static"],
-        "mu_torque": last["torque", "mu_kinetic"],
-    }
+    mu_torque = last["torque", "mu_kinetic"]
+    return {key: last["force", key] for key in ("mu_kinetic", "mu_static")} | {"mu_torque": mu_torque}
 
 
 def _by_torque(time, force, velocity, drag) -> np.ndarray:
     """The tangential force (n,) that is read from a log with a torque."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "torque.csv"
-        columns = {
-            "t_s": time,
-            "force_N": force,
-            "velocity_mm_s": velocity,
-            "torque_Nmm": TOOLKIT_SCENE.swipe.lever_mm * drag,
-        }
+        torque = TOOLKIT_SCENE.swipe.lever_mm * drag
+        columns = {"t_s": time, "force_N": force, "velocity_mm_s": velocity, "torque_Nmm": torque}
         write_table(path, columns)
         log = read_time_log(path, lever_mm=TOOLKIT_SCENE.swipe.lever_mm)
     assert log.tangential_N is not None

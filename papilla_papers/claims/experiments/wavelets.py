@@ -72,9 +72,8 @@ def channels(place: np.ndarray, period: float, rng, places_mm=(0.0, 0.0), felt=1
     noise = share_of_noise(snr_dB)
     felt = np.broadcast_to(felt, (len(places_mm), len(place)))
     waves = [np.sqrt(2) * np.sin(2 * np.pi * (place - shift) / period) for shift in places_mm]
-    return [
-        pressure * wave + noise * rng.standard_normal(len(place)) for pressure, wave in zip(felt, waves, strict=True)
-    ]
+    pairs = zip(felt, waves, strict=True)
+    return [pressure * wave + noise * rng.standard_normal(len(place)) for pressure, wave in pairs]
 
 
 def passive_speed(time: np.ndarray) -> np.ndarray:
@@ -128,9 +127,7 @@ def active_run(period: float, rng, assumed: RunParameters, cause: bool = True) -
     pairs = (fourth, first), (first, second)
     ridges = [cross_wavelet(upper, lower, RATE_Hz, octaves(*WAVELET_SCENE.active_Hz)).ridge for upper, lower in pairs]
     windows = [ridge.around_strongest() for ridge in ridges]
-    frequency = [
-        ridge.frequency_Hz[window.first : window.last + 1] for ridge, window in zip(ridges, windows, strict=True)
-    ]
+    frequency = [r.frequency_Hz[window.first : window.last + 1] for r, window in zip(ridges, windows, strict=True)]
     return ActiveRun(period, (frequency[0], frequency[1]), (windows[0], windows[1]))
 
 
@@ -158,10 +155,8 @@ def accuracy(runs: list[ActiveRun], left_out: int, cause: bool = True) -> float:
     names = [f"{run.period_mm:g}" for run in runs]
     if not cause:
         names = np.random.default_rng(WAVELET_SCENE.shuffle_seed).permutation(names).tolist()
-    return (
-        PER_CENT
-        * leave_m_out(features, names, left_out, seed=WAVELET_SCENE.split_seed, splits=WAVELET_SCENE.splits).accuracy
-    )
+    how = {"seed": WAVELET_SCENE.split_seed, "splits": WAVELET_SCENE.splits}
+    return PER_CENT * leave_m_out(features, names, left_out, **how).accuracy
 
 
 def _modulated(assumed: RunParameters, sets=None) -> dict:
@@ -184,10 +179,8 @@ def _modulated(assumed: RunParameters, sets=None) -> dict:
 
 def _active_touch(cause: bool) -> dict:
     """Tables III and IV: means over the campaigns; other spreads of the speed from one campaign each."""
-    sets = [
-        campaign(WAVELET_SCENE.first_campaign + number, ASSUMED_RUNS, cause)
-        for number in range(WAVELET_SCENE.campaigns)
-    ]
+    seeds = range(WAVELET_SCENE.first_campaign, WAVELET_SCENE.first_campaign + WAVELET_SCENE.campaigns)
+    sets = [campaign(seed, ASSUMED_RUNS, cause) for seed in seeds]
     single, several = ([accuracy(runs, left_out, cause) for runs in sets] for left_out in WAVELET_SCENE.left_out)
     seed, spreads = WAVELET_SCENE.campaign_of_spreads, WAVELET_SCENE.spreads if cause else ()
     others = [campaign(seed, replace(ASSUMED_RUNS, speed_spread=spread)) for spread in spreads]

@@ -161,9 +161,8 @@ class ImpulseCount:
             return Finding(stream.ALIASED_CODE)
         average = self._speeds.total / moving if self.paired and moving else speed
         periods, seconds = count / self.per_period, valid / self.rate_Hz
-        return Finding(
-            stream.OK if valid == self.samples else stream.GAP_CODE, periods / seconds, average * seconds / periods
-        )
+        status = stream.OK if valid == self.samples else stream.GAP_CODE
+        return Finding(status, periods / seconds, average * seconds / periods)
 
 
 @dataclass(eq=False)

@@ -37,18 +37,8 @@ class RoughnessStatus(Status):
     DUPLICATE = "the sample is not later than the one before, and was left out"
 
 
-(
-    OK,
-    WARMING_UP_CODE,
-    SILENT_CODE,
-    STANDSTILL_CODE,
-    NO_VELOCITY_CODE,
-    GAP_CODE,
-    MISSING_CODE,
-    SATURATED_CODE,
-    ALIASED_CODE,
-    DUPLICATE_CODE,
-) = map(int, RoughnessStatus)
+(OK, WARMING_UP_CODE, SILENT_CODE, STANDSTILL_CODE, NO_VELOCITY_CODE, GAP_CODE, MISSING_CODE, SATURATED_CODE,
+ ALIASED_CODE, DUPLICATE_CODE) = map(int, RoughnessStatus)  # fmt: skip
 
 
 class RoughnessEstimate(NamedTuple):
