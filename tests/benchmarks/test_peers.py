@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from benchmarks.presses.peers import PeerPress, missing_peers, run_peers
+from benchmarks.presses.peers import missing_peers, run_peers
 from benchmarks.presses.peers.library import PEERS, Elastic, Peer, PeerLibrary, PeerScene
 from benchmarks.presses.peers.runner import CONVERGED, INDENTATION_MM, RIGID_MPA
 from papilla.core.errors import MissingExtraError, SolverError
@@ -181,8 +181,3 @@ def test_contact_that_does_not_settle_is_refused():
 
     with pytest.raises(SolverError, match="Chasing: contact did not settle in 40 Newton steps"):
         Chasing().press(1.0)
-
-
-def test_the_row_is_documented():
-    for name in PeerPress.__dataclass_fields__:
-        assert name in PeerPress.__doc__
