@@ -112,6 +112,7 @@ def test_every_look_is_drawn():
     figure = draw(Picture((LINES, BARS, MAP), columns=2))
     lines, bars, shade, color_bar = figure.axes[0], figure.axes[1], figure.axes[2], figure.axes[-1]
     assert len(lines.lines) == 6 and len(lines.collections) == 2, "four curves, two caps of a bar; bar and impulse"
+    assert [[4, 0], [4, 1]] in [part.tolist() for drawn in lines.collections for part in drawn.get_segments()]
     assert [patch.get_height() for patch in bars.patches] == [0.2, 0.8]
     assert shade.get_yscale() == "log" and color_bar.get_ylabel() == "power"
     arrows = [one for one in shade.collections if hasattr(one, "angles")]

@@ -126,8 +126,10 @@ def test_ridge_follows_the_speed_and_the_window_is_the_printed_one():
     assert len(inside) == 20
     assert window.mean_Hz == pytest.approx(inside.mean()) and window.sd_Hz == pytest.approx(inside.std(ddof=1))
     assert (window.least_Hz, window.greatest_Hz) == (inside.min(), inside.max())
-    with pytest.raises(InputError, match="window from sample 590 to 605 is not inside the record of 600"):
-        ridge.window(590, 605)
+    assert (ridge.window(0, 1).first, ridge.window(598, 599).last) == (0, 599)
+    for first, last in ((590, 600), (-1, 4), (7, 7)):
+        with pytest.raises(InputError, match=f"window from sample {first} to {last} is not inside the record of 600"):
+            ridge.window(first, last)
 
 
 @pytest.mark.parametrize("period_mm", [0.40, 0.44, 0.48, 1.6])
