@@ -44,11 +44,10 @@ def reproduce(
         for result in by_experiment
         for answer in result.answers
     ]
-    facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers)}
-    last = [f"{head(answers)}; {seconds:.0f} s", *([] if out is None else [f"Wrote {out / CLAIMS_PAGE}"])]
-    return CommandResult(
-        facts | {"page": None if out is None else str(out / CLAIMS_PAGE)}, partial(_print, by_experiment, last)
-    )
+    page = None if out is None else str(out / CLAIMS_PAGE)
+    facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers), "page": page}
+    last = [f"{head(answers)}; {seconds:.0f} s", *([] if page is None else [f"Wrote {page}"])]
+    return CommandResult(facts, partial(_print, by_experiment, last))
 
 
 def _print(by_experiment: "list[Result]", last: list[str]) -> None:

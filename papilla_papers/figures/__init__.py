@@ -8,15 +8,5 @@ from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture,
 from papilla_papers.figures.runner import ALL_PAPERS, Made, figures, write
 
 __all__ = [
-    "ALL_PAPERS",
-    "Curve",
-    "Figure",
-    "Made",
-    "Panel",
-    "Paper",
-    "Picture",
-    "Shade",
-    "PrintedTable",
-    "figures",
-    "write",
-]
+    "ALL_PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "PrintedTable", "Shade", "figures", "write",
+]  # fmt: skip

@@ -57,10 +57,8 @@ def passive_record() -> Picture:
     records = _passive()
     apart = phase_deg(PERIODS_MM[-1])
     finding = f"S1 and S2 are in phase; S4 is shifted by {apart:.0f} degrees before and after the step, equation (4)."
-    panels = (
-        _lines(records, "the run", SHOWN_WINDOWS.run_s),
-        _lines(records, "the step of the speed", SHOWN_WINDOWS.step_s),
-    )
+    windows = {"the run": SHOWN_WINDOWS.run_s, "the step of the speed": SHOWN_WINDOWS.step_s}
+    panels = tuple(_lines(records, title, window_s) for title, window_s in windows.items())
     return Picture(panels, columns=2, found=finding)
 
 
@@ -123,10 +121,8 @@ def active_record() -> Picture:
     first, the proximal one 35 ms later. Loading and unloading of the finger, which print shows, are not simulated.
     """
     records = _active()
-    panels = (
-        _lines(records, "the run", SHOWN_WINDOWS.record_s),
-        _lines(records, "the rub", _touched(SHOWN_WINDOWS.rub_s)),
-    )
+    windows = {"the run": SHOWN_WINDOWS.record_s, "the rub": _touched(SHOWN_WINDOWS.rub_s)}
+    panels = tuple(_lines(records, title, window_s) for title, window_s in windows.items())
     return Picture(panels, columns=2)
 
 
@@ -303,9 +299,8 @@ def passive_table() -> Picture:
                 rows.append((f"{UM_PER_MM * period:.0f} µm", f"{speed:.2g} mm/s", name, *_in_Hz(cells)))
                 worst = max(worst, PER_CENT * cells[1] / cells[0])
     heads = ("grating", "speed", "pair", *INDEX_HEADS)
-    return Picture(
-        table=PrintedTable(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %)."
-    )
+    finding = f"Largest deviation: {worst:.1f} % (printed at most 1.6 %)."
+    return Picture(table=PrintedTable(heads, tuple(rows)), found=finding)
 
 
 def active_table() -> Picture:

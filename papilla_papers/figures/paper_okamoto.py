@@ -59,21 +59,13 @@ def wavelengths() -> Picture:
 @cache
 def _powers() -> np.ndarray:
     """(speeds, gratings) power of the fundamental, the mean of five gauges, over the greatest."""
-    how = {
-        "force": None,
-        "depth": SPECTRUM_FIGURES.depth_mm,
-        "friction": 0.0,
-        "length_mm": gratings.GRATING_SCENE.length_mm,
-    }
-    powers = [
-        [
-            float(np.mean(signal.fundamental**2))
-            for signal in signals_over_gratings(
-                Finger.default(), TESTS_MM, pitches_mm=(gratings.ASSUMED_SLIDE.pitch_mm,), speed_mm_s=speed, **how
-            )
-        ]
+    how = {"force": None, "depth": SPECTRUM_FIGURES.depth_mm, "friction": 0.0}
+    how |= {"length_mm": gratings.GRATING_SCENE.length_mm, "pitches_mm": (gratings.ASSUMED_SLIDE.pitch_mm,)}
+    scenes = [
+        signals_over_gratings(Finger.default(), TESTS_MM, speed_mm_s=speed, **how)
         for speed in SPECTRUM_FIGURES.power.speeds_mm_s
     ]
+    powers = [[float(np.mean(signal.fundamental**2)) for signal in of_speed] for of_speed in scenes]
     return np.array(powers) / np.max(powers)
 
 
@@ -192,6 +184,5 @@ def signals() -> Picture:
         for n, condition in _conditions().items()
         for k, explored in enumerate(TESTS_MM)
     )
-    return Picture(
-        table=PrintedTable(("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms"), rows)
-    )
+    heads = ("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms")
+    return Picture(table=PrintedTable(heads, rows))

@@ -87,8 +87,5 @@ class ForceDepth:
             SoftnessStatus.OK,
         )  # fmt: skip
         answered = (status == SoftnessStatus.OK) | (status == SoftnessStatus.NOT_IDENTIFIABLE)
-        return (
-            np.where(answered, modulus, np.nan),
-            np.where(answered, sigma, np.nan),
-            [SoftnessStatus(code) for code in status.tolist()],
-        )
+        modulus, sigma = (np.where(answered, column, np.nan) for column in (modulus, sigma))
+        return modulus, sigma, [SoftnessStatus(code) for code in status.tolist()]

@@ -13,7 +13,7 @@ from scipy.stats import binomtest
 from papilla.core.errors import InputError, MissingExtraError, SolverError
 from papilla_papers import claims as room
 from papilla_papers.claims import ALL_CLAIMS, ALL_EXPERIMENTS, Answer, Claim, Experiment, reproduce
-from papilla_papers.claims.claim import EVIDENCE_KINDS, TESTED_EVIDENCE, beside, gathered
+from papilla_papers.claims.claim import EVIDENCE_KINDS, TESTED_EVIDENCE, accepted, beside, gathered, published
 from papilla_papers.claims.page import write_page
 from papilla_papers.claims.runner import by_evidence, head, results, summary
 from papilla_papers.claims.scenes import SettingsTable, by_factors, even, scenes
@@ -47,6 +47,22 @@ def ask(*claims, only="", run=lambda tell: {"four": 4.0}, **how):
 def test_the_verdict_is_that_of_the_tolerance(accepted, measured, holds):
     answer = Answer.of(claim(accepted=accepted), toy(), {"four": measured})
     assert answer.verdict == ("reproduced" if holds else "not reproduced")
+
+
+@pytest.mark.parametrize(
+    "interval, words",
+    [
+        ({"by": 0.1}, "3.9 to 4.1"),
+        ({}, "4"),
+        ({"least": 5.0}, "≥ 5"),
+        ({"most": -5.0}, "≤ −5"),
+        ({"by": 1e-5}, "4 to 4"),
+    ],
+)
+def test_what_is_accepted_in_words(interval, words):
+    answer = Answer.of(claim(accepted=interval), toy(), {"four": 4.0})
+    assert accepted(answer) == words and published(answer) == "4"
+    assert published(Answer.of(claim(published=[1.0, 2.5], accepted={"by": 1.0}), toy(), {"four": 4.0})) == "1–2.5"
 
 
 def test_where_words_are_published_all_must_agree():

@@ -151,9 +151,8 @@ def _field(finger: Finger, reduced, cause: bool) -> dict:
         model = fem.FingerModel(design, built)
         condensed = reduced if design is finger else model.reduce()
         moduli = np.where(built.layer == built.layer.max(), design.inner.modulus, design.outer.modulus)
-        press = fem.press(
-            condensed, HalfSpace(RIGID_MPA), indentation=PRESS_SCENE.field.indentation_mm, fidelity="contact"
-        )
+        flat, field = HalfSpace(RIGID_MPA), PRESS_SCENE.field
+        press = fem.press(condensed, flat, indentation=field.indentation_mm, fidelity="contact")
         axes[name] = _axis(built, fem.recover(model, condensed, press).strain, moduli)
         deep = fem.press(condensed, HalfSpace(RIGID_MPA), indentation=PRESS_SCENE.field.deep_mm, fidelity="contact")
         strain = fem.recover(model, condensed, deep).strain

@@ -158,10 +158,8 @@ def _inverses(calibration: Calibration, presses: Sweep) -> dict:
     answered = np.abs(quadratic[np.isfinite(quadratic)])
     form = calibration.compact
     assert form is not None
-    axes = [
-        np.geomspace(low, high, SOFTNESS_SCENE.grid.count)
-        for low, high in (form.force_N, SOFTNESS_SCENE.grid.modulus_MPa)
-    ]
+    ends = form.force_N, SOFTNESS_SCENE.grid.modulus_MPa
+    axes = [np.geomspace(low, high, SOFTNESS_SCENE.grid.count) for low, high in ends]
     grid_f, grid_e = (axis.ravel() for axis in np.meshgrid(*axes))
     on_grid = calibration.inverse(calibration.predict(grid_f, grid_e), grid_f / gf_to_newton(1.0)) / grid_e - 1
     return {

@@ -164,9 +164,8 @@ def _bands(drawn, all_bands) -> dict:
     lines = {line: np.sin(2 * np.pi * line * time) for line in setup.of_receptors_Hz}
     split = []
     for line, wave in lines.items():
-        felt = {
-            name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in TEXTILE_SCENE.receptors_Hz.items()
-        }
+        receptors = TEXTILE_SCENE.receptors_Hz.items()
+        felt = {name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in receptors}
         inside = [name for name, amount in felt.items() if amount > setup.felt / TEXTILE_SCENE.seconds]
         split.append(f"{' and '.join(inside)} ({line} Hz)")
     allowed = set(all_bands)
