@@ -89,6 +89,7 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
     ("papilla_papers/methods/window.py", "place + count", "(place - count)"): "counted from the other end",
     ("papilla_papers/methods/softness.py", "101", "102"): "where a range in tens ends",
     ("papilla_papers/methods/wavelet/cross.py", "6", "7"): "zeros behind where a wavelet has died away",
+    ("papilla_papers/methods/wavelet/cross.py", "1e-6", "1.1e-06"): "a bracket that is wider than it need be",
     ("papilla_papers/methods/wavelet/cross.py", "cross_threshold(ones, twos, sample_rate_Hz, a.frequency_Hz)",
      "cross_threshold(twos, ones, sample_rate_Hz, a.frequency_Hz)"): "symmetric",
     ("papilla_papers/methods/roughness/spectra.py", "2 * self._lines", "(2 / self._lines)"): "two ways",

@@ -127,10 +127,8 @@ def along(name: str, modulus: float, ratio: float, friction: Friction, size_mm: 
 
     def make() -> dict[str, np.ndarray]:
         """The path, with finer steps where a coarse one does not converge."""
-        bodies, began = (
-            Bodies(geometry.shape, [Rubber(ratio), Rubber(1.0), Rubber(modulus, SPECIMEN_NU)]),
-            perf_counter(),
-        )
+        bodies = Bodies(geometry.shape, [Rubber(ratio), Rubber(1.0), Rubber(modulus, SPECIMEN_NU)])
+        began = perf_counter()
         for first, growth in STEPS:
             try:
                 path = presses_of.press_path(

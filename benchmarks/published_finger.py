@@ -27,7 +27,7 @@ from papilla.fem.reduction.family import FingerFamily, family, with_moduli
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Bench, Finger, Gauge
 from papilla.model.specimen import STICK_WORD, Friction, Specimen, friction_coefficient
-from papilla_papers.claims.experiments.fitted import DEPTH_ERROR, MISFIT, NUMBERS
+from papilla_papers.claims.experiments.fitted import DEPTH_ERROR, SD_MISFIT, SD_NUMBERS
 
 FORCE_GF, HEAVY = np.arange(10.0, 101.0, 10.0), 2
 """Forces at which (9) is compared, and the first of the 30-100 gf."""
@@ -188,7 +188,7 @@ def fit(model: Model, fixed: dict[str, float] | None = None, start: dict[str, fl
         """What the fit makes small, each over its sigma: misfits of S_d and depths, and distances from the priors."""
         values = values_of(unknowns)
         _, left = scaled(model.sd(values))
-        regression = left.ravel() / np.sqrt((PUBLISHED**2).mean()) / MISFIT * np.sqrt(NUMBERS / PUBLISHED.size)
+        regression = left.ravel() / np.sqrt((PUBLISHED**2).mean()) / SD_MISFIT * np.sqrt(SD_NUMBERS / PUBLISHED.size)
         published = np.array([depth for depth, _ in PUBLISHED_POINTS])
         depth = (model.depths(values) / published - 1) / DEPTH_ERROR
         priors = [np.log(values[n] / p.start) / p.width for n, p in PARAMETERS.items() if p.width]

@@ -10,7 +10,7 @@ from papilla.fem import Motion, prepare_section, slide
 from papilla.model.finger import Finger, Ridges
 from papilla.model.specimen import Grating
 
-PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
+LAST_PERIODS, SETTLE_MM, SETTLE_S = 10, 3.0, 0.2
 """Number of periods of the grating that are evaluated, so that most beats with the ridges are complete; path and time
 before them (the oscillation of the first mode at the start fades within 50 ms)."""
 
@@ -51,28 +51,28 @@ def signals_over_gratings(
 
     `length_mm` as for `papilla.fem.slide`. Raises what that raises.
     """
-    found = []
+    signals = []
     for pitch in pitches_mm:
         height = finger.ridges.height if finger.ridges else 0.3
-        own = replace(finger, ridges=Ridges(pitch, pitch / 2, height) if pitch else None)
-        section = prepare_section(own)
+        ridged = replace(finger, ridges=Ridges(pitch, pitch / 2, height) if pitch else None)
+        section = prepare_section(ridged)
         for wavelength in wavelengths_mm:
             texture = Grating(wavelength / 2, wavelength / 2, groove_depth_mm)
             rate = SAMPLES_A_PERIOD * speed_mm_s / wavelength
-            motion = Motion.steady(speed_mm_s, (PERIODS * wavelength + SETTLE_MM) / speed_mm_s + SETTLE_S, rate)
+            motion = Motion.steady(speed_mm_s, (LAST_PERIODS * wavelength + SETTLE_MM) / speed_mm_s + SETTLE_S, rate)
             result = slide(
-                own, texture, motion, force=force, depth=depth, friction=friction, dynamics=dynamics,
+                ridged, texture, motion, force=force, depth=depth, friction=friction, dynamics=dynamics,
                 section=section, length_mm=length_mm,
             )  # fmt: skip
-            rows = slice(-PERIODS * SAMPLES_A_PERIOD, None)
+            rows = slice(-LAST_PERIODS * SAMPLES_A_PERIOD, None)
             readings = result.readings[rows] - result.readings[rows].mean(axis=0)
             turns = np.exp(-2j * np.pi * motion.position_mm[rows] / wavelength)
-            found.append(
+            signals.append(
                 GratingSignal(
                     wavelength, pitch, speed_mm_s, float(result.depth_mm.mean()),
                     2 * np.abs((readings * turns[:, None]).mean(axis=0)), readings.std(axis=0), result.dynamics,
                     result.status,
                 )
             )  # fmt: skip
-            progress(CountedStep("slides over gratings", len(found), len(pitches_mm) * len(wavelengths_mm)))
-    return found
+            progress(CountedStep("slides over gratings", len(signals), len(pitches_mm) * len(wavelengths_mm)))
+    return signals

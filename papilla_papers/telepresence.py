@@ -24,7 +24,7 @@ from papilla.telepresence.touch import GratingTexture, SideBySide
 TESTS_MM = (0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 LOUDEST_MICROSTRAIN, NOISE_MICROSTRAIN = 50.0, 1.0
 """Amplitude of the texture that the sensor reads best, and standard deviation of a reading."""
-DELAY = LinkModel(one_way_ms=120.0, one_way_sd_ms=40.0, redraw_Hz=5.0)
+FEEDBACK_DELAY = LinkModel(one_way_ms=120.0, one_way_sd_ms=40.0, redraw_Hz=5.0)
 """N(120, 40) ms drawn every 200 ms, all of it on the feedback: section 5.2."""
 NOTICED_MS = 60.0
 """Delay above which users notice it, which section 1 cites from an earlier study."""
@@ -62,7 +62,7 @@ def experiments_2011(
         scene = Set(
             GratingTexture(TESTS_MM[place], amplitude),
             seconds=seconds,
-            downlink=DELAY if delayed else LinkModel(),
+            downlink=FEEDBACK_DELAY if delayed else LinkModel(),
             noise_microstrain=NOISE_MICROSTRAIN,
             seed=seed + 10 * place,
         )
@@ -76,10 +76,10 @@ def _condition(display: str, delayed: bool, records: Sequence[LoopRecord]) -> Co
     felt, amplitudes = [], []
     for record in records:
         wavelengths = record.felt(display).wavelength_mm
-        known = wavelengths[np.isfinite(wavelengths)]
-        felt.append(float(np.median(known)) if known.size else math.nan)
-        shown = record.local_um if display == "local" else record.direct_um
-        amplitudes.append(math.sqrt(2) * float(shown[record.judged].std()))
+        finite = wavelengths[np.isfinite(wavelengths)]
+        felt.append(float(np.median(finite)) if finite.size else math.nan)
+        displacement = record.local_um if display == "local" else record.direct_um
+        amplitudes.append(math.sqrt(2) * float(displacement[record.judged].std()))
     lags = [record.lag_ms(display) for record in records]
     return Condition(display, delayed, np.array(lags), np.array(felt), np.array(amplitudes), records)
 

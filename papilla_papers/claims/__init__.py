@@ -6,6 +6,6 @@
 
 from papilla.verify.case import Verdict
 from papilla_papers.claims.claim import Answer, Claim, Experiment
-from papilla_papers.claims.runner import ALL_CLAIMS, EXPERIMENTS, reproduce
+from papilla_papers.claims.runner import ALL_CLAIMS, ALL_EXPERIMENTS, reproduce
 
-__all__ = ["ALL_CLAIMS", "EXPERIMENTS", "Answer", "Claim", "Experiment", "Verdict", "reproduce"]
+__all__ = ["ALL_CLAIMS", "ALL_EXPERIMENTS", "Answer", "Claim", "Experiment", "Verdict", "reproduce"]

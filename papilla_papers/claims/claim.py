@@ -16,17 +16,17 @@ from papilla.core.units import PER_CENT
 from papilla.verify.case import Case, Interval, Verdict
 from papilla_papers.claims.scenes import scenes
 
-EVIDENCE = ("predicted", "simulated", "fitted", "implemented", "none")
+EVIDENCE_KINDS = ("predicted", "simulated", "fitted", "implemented", "none")
 """Evidence for a verdict: predicted by the finger's physics, or by an estimator on its signals, without a fit to the
 figure; a simulated scene that could have failed; a figure that was used in a fit; an implemented formula, constant,
 option or file; none."""
-TESTED = EVIDENCE[:2]
+TESTED_EVIDENCE = EVIDENCE_KINDS[:2]
 """Evidence that could have failed: without its cause such a row must lose its verdict."""
 
-VERDICTS = {Verdict.WITHIN: "reproduced", Verdict.OUTSIDE: "not reproduced", Verdict.UNTESTED: "not testable here"}
+VERDICT_WORDS = {Verdict.WITHIN: "reproduced", Verdict.OUTSIDE: "not reproduced", Verdict.UNTESTED: "not testable here"}
 """Words for the verdicts on a published claim."""
 
-ROUNDING = 1e-9
+END_ROUNDING = 1e-9
 """Tolerance of an interval's ends: share of the value, and share of one."""
 
 
@@ -47,7 +47,7 @@ class Claim:
         (by default the published figure), or `least` and `most`; without any, exactly the published figure, or 1 (a
         share of agreements, or a true statement) if words are published.
     tolerance : the printed digits, spread or words from which the interval follows.
-    evidence : one of `EVIDENCE`.
+    evidence : one of `EVIDENCE_KINDS`.
     test : of what is implemented, as "file::function" below tests/.
     contradiction : whether the print contradicts itself, or a closed form.
     unit : of published, accepted and measured.
@@ -91,7 +91,7 @@ class Claim:
 def read_claims() -> tuple[Claim, ...]:
     """Every claim, paper by paper."""
     papers = toml(shipped("papilla_papers.claims", "claims.toml"), "claims.toml").items()
-    return tuple(Claim.from_table(key, paper, table) for paper, own in papers for key, table in own.items())
+    return tuple(Claim.from_table(key, paper, table) for paper, claims in papers for key, table in claims.items())
 
 
 def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, most=math.inf) -> Interval:
@@ -100,13 +100,13 @@ def _accepted(published, *, near=None, percent=0.0, by=0.0, least=-math.inf, mos
         return least, most
     if near is None:
         near = published if isinstance(published, float) else 1.0
-    half = abs(near) * percent / PER_CENT + by + ROUNDING * (1 + abs(near))
+    half = abs(near) * percent / PER_CENT + by + END_ROUNDING * (1 + abs(near))
     return near - half, near + half
 
 
-ALONE = "_alone"
+ALONE_SUFFIX = "_alone"
 """Suffix of the name of a fitted finding, for the value that a fit without it gives."""
-LOST = "lost"
+LOST_FINDING = "lost"
 """Name of the value that gives the reason for missing values."""
 
 
@@ -117,7 +117,7 @@ def gathered(*parts: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
         try:
             values |= part()
         except PapillaError as error:
-            values[LOST] = f"this part of the experiment ended in an error: {' '.join(str(error).split())}"
+            values[LOST_FINDING] = f"this part of the experiment ended in an error: {' '.join(str(error).split())}"
     return values
 
 
@@ -145,6 +145,12 @@ class Experiment:
     assumed: Any = None
     varied: Mapping[str, Callable[[Any], Mapping[str, Any]]] = field(default_factory=dict, repr=False)
 
+    @classmethod
+    def of(cls, run: Callable[..., Mapping[str, Any]], assumed: Any = None, **varied: Callable) -> "Experiment":
+        """The experiment of a module that is named after it, as is its table in `scenes.toml`; varied : by finding."""
+        name = run.__module__.rpartition(".")[2]
+        return cls(name, run, **scenes()[name].about, assumed=assumed, varied=varied)
+
     @property
     def words(self) -> str:
         """The heading of the experiment, in a line."""
@@ -153,7 +159,7 @@ class Experiment:
     @property
     def taken(self) -> str:
         """The assumed values of parameters that the papers do not print, in words."""
-        return ", ".join(named(*one) for one in vars(self.assumed).items()) if self.assumed else ""
+        return ", ".join(named(*parameter) for parameter in vars(self.assumed).items()) if self.assumed else ""
 
     @property
     def methods(self) -> str:
@@ -171,18 +177,18 @@ class Variant(NamedTuple):
 
     def __str__(self) -> str:
         return f"{named(self.parameter, self.value)}: {number(self.measured)}" + (
-            ", reproduced" if self.verdict == VERDICTS[Verdict.WITHIN] else ""
+            ", reproduced" if self.verdict == VERDICT_WORDS[Verdict.WITHIN] else ""
         )
 
 
 def named(parameter: str, value: object) -> str:
     """A parameter with its value and unit, in words: "edge 0.5 mm"."""
-    unit = next((one for one in UNITS if parameter.endswith(one)), "")
-    shown = value if isinstance(value, str) else f"{value:g}"
-    return f"{parameter.removesuffix(unit).replace('_', ' ')} {shown} {UNITS.get(unit, '')}".strip()
+    unit = next((ending for ending in UNIT_ENDINGS if parameter.endswith(ending)), "")
+    number_text = value if isinstance(value, str) else f"{value:g}"
+    return f"{parameter.removesuffix(unit).replace('_', ' ')} {number_text} {UNIT_ENDINGS.get(unit, '')}".strip()
 
 
-UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_s": "s", "_dB": "dB", "_Hz": "Hz"}
+UNIT_ENDINGS = {"_mm_s": "mm/s", "_mm": "mm", "_s": "s", "_dB": "dB", "_Hz": "Hz"}
 """Units of parameters, by the end of their names."""
 
 
@@ -212,21 +218,21 @@ class Answer:
     @classmethod
     def of(cls, claim: Claim, experiment: Experiment, values: Mapping[str, Any]) -> "Answer":
         """The answer from the findings of its experiment."""
-        found = claim.cannot or values.get(claim.finding, values.get(LOST, f"no {claim.finding} was found"))
-        if isinstance(found, str):
-            return cls.untested(claim, experiment.name, found)
-        known = defaultdict(lambda: math.nan, {"simulated": experiment.simulated, **values})
-        note = claim.note.format_map(known if LOST in values else {**known})
-        left_out = values.get(f"{claim.finding}{ALONE}") if claim.evidence == "fitted" else None
-        return cls(claim, experiment.name, Case(claim.claim, note, float(found), claim.accepted), left_out=left_out)
+        finding = claim.cannot or values.get(claim.finding, values.get(LOST_FINDING, f"no {claim.finding} was found"))
+        if isinstance(finding, str):
+            return cls.untested(claim, experiment.name, finding)
+        findings = defaultdict(lambda: math.nan, {"simulated": experiment.simulated, **values})
+        note = claim.note.format_map(findings if LOST_FINDING in values else {**findings})
+        left_out = values.get(f"{claim.finding}{ALONE_SUFFIX}") if claim.evidence == "fitted" else None
+        return cls(claim, experiment.name, Case(claim.claim, note, float(finding), claim.accepted), left_out=left_out)
 
     def with_sensitivity(self, experiment: Experiment) -> "Answer":
         """The answer with its sensitivity to other plausible values, if it is not reproduced."""
         claim = self.claim
-        if self.case.verdict != Verdict.OUTSIDE or claim.evidence not in TESTED:
+        if self.case.verdict != Verdict.OUTSIDE or claim.evidence not in TESTED_EVIDENCE:
             return self
         tried = [(name, value) for name, values in claim.vary.items() for value in values]
-        return replace(self, sensitivity=tuple(_variant(claim, experiment, *one) for one in tried))
+        return replace(self, sensitivity=tuple(_variant(claim, experiment, *change) for change in tried))
 
     @property
     def measured(self) -> float | None:
@@ -235,8 +241,8 @@ class Answer:
 
     @property
     def verdict(self) -> str:
-        """One of `VERDICTS`."""
-        return VERDICTS[self.case.verdict]
+        """One of `VERDICT_WORDS`."""
+        return VERDICT_WORDS[self.case.verdict]
 
     @property
     def note(self) -> str:
@@ -245,30 +251,31 @@ class Answer:
 
     def to_json(self) -> dict[str, Any]:
         """The documented keys and further values, as plain values; an open end is None."""
-        shown = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
-        shown |= {"published": _plain(self.claim.published), "measured": _plain(self.measured), "unit": self.claim.unit}
-        shown |= {"verdict": self.verdict, "note": self.note, "accepted": _plain(self.claim.accepted)}
-        shown |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
-        shown |= {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
-        variants = [{**one._asdict(), "measured": _plain(one.measured)} for one in self.sensitivity]
-        return shown | {"sensitivity": variants, "fixed": self.claim.fixed, "left_out": _plain(self.left_out)}
+        document = {name: getattr(self.claim, name) for name in ("key", "source", "claim")}
+        document |= {"published": _plain(self.claim.published), "measured": _plain(self.measured)}
+        document |= {"unit": self.claim.unit, "verdict": self.verdict, "note": self.note}
+        document["accepted"] = _plain(self.claim.accepted)
+        document |= {name: getattr(self.claim, name) for name in ("paper", "evidence", "contradiction", "tolerance")}
+        document |= {"call": self.claim.call, "test": self.claim.test, "experiment": self.experiment}
+        variants = [{**variant._asdict(), "measured": _plain(variant.measured)} for variant in self.sensitivity]
+        return document | {"sensitivity": variants, "fixed": self.claim.fixed, "left_out": _plain(self.left_out)}
 
 
 def _variant(claim: Claim, experiment: Experiment, name: str, value: float) -> Variant:
     """A row with one parameter changed; its numbers are kept in the cache."""
-    part, assumed = experiment.varied[claim.finding], replace(experiment.assumed, **{name: value})
+    compute, assumed = experiment.varied[claim.finding], replace(experiment.assumed, **{name: value})
 
     def make() -> dict[str, np.ndarray]:
-        found = part(assumed)
-        return {key: np.asarray(one) for key, one in found.items() if not isinstance(one, str)}
+        findings = compute(assumed)
+        return {key: np.asarray(item) for key, item in findings.items() if not isinstance(item, str)}
 
-    key = cache.key(part.__module__, part.__name__, assumed, scenes())
+    key = cache.key(compute.__module__, compute.__name__, assumed, scenes())
     try:
-        found = cache.fetch("claim", key, make)
+        findings = cache.fetch("claim", key, make)
     except PapillaError:
-        found = {}
-    measured = float(found[claim.finding]) if claim.finding in found else None
-    return Variant(name, value, measured, VERDICTS[Case("", "", measured, claim.accepted).verdict])
+        findings = {}
+    measured = float(findings[claim.finding]) if claim.finding in findings else None
+    return Variant(name, value, measured, VERDICT_WORDS[Case("", "", measured, claim.accepted).verdict])
 
 
 def _plain(value: float | Interval | str | None) -> Any:
@@ -297,7 +304,7 @@ def beside(answer: Answer) -> str:
         return f"left out of the fit: {number(answer.left_out)} {answer.claim.unit}"
     if not answer.sensitivity:
         return answer.claim.fixed if answer.case.verdict == Verdict.OUTSIDE else ""
-    none = not any(one.verdict == VERDICTS[Verdict.WITHIN] for one in answer.sensitivity)
+    none = not any(variant.verdict == VERDICT_WORDS[Verdict.WITHIN] for variant in answer.sensitivity)
     return "with other values: " + "; ".join(map(str, answer.sensitivity)) + ("; none reproduces it" if none else "")
 
 

@@ -8,8 +8,8 @@ from papilla.core.errors import InputError, PapillaError
 from papilla.core.progress import Progress, silent
 from papilla.verify.case import Verdict
 from papilla.verify.jobs import run_jobs
-from papilla_papers.claims.claim import EVIDENCE, VERDICTS, Answer, Claim, Experiment, read_claims
-from papilla_papers.claims.experiments import EXPERIMENTS
+from papilla_papers.claims.claim import EVIDENCE_KINDS, VERDICT_WORDS, Answer, Claim, Experiment, read_claims
+from papilla_papers.claims.experiments import ALL_EXPERIMENTS
 
 ALL_CLAIMS: tuple[Claim, ...] = read_claims()
 """Every claim, paper by paper."""
@@ -33,7 +33,7 @@ def results(
     *,
     processes: int = 1,
     progress: Progress = silent,
-    experiments: Sequence[Experiment] = EXPERIMENTS,
+    experiments: Sequence[Experiment] = ALL_EXPERIMENTS,
     claims: Sequence[Claim] = ALL_CLAIMS,
 ) -> list[Result]:
     """Answer all claims, or those whose key, experiment, source or words contain the text `only`, by experiment.
@@ -42,9 +42,13 @@ def results(
     how many there are. Raises `InputError` if no claim contains the text.
     """
     chosen = _chosen(only.strip().lower(), experiments, claims)
-    jobs = {one.name: (one, own) for one in experiments if (own := [c for c in chosen if c.experiment == one.name])}
+    jobs = {
+        experiment.name: (experiment, answered)
+        for experiment in experiments
+        if (answered := [c for c in chosen if c.experiment == experiment.name])
+    }
     if not jobs:
-        names = ", ".join(one.name for one in experiments)
+        names = ", ".join(experiment.name for experiment in experiments)
         raise InputError(f"no claim holds {only!r}: give a key such as A14, words of a claim, or one of {names}")
     return [result for _, result in run_jobs(_run, jobs, processes=processes, progress=progress)]
 
@@ -52,13 +56,13 @@ def results(
 def summary(answers: Sequence[Answer]) -> dict[str, int]:
     """How many answers have each verdict."""
     counted = Counter(answer.verdict for answer in answers)
-    return {verdict: counted[verdict] for verdict in VERDICTS.values()}
+    return {verdict: counted[verdict] for verdict in VERDICT_WORDS.values()}
 
 
 def by_evidence(answers: Sequence[Answer]) -> dict[str, int]:
     """How many claims are reproduced with each kind of evidence."""
-    counted = Counter(answer.claim.evidence for answer in answers if answer.verdict == VERDICTS[Verdict.WITHIN])
-    return {evidence: counted[evidence] for evidence in EVIDENCE[:-1]}
+    counted = Counter(answer.claim.evidence for answer in answers if answer.verdict == VERDICT_WORDS[Verdict.WITHIN])
+    return {evidence: counted[evidence] for evidence in EVIDENCE_KINDS[:-1]}
 
 
 def head(answers: Sequence[Answer]) -> str:
@@ -66,21 +70,21 @@ def head(answers: Sequence[Answer]) -> str:
     counts, evidence = summary(answers), by_evidence(answers)
     prints = sum(answer.claim.contradiction for answer in answers)
     reproduced = ", ".join(f"{count} {name}" for name, count in evidence.items())
-    others = ", ".join(f"{counts[VERDICTS[one]]} {VERDICTS[one]}" for one in (Verdict.OUTSIDE, Verdict.UNTESTED))
+    rest = [VERDICT_WORDS[verdict] for verdict in (Verdict.OUTSIDE, Verdict.UNTESTED)]
+    others = ", ".join(f"{counts[words]} {words}" for words in rest)
     return (
-        f"{len(answers)} claims: {counts[VERDICTS[Verdict.WITHIN]]} reproduced ({reproduced}), {others}; "
+        f"{len(answers)} claims: {counts[VERDICT_WORDS[Verdict.WITHIN]]} reproduced ({reproduced}), {others}; "
         f"in {prints} of all rows the print contradicts itself or a closed form"
     )
 
 
 def _chosen(text: str, experiments: Sequence[Experiment], claims: Sequence[Claim]) -> list[Claim]:
     """Claims of the experiment, with the key, or with the words that the text is."""
-    if any(text == one.name for one in experiments):
+    if any(text == experiment.name for experiment in experiments):
         return [claim for claim in claims if claim.experiment == text]
     by_key = [claim for claim in claims if claim.key.lower() == text]
-    return by_key or [
-        c for c in claims if text in " ".join((c.experiment, c.paper, c.source, c.claim, c.evidence)).lower()
-    ]
+    texts = [" ".join((c.experiment, c.paper, c.source, c.claim, c.evidence)).lower() for c in claims]
+    return by_key or [claim for claim, words in zip(claims, texts, strict=True) if text in words]
 
 
 def _run(experiment: Experiment, claims: Sequence[Claim], progress: Progress) -> Result:
@@ -89,13 +93,13 @@ def _run(experiment: Experiment, claims: Sequence[Claim], progress: Progress) ->
     if all(claim.cannot for claim in claims):
         return Result(experiment, tuple(Answer.of(claim, experiment, {}) for claim in claims))
     try:
-        found = experiment.run(lambda line: progress(f"{experiment.name}: {line}"))
+        findings = experiment.run(lambda line: progress(f"{experiment.name}: {line}"))
     except PapillaError as error:
         why = f"the experiment ended in an error: {' '.join(str(error).split())}"
         return Result(experiment, tuple(Answer.untested(claim, experiment.name, why) for claim in claims))
     answers = []
     for claim in claims:
-        answer = Answer.of(claim, experiment, found)
+        answer = Answer.of(claim, experiment, findings)
         if claim.vary and answer.case.verdict == Verdict.OUTSIDE:
             progress(f"{experiment.name}: {claim.key} with other values of what is not printed")
         answers.append(answer.with_sensitivity(experiment))

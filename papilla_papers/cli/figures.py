@@ -23,21 +23,21 @@ def figures(
     began = perf_counter()
     chosen(paper)
     check_writable(out)
-    with progress() as shown:
-        made = compute(paper, processes=fitting_processes(), progress=shown)
+    with progress() as stages:
+        computed = compute(paper, processes=fitting_processes(), progress=stages)
     seconds = perf_counter() - began
-    paths = write(out, made, seconds)
+    paths = write(out, computed, seconds)
     rows = [
         {
-            "paper": one.paper,
-            "name": one.figure.name,
-            "title": one.figure.title,
-            "found": one.picture.found,
-            "claims": list(one.figure.claims),
-            "svg": str(paths[f"{one.stem}.svg"]),
-            "csv": str(paths[f"{one.stem}.csv"]),
+            "paper": drawn.paper,
+            "name": drawn.figure.name,
+            "title": drawn.figure.title,
+            "found": drawn.picture.found,
+            "claims": list(drawn.figure.claims),
+            "svg": str(paths[f"{drawn.stem}.svg"]),
+            "csv": str(paths[f"{drawn.stem}.csv"]),
         }
-        for one in made
+        for drawn in computed
     ]
 
     def show() -> None:
@@ -45,6 +45,6 @@ def figures(
             tell(f"{row['paper']} {row['name']}: {row['title']}")
             if row["found"]:
                 tell(f"    {row['found']}")
-        tell(f"{len(made)} figures in {seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
+        tell(f"{len(computed)} figures in {seconds:.0f} s; wrote {paths['page']} and an SVG and a CSV file each")
 
     return CommandResult({"figures": rows, "page": str(paths["page"])}, show)

@@ -11,14 +11,14 @@ from papilla.cli.output import CommandResult, plain, progress, show_table, tell
 if TYPE_CHECKING:
     from papilla_papers.claims.runner import Result
 
-PAGE = "reproduce.html"
+CLAIMS_PAGE = "reproduce.html"
 MOST_NOTES = 12
 """Largest number of rows for which the table shows notes."""
 
 
 def reproduce(
     only: str = option("", "Claims whose key, source, experiment or words hold this text.", metavar="TEXT"),
-    out: Path | None = option(None, f"Folder for {PAGE}, the page of these claims."),
+    out: Path | None = option(None, f"Folder for {CLAIMS_PAGE}, the page of these claims."),
 ) -> CommandResult:
     """Compare the papers' claims with the results of papilla: one row per claim, with a verdict and its evidence.
 
@@ -31,32 +31,33 @@ def reproduce(
     began = perf_counter()
     if out is not None:
         check_writable(out)
-    with progress() as shown:
-        found = results(only, processes=fitting_processes(), progress=shown)
+    with progress() as stages:
+        by_experiment = results(only, processes=fitting_processes(), progress=stages)
     seconds = perf_counter() - began
     if out is not None:
         from papilla_papers.claims.page import write_page
 
-        write_page(out / PAGE, found, seconds)
-    answers = [answer for result in found for answer in result.answers]
+        write_page(out / CLAIMS_PAGE, by_experiment, seconds)
+    answers = [answer for result in by_experiment for answer in result.answers]
     rows = [
         answer.to_json() | {"noise": result.experiment.noise, "seeds": result.experiment.seeds}
-        for result in found
+        for result in by_experiment
         for answer in result.answers
     ]
-    facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers)}
-    last = [f"{head(answers)}; {seconds:.0f} s", *([] if out is None else [f"Wrote {out / PAGE}"])]
-    return CommandResult(facts | {"page": None if out is None else str(out / PAGE)}, partial(_print, found, last))
+    page = None if out is None else str(out / CLAIMS_PAGE)
+    facts = {"claims": rows, "counts": summary(answers), "reproduced": by_evidence(answers), "page": page}
+    last = [f"{head(answers)}; {seconds:.0f} s", *([] if page is None else [f"Wrote {page}"])]
+    return CommandResult(facts, partial(_print, by_experiment, last))
 
 
-def _print(found: "list[Result]", last: list[str]) -> None:
+def _print(by_experiment: "list[Result]", last: list[str]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
     from papilla_papers.claims.claim import accepted, beside, number, published
 
     colors = {"reproduced": "green", "not reproduced": "bold red", "not testable here": "dim"}
-    answers = [answer for result in found for answer in result.answers]
+    answers = [answer for result in by_experiment for answer in result.answers]
     table = Table(padding=(0, 1, 0, 0), box=None)
     table.add_column("", no_wrap=True)
     table.add_column("claim", overflow="fold", ratio=1)
@@ -66,16 +67,16 @@ def _print(found: "list[Result]", last: list[str]) -> None:
     table.add_column("verdict", no_wrap=True)
     table.add_column("evidence", no_wrap=True)
     for answer in answers:
-        one = answer.claim
+        claim = answer.claim
         verdict = f"[{colors[answer.verdict]}]{answer.verdict}[/]"
-        words = escape(plain(f"{one.source}: {one.claim}"))
+        words = escape(plain(f"{claim.source}: {claim.claim}"))
         if len(answers) <= MOST_NOTES:
-            why = f" ({one.tolerance})" if one.tolerance else ""
+            why = f" ({claim.tolerance})" if claim.tolerance else ""
             words += f"\n[dim]accepted: {escape(plain(accepted(answer) + why))}. {escape(plain(answer.note))}\n"
             words += f"{escape(plain(remark))}\n" if (remark := beside(answer)) else ""
-            words += f"{escape(one.test or one.call)}[/]"
-        figures = (escape(published(answer)), number(answer.measured), escape(one.unit))
-        table.add_row(one.key, words, *figures, verdict, one.evidence)
+            words += f"{escape(claim.test or claim.call)}[/]"
+        figures = (escape(published(answer)), number(answer.measured), escape(claim.unit))
+        table.add_row(claim.key, words, *figures, verdict, claim.evidence)
     show_table(table)
     if len(answers) > MOST_NOTES:
         tell("Notes, tolerances and calls: --only KEY, --json or --out DIR.")

@@ -5,18 +5,8 @@
 """
 
 from papilla_papers.figures.picture import Curve, Figure, Panel, Paper, Picture, PrintedTable, Shade
-from papilla_papers.figures.runner import PAPERS, Made, figures, write
+from papilla_papers.figures.runner import ALL_PAPERS, Made, figures, write
 
 __all__ = [
-    "PAPERS",
-    "Curve",
-    "Figure",
-    "Made",
-    "Panel",
-    "Paper",
-    "Picture",
-    "Shade",
-    "PrintedTable",
-    "figures",
-    "write",
-]
+    "ALL_PAPERS", "Curve", "Figure", "Made", "Panel", "Paper", "Picture", "PrintedTable", "Shade", "figures", "write",
+]  # fmt: skip

@@ -7,19 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
-from papilla.view.style import (
-    ACCENT_COLORS,
-    INK_COLOR,
-    MUTED_COLOR,
-    NARROW_IN,
-    SEQUENTIAL_COLORS,
-    THICK_PT,
-    THIN_PT,
-    named,
-    plain_log,
-    styled,
-    svg,
-)
+from papilla.view import style
 from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade
 
 WIDTH_IN, PANEL_IN, ROW_IN = 8.6, 2.5, 0.27
@@ -28,21 +16,21 @@ NARROW_COLUMNS = 3
 """From this number of columns on, panels are narrow, and need no more height than others."""
 LEGEND_MARK, TITLE_LINE = 6, 110
 """Width of a curve's mark in a legend, and of the line of a wide panel's title, in letters."""
-ARROWS = 14
+PHASE_ARROWS = 14
 """Number of phase arrows along each axis of a map."""
-BARS = 0.8
+BARS_WIDTH = 0.8
 """Width of all bars at one place, over the distance of two places."""
-LOOKS: dict[str, dict] = {
+CURVE_LOOKS: dict[str, dict] = {
     "line": {},
     "dashed": {"linestyle": "--"},
     "points": {"linestyle": "", "marker": "o"},
-    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": THICK_PT},
+    "printed": {"linestyle": "", "marker": "D", "markerfacecolor": "white", "markeredgewidth": style.THICK_PT},
 }
 
 
 def as_svg(picture: Picture, *, narrow: bool = False) -> bytes:
     """The SVG file of a picture; the narrow one has its panels one below the other."""
-    return svg(draw(picture, narrow=narrow))
+    return style.svg(draw(picture, narrow=narrow))
 
 
 def draw(picture: Picture, *, narrow: bool = False) -> Figure:
@@ -51,7 +39,9 @@ def draw(picture: Picture, *, narrow: bool = False) -> Figure:
         return _table(picture.table)
     columns = 1 if narrow else picture.columns
     rows = -(-len(picture.panels) // columns)
-    with styled(NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < NARROW_COLUMNS))) as figure:
+    with style.styled(
+        style.NARROW_IN if narrow else WIDTH_IN, PANEL_IN * (rows + 0.5 * (columns < NARROW_COLUMNS))
+    ) as figure:
         every = figure.subplots(rows, columns, squeeze=False).ravel()
         for axes, panel in zip(every, picture.panels, strict=False):
             _panel(figure, axes, panel, wide=columns == 1 and not narrow)
@@ -64,48 +54,57 @@ def _panel(figure: Figure, axes: Axes, panel: Panel, wide: bool) -> None:
     axes.set_title(panel.title, fontsize="small", wrap=True)
     axes.set_xlabel(panel.x_label, fontsize="small")
     axes.set_ylabel(panel.y_label, fontsize="small")
-    axes.tick_params(colors=MUTED_COLOR, labelsize="small")
+    axes.tick_params(colors=style.MUTED_COLOR, labelsize="small")
     if panel.shade is not None:
         _shade(figure, axes, panel.shade, "y" in panel.log)
-    colors, bars = count(), [one for one in panel.curves if one.look == "bars"]
-    for one in panel.curves:
-        own = (next(colors) if one.origin == "papilla" else None) if one.color is None else one.color
-        color = INK_COLOR if own is None or own < 0 else ACCENT_COLORS[own % len(ACCENT_COLORS)]
-        if one.look == "bars":
-            width = BARS / len(bars)
-            left = one.x + (bars.index(one) - (len(bars) - 1) / 2) * width
-            axes.bar(left, one.y, width, color=color, yerr=one.spread, ecolor=MUTED_COLOR, label=named(one.label))
+    colors, bars = count(), [curve for curve in panel.curves if curve.look == "bars"]
+    for curve in panel.curves:
+        number = (next(colors) if curve.origin == "papilla" else None) if curve.color is None else curve.color
+        accents = style.ACCENT_COLORS
+        color = style.INK_COLOR if number is None or number < 0 else accents[number % len(accents)]
+        if curve.look == "bars":
+            width = BARS_WIDTH / len(bars)
+            begin = curve.x + (bars.index(curve) - (len(bars) - 1) / 2) * width
+            look = {"color": color, "ecolor": style.MUTED_COLOR, "label": style.named(curve.label)}
+            axes.bar(begin, curve.y, width, yerr=curve.spread, **look)
         else:
-            _curve(axes, one, color)
+            _curve(axes, curve, color)
     for name, axis in (("x", axes.xaxis), ("y", axes.yaxis)):
         if name in panel.log:
             axes.set(**{f"{name}scale": "log"})
-            plain_log(axis)
+            style.plain_log(axis)
     if panel.names:
         axes.set_xticks(np.arange(len(panel.names)), panel.names)
     axes.set(xlim=panel.x_range, ylim=panel.y_range, aspect="equal" if panel.even else "auto")
-    if labels := [one.label for one in panel.curves if one.label]:
+    if labels := [curve.label for curve in panel.curves if curve.label]:
         beside_title = wide and len("".join((panel.title, *labels))) + LEGEND_MARK * len(labels) < TITLE_LINE
         place = {"loc": "lower right", "bbox_to_anchor": (1, 1), "ncols": len(labels)} if beside_title else {}
         axes.legend(fontsize="x-small", **place)
 
 
-def _curve(axes: Axes, one: Curve, color: str) -> None:
-    label = named(one.label)
-    if one.look == "impulses":
-        axes.vlines(one.x, 0, one.y, color=color, label=label)
+def _curve(axes: Axes, curve: Curve, color: str) -> None:
+    label = style.named(curve.label)
+    if curve.look == "impulses":
+        axes.vlines(curve.x, 0, curve.y, color=color, label=label)
         return
-    look = LOOKS["printed" if one.origin == "printed" and one.look == "points" else one.look]
-    if one.spread is None:
-        axes.plot(one.x, one.y, color=color, label=label, **look)
+    look = CURVE_LOOKS["printed" if curve.origin == "printed" and curve.look == "points" else curve.look]
+    if curve.spread is None:
+        axes.plot(curve.x, curve.y, color=color, label=label, **look)
     else:
-        axes.errorbar(one.x, one.y, yerr=one.spread, elinewidth=THIN_PT, color=color, label=label, **look)
+        axes.errorbar(curve.x, curve.y, yerr=curve.spread, elinewidth=style.THIN_PT, color=color, label=label, **look)
 
 
 def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     low = min(0.0, float(np.nanmin(shade.value)))
     drawn = axes.pcolormesh(
-        shade.x, shade.y, shade.value, cmap=SEQUENTIAL_COLORS, vmin=low, vmax=shade.top, shading="auto", rasterized=True
+        shade.x,
+        shade.y,
+        shade.value,
+        cmap=style.SEQUENTIAL_COLORS,
+        vmin=low,
+        vmax=shade.top,
+        shading="auto",
+        rasterized=True,
     )
     axes.grid(False)
     bar = figure.colorbar(drawn, ax=axes)
@@ -113,7 +112,9 @@ def _shade(figure: Figure, axes: Axes, shade: Shade, log_y: bool) -> None:
     bar.ax.tick_params(labelsize="x-small")
     bar.outline.set_visible(False)
     if shade.over is not None and shade.over.any() and not shade.over.all():
-        axes.contour(shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=INK_COLOR, linewidths=THICK_PT)
+        axes.contour(
+            shade.x, shade.y, shade.over.astype(float), levels=[0.5], colors=style.INK_COLOR, linewidths=style.THICK_PT
+        )
     if shade.phase is not None:
         _arrows(axes, shade, log_y)
 
@@ -122,19 +123,19 @@ def _arrows(axes: Axes, shade: Shade, log_y: bool) -> None:
     """Arrows of phase: right in phase, left in antiphase, down where the first channel leads by 90 degrees."""
     assert shade.phase is not None
     spaced = np.geomspace if log_y else np.linspace
-    rows = np.searchsorted(shade.y, spaced(shade.y[0], shade.y[-1], ARROWS + 2)[1:-1])
-    columns = np.linspace(0, len(shade.x) - 1, ARROWS + 2).astype(int)[1:-1]
+    rows = np.searchsorted(shade.y, spaced(shade.y[0], shade.y[-1], PHASE_ARROWS + 2)[1:-1])
+    columns = np.linspace(0, len(shade.x) - 1, PHASE_ARROWS + 2).astype(int)[1:-1]
     at = np.ix_(np.clip(rows, 0, len(shade.y) - 1), columns)
     x, y = np.meshgrid(shade.x[at[1]], shade.y[at[0]])
-    shown = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
-    angle = shade.phase[at][shown]
-    axes.quiver(x[shown], y[shown], np.cos(angle), -np.sin(angle), color=INK_COLOR, pivot="mid")
+    inside = np.ones(x.shape, bool) if shade.over is None else shade.over[at]
+    angle = shade.phase[at][inside]
+    axes.quiver(x[inside], y[inside], np.cos(angle), -np.sin(angle), color=style.INK_COLOR, pivot="mid")
 
 
 def _table(table: PrintedTable) -> Figure:
     """The table as a picture: heads above a line, a row each."""
     cells = [[cell if isinstance(cell, str) else f"{cell:.4g}" for cell in row] for row in table.rows]
-    with styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
+    with style.styled(WIDTH_IN, ROW_IN * (len(cells) + 2)) as figure:
         figure.set_layout_engine("none")  # The table fills the figure
         axes = figure.add_axes((0, 0, 1, 1))
         axes.set_axis_off()

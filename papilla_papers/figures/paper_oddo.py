@@ -7,34 +7,34 @@ import numpy as np
 
 from papilla.core.units import PER_CENT, UM_PER_MM
 from papilla_papers.claims.experiments import wavelets
-from papilla_papers.claims.experiments.wavelets import ASSUMED, PERIODS_MM, RUNS, SCENE, RATE_Hz, phase_deg
-from papilla_papers.claims.signals import SHARED, listed, share_of_noise, times
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, dashed, printed
+from papilla_papers.claims.experiments.wavelets import PERIODS_MM, WAVELET_SCENE, RATE_Hz, phase_deg
+from papilla_papers.claims.signals import SHARED_SIGNALS, listed, share_of_noise, times
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade, dashed, printed
 from papilla_papers.methods.wavelet import CrossWavelet, RedNoise, cross_wavelet, morlet, octaves
 
-CHANNELS = ("P1S4", "P1S1", "P1S2")
-STEP_S = wavelets.PASSIVE.rest_s + wavelets.PASSIVE.first_s
+CHANNEL_NAMES = ("P1S4", "P1S1", "P1S2")
+STEP_S = wavelets.PASSIVE_TOUCH.rest_s + wavelets.PASSIVE_TOUCH.first_s
 """When a passive run changes its speed: 2.0 s, as in print."""
-BEGIN_S: float = SCENE.active.begin_s
+BEGIN_S: float = WAVELET_SCENE.active.begin_s
 """Of the touch in an active record of `active_records`."""
-SHOWN = SCENE.figures
-WINDOWS, STEP = SHOWN.windows, SHOWN.step
+WAVELET_FIGURES = WAVELET_SCENE.figures
+SHOWN_WINDOWS, SPEED_STEP = WAVELET_FIGURES.windows, WAVELET_FIGURES.step
 
 Records = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @cache
-def _passive(period: float = SHOWN.period_mm, seed: int = SHOWN.passive_seed) -> Records:
+def _passive(period: float = WAVELET_FIGURES.period_mm, seed: int = WAVELET_FIGURES.passive_seed) -> Records:
     """S4, S1 and S2 (n,) of a passive run."""
     rng = np.random.default_rng(seed)
     speed = wavelets.passive_speed(times(wavelets.PASSIVE_S, RATE_Hz))
     place = np.cumsum(speed) / RATE_Hz
-    first, second, fourth = wavelets.channels(place, period, rng, (0.0, 0.0, SCENE.pitch_mm), speed > 0)
+    first, second, fourth = wavelets.channels(place, period, rng, (0.0, 0.0, WAVELET_SCENE.pitch_mm), speed > 0)
     return fourth, first, second
 
 
 @cache
-def _active(period: float = SHOWN.period_mm, seed: int = SHOWN.active_seed) -> Records:
+def _active(period: float = WAVELET_FIGURES.period_mm, seed: int = WAVELET_FIGURES.active_seed) -> Records:
     """S4, S1 and S2 (n,) of an active run."""
     first, second, fourth = wavelets.active_records(period, np.random.default_rng(seed))[1]
     return fourth, first, second
@@ -42,7 +42,8 @@ def _active(period: float = SHOWN.period_mm, seed: int = SHOWN.active_seed) -> R
 
 def _lines(records: Records, title: str, window: tuple[float, float]) -> Panel:
     time = np.arange(len(records[0])) / RATE_Hz
-    curves = tuple(Curve(name, time, own, color=k) for k, (name, own) in enumerate(zip(CHANNELS, records, strict=True)))
+    pairs = enumerate(zip(CHANNEL_NAMES, records, strict=True))
+    curves = tuple(Curve(name, time, values, color=k) for k, (name, values) in pairs)
     return Panel(title, "time, s", "output", curves, x_range=window)
 
 
@@ -55,16 +56,17 @@ def passive_record() -> Picture:
     """
     records = _passive()
     apart = phase_deg(PERIODS_MM[-1])
-    found = f"S1 and S2 are in phase; S4 is shifted by {apart:.0f} degrees before and after the step, equation (4)."
-    panels = (_lines(records, "the run", WINDOWS.run_s), _lines(records, "the step of the speed", WINDOWS.step_s))
-    return Picture(panels, columns=2, found=found)
+    finding = f"S1 and S2 are in phase; S4 is shifted by {apart:.0f} degrees before and after the step, equation (4)."
+    windows = {"the run": SHOWN_WINDOWS.run_s, "the step of the speed": SHOWN_WINDOWS.step_s}
+    panels = tuple(_lines(records, title, window_s) for title, window_s in windows.items())
+    return Picture(panels, columns=2, found=finding)
 
 
 def _maps(records: Records, window: tuple[float, float], mark: bool) -> tuple[tuple[Panel, ...], list[CrossWavelet]]:
     """Scalograms of three channels and of two pairs; mark : whether t_MP is marked."""
-    frequency = octaves(*SHOWN.octaves_Hz)
+    frequency = octaves(*WAVELET_FIGURES.octaves_Hz)
     time = np.arange(len(records[0])) / RATE_Hz
-    rows, columns = slice(None, None, SHOWN.drawn_every), (time >= window[0]) & (time <= window[1])
+    rows, columns = slice(None, None, WAVELET_FIGURES.drawn_every), (time >= window[0]) & (time <= window[1])
 
     def panel(title, power, over, phase=None, at=None) -> Panel:
         value = power[rows][:, columns] / power[:, columns].max()
@@ -76,14 +78,14 @@ def _maps(records: Records, window: tuple[float, float], mark: bool) -> tuple[tu
         return Panel(title, "time, s", "frequency, Hz", curves, shade, log="y")
 
     panels, pairs = [], []
-    for name, own in zip(CHANNELS, records, strict=True):
-        wavelet = morlet(own, RATE_Hz, frequency)
-        level = SHOWN.red_noise_5_percent * RedNoise.of(own).power(frequency, RATE_Hz)
+    for name, reading in zip(CHANNEL_NAMES, records, strict=True):
+        wavelet = morlet(reading, RATE_Hz, frequency)
+        level = WAVELET_FIGURES.red_noise_5_percent * RedNoise.of(reading).power(frequency, RATE_Hz)
         panels.append(panel(name, wavelet.power, wavelet.power > level[:, None]))
     for first, second in ((0, 1), (1, 2)):
         pair = cross_wavelet(records[first], records[second], RATE_Hz, frequency)
         at = time[pair.ridge.strongest] if mark else None
-        title = f"{CHANNELS[first]} - {CHANNELS[second]}"
+        title = f"{CHANNEL_NAMES[first]} - {CHANNEL_NAMES[second]}"
         panels.append(panel(title, np.abs(pair.product), pair.significant, np.angle(pair.product), at))
         pairs.append(pair)
     return tuple(panels), pairs
@@ -96,12 +98,15 @@ def passive_maps() -> Picture:
     the pairs, arrows of phase: right in phase, left in antiphase, down where the first channel leads by 90 degrees. The
     printed frequencies are points.
     """
-    panels, pairs = _maps(_passive(), WINDOWS.step_map_s, False)
-    marked = tuple(replace(one, curves=(printed("printed", STEP.marks_s, STEP.printed_Hz),)) for one in panels)
+    panels, pairs = _maps(_passive(), SHOWN_WINDOWS.step_map_s, False)
+    mark = printed("printed", SPEED_STEP.marks_s, SPEED_STEP.printed_Hz)
+    marked = tuple(replace(panel, curves=(mark,)) for panel in panels)
     ridge = pairs[1].ridge.frequency_Hz
-    ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in STEP.parts_s]
-    found = f"f_MP of P1S1 - P1S2 is {ends[0]:.2f} Hz before and {ends[1]:.2f} Hz after the step (printed 13.9, 20.8)."
-    return Picture(marked, columns=2, found=found)
+    ends = [float(np.median(ridge[round(a * RATE_Hz) : round(b * RATE_Hz)])) for a, b in SPEED_STEP.parts_s]
+    finding = (
+        f"f_MP of P1S1 - P1S2 is {ends[0]:.2f} Hz before and {ends[1]:.2f} Hz after the step (printed 13.9, 20.8)."
+    )
+    return Picture(marked, columns=2, found=finding)
 
 
 def _touched(window_s: tuple[float, float]) -> tuple[float, float]:
@@ -116,7 +121,8 @@ def active_record() -> Picture:
     first, the proximal one 35 ms later. Loading and unloading of the finger, which print shows, are not simulated.
     """
     records = _active()
-    panels = (_lines(records, "the run", WINDOWS.record_s), _lines(records, "the rub", _touched(WINDOWS.rub_s)))
+    windows = {"the run": SHOWN_WINDOWS.record_s, "the rub": _touched(SHOWN_WINDOWS.rub_s)}
+    panels = tuple(_lines(records, title, window_s) for title, window_s in windows.items())
     return Picture(panels, columns=2)
 
 
@@ -126,11 +132,11 @@ def active_maps() -> Picture:
     The run of figure 4, drawn as figure 3; t_MP of equation (3) is the dashed line. Where t_MP of the pairs differs,
     they feel the grating at different times.
     """
-    panels, pairs = _maps(_active(), _touched(WINDOWS.rub_map_s), True)
+    panels, pairs = _maps(_active(), _touched(SHOWN_WINDOWS.rub_map_s), True)
     windows = [pair.ridge.around_strongest() for pair in pairs]
     words = "; ".join(
-        f"{one.least_Hz:.1f} to {one.greatest_Hz:.1f} Hz ({panel.title})"
-        for one, panel in zip(windows, panels[len(CHANNELS) :], strict=True)
+        f"{statistics.least_Hz:.1f} to {statistics.greatest_Hz:.1f} Hz ({panel.title})"
+        for statistics, panel in zip(windows, panels[len(CHANNEL_NAMES) :], strict=True)
     )
     return Picture(panels, columns=2, found=f"f_MP in the 67 ms around t_MP: {words}.")
 
@@ -141,7 +147,7 @@ def three_gratings() -> Picture:
     Active runs as in figure 4 over 0.40, 0.44 and 0.48 mm, with the same noise. Print has the recordings of the MEMS
     array.
     """
-    window = _touched(WINDOWS.gratings_s)
+    window = _touched(SHOWN_WINDOWS.gratings_s)
     panels = tuple(_lines(_active(period), f"{UM_PER_MM * period:.0f} µm", window) for period in PERIODS_MM)
     words = listed(map(phase_deg, PERIODS_MM), ".0f")
     return Picture(panels, found=f"Phase of S1 before S4 by equation (4): {words} degrees for 400, 440, 480 µm.")
@@ -149,13 +155,13 @@ def three_gratings() -> Picture:
 
 @cache
 def _runs() -> list[wavelets.ActiveRun]:
-    return wavelets.campaign(SHOWN.campaigns.first)
+    return wavelets.campaign(WAVELET_FIGURES.campaigns.first)
 
 
 def _means() -> np.ndarray:
     """Means of f_MP (grating, run, pair)."""
-    means = np.array([[own.mean_Hz for own in one.windows] for one in _runs()])
-    return means.reshape(len(PERIODS_MM), RUNS, len(TEXTURE_PAIRS))
+    means = np.array([[window.mean_Hz for window in run.windows] for run in _runs()])
+    return means.reshape(len(PERIODS_MM), wavelets.RUNS_A_GRATING, len(TEXTURE_PAIRS))
 
 
 HZ_DIGITS = 6
@@ -174,18 +180,17 @@ def every_run() -> Picture:
     for pair, name in enumerate(TEXTURE_PAIRS):
         curves = []
         for color, period in enumerate(PERIODS_MM):
-            own = [(k, one.frequency_Hz[pair]) for k, one in enumerate(runs) if one.period_mm == period]
-            place = np.concatenate([np.full(len(values), k + 1.0) for k, values in own])
-            curves.append(
-                Curve(f"{UM_PER_MM * period:.0f} µm", place, np.concatenate([v for _, v in own]), "points", color=color)
-            )
-        means = np.array([one.windows[pair].mean_Hz for one in runs])
+            samples = [(k, run.frequency_Hz[pair]) for k, run in enumerate(runs) if run.period_mm == period]
+            place = np.concatenate([np.full(len(values), k + 1.0) for k, values in samples])
+            frequencies = np.concatenate([values for _, values in samples])
+            curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", place, frequencies, "points", color=color))
+        means = np.array([run.windows[pair].mean_Hz for run in runs])
         curves.append(Curve("mean of a run", np.arange(1.0, len(runs) + 1), means, "points", color=-1))
         panels.append(Panel(f"f_MP ({name})", "run", "frequency, Hz", tuple(curves)))
     means = _means()
     gap = (means.min(axis=1)[:-1] - means.max(axis=1)[1:]).min()
-    found = f"Between the means of neighbouring gratings there is a gap of {gap:.1f} Hz at least."
-    return Picture(tuple(panels), found=found)
+    finding = f"Between the means of neighbouring gratings there is a gap of {gap:.1f} Hz at least."
+    return Picture(tuple(panels), found=finding)
 
 
 def clusters() -> Picture:
@@ -196,12 +201,12 @@ def clusters() -> Picture:
     """
     curves, turn = [], np.linspace(0, 2 * np.pi, 61)
     means = _means()
-    for color, (period, own) in enumerate(zip(PERIODS_MM, means, strict=True)):
-        curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", own[:, 1], own[:, 0], "points", color=color))
-        centre, (values, axes) = own.mean(axis=0), np.linalg.eigh(np.cov(own.T))
+    for color, (period, cluster) in enumerate(zip(PERIODS_MM, means, strict=True)):
+        curves.append(Curve(f"{UM_PER_MM * period:.0f} µm", cluster[:, 1], cluster[:, 0], "points", color=color))
+        centre, (values, axes) = cluster.mean(axis=0), np.linalg.eigh(np.cov(cluster.T))
         edge = centre[:, None] + axes @ (np.sqrt(values)[:, None] * np.stack([np.cos(turn), np.sin(turn)]))
         curves.append(Curve("", edge[1], edge[0], color=color))
-    centres = ", ".join(f"{one:.1f}" for one in means.mean(axis=1)[:, 1])
+    centres = ", ".join(f"{frequency:.1f}" for frequency in means.mean(axis=1)[:, 1])
     panel = Panel("", f"mean f_MP ({TEXTURE_PAIRS[1]}), Hz", f"mean f_MP ({TEXTURE_PAIRS[0]}), Hz", tuple(curves))
     return Picture((panel,), found=f"Centres at {centres} Hz for 400, 440, 480 µm.")
 
@@ -213,27 +218,30 @@ def textiles() -> Picture:
     the recordings are published. Here: made-up weaves with two periods along the stroke, and noise through a Gaussian
     of 0.15 mm for the nap, under the movement of figure 4, noise at 20 dB.
     """
-    cloth, every = SHOWN.textiles, SHOWN.drawn_every
+    cloth, every = WAVELET_FIGURES.textiles, WAVELET_FIGURES.drawn_every
     panels, tops = [], []
     for number, (name, periods) in enumerate(cloth.weaves_mm.items()):
         rng = np.random.default_rng(cloth.first_seed + number)
-        speed = wavelets.active_records(SHOWN.period_mm, np.random.default_rng(SHOWN.active_seed))[0]
+        speed = wavelets.active_records(WAVELET_FIGURES.period_mm, np.random.default_rng(WAVELET_FIGURES.active_seed))[
+            0
+        ]
         time = np.arange(len(speed)) / RATE_Hz
         place = np.cumsum(speed) / RATE_Hz
         x = np.arange(place[0] - 1, place[-1] + 1, cloth.point_mm)
         if periods:
-            strong, weak = (np.sin(2 * np.pi * x / one + 1) for one in periods)
+            strong, weak = (np.sin(2 * np.pi * x / period + 1) for period in periods)
             height = strong + 0.5 * weak + cloth.square * strong**2
         else:
             reach, sigma = round(cloth.nap_reach_mm / cloth.point_mm), cloth.nap_sigma_mm / cloth.point_mm
             window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
             height = np.convolve(rng.standard_normal(len(x)), window, "same")
         surface = np.interp(place, x, height / height.std())
-        felt = np.clip(np.minimum(time - BEGIN_S, BEGIN_S + SCENE.active.encoded_s - time) / ASSUMED.edge_s, 0, 1)
-        noise = share_of_noise(SHARED.snr_dB["2011_oddo"])
-        one, other = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
-        wavelet = cross_wavelet(one, other, RATE_Hz, octaves(*SHOWN.octaves_Hz))
-        first, last = _touched(WINDOWS.rub_map_s)
+        inside_s = np.minimum(time - BEGIN_S, BEGIN_S + WAVELET_SCENE.active.encoded_s - time)
+        felt = np.clip(inside_s / wavelets.ASSUMED_RUNS.edge_s, 0, 1)
+        noise = share_of_noise(SHARED_SIGNALS.snr_dB["2011_oddo"])
+        upper, lower = (surface * felt + noise * rng.standard_normal(len(time)) for _ in range(2))
+        wavelet = cross_wavelet(upper, lower, RATE_Hz, octaves(*WAVELET_FIGURES.octaves_Hz))
+        first, last = _touched(SHOWN_WINDOWS.rub_map_s)
         inside = (time >= first) & (time <= last)
         value = np.abs(wavelet.product)[::every][:, inside]
         shade = Shade(time[inside], wavelet.frequency_Hz[::every], value / value.max(), "power over its greatest",
@@ -250,21 +258,21 @@ def expected() -> Picture:
     Both speeds of the plate over the periods of the three gratings; frequencies that stand in the paper's text are
     beside them.
     """
-    known = {(period, speed): f"{value:g}" for period, speed, value in SHOWN.expected.printed}
+    printed_Hz = {(period, speed): f"{value:g}" for period, speed, value in WAVELET_FIGURES.expected.printed}
     rows: list[tuple[str | float, ...]] = []
     for period in PERIODS_MM:
         micrometres = round(UM_PER_MM * period)
-        cells = [(speed / period, known.get((micrometres, n), "")) for n, speed in enumerate(wavelets.SPEEDS_MM_S)]
+        cells = [(speed / period, printed_Hz.get((micrometres, n), "")) for n, speed in enumerate(wavelets.SPEEDS_MM_S)]
         rows.append((f"{micrometres}", *cells[0], *cells[1]))
     heads = ("period, µm", "at 6.7 mm/s, Hz", "printed", "at 10.0 mm/s, Hz", "printed")
     return Picture(table=PrintedTable(heads, tuple(rows)))
 
 
-INDICES = ("mean, Hz", "deviation, Hz", "mean greatest, Hz", "mean least, Hz")
+INDEX_HEADS = ("mean, Hz", "deviation, Hz", "mean greatest, Hz", "mean least, Hz")
 
 
 def _in_Hz(indices) -> list[float]:
-    return [round(float(one), HZ_DIGITS) for one in indices]
+    return [round(float(index), HZ_DIGITS) for index in indices]
 
 
 def passive_table() -> Picture:
@@ -275,25 +283,24 @@ def passive_table() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     worst = 0.0
-    own, frequencies = SHOWN.passive_table, octaves(*SHOWN.octaves_Hz)
-    reached = zip((wavelets.PASSIVE.rest_s, STEP_S), own.after_s, strict=True)
+    setup, frequencies = WAVELET_FIGURES.passive_table, octaves(*WAVELET_FIGURES.octaves_Hz)
+    reached = zip((wavelets.PASSIVE_TOUCH.rest_s, STEP_S), setup.after_s, strict=True)
     begins = [round((at + after) * RATE_Hz) for at, after in reached]
     for period in PERIODS_MM:
         ridges = []
-        for run in range(RUNS):
-            fourth, first, second = _passive(period, own.first_seed + run)
+        for run in range(wavelets.RUNS_A_GRATING):
+            fourth, first, second = _passive(period, setup.first_seed + run)
             pairs = ((fourth, first), (first, second))
             ridges.append([cross_wavelet(*pair, RATE_Hz, frequencies).ridge.frequency_Hz for pair in pairs])
         values = np.array(ridges)
         for speed, begin in zip(wavelets.SPEEDS_MM_S, begins, strict=True):
             for pair, name in enumerate(TEXTURE_PAIRS):
-                cells = wavelets.indices(values[:, pair, begin : begin + own.samples])
+                cells = wavelets.indices(values[:, pair, begin : begin + setup.samples])
                 rows.append((f"{UM_PER_MM * period:.0f} µm", f"{speed:.2g} mm/s", name, *_in_Hz(cells)))
                 worst = max(worst, PER_CENT * cells[1] / cells[0])
-    heads = ("grating", "speed", "pair", *INDICES)
-    return Picture(
-        table=PrintedTable(heads, tuple(rows)), found=f"Largest deviation: {worst:.1f} % (printed at most 1.6 %)."
-    )
+    heads = ("grating", "speed", "pair", *INDEX_HEADS)
+    finding = f"Largest deviation: {worst:.1f} % (printed at most 1.6 %)."
+    return Picture(table=PrintedTable(heads, tuple(rows)), found=finding)
 
 
 def active_table() -> Picture:
@@ -309,8 +316,8 @@ def active_table() -> Picture:
         for pair, name in enumerate(TEXTURE_PAIRS)
     ]
     worst = PER_CENT * float((table[..., 1] / table[..., 0]).max())
-    found = f"Largest deviation: {worst:.1f} % (printed 8.3 %)."
-    return Picture(table=PrintedTable(("grating", "pair", *INDICES), tuple(rows)), found=found)
+    finding = f"Largest deviation: {worst:.1f} % (printed 8.3 %)."
+    return Picture(table=PrintedTable(("grating", "pair", *INDEX_HEADS), tuple(rows)), found=finding)
 
 
 def neighbours() -> Picture:
@@ -319,43 +326,29 @@ def neighbours() -> Picture:
     Features are the mean f_MP of two pairs in 24 active runs, leave-M-out over 1000 random splits (10,000 in print),
     one neighbour. The number measures how well the speed repeats from run to run, which is not published.
     """
-    own = ASSUMED.speed_spread
-    seed = SHOWN.campaigns.other_spreads
+    assumed_spread = wavelets.ASSUMED_RUNS.speed_spread
+    seed = WAVELET_FIGURES.campaigns.other_spreads
     sets = {
-        one: _runs() if one == own else wavelets.campaign(seed, replace(ASSUMED, speed_spread=one))
-        for one in SCENE.spreads
+        spread: _runs()
+        if spread == assumed_spread
+        else wavelets.campaign(seed, replace(wavelets.ASSUMED_RUNS, speed_spread=spread))
+        for spread in WAVELET_SCENE.spreads
     }
-    printed = dict(SHOWN.neighbours.printed)
+    printed = dict(WAVELET_FIGURES.neighbours.printed)
     rows: list[tuple[str | float, ...]] = [
         (
-            f"{left}",
-            f"{RUNS - left // len(PERIODS_MM)}",
-            *(wavelets.accuracy(runs, left) for runs in sets.values()),
-            f"{printed[left]:g}" if left in printed else "",
+            f"{left_out}",
+            f"{wavelets.RUNS_A_GRATING - left_out // len(PERIODS_MM)}",
+            *(wavelets.accuracy(runs, left_out) for runs in sets.values()),
+            f"{printed[left_out]:g}" if left_out in printed else "",
         )
-        for left in SHOWN.neighbours.left_out
+        for left_out in WAVELET_FIGURES.neighbours.left_out
     ]
     heads = (
         "left out",
         "runs a grating",
-        *(f"speed ± {PER_CENT * one:g} %, % right" for one in SCENE.spreads),
+        *(f"speed ± {PER_CENT * spread:g} %, % right" for spread in WAVELET_SCENE.spreads),
         "printed",
     )
-    found = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
-    return Picture(table=PrintedTable(heads, tuple(rows)), found=found)
-
-
-FIGURES = (
-    Figure("fig. 2", passive_record, ("D5", "D24")),
-    Figure("fig. 3", passive_maps, ("D9", "D10", "D18")),
-    Figure("fig. 4", active_record, ("D6",)),
-    Figure("fig. 5", active_maps, ("D12", "D18")),
-    Figure("fig. 6", three_gratings, ("D24",)),
-    Figure("fig. 7", every_run, ("D6", "D13", "D21"), "active"),
-    Figure("fig. 8", clusters, ("D20",), "active"),
-    Figure("fig. 9", textiles, ("D27", "D28")),
-    Figure("table I", expected, ("D4",)),
-    Figure("table II", passive_table, ("D15", "D16")),
-    Figure("table III", active_table, ("D14", "D20"), "active"),
-    Figure("table IV", neighbours, ("D22", "D23", "D23b"), "active"),
-)
+    finding = f"With one run a grating and a speed that repeats to 1 %: {rows[-1][3]:.1f} % (printed 97.6 %)."
+    return Picture(table=PrintedTable(heads, tuple(rows)), found=finding)

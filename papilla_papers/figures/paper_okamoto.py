@@ -10,15 +10,15 @@ from papilla import fem
 from papilla.model.finger import Finger
 from papilla.telepresence import HandMotion, read_curve
 from papilla_papers.claims.experiments import gratings
-from papilla_papers.claims.experiments.spectra import PAPER, SCENE, SEEDS
-from papilla_papers.claims.signals import SHARED, RATE_Hz, answers_mm, noisy_scene, share_of_noise
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, dashed
+from papilla_papers.claims.experiments.spectra import SPECTRUM_PAPER, SPECTRUM_SCENE, in_strokes
+from papilla_papers.claims.signals import SHARED_SIGNALS, RATE_Hz, share_of_noise
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, dashed
 from papilla_papers.grating_signals import signals_over_gratings
 from papilla_papers.methods.roughness import Okamoto, fit_amplitude
 from papilla_papers.telepresence import NOTICED_MS, TESTS_MM, Condition, experiments_2011
 
-SHOWN = SCENE.figures
-HAND = HandMotion()
+SPECTRUM_FIGURES = SPECTRUM_SCENE.figures
+HAND_MOTION = HandMotion()
 """The average touch of section 4.1.1, whose peak speed and rate are the defaults."""
 
 
@@ -30,46 +30,42 @@ def wavelengths() -> Picture:
     have four seeds; the finger by finite elements (middle gauge, its mean removed, 1 mm deep, friction 0.3) has one
     cycle where the paper has five. Print has no numbers.
     """
-    own, truth = SHOWN.wavelengths, np.array(SHOWN.wavelengths.gratings_mm)
-    synthetic = [
-        np.concatenate([answers_mm(Okamoto(), noisy_scene("act2", one, PAPER, seed)) for seed in SEEDS])
-        for one in own.gratings_mm
-    ]
-    time, turn = np.arange(round(RATE_Hz / HAND.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND.strokes_Hz
-    velocity, place = HAND.peak_mm_s * np.sin(turn * time), HAND.peak_mm_s / turn * (1 - np.cos(turn * time))
+    setup, truth = SPECTRUM_FIGURES.wavelengths, np.array(SPECTRUM_FIGURES.wavelengths.gratings_mm)
+    synthetic = [in_strokes(mm) for mm in setup.gratings_mm]
+    time, turn = np.arange(round(RATE_Hz / HAND_MOTION.strokes_Hz)) / RATE_Hz, 2 * np.pi * HAND_MOTION.strokes_Hz
+    velocity = HAND_MOTION.peak_mm_s * np.sin(turn * time)
+    place = HAND_MOTION.peak_mm_s / turn * (1 - np.cos(turn * time))
     motion, section, felt = fem.Motion(time, place, float(RATE_Hz)), fem.prepare_section(Finger.default()), []
-    for one in own.gratings_mm:
-        slid = gratings.default_slide(gratings.grating(one), motion, depth=SHOWN.depth_mm, section=section)
+    for mm in setup.gratings_mm:
+        slid = gratings.default_slide(gratings.grating(mm), motion, depth=SPECTRUM_FIGURES.depth_mm, section=section)
         # The mean is taken away, as by a bridge that is balanced when the finger rests on the grating
         output = slid.amplified[:, gratings.MIDDLE_GAUGE] - slid.amplified[:, gratings.MIDDLE_GAUGE].mean()
-        noise = share_of_noise(SHARED.snr_dB[PAPER]) * output.std()
-        output = output + noise * np.random.default_rng(own.seed).standard_normal(len(output))
-        told = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
-        felt.append(told[(np.abs(velocity) > own.fast * HAND.peak_mm_s) & (time > own.settled_s) & np.isfinite(told)])
+        noise = share_of_noise(SHARED_SIGNALS.snr_dB[SPECTRUM_PAPER]) * output.std()
+        output = output + noise * np.random.default_rng(setup.seed).standard_normal(len(output))
+        estimates = np.asarray(Okamoto().process(np.column_stack([output, velocity])).wavelength_mm)
+        fast = (np.abs(velocity) > setup.fast * HAND_MOTION.peak_mm_s) & (time > setup.settled_s)
+        felt.append(estimates[fast & np.isfinite(estimates)])
     curves, words = [dashed(truth[[0, -1]], truth[[0, -1]], "match")], []
     for number, (name, groups) in enumerate((("synthetic", synthetic), ("finger by finite elements", felt))):
         mean, spread = np.array([g.mean() for g in groups]), np.array([g.std() for g in groups])
-        curves.append(Curve(name, truth + own.beside_mm * number, mean, "points", spread))
+        curves.append(Curve(name, truth + setup.beside_mm * number, mean, "points", spread))
         off = np.abs(mean - truth)
-        fine, coarse = off[truth < own.coarse_mm].max(), off[truth >= own.coarse_mm].max()
+        fine, coarse = off[truth < setup.coarse_mm].max(), off[truth >= setup.coarse_mm].max()
         words.append(f"{name}: below 2 mm within {fine:.2f} mm, from 2 mm on {coarse:.2f} mm")
-    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=own.estimated_mm)
+    panel = Panel("", "wavelength of the grating, mm", "estimated, mm", tuple(curves), y_range=setup.estimated_mm)
     return Picture((panel,), found=f"Greatest error of the mean: {'; '.join(words)}.")
 
 
 @cache
 def _powers() -> np.ndarray:
     """(speeds, gratings) power of the fundamental, the mean of five gauges, over the greatest."""
-    how = {"force": None, "depth": SHOWN.depth_mm, "friction": 0.0, "length_mm": gratings.SCENE.length_mm}
-    powers = [
-        [
-            float(np.mean(one.fundamental**2))
-            for one in signals_over_gratings(
-                Finger.default(), TESTS_MM, pitches_mm=(gratings.ASSUMED.pitch_mm,), speed_mm_s=speed, **how
-            )
-        ]
-        for speed in SHOWN.power.speeds_mm_s
+    how = {"force": None, "depth": SPECTRUM_FIGURES.depth_mm, "friction": 0.0}
+    how |= {"length_mm": gratings.GRATING_SCENE.length_mm, "pitches_mm": (gratings.ASSUMED_SLIDE.pitch_mm,)}
+    scenes = [
+        signals_over_gratings(Finger.default(), TESTS_MM, speed_mm_s=speed, **how)
+        for speed in SPECTRUM_FIGURES.power.speeds_mm_s
     ]
+    powers = [[float(np.mean(signal.fundamental**2)) for signal in of_speed] for of_speed in scenes]
     return np.array(powers) / np.max(powers)
 
 
@@ -80,15 +76,15 @@ def power_over_speed() -> Picture:
     friction; power of the fundamental, the mean of five gauges, over the greatest of all. The paper finds it nearly
     flat, against what it expected of viscosity; its speeds and powers are not printed as numbers.
     """
-    powers, own = _powers(), SHOWN.power
-    curves = tuple(Curve(f"{one:g} mm", np.array(own.speeds_mm_s), powers[:, k]) for k, one in enumerate(TESTS_MM))
+    powers, setup = _powers(), SPECTRUM_FIGURES.power
+    curves = tuple(Curve(f"{mm:g} mm", np.array(setup.speeds_mm_s), powers[:, k]) for k, mm in enumerate(TESTS_MM))
     ratio = powers.max(axis=0) / powers.min(axis=0)
-    found = (
+    finding = (
         f"From 25 to 200 mm/s a grating's power changes by a factor of {ratio.min():.1f} to {ratio.max():.1f}; between "
         f"gratings at one speed by {(powers.max(axis=1) / powers.min(axis=1)).max():.0f}."
     )
-    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=own.shown_mm_s, log="y")
-    return Picture((panel,), found=found)
+    panel = Panel("", "speed, mm/s", "power over the greatest", curves, x_range=setup.shown_mm_s, log="y")
+    return Picture((panel,), found=finding)
 
 
 def power_over_wavelength() -> Picture:
@@ -102,19 +98,19 @@ def power_over_wavelength() -> Picture:
     powers, place = _powers(), np.array(TESTS_MM)
     mean = powers.mean(axis=0)
     fit, curve = fit_amplitude(place, mean), read_curve()
-    line = np.linspace(place[0], place[-1], SHOWN.power.points)
+    line = np.linspace(place[0], place[-1], SPECTRUM_FIGURES.power.points)
     shipped = np.interp(line, curve.wavelength_mm, curve.power)
     curves = (
         Curve("mean over the speeds", place, mean, "points", powers.std(axis=0), color=0),
         Curve(f"quartic, R² = {fit.r_squared:.2f}", line, np.asarray(fit(line)), color=0),
         Curve("curve that ships, scaled", line, shipped * mean.mean() / shipped.mean(), "dashed", color=2),
-        dashed(2 * gratings.SCENE.ridge_mm, (0, 1), "groove = ridge width", origin="printed"),
+        dashed(2 * gratings.GRATING_SCENE.ridge_mm, (0, 1), "groove = ridge width", origin="printed"),
     )
-    found = (
+    finding = (
         f"The power is greatest at {place[np.argmax(mean)]:g} mm; R² of the quartic is {fit.r_squared:.2f} (printed "
         "0.94, for coefficients that are lost)."
     )
-    return Picture((Panel("", "wavelength, mm", "power over the greatest", curves),), found=found)
+    return Picture((Panel("", "wavelength, mm", "power over the greatest", curves),), found=finding)
 
 
 @cache
@@ -122,17 +118,17 @@ def _conditions() -> Mapping[int, Condition]:
     return experiments_2011()
 
 
-def _name(one: Condition) -> str:
-    return f"{'direct' if one.display == 'direct' else 'local model'}{', delayed' if one.delayed else ''}"
+def _name(condition: Condition) -> str:
+    return f"{'direct' if condition.display == 'direct' else 'local model'}{', delayed' if condition.delayed else ''}"
 
 
 def _cues(delayed: bool) -> Picture:
     """Wavelength, intensity and lag of two experiments: direct feedback, then the local model."""
-    place, own = np.array(TESTS_MM), {_name(one): one for one in _conditions().values() if one.delayed == delayed}
-    ends, axes, label = place[[0, -1]], SHOWN.cues, "explored, mm"
-    felt = [Curve(name, place, one.felt_mm) for name, one in own.items()]
-    loud = [Curve("", place, one.amplitude_um) for one in own.values()]
-    lags = [Curve("", place, one.lag_ms) for one in own.values()]
+    place, ends, axes, label = np.array(TESTS_MM), np.array(TESTS_MM)[[0, -1]], SPECTRUM_FIGURES.cues, "explored, mm"
+    displays = {_name(display): display for display in _conditions().values() if display.delayed == delayed}
+    felt = [Curve(name, place, display.felt_mm) for name, display in displays.items()]
+    loud = [Curve("", place, display.amplitude_um) for display in displays.values()]
+    lags = [Curve("", place, display.lag_ms) for display in displays.values()]
     if not delayed:
         loud.append(dashed(axes.peak_mm, axes.peak_um, "printed: answers peak", origin="printed"))
     felt.insert(0, dashed(ends, ends, "match"))
@@ -143,9 +139,10 @@ def _cues(delayed: bool) -> Picture:
         Panel("lag", label, "behind the hand, ms", tuple(lags), y_range=axes.lag_ms),
     )
     words = "; ".join(
-        f"{name} {np.nanmean(np.abs(one.felt_mm - place)):.2f} mm off, {np.nanmedian(one.lag_ms):.0f} ms late, "
-        f"greatest amplitude at {place[np.argmax(one.amplitude_um)]:g} mm"
-        for name, one in own.items()
+        f"{name} {np.nanmean(np.abs(display.felt_mm - place)):.2f} mm off, "
+        f"{np.nanmedian(display.lag_ms):.0f} ms late, "
+        f"greatest amplitude at {place[np.argmax(display.amplitude_um)]:g} mm"
+        for name, display in displays.items()
     )
     return Picture(panels, columns=len(panels), found=f"Mean over seven gratings: {words}.")
 
@@ -177,20 +174,15 @@ def signals() -> Picture:
     is simulated.
     """
     rows = tuple(
-        (f"{n} ({_name(one)})", explored, float(one.felt_mm[k]), float(one.amplitude_um[k]), float(one.lag_ms[k]))
-        for n, one in _conditions().items()
+        (
+            f"{n} ({_name(condition)})",
+            explored,
+            float(condition.felt_mm[k]),
+            float(condition.amplitude_um[k]),
+            float(condition.lag_ms[k]),
+        )
+        for n, condition in _conditions().items()
         for k, explored in enumerate(TESTS_MM)
     )
-    return Picture(
-        table=PrintedTable(("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms"), rows)
-    )
-
-
-FIGURES = (
-    Figure("fig. 9", wavelengths, ("C19", "C21", "C22")),
-    Figure("fig. 10", power_over_speed, ("C24", "C27"), "power"),
-    Figure("fig. 11", power_over_wavelength, ("C23", "C25"), "power"),
-    Figure("fig. 15", without_delay, ("C35", "C38"), "felt"),
-    Figure("fig. 16", with_delay, ("C36", "C37"), "felt"),
-    Figure("tables 1-4", signals, ("C34",), "felt"),
-)
+    heads = ("experiment", "explored, mm", "displayed, mm", "amplitude, µm", "lag, ms")
+    return Picture(table=PrintedTable(heads, rows))

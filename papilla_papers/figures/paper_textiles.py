@@ -10,13 +10,13 @@ from papilla.core.units import INCH_MM, PER_CENT, UM_PER_MM
 from papilla.model.finger import Finger
 from papilla.model.textures import MeasuredProfile
 from papilla_papers.claims.experiments import gratings
-from papilla_papers.claims.experiments.textiles import SCENE, YARNS_PER_INCH, RATE_Hz, fabric
+from papilla_papers.claims.experiments.textiles import TEXTILE_SCENE, YARNS_PER_INCH, RATE_Hz, fabric
 from papilla_papers.claims.signals import listed
-from papilla_papers.figures.picture import Curve, Figure, Panel, Picture, PrintedTable, Shade, printed
+from papilla_papers.figures.picture import Curve, Panel, Picture, PrintedTable, Shade, printed
 from papilla_papers.methods.texture import band_amplitudes, best_band, concordance, printed_bands
 
-SHOWN = SCENE.figures
-UNIT, FELT_SIGNAL, SYNTHETIC = "rms", "finger by finite elements", "synthetic"
+TEXTILE_FIGURES = TEXTILE_SCENE.figures
+RMS_UNIT, FELT_SIGNAL, SYNTHETIC_SIGNAL = "rms", "finger by finite elements", "synthetic"
 TEX_OF_COUNT, YARNS_OF_COUNT = 590.5, 28
 """Mass (g a km) of a yarn of the English count 1, and how many of them lie in an inch side by side: Peirce 1937,
 doi:10.1080/19447023708658809. The mass falls as the count, the diameter as its root."""
@@ -47,9 +47,11 @@ class Fabric(NamedTuple):
         return sum(TEX_OF_COUNT / count * yarns / length_mm for yarns, count in both)
 
 
-FABRICS = {
+PRINTED_FABRICS = {
     name: Fabric(yarns, counts, weight)
-    for (name, yarns), counts, weight in zip(YARNS_PER_INCH.items(), SHOWN.counts, SHOWN.weights_g_m2, strict=True)
+    for (name, yarns), counts, weight in zip(
+        YARNS_PER_INCH.items(), TEXTILE_FIGURES.counts, TEXTILE_FIGURES.weights_g_m2, strict=True
+    )
 }
 
 
@@ -57,10 +59,10 @@ def profile(fabric: Fabric, seed: int) -> MeasuredProfile:
     """A plain weave along a weft yarn: warp yarns of their diameter, over and under in turn, of uneven height."""
     # The density of the warp is taken as an inch's: only so do the weights agree
     pitch_mm, radius_mm = INCH_MM / fabric.yarns[0], INCH_MM / (YARNS_OF_COUNT * fabric.counts[0] ** 0.5) / 2
-    begin_mm, end_mm = SHOWN.profile_mm
-    x = np.arange(begin_mm, end_mm, SHOWN.point_mm)
+    begin_mm, end_mm = TEXTILE_FIGURES.profile_mm
+    x = np.arange(begin_mm, end_mm, TEXTILE_FIGURES.point_mm)
     yarn = np.floor(x / pitch_mm).astype(int)
-    uneven = 1 + SHOWN.uneven * np.random.default_rng(seed).standard_normal(np.ptp(yarn) + 1)
+    uneven = 1 + TEXTILE_FIGURES.uneven * np.random.default_rng(seed).standard_normal(np.ptp(yarn) + 1)
     turn = 2 * np.pi * x / pitch_mm
     height = radius_mm * (np.cos(turn) + np.cos(turn / 2)) / 2 * uneven[yarn - yarn.min()]
     return MeasuredProfile(x, height)
@@ -69,15 +71,15 @@ def profile(fabric: Fabric, seed: int) -> MeasuredProfile:
 @cache
 def _records() -> dict[str, np.ndarray]:
     """(n, 4) over each fabric, over its standard deviation: sines of the weave in noise, and the middle gauge."""
-    motion = fem.Motion.steady(SCENE.stroke_mm_s, SHOWN.seconds + SHOWN.settling_s, RATE_Hz)
-    section, found = fem.prepare_section(Finger.default()), []
-    for number, own in enumerate(FABRICS.values()):
-        slid = gratings.default_slide(profile(own, number), motion, force=SHOWN.force_N, section=section)
-        output = slid.amplified[-round(SHOWN.seconds * RATE_Hz) :, gratings.MIDDLE_GAUGE]
-        found.append(output - output.mean())
-    made = [fabric(name, np.random.default_rng(k)) for k, name in enumerate(FABRICS)]
-    records = {SYNTHETIC: np.column_stack(made), FELT_SIGNAL: np.column_stack(found)}
-    return {kind: own / own.std() for kind, own in records.items()}
+    motion = fem.Motion.steady(TEXTILE_SCENE.stroke_mm_s, TEXTILE_FIGURES.seconds + TEXTILE_FIGURES.settling_s, RATE_Hz)
+    section, outputs = fem.prepare_section(Finger.default()), []
+    for number, weave in enumerate(PRINTED_FABRICS.values()):
+        slid = gratings.default_slide(profile(weave, number), motion, force=TEXTILE_FIGURES.force_N, section=section)
+        output = slid.amplified[-round(TEXTILE_FIGURES.seconds * RATE_Hz) :, gratings.MIDDLE_GAUGE]
+        outputs.append(output - output.mean())
+    sines = [fabric(name, np.random.default_rng(k)) for k, name in enumerate(PRINTED_FABRICS)]
+    records = {SYNTHETIC_SIGNAL: np.column_stack(sines), FELT_SIGNAL: np.column_stack(outputs)}
+    return {source: record / record.std() for source, record in records.items()}
 
 
 def vibration() -> Picture:
@@ -88,25 +90,31 @@ def vibration() -> Picture:
     and yarns, across their warp. Below: sines of both yarn densities in noise that falls, as the claims have them.
     Left: fabric 1 in time; right: amplitude spectra of all four.
     """
-    edges, panels, words = np.arange(SHOWN.spectra_Hz + 1.0), [], []
-    for kind in (FELT_SIGNAL, SYNTHETIC):
-        own = _records()[kind]
-        time = np.arange(len(own)) / RATE_Hz
+    edges, panels, words = np.arange(TEXTILE_FIGURES.spectra_Hz + 1.0), [], []
+    for source in (FELT_SIGNAL, SYNTHETIC_SIGNAL):
+        records = _records()[source]
+        time = np.arange(len(records)) / RATE_Hz
         curves = tuple(
-            Curve(f"fabric {name}", edges[:-1] + 0.5, band_amplitudes(one, RATE_Hz, edges), color=k)
-            for k, (name, one) in enumerate(zip(FABRICS, own.T, strict=True))
+            Curve(f"fabric {name}", edges[:-1] + 0.5, band_amplitudes(record, RATE_Hz, edges), color=k)
+            for k, (name, record) in enumerate(zip(PRINTED_FABRICS, records.T, strict=True))
         )
         panels += [
-            Panel(f"fabric 1, {kind}", "time, s", UNIT, (Curve("", time, own[:, 0]),), x_range=(0, SHOWN.seconds)),
-            Panel(f"spectra, {kind}", "frequency, Hz", f"amplitude, {UNIT} Hz", curves),
+            Panel(
+                f"fabric 1, {source}",
+                "time, s",
+                RMS_UNIT,
+                (Curve("", time, records[:, 0]),),
+                x_range=(0, TEXTILE_FIGURES.seconds),
+            ),
+            Panel(f"spectra, {source}", "frequency, Hz", f"amplitude, {RMS_UNIT} Hz", curves),
         ]
-        words.append(f"{listed((one.x[np.argmax(one.y)] for one in curves), '.0f')} Hz ({kind})")
+        words.append(f"{listed((curve.x[np.argmax(curve.y)] for curve in curves), '.0f')} Hz ({source})")
     return Picture(tuple(panels), columns=2, found=f"Greatest lines of fabrics 1 to 4: {'; '.join(words)}.")
 
 
 def _roughness() -> np.ndarray:
     """(4,) standard deviation of each profile in micrometres."""
-    heights = (profile(own, number).height_mm for number, own in enumerate(FABRICS.values()))
+    heights = (profile(weave, number).height_mm for number, weave in enumerate(PRINTED_FABRICS.values()))
     return np.array([UM_PER_MM * height.std() for height in heights])
 
 
@@ -117,9 +125,9 @@ def roughness() -> Picture:
     standard deviation of the height of the made-up weaves.
     """
     rough = _roughness()
-    bars = Curve("", np.arange(len(FABRICS)), rough, "bars")
-    panel = Panel("", "fabric", "standard deviation of the height, µm", (bars,), names=tuple(FABRICS))
-    order = " < ".join(np.array(list(FABRICS))[np.argsort(rough)].tolist())
+    bars = Curve("", np.arange(len(PRINTED_FABRICS)), rough, "bars")
+    panel = Panel("", "fabric", "standard deviation of the height, µm", (bars,), names=tuple(PRINTED_FABRICS))
+    order = " < ".join(np.array(list(PRINTED_FABRICS))[np.argsort(rough)].tolist())
     return Picture((panel,), found=f"In rising order: {order}.")
 
 
@@ -128,15 +136,15 @@ def contour() -> Picture:
 
     The mean of the four records of figure 2 (b), of both kinds. Print finds most of the amplitude within 0 to 100 Hz.
     """
-    (first, main, last), panels, words = SCENE.fabrics.edges_Hz, [], []
-    edges = np.arange(first, last + 1.0, SHOWN.step_Hz)
-    for kind, own in _records().items():
-        total = np.append(0.0, np.cumsum(band_amplitudes(own, RATE_Hz, edges).mean(axis=1)))
+    (first, main, last), panels, words = TEXTILE_SCENE.fabrics.edges_Hz, [], []
+    edges = np.arange(first, last + 1.0, TEXTILE_FIGURES.step_Hz)
+    for source, records in _records().items():
+        total = np.append(0.0, np.cumsum(band_amplitudes(records, RATE_Hz, edges).mean(axis=1)))
         value = total[:, None] - total[None, :]
-        shade = Shade(edges, edges, np.where(value > 0, value, np.nan), f"amplitude, {UNIT} Hz")
-        point = printed("printed best band", *SCENE.best_band_Hz)
-        panels.append(Panel(kind, "from, Hz", "to, Hz", (point,), shade))
-        words.append(f"{PER_CENT * total[edges == main][0] / total[-1]:.0f} % ({kind})")
+        shade = Shade(edges, edges, np.where(value > 0, value, np.nan), f"amplitude, {RMS_UNIT} Hz")
+        point = printed("printed best band", *TEXTILE_SCENE.best_band_Hz)
+        panels.append(Panel(source, "from, Hz", "to, Hz", (point,), shade))
+        words.append(f"{PER_CENT * total[edges == main][0] / total[-1]:.0f} % ({source})")
     return Picture(tuple(panels), columns=2, found=f"Within 0 to 100 Hz lies {', '.join(words)} of the amplitude.")
 
 
@@ -148,17 +156,17 @@ def bands() -> Picture:
     seventh band of that grid.
     """
     panels, words = [], []
-    for kind, own in _records().items():
+    for source, records in _records().items():
         best = [
-            best_band(own, RATE_Hz, [one for one in printed_bands() if one[0] == number])
+            best_band(records, RATE_Hz, [one for one in printed_bands() if one[0] == number])
             for number in range(1, len(PRINTED_BANDS) + 1)
         ]
         amplitude = np.array([one.amplitude for one in best])
         bars = Curve("", np.arange(len(best)), amplitude, "bars")
-        point = printed("printed: 18-118 Hz", SHOWN.best_band, amplitude[SHOWN.best_band])
+        point = printed("printed: 18-118 Hz", TEXTILE_FIGURES.best_band, amplitude[TEXTILE_FIGURES.best_band])
         names = tuple(f"{one.low_Hz:g}-{one.high_Hz:g}" for one in best)
-        panels.append(Panel(kind, "band, Hz", f"amplitude, {UNIT} Hz", (bars, point), names=names))
-        words.append(f"{max(best, key=lambda one: one.amplitude).sentence} ({kind})")
+        panels.append(Panel(source, "band, Hz", f"amplitude, {RMS_UNIT} Hz", (bars, point), names=names))
+        words.append(f"{max(best, key=lambda band: band.amplitude).sentence} ({source})")
     return Picture(tuple(panels), found=f"Greatest of all: {'; '.join(words)}.")
 
 
@@ -170,12 +178,13 @@ def agreement() -> Picture:
     With four fabrics and thousands of bands to choose from, a high concordance proves little: see claim E15.
     """
     rough, curves, words = _roughness(), [], []
-    for kind, own in _records().items():
-        loudness = band_amplitudes(own, RATE_Hz, SCENE.best_band_Hz)[0]
-        curves.append(Curve(f"18-118 Hz, {kind}", np.arange(len(FABRICS)), loudness / loudness.max(), "bars"))
-        words.append(f"{concordance(loudness / loudness.max(), rough / rough.max()).coefficient:.3f} ({kind})")
-    curves.append(Curve("roughness of the profile", np.arange(len(FABRICS)), rough / rough.max(), "bars"))
-    panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(FABRICS), y_range=SHOWN.over_greatest)
+    for source, records in _records().items():
+        loudness = band_amplitudes(records, RATE_Hz, TEXTILE_SCENE.best_band_Hz)[0]
+        curves.append(Curve(f"18-118 Hz, {source}", np.arange(len(PRINTED_FABRICS)), loudness / loudness.max(), "bars"))
+        words.append(f"{concordance(loudness / loudness.max(), rough / rough.max()).coefficient:.3f} ({source})")
+    curves.append(Curve("roughness of the profile", np.arange(len(PRINTED_FABRICS)), rough / rough.max(), "bars"))
+    ends = TEXTILE_FIGURES.over_greatest
+    panel = Panel("", "fabric", "over the greatest", tuple(curves), names=tuple(PRINTED_FABRICS), y_range=ends)
     return Picture((panel,), found=f"Concordance {', '.join(words)}; printed 0.985.")
 
 
@@ -185,16 +194,19 @@ def fabrics() -> Picture:
     Densities, counts and weights are printed, "in 10 cm"; a weight follows from them only if they are in an inch. The
     last columns are the fundamental frequencies of warp and weft for either unit.
     """
-    lengths_mm = (INCH_MM, SCENE.stated_mm)
+    lengths_mm = (INCH_MM, TEXTILE_SCENE.stated_mm)
     rows = tuple(
         (
             name,
-            " x ".join(map(str, one.yarns)),
-            str(one.weight),
-            *(f"{one.weight_if(length):.0f}" for length in lengths_mm),
-            *(listed((SCENE.stroke_mm_s * yarns / length for yarns in one.yarns), ".0f") for length in lengths_mm),
+            " x ".join(map(str, weave.yarns)),
+            str(weave.weight),
+            *(f"{weave.weight_if(length):.0f}" for length in lengths_mm),
+            *(
+                listed((TEXTILE_SCENE.stroke_mm_s * yarns / length for yarns in weave.yarns), ".0f")
+                for length in lengths_mm
+            ),
         )
-        for name, one in FABRICS.items()
+        for name, weave in PRINTED_FABRICS.items()
     )
     heads = ("fabric", "warp x weft", "g/m2, printed", "if an inch", "if 10 cm", "Hz, if an inch", "Hz, if 10 cm")
     return Picture(table=PrintedTable(heads, rows))
@@ -207,20 +219,9 @@ def grid() -> Picture:
     """
     rows: list[tuple[str | float, ...]] = []
     for number, text in enumerate(PRINTED_BANDS, start=1):
-        own = [(low, high) for n, low, high in printed_bands() if n == number]
-        ends = [max(pair for pair in own if pair[0] == low) for low in (min(own)[0], max(own)[0])]
+        allowed = [(low, high) for n, low, high in printed_bands() if n == number]
+        ends = [max(pair for pair in allowed if pair[0] == low) for low in (min(allowed)[0], max(allowed)[0])]
         computed = ", ".join(dict.fromkeys(f"{low}-{high}" for low, high in ends))
-        rows.append((f"f{number - 1} - f{number}", computed, text, len(own)))
+        rows.append((f"f{number - 1} - f{number}", computed, text, len(allowed)))
     heads = ("band", "lowest, highest, Hz", "printed", "bands")
     return Picture(table=PrintedTable(heads, tuple(rows)), found=f"{len(printed_bands())} bands in all.")
-
-
-FIGURES = (
-    Figure("fig. 2 (b)", vibration, ("E6",), "fabrics"),
-    Figure("fig. 3", roughness, ("E11", "E12"), "fabrics"),
-    Figure("fig. 4", contour, ("E8",), "fabrics"),
-    Figure("fig. 5", bands, ("E7", "E9", "X3"), "fabrics"),
-    Figure("fig. 6", agreement, ("E14", "E15"), "fabrics"),
-    Figure("table 1", fabrics, ("X4",)),
-    Figure("table 2", grid, ("E4", "E5")),
-)

@@ -121,8 +121,8 @@ def _plain(value: np.ndarray | np.generic) -> Any:
 
 
 def _array(_kind: type, parts: Any) -> np.ndarray:
-    kind, shape, content = parts
-    return np.frombuffer(content, kind).reshape(shape)
+    number_type, shape, content = parts
+    return np.frombuffer(content, number_type).reshape(shape)
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ class Paper:
     left_out: Mapping[str, str]
 
 
-HEADS = ("panel", "curve", "origin", "x_is", "x", "y_is", "y", "sd", "value_is", "value")
+CSV_HEADS = ("panel", "curve", "origin", "x_is", "x", "y_is", "y", "sd", "value_is", "value")
 
 
 def as_csv(picture: Picture) -> str:
@@ -181,21 +181,21 @@ def as_csv(picture: Picture) -> str:
         out.writerow(picture.table.heads)
         out.writerows([[_number(cell) for cell in row] for row in picture.table.rows])
     if picture.panels:
-        out.writerow(HEADS)
+        out.writerow(CSV_HEADS)
         for panel in picture.panels:
             out.writerows(_rows(panel))
     return text.getvalue()
 
 
 def _rows(panel: Panel) -> Iterator[list[str]]:
-    for one in panel.curves:
+    for curve in panel.curves:
         low, high = panel.x_range or (-np.inf, np.inf)
-        shown = np.flatnonzero((one.x >= low) & (one.x <= high))
-        for row in shown[:: -(-len(shown) // MOST_ROWS) or 1]:
-            x, y, sd = one.x[row], one.y[row], np.nan if one.spread is None else one.spread[row]
-            place = panel.names[int(x)] if one.look == "bars" else _number(float(x))
+        visible = np.flatnonzero((curve.x >= low) & (curve.x <= high))
+        for row in visible[:: -(-len(visible) // MOST_ROWS) or 1]:
+            x, y, sd = curve.x[row], curve.y[row], np.nan if curve.spread is None else curve.spread[row]
+            place = panel.names[int(x)] if curve.look == "bars" else _number(float(x))
             ends = [panel.x_label, place, panel.y_label, _number(y), _number(sd), "", ""]
-            yield [panel.title, one.label, one.origin, *ends]
+            yield [panel.title, curve.label, curve.origin, *ends]
     if panel.shade is not None:
         shade = panel.shade
         steps = [-(-len(axis) // MOST_CELLS) for axis in (shade.y, shade.x)]

@@ -5,6 +5,7 @@ import difflib
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,60 +13,40 @@ import numpy as np
 from papilla.core import cache
 from papilla.core.errors import InputError
 from papilla.core.files import check_writable, replacing_set, write_text
+from papilla.core.outside import shipped, toml
 from papilla.core.progress import Progress, silent
 from papilla.model.finger import Finger
 from papilla.telepresence import read_curve
 from papilla.verify.jobs import run_jobs
 from papilla.view.style import STYLE_SHEET
 from papilla_papers.claims.scenes import scenes
-from papilla_papers.figures import drawing, paper_2006, paper_2007, paper_oddo, paper_okamoto, paper_textiles
+from papilla_papers.figures import drawing
 from papilla_papers.figures.picture import Figure, Paper, Picture, as_csv
 
-PHOTO, DIAGRAM = "a photograph", "a drawing or block diagram without data"
 
-PAPERS: dict[str, Paper] = {
-    "2006": Paper(
-        "2006: real-time estimation of touch feeling factors",
-        paper_2006.FIGURES,
-        {"fig. 1": DIAGRAM, "fig. 3": DIAGRAM, "fig. 4": PHOTO},
-    ),
-    "2007": Paper(
-        "2007: roughness feeling telepresence",
-        paper_2007.FIGURES,
-        {"fig. 1": DIAGRAM, "fig. 2": PHOTO, "fig. 4": DIAGRAM, "figs 6, 7": PHOTO},
-    ),
-    "2011_okamoto": Paper(
-        "2011: remote tactile transmission with time delay",
-        paper_okamoto.FIGURES,
-        {
-            "figs 1, 2, 6, 12, 13": DIAGRAM,
-            "figs 3, 4, 5, 7, 8, 14": PHOTO,
-            "figs 15, 16, tables 1-4": "answers of people",
-        },
-    ),
-    "2011_oddo": Paper(
-        "2011: roughness encoding in artificial active touch",
-        paper_oddo.FIGURES,
-        {"fig. 1": PHOTO, "the micrographs of fig. 9": PHOTO},
-    ),
-    "textiles": Paper(
-        "Tactile design of manipulator fingers: fingertip and textile vibration",
-        paper_textiles.FIGURES,
-        {"fig. 1": PHOTO, "fig. 2 (a)": DIAGRAM},
-    ),
+def _paper(title: str, module: str, left_out: Mapping[str, str], figures: Sequence[dict]) -> Paper:
+    """A paper whose figures are computed by functions of a module next to this one."""
+    functions = import_module(f"{__package__}.{module}")
+    drawn = [{**one, "make": getattr(functions, one["make"]), "claims": tuple(one["claims"])} for one in figures]
+    return Paper(title, tuple(Figure(**fields) for fields in drawn), left_out)
+
+
+ALL_PAPERS: dict[str, Paper] = {
+    name: _paper(**paper)
+    for name, paper in toml(shipped("papilla_papers.figures", "papers.toml"), "papers.toml").items()
 }
 """Papers by their names in `papilla reproduce`."""
 
-PAGE = "figures.html"
-KIND = "figure"
+FIGURES_PAGE = "figures.html"
+CACHE_KIND = "figure"
 """Kind of the entries in the cache."""
-DESIGNS = ("default", "published", "one-gauge")
+FIGURE_DESIGNS = ("default", "published", "one-gauge")
 """Fingers of the figures: their content determines whether a kept figure is still valid."""
 
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A computed figure of a paper (its name in `PAPERS`): its data, its SVG file, and one for a telephone."""
+    """A computed figure of a paper (its name in `ALL_PAPERS`): its data, its SVG file, and one for a telephone."""
 
     paper: str
     figure: Figure
@@ -79,7 +60,7 @@ class Made:
         return f"{self.paper}_{self.figure.stem}"
 
 
-def chosen(paper: str, papers: Mapping[str, Paper] = PAPERS) -> list[str]:
+def chosen(paper: str, papers: Mapping[str, Paper] = ALL_PAPERS) -> list[str]:
     """The names of a paper, or of all papers for an empty text; raises `InputError` for a name that no paper has."""
     if not paper:
         return list(papers)
@@ -91,7 +72,7 @@ def chosen(paper: str, papers: Mapping[str, Paper] = PAPERS) -> list[str]:
 
 
 def figures(
-    paper: str = "", *, processes: int = 1, progress: Progress = silent, papers: Mapping[str, Paper] = PAPERS
+    paper: str = "", *, processes: int = 1, progress: Progress = silent, papers: Mapping[str, Paper] = ALL_PAPERS
 ) -> list[Made]:
     """Compute the figures of one of the papers, or of all.
 
@@ -100,30 +81,29 @@ def figures(
     """
     jobs: dict[str, tuple] = {}
     for name in chosen(paper, papers):
-        for one in papers[name].figures:
-            job = f"{name}, {one.group or one.name}"
-            jobs[job] = (name, (*jobs.get(job, ((), ()))[1], one))
-    made = {
-        one.stem: one for _, group in run_jobs(_make, jobs, processes=processes, progress=progress) for one in group
-    }
-    order = [f"{name}_{one.stem}" for name in papers for one in papers[name].figures]
-    return [made[stem] for stem in order if stem in made]
+        for figure in papers[name].figures:
+            job = f"{name}, {figure.group or figure.name}"
+            jobs[job] = (name, (*jobs.get(job, ((), ()))[1], figure))
+    groups = run_jobs(_make, jobs, processes=processes, progress=progress)
+    by_stem = {drawn.stem: drawn for _, group in groups for drawn in group}
+    order = [f"{name}_{figure.stem}" for name in papers for figure in papers[name].figures]
+    return [by_stem[stem] for stem in order if stem in by_stem]
 
 
 def write(
-    folder: Path, made: list[Made], seconds: float = 0.0, papers: Mapping[str, Paper] = PAPERS
+    folder: Path, made: list[Made], seconds: float = 0.0, papers: Mapping[str, Paper] = ALL_PAPERS
 ) -> dict[str, Path]:
     """Write an SVG and a CSV file a figure, and the page of all; returns their paths by name ("page" is the page's).
 
     Raises `FileAccessError`.
     """
     check_writable(folder)
-    paths = {f"{one.stem}.{kind}": folder / f"{one.stem}.{kind}" for one in made for kind in ("svg", "csv")}
-    paths["page"] = folder / PAGE
+    paths = {f"{drawn.stem}.{ending}": folder / f"{drawn.stem}.{ending}" for drawn in made for ending in ("svg", "csv")}
+    paths["page"] = folder / FIGURES_PAGE
     with replacing_set(list(paths.values())) as temporary:
-        for one, picture, data in zip(made, temporary[:-1:2], temporary[1:-1:2], strict=True):
-            picture.write_bytes(one.svg)
-            write_text(data, as_csv(one.picture))
+        for drawn, picture, data in zip(made, temporary[:-1:2], temporary[1:-1:2], strict=True):
+            picture.write_bytes(drawn.svg)
+            write_text(data, as_csv(drawn.picture))
         write_text(temporary[-1], _page(made, seconds, papers))
     return paths
 
@@ -134,14 +114,18 @@ def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> 
     from papilla.view.page import either, environment
     from papilla_papers.claims.runner import ALL_CLAIMS
 
-    by_paper = {name: [one for one in made if one.paper == name] for name in papers}
+    by_paper = {name: [drawn for drawn in made if drawn.paper == name] for name in papers}
     return (
         environment("papilla_papers.figures")
         .get_template("figures.html")
         .render(
-            papers=[(papers[name], own) for name, own in by_paper.items() if own],
+            papers=[
+                (papers[name], figures_of_paper) for name, figures_of_paper in by_paper.items() if figures_of_paper
+            ],
             claims={claim.key: claim for claim in ALL_CLAIMS},
-            pictures={one.stem: either((one.svg, one.narrow_svg), one.figure.title, "svg+xml") for one in made},
+            pictures={
+                drawn.stem: either((drawn.svg, drawn.narrow_svg), drawn.figure.title, "svg+xml") for drawn in made
+            },
             seconds=seconds,
             version=__version__,
         )
@@ -150,26 +134,26 @@ def _page(made: Sequence[Made], seconds: float, papers: Mapping[str, Paper]) -> 
 
 def _make(paper: str, group: tuple[Figure, ...], progress: Progress) -> list[Made]:
     """The figures of one group."""
-    made = []
+    figures_of_group = []
     for figure in group:
         progress(f"{paper}, {figure.name}")
         with warnings.catch_warnings():
             # Two groups may need one section of the finger at once; the progress already says so
             warnings.filterwarnings("ignore", "waiting for another process", RuntimeWarning)
-            made.append(_kept(paper, figure))
-    return made
+            figures_of_group.append(_kept(paper, figure))
+    return figures_of_group
 
 
 def _kept(paper: str, figure: Figure) -> Made:
     """A figure, from the cache if its code and the designs are unchanged."""
-    designs = [Finger.load(name).sha256 for name in DESIGNS]
+    designs = [Finger.load(name).sha256 for name in FIGURE_DESIGNS]
     key = cache.key(figure.make.__module__, paper, figure.name, designs, read_curve(), scenes())
-    packed = cache.fetch(KIND, key, lambda: {"picture": figure.make().packed()})["picture"]
+    packed = cache.fetch(CACHE_KIND, key, lambda: {"picture": figure.make().packed()})["picture"]
     picture = Picture.unpacked(packed)
 
     def draw() -> dict[str, np.ndarray]:
         files = {name: drawing.as_svg(picture, narrow=name == "narrow") for name in ("svg", "narrow")}
         return {name: np.frombuffer(file, np.uint8) for name, file in files.items()}
 
-    drawn = cache.fetch(KIND, cache.key(drawing.__name__, packed, STYLE_SHEET), draw)
+    drawn = cache.fetch(CACHE_KIND, cache.key(drawing.__name__, packed, STYLE_SHEET), draw)
     return Made(paper, figure, picture, drawn["svg"].tobytes(), drawn["narrow"].tobytes())

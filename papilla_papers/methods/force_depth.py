@@ -13,7 +13,7 @@ import numpy as np
 from papilla.calibration import IDENTIFIABLE_SIGMA, SoftnessStatus
 from papilla.core.errors import InputError
 
-FINE = 400
+DEPTH_TABLE_POINTS = 400
 """Moduli and forces of the look-up table: the error of linear interpolation between them is less than 1e-4."""
 
 
@@ -44,11 +44,11 @@ class ForceDepth:
         if len(forces) * len(moduli) != len(depth_mm) or min(len(forces), len(moduli)) < 4:
             raise InputError("the sweep must hold the depth of each force on each modulus, 4 or more of each")
         table = depth_mm[np.lexsort((modulus_MPa, force_N))].reshape(len(forces), len(moduli))
-        known = np.isfinite(table).all(axis=0)
-        spline = RectBivariateSpline(np.log(forces), np.log(moduli[known]), np.log(table[:, known]))
+        pressed = np.isfinite(table).all(axis=0)
+        spline = RectBivariateSpline(np.log(forces), np.log(moduli[pressed]), np.log(table[:, pressed]))
         self.force_N = float(forces[0]), float(forces[-1])
-        self._force = np.linspace(np.log(forces[0]), np.log(forces[-1]), FINE)
-        self._modulus = np.linspace(np.log(moduli[known][0]), np.log(moduli[known][-1]), FINE)
+        self._force = np.linspace(np.log(forces[0]), np.log(forces[-1]), DEPTH_TABLE_POINTS)
+        self._modulus = np.linspace(np.log(moduli[pressed][0]), np.log(moduli[pressed][-1]), DEPTH_TABLE_POINTS)
         # Rising along both axes: a softer specimen, last, has a larger depth
         self._depth = spline(self._force, self._modulus)[:, ::-1]
 
@@ -66,17 +66,17 @@ class ForceDepth:
         force = np.log(np.clip(np.where(finite, force_N, low), low, high))
         with np.errstate(divide="ignore", invalid="ignore"):
             depth = np.log(np.where(finite, depth_mm, np.nan))
-        place = np.clip((force - self._force[0]) / (self._force[1] - self._force[0]), 0, FINE - 1.001)
-        row, part = place.astype(int), place % 1
-        curves = (1 - part)[:, None] * self._depth[row] + part[:, None] * self._depth[row + 1]
-        cell = np.clip((curves < depth[:, None]).sum(axis=1) - 1, 0, FINE - 2)
-        each = np.arange(len(cell))
-        steps = curves[each, cell + 1] - curves[each, cell]
-        share = (depth - curves[each, cell]) / steps
+        place = np.clip((force - self._force[0]) / (self._force[1] - self._force[0]), 0, DEPTH_TABLE_POINTS - 1.001)
+        lower, weight = place.astype(int), place % 1
+        curves = (1 - weight)[:, None] * self._depth[lower] + weight[:, None] * self._depth[lower + 1]
+        cell = np.clip((curves < depth[:, None]).sum(axis=1) - 1, 0, DEPTH_TABLE_POINTS - 2)
+        presses = np.arange(len(cell))
+        steps = curves[presses, cell + 1] - curves[presses, cell]
+        share = (depth - curves[presses, cell]) / steps
         modulus = np.exp(self._modulus[::-1][cell] - share * (self._modulus[1] - self._modulus[0]))
         # d ln E = d ln depth / (d ln depth / d ln E), and the depth's change with the force besides
         steep = steps / (self._modulus[1] - self._modulus[0])
-        by_force = (self._depth[row + 1, cell] - self._depth[row, cell]) / (self._force[1] - self._force[0])
+        by_force = (self._depth[lower + 1, cell] - self._depth[lower, cell]) / (self._force[1] - self._force[0])
         noise = np.hypot(errors.depth_mm, errors.contact_mm) / np.maximum(depth_mm, 1e-9)
         sigma = modulus / steep * np.sqrt(noise**2 + (by_force * errors.force_N / np.exp(force)) ** 2 + errors.model**2)
         status = np.select(
@@ -87,8 +87,5 @@ class ForceDepth:
             SoftnessStatus.OK,
         )  # fmt: skip
         answered = (status == SoftnessStatus.OK) | (status == SoftnessStatus.NOT_IDENTIFIABLE)
-        return (
-            np.where(answered, modulus, np.nan),
-            np.where(answered, sigma, np.nan),
-            [SoftnessStatus(code) for code in status.tolist()],
-        )
+        modulus, sigma = (np.where(answered, column, np.nan) for column in (modulus, sigma))
+        return modulus, sigma, [SoftnessStatus(code) for code in status.tolist()]

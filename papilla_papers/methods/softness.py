@@ -19,7 +19,7 @@ from papilla.estimators.stream import Stream
 
 Form = Literal["printed", "exact", "quadratic", "compact"]
 REGRESSION_FORMS: tuple[Form, ...] = get_args(Form)
-BEYOND = 1.5
+BEYOND_HARDEST = 1.5
 """Largest modulus for which a regression of the three specimens is used, as a multiple of the hardest of them."""
 COMPARED_GF = tuple(range(10, 101, 10))
 """Forces at which a calibration is compared with (9) to find the scale of its S_d."""
@@ -92,12 +92,14 @@ class PrintedSoftness(Stream):
     def _take_refitted(self, form: Form, calibration: Calibration) -> None:
         """Use a regression of the calibration; raises `InputError` if it has none, or one without an inverse."""
         if form == "compact":
-            own = calibration.compact
-            if own is None:
+            fitted = calibration.compact
+            if fitted is None:
                 raise InputError("the calibration has no compact form: its S_d does not follow it")
             # A specimen at the end of what was fitted scatters beyond it, where the form saturates as the physics does
-            ends = (own.modulus_MPa[0] / BEYOND, BEYOND * own.modulus_MPa[1])
-            self._compact, self.misfit, force_N = replace(own, modulus_MPa=ends), own.sd_rms, own.force_N
+            ends = (fitted.modulus_MPa[0] / BEYOND_HARDEST, BEYOND_HARDEST * fitted.modulus_MPa[1])
+            self._compact = replace(fitted, modulus_MPa=ends)
+            self.misfit = fitted.sd_rms
+            force_N = fitted.force_N
         else:
             inverse, force_N = calibration.inverse, calibration.domain["force_N"]
             if inverse.modulus_MPa is None:
@@ -110,7 +112,7 @@ class PrintedSoftness(Stream):
         self._inverse = published.PUBLISHED_INVERSE if form == "printed" else published.exact_inverse()
         self._forward, self._force_gf = published.PUBLISHED_FORWARD, published.PUBLISHED_FORCE_GF
         # A refitted quadratic through three moduli only interpolates between them, and does not hold beyond.
-        self._range = (0.5 * published.SPECIMENS_MPA[0], BEYOND * published.SPECIMENS_MPA[-1])
+        self._range = (0.5 * published.SPECIMENS_MPA[0], BEYOND_HARDEST * published.SPECIMENS_MPA[-1])
         self.scale, self.misfit = 1.0 if scale is None else checks.positive("scale", scale), 0.0
         if calibration is not None:
             ours, theirs, best = published.compare_with_published(calibration.predict, COMPARED_GF)
@@ -126,8 +128,8 @@ class PrintedSoftness(Stream):
 
     def _take(self, sample: tuple[float, ...]) -> SoftnessEstimate:
         readings, force_N = sample[:-1], sample[-1]
-        found, self._memory = self._health.check(readings, self._memory)
-        return self.feel(readings, force_N, found)
+        faults, self._memory = self._health.check(readings, self._memory)
+        return self.feel(readings, force_N, faults)
 
     def feel(self, readings: tuple[float, ...], force_N: float, found: tuple[int, ...]) -> SoftnessEstimate:
         """The estimate after one more sample; found : its gauges' faults, as `GaugeHealth.check` finds them."""
@@ -146,8 +148,8 @@ class PrintedSoftness(Stream):
             evaluated = self._by_quadratic if self._compact is None else self._by_compact
             modulus, sigma, status = evaluated(sd, force)
             if math.isfinite(modulus):
-                known = modulus > 0 and sigma <= IDENTIFIABLE_SIGMA * modulus
-                status = SoftnessStatus.OK if known else SoftnessStatus.NOT_IDENTIFIABLE
+                identifiable = modulus > 0 and sigma <= IDENTIFIABLE_SIGMA * modulus
+                status = SoftnessStatus.OK if identifiable else SoftnessStatus.NOT_IDENTIFIABLE
             return SoftnessEstimate(modulus, sigma, int(status))
         return SoftnessEstimate(status=int(status))
 
@@ -156,9 +158,9 @@ class PrintedSoftness(Stream):
         form = self._compact
         assert form is not None
         inside = min(max(gf_to_newton(force), form.force_N[0]), form.force_N[1])
-        found = form.answer(sd, inside, self._noise, gf_to_newton(self._force_sigma))
-        side = SoftnessStatus.HARDER if found.status == CompactStatus.HARDER else SoftnessStatus.SOFTER
-        return found.modulus_MPa, found.sigma_MPa, side
+        answer = form.answer(sd, inside, self._noise, gf_to_newton(self._force_sigma))
+        side = SoftnessStatus.HARDER if answer.status == CompactStatus.HARDER else SoftnessStatus.SOFTER
+        return answer.modulus_MPa, answer.sigma_MPa, side
 
     def _by_quadratic(self, sd: float, force: float) -> tuple[float, float, SoftnessStatus]:
         """Modulus and sigma behind S_d, in units of the form, at a force in gf; NaN, NaN and the side."""

@@ -151,9 +151,9 @@ def printed_bands() -> list[tuple[int, int, int]]:
     """Every (number, low_Hz, high_Hz) that the grid of the paper can have: the exhaustive search."""
     starts, bands = {0}, []
     for number, steps in enumerate(STEPS_HZ, start=1):
-        found = {(start, start + step) for start in starts for step in steps}
-        bands += [(number, *pair) for pair in sorted(found)]
-        starts = {high for _, high in found}
+        pairs = {(start, start + step) for start in starts for step in steps}
+        bands += [(number, *pair) for pair in sorted(pairs)]
+        starts = {high for _, high in pairs}
     return bands
 
 
@@ -165,7 +165,7 @@ def random_bands(draws: int, seed: int) -> list[tuple[int, int, int]]:
     highs = np.cumsum([generator.choice(steps, draws) for steps in STEPS_HZ], axis=0)
     lows = np.vstack([np.zeros((1, draws), int), highs[:-1]])
     numbers = np.broadcast_to(1 + np.arange(len(STEPS_HZ))[:, None], highs.shape)
-    return sorted(set(zip(*(own.ravel().tolist() for own in (numbers, lows, highs)), strict=True)))
+    return sorted(set(zip(*(column.ravel().tolist() for column in (numbers, lows, highs)), strict=True)))
 
 
 def best_band(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]]) -> Band:
@@ -194,15 +194,15 @@ def matching_band(samples, sample_rate_Hz: float, scores, bands: list[tuple[int,
     fitting = records.ndim == 2 and wanted.shape == (records.shape[1],)
     if not (fitting and np.isfinite(wanted).all() and (wanted > 0).all()):
         raise InputError(f"scores must be positive, one for each record of samples {records.shape}, got {wanted.shape}")
-    found = _amplitudes(records, sample_rate_Hz, bands)
-    amplitude = found / found.max(axis=1, keepdims=True)
+    amplitudes = _amplitudes(records, sample_rate_Hz, bands)
+    amplitude = amplitudes / amplitudes.max(axis=1, keepdims=True)
     wanted = wanted / wanted.max()
     # Lin's 2 s12 / (s1^2 + s2^2 + (m1 - m2)^2), of which the denominator is 2 s12 plus the mean square of x - y.
     twice = 2 * (amplitude - amplitude.mean(axis=1, keepdims=True)) @ (wanted - wanted.mean())
     best = int(np.argmax(twice / (twice + np.square(amplitude - wanted).sum(axis=1))))
     number, low, high = bands[best]
     agreement = concordance(amplitude[best], wanted)
-    return BandMatch(float(low), float(high), number, float(found[best].mean()), agreement)
+    return BandMatch(float(low), float(high), number, float(amplitudes[best].mean()), agreement)
 
 
 def _amplitudes(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]]) -> np.ndarray:
@@ -211,8 +211,8 @@ def _amplitudes(samples, sample_rate_Hz: float, bands: list[tuple[int, int, int]
         raise InputError(f"the bands go up to {HIGHEST_HZ:g} Hz, which a rate of {sample_rate_Hz:g} Hz cannot show")
     if not bands:
         raise InputError("there is no band to search")
-    each = band_amplitudes(np.atleast_2d(np.asarray(samples, float).T).T, sample_rate_Hz, np.arange(HIGHEST_HZ + 1))
-    total = np.concatenate([np.zeros((1, each.shape[1])), np.cumsum(each, axis=0)])
+    lines = band_amplitudes(np.atleast_2d(np.asarray(samples, float).T).T, sample_rate_Hz, np.arange(HIGHEST_HZ + 1))
+    total = np.concatenate([np.zeros((1, lines.shape[1])), np.cumsum(lines, axis=0)])
     edges = np.array(bands)
     return total[edges[:, 2]] - total[edges[:, 1]]
 
@@ -246,23 +246,23 @@ def leave_m_out(features, labels, left_out: int, *, seed: int, splits: int = 100
     if len(names) < 2:
         raise InputError("there must be at least two different labels")
     counts = np.bincount(codes)
-    each, rest = divmod(len(codes) - left_out, len(names))
-    if rest or each < 1 or each >= counts.min():
+    per_label, rest = divmod(len(codes) - left_out, len(names))
+    if rest or per_label < 1 or per_label >= counts.min():
         raise InputError(
             f"left_out = {left_out} of {len(codes)} runs does not leave an equal training set of each of "
             f"{len(names)} labels and something to test"
         )
-    if each < neighbours:
-        raise InputError(f"{neighbours} neighbours need as many training runs of each label, got {each}")
+    if per_label < neighbours:
+        raise InputError(f"{neighbours} neighbours need as many training runs of each label, got {per_label}")
     generator = np.random.default_rng(seed)
     places = [np.flatnonzero(codes == code) for code in range(len(names))]
     distance, votes, right = cdist(table, table), np.eye(len(names))[codes], []
     for _ in range(splits):
-        training = np.concatenate([generator.choice(own, each, replace=False) for own in places])
+        training = np.concatenate([generator.choice(runs, per_label, replace=False) for runs in places])
         test = np.setdiff1d(np.arange(len(codes)), training)
         order = distance[np.ix_(test, training)].argsort(axis=1, kind="stable")[:, :neighbours]
-        found = votes[training[order]].sum(axis=1).argmax(axis=1)
-        right.append(float(np.mean(found == codes[test])))
+        nearest = votes[training[order]].sum(axis=1).argmax(axis=1)
+        right.append(float(np.mean(nearest == codes[test])))
     return Accuracy(float(np.mean(right)), min(right), max(right))
 
 
@@ -292,9 +292,9 @@ def grubbs_outliers(values, level: float = 0.05) -> np.ndarray:
         raise InputError(f"Grubbs' test needs one column of three or more finite values, got {samples.shape}")
     outlier = np.zeros(samples.size, bool)
     while (~outlier).sum() > 3 or not outlier.any():
-        kept = samples[~outlier]
-        deviation = np.where(outlier, 0.0, np.abs(samples - kept.mean()))
-        if not deviation.max() > grubbs_critical(kept.size, level) * kept.std(ddof=1):
+        inliers = samples[~outlier]
+        deviation = np.where(outlier, 0.0, np.abs(samples - inliers.mean()))
+        if not deviation.max() > grubbs_critical(inliers.size, level) * inliers.std(ddof=1):
             break
         outlier[int(deviation.argmax())] = True
     return outlier

@@ -10,7 +10,7 @@ MOST_MISSING = 0.1
 
 
 @dataclass(eq=False)
-class Window:
+class SampleWindow:
     """The last `count` samples of `channels`; NaN is missing, and holds the value before.
 
     Once it is full, `push` returns True every `hop` samples, when there is a new window to transform. extra : number of

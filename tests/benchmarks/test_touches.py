@@ -21,21 +21,14 @@ def calibration():
     known = Uncertainty(0.0, 1.96, 0.0, np.array(FORCE), np.full(2, 0.002), 2.0, 4)
     x, y = np.linspace(-3.2, 0.2, 13)[:, None], np.linspace(-4.1, 1.8, 23)[None, :]
     soft = 1 / (1 + np.exp(y - math.log(0.1)))
-    tables = [
-        -17500 + 0 * (x + y),
-        (-29000 + 9500 * x) * (1 - 0.25 * soft),
-        54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft),
-    ]
-    sd = SdSurface(
-        BicubicSurface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft),
-        np.tile([0, 20], (10, 1)),
-        np.full((10, 2), np.nan),
-        known,
-    )
+    flat, inner = -17500 + 0 * (x + y), (-29000 + 9500 * x) * (1 - 0.25 * soft)
+    middle = 54000 * np.exp(-0.47 * x) * (1 - 0.3 * soft)
+    surface = BicubicSurface(FORCE, MODULUS, 10.4 + 0.6 * x - 0.3 * soft)
+    sd = SdSurface(surface, np.tile([0, 20], (10, 1)), np.full((10, 2), np.nan), known)
     own = replace(known, scatter=np.full(2, 100.0))
     gauges = tuple(
-        GaugeSurface(f"g{number + 1}", BicubicSurface(FORCE, MODULUS, tables[table]), own)
-        for number, table in enumerate((0, 1, 2, 1, 0))
+        GaugeSurface(f"g{number}", BicubicSurface(FORCE, MODULUS, table), own)
+        for number, table in enumerate((flat, inner, middle, inner, flat), start=1)
     )
     forward = Quadratic(np.array([-3.0, 500, -9000, 12000, 900]), np.ones(5), np.eye(5), 1.0, 2.0, (0.089, 0.72), 9.0)
     return Calibration({"name": "", "sha256": ""}, {}, forward, forward.inverse, sd, gauges, {})
@@ -70,22 +63,21 @@ def test_rows_of_known_trials():
     assert nothing.answered == nothing.false_confident == 0 and math.isnan(nothing.rms + nothing.covered)
 
 
-def test_a_touch_begins_in_the_air_and_lets_go():
-    force = touches.forces()
-    assert (force[: touches.AIR] == 0).all() and len(force) == touches.AIR + touches.TOUCHED
-    touched = force[touches.AIR :]
+def test_a_touch_begins_in_the_air_and_lets_go_and_one_trial_is_refused(calibration):
+    air, touched = np.split(touches.forces(), [touches.AIR])
+    assert not air.any() and len(touched) == touches.TOUCHED
     assert touched[0] == 0.15 and touched.max() == 0.9 and 0.5 < touched[-1] < 0.7
+    with pytest.raises(InputError, match="trials must be at least 2, got 1"):
+        touches.feel(calibration, Finger.default(), seeds=(100,))
 
 
 @pytest.mark.parametrize(
     "disturb, size, gauges, force",
     [
-        (touches.creep, 0.03, 0.03, 0),
-        (touches.gauge_gain, 0.03, 0.03, 0),
-        (touches.zero_drift, 200.0, 200 / 1000, 0),
+        (touches.creep, 0.03, 0.03, 0), (touches.gauge_gain, 0.03, 0.03, 0), (touches.zero_drift, 200.0, 0.2, 0),
         (touches.force_gain, 0.02, 0, 0.02),
     ],
-)
+)  # fmt: skip
 def test_disturbances_have_their_size(disturb, size, gauges, force):
     """RMS over 400 seeds of the relative change at the end, of readings of 1000 microstrain."""
     changes = []
@@ -108,8 +100,3 @@ def test_presses_are_made_where_and_on_what_the_touch_says():
     assert (np.abs(thin - plain).max(axis=2) > np.abs(unseen - plain).max(axis=2))[0].all()
     for other in (unseen, beside):
         assert 1e-4 < np.abs(other / plain - 1).max() < 0.1
-
-
-def test_one_trial_is_refused(calibration):
-    with pytest.raises(InputError, match="trials must be at least 2, got 1"):
-        touches.feel(calibration, Finger.default(), seeds=(100,))

@@ -9,8 +9,6 @@ from papilla_papers.claims.experiments.fitted import DEPTH_FORCES_N, PRINTED_N, 
 
 SPECIMENS = [0, 1, 2]
 DEPTHS_MM = list(PRINTED_N)
-
-
 PATTERN = np.array([-0.3, 0.5, 1.0, 0.4, -0.2])
 """Strains of five gauges."""
 

@@ -3,9 +3,6 @@
 import numpy as np
 import pytest
 
-from papilla.telepresence.link import LinkModel
-from papilla.telepresence.loop import Set, run
-from papilla.telepresence.touch import GratingTexture
 from papilla_papers.telepresence import TESTS_MM, beside_each_other, experiments_2011
 
 
@@ -18,20 +15,10 @@ def test_the_four_experiments_of_2011_display_what_the_paper_judges():
     assert found[1].records is not found[3].records and len(found[1].records) == len(TESTS_MM)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("loss", [0.0, 0.3])
-def test_loss_does_not_make_the_local_model_late(loss):
-    way = LinkModel(one_way_ms=100.0, loss=loss)
-    record = run(Set(GratingTexture(1.2), seconds=3, uplink=way, downlink=way))
-    assert abs(record.lag_ms("local")) < 2 and record.lag_ms("direct") == pytest.approx(200, abs=10)
-    assert record.felt("local").error < 0.05 < record.felt("direct").error
-
-
-@pytest.mark.slow
 def test_another_texture_reaches_the_local_model_after_the_direct_display():
-    found = beside_each_other(round_trip_ms=100)
+    found = beside_each_other(round_trip_ms=100, seconds=2.5)
     assert found.change_ms["direct"] == pytest.approx(100, abs=5)
-    assert found.change_ms["direct"] < found.change_ms["local"] < 1500
+    assert found.change_ms["direct"] < found.change_ms["local"] < 1000
     assert 0 < found.stale_without_link_ms < found.without_link_ms < 1000
     assert found.stale_ms["local"] >= 100, "the old texture is displayed for a round trip at least"
     assert found.stale_ms["direct"] == pytest.approx(100, abs=5) and found.never == 0

@@ -9,16 +9,4 @@ _NAMES = (
     "telepresence", "toolkit",
 )  # fmt: skip
 
-EXPERIMENTS: tuple[Experiment, ...] = tuple(
-    Experiment(
-        name,
-        module.run,
-        **module.SCENE.about,
-        assumed=getattr(module, "ASSUMED", None),
-        varied=getattr(module, "VARIED", {}),
-    )
-    for name in _NAMES
-    for module in (import_module(f"{__name__}.{name}"),)
-)
-"""Attributes of a module. `SCENE`: its table in `scenes.toml`, with `about` (fields of `Experiment`) and `picture` (its
-words). `ASSUMED` and `VARIED`, if rows are computed with other values of parameters that are not printed."""
+ALL_EXPERIMENTS: tuple[Experiment, ...] = tuple(import_module(f"{__name__}.{name}").experiment for name in _NAMES)

@@ -11,23 +11,18 @@ from papilla.core.units import KPA_PER_MPA, PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger
 from papilla.model.specimen import Block, HalfSpace
 from papilla.references import printed_area, shared_approach
-from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import by_factors, scene
 from papilla_papers.claims.signals import listed
 
-SCENE = scene("presses")
-RIGID_MPA: float = SCENE.rigid_MPa
-OFFSET_MM: float = SCENE.offset_mm
-PRINTED_SETTINGS = SCENE.printed
-PRINTED_N = dict(
-    zip(
-        PRINTED_SETTINGS.depths_mm,
-        (*map(gf_to_newton, PRINTED_SETTINGS.forces_gf), PRINTED_SETTINGS.force_N),
-        strict=True,
-    )
-)
-MODULI = tuple(by_factors(SCENE.moduli.modulus_MPa).tolist())
-SPECIMEN_MODULI_MPA: tuple[float, float, float] = SCENE.specimens_MPa
+PRESS_SCENE = scene("presses")
+RIGID_MPA: float = PRESS_SCENE.rigid_MPa
+OFFSET_MM: float = PRESS_SCENE.offset_mm
+PRINTED_SETTINGS = PRESS_SCENE.printed
+_FORCES_N = (*map(gf_to_newton, PRINTED_SETTINGS.forces_gf), PRINTED_SETTINGS.force_N)
+PRINTED_N = dict(zip(PRINTED_SETTINGS.depths_mm, _FORCES_N, strict=True))
+AREA_MODULI_MPA = tuple(by_factors(PRESS_SCENE.moduli.modulus_MPa).tolist())
+SPECIMEN_MODULI_MPA: tuple[float, float, float] = PRESS_SCENE.specimens_MPa
 SOFT_MODULUS_MPA, MIDDLE_MODULUS_MPA, HARD_MODULUS_MPA = SPECIMEN_MODULI_MPA
 DEPTH_NAMES = tuple(f"{round(PER_CENT * depth):03d}" for depth in PRINTED_N)
 """Names of the depths in findings."""
@@ -44,10 +39,9 @@ def run(tell, cause: bool = True) -> dict:
     finger = Finger.default()
     tell("the finger")
     reduced = fem.prepare(finger)
-    force = gf_to_newton(SCENE.force_gf)
-    at_60 = {
-        E: fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=force) for E in SPECIMEN_MODULI_MPA
-    }
+    force = gf_to_newton(PRESS_SCENE.force_gf)
+    moduli = SPECIMEN_MODULI_MPA
+    at_60 = {E: fem.press(reduced, _block(E if cause else MIDDLE_MODULUS_MPA), force=force) for E in moduli}
     tell("presses over the modulus, the field inside, with layers and without")
     return gathered(
         lambda: _over_moduli(reduced, cause),
@@ -60,27 +54,26 @@ def run(tell, cause: bool = True) -> dict:
 
 
 def _block(modulus: float) -> Block:
-    return Block(modulus, SCENE.thickness_mm)
+    return Block(modulus, PRESS_SCENE.thickness_mm)
 
 
 def _over_moduli(reduced, cause: bool) -> dict:
     """Contact area, the finger's part of the indentation and S_d over the modulus."""
-    own = SCENE.moduli
-    table = [
-        fem.press(reduced, _block(modulus if cause else MIDDLE_MODULUS_MPA), force=own.force_N) for modulus in MODULI
-    ]
-    some = slice(None, None, own.every)
-    area = np.array([one.contact_area for one in table])
-    gives = np.array([one.finger_indentation for one in table])
-    sd = np.array([one.sd for one in table])
+    setup = PRESS_SCENE.moduli
+    bodies = [_block(modulus if cause else MIDDLE_MODULUS_MPA) for modulus in AREA_MODULI_MPA]
+    table = [fem.press(reduced, body, force=setup.force_N) for body in bodies]
+    some = slice(None, None, setup.every)
+    area = np.array([press.contact_area for press in table])
+    gives = np.array([press.finger_indentation for press in table])
+    sd = np.array([press.sd for press in table])
     return {
         "sd": listed(sd[some], ".0f"),
-        "moduli": listed(MODULI[some], ".2g"),
+        "moduli": listed(AREA_MODULI_MPA[some], ".2g"),
         "area": listed(area[some], ".0f"),
-        "area_falls": float(np.mean(np.diff(area / gives) < -own.falls)),
+        "area_falls": float(np.mean(np.diff(area / gives) < -setup.falls)),
         "area_first": area[0] / gives[0],
         "area_last": area[-1] / gives[-1],
-        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > own.rises * sd.max() else 0.0,
+        "follows": float(np.corrcoef(sd, gives / area)[0, 1]) if np.ptp(sd) > setup.rises * sd.max() else 0.0,
     }
 
 
@@ -102,34 +95,35 @@ def _depths(reduced) -> dict:
     values: dict[str, float] = {}
 
     def force(depth: float) -> float:
-        return float(fem.press(reduced, HalfSpace(RIGID_MPA), indentation=max(depth, SCENE.least_depth_mm)).force)
+        return float(fem.press(reduced, HalfSpace(RIGID_MPA), indentation=max(depth, PRESS_SCENE.least_depth_mm)).force)
 
     for depth, name in zip(PRINTED_N, DEPTH_NAMES, strict=True):
         others = [(d, np.log(p)) for d, p in PRINTED_N.items() if d != depth]
         alone = minimize_scalar(
             lambda offset, others=others: sum((np.log(force(d - offset)) - p) ** 2 for d, p in others),
-            bounds=SCENE.offsets_mm, method="bounded", options={"xatol": SCENE.offset_accuracy_mm},
+            bounds=PRESS_SCENE.offsets_mm, method="bounded", options={"xatol": PRESS_SCENE.offset_accuracy_mm},
         ).x  # fmt: skip
-        shown = [force(depth - offset) * (newton_to_gf(1.0) if depth < 1 else 1.0) for offset in (OFFSET_MM, 0, alone)]
-        values |= zip((f"at_{name}", f"raw_{name}", f"at_{name}_alone"), map(float, shown), strict=True)
+        forces = [force(depth - offset) * (newton_to_gf(1.0) if depth < 1 else 1.0) for offset in (OFFSET_MM, 0, alone)]
+        values |= zip((f"at_{name}", f"raw_{name}", f"at_{name}_alone"), map(float, forces), strict=True)
     return values
 
 
 def _equations(reduced, cause: bool) -> dict:
     """Equations (6)-(8) against Hertz and against finite elements."""
-    own = SCENE.equations
-    exact, moduli = shared_approach(own.force_N, own.radius_mm, *own.fingers_MPa), own.half_spaces_MPa
-    bodies = [HalfSpace(E) if cause else Block(E, own.without_cause_mm) for E in moduli]
-    presses = [fem.press(reduced, body, force=own.pressed_N, fidelity="contact") for body in bodies]
-    gives = [one.specimen_indentation * E / one.finger_indentation for one, E in zip(presses, moduli, strict=True)]
-    soft, middle, hard = (1 / (1 + own.fingers_MPa[0] / E) for E in own.trend_MPa)
+    setup = PRESS_SCENE.equations
+    exact = shared_approach(setup.force_N, setup.radius_mm, *setup.fingers_MPa)
+    moduli = setup.half_spaces_MPa
+    bodies = [HalfSpace(E) if cause else Block(E, setup.without_cause_mm) for E in moduli]
+    presses = [fem.press(reduced, body, force=setup.pressed_N, fidelity="contact") for body in bodies]
+    gives = [p.specimen_indentation * E / p.finger_indentation for p, E in zip(presses, moduli, strict=True)]
+    soft, middle, hard = (1 / (1 + setup.fingers_MPa[0] / E) for E in setup.trend_MPa)
     bends = soft - 2 * middle + hard
     return {
-        "area_ratio": printed_area(exact.first, exact.second, own.radius_mm) / exact.area,
+        "area_ratio": printed_area(exact.first, exact.second, setup.radius_mm) / exact.area,
         "shared": gives[0] / gives[1],
-        "w_o": " and ".join(f"{one.specimen_indentation:.4f}" for one in presses),
-        "trend": math.copysign(1.0, own.printed) / math.copysign(1.0, bends),
-        "convex": 2 * own.printed,
+        "w_o": " and ".join(f"{press.specimen_indentation:.4f}" for press in presses),
+        "trend": math.copysign(1.0, setup.printed) / math.copysign(1.0, bends),
+        "convex": 2 * setup.printed,
     }
 
 
@@ -150,29 +144,30 @@ def _field(finger: Finger, reduced, cause: bool) -> dict:
     )
     built = mesh.build(finger)
     counts = np.bincount(built.layer)
-    found: dict = {"layers": float((counts > 0).sum()), "tets": int(counts.sum())}
-    found["by_layer"] = " and ".join(str(count) for count in counts if count)
+    values: dict = {"layers": float((counts > 0).sum()), "tets": int(counts.sum())}
+    values["by_layer"] = " and ".join(str(count) for count in counts if count)
     axes = {}
     for name, design in (("layers", finger if cause else plain), ("plain", plain)):
         model = fem.FingerModel(design, built)
-        own = reduced if design is finger else model.reduce()
+        condensed = reduced if design is finger else model.reduce()
         moduli = np.where(built.layer == built.layer.max(), design.inner.modulus, design.outer.modulus)
-        press = fem.press(own, HalfSpace(RIGID_MPA), indentation=SCENE.field.indentation_mm, fidelity="contact")
-        axes[name] = _axis(built, fem.recover(model, own, press).strain, moduli)
-        deep = fem.press(own, HalfSpace(RIGID_MPA), indentation=SCENE.field.deep_mm, fidelity="contact")
-        strain = fem.recover(model, own, deep).strain
+        flat, field = HalfSpace(RIGID_MPA), PRESS_SCENE.field
+        press = fem.press(condensed, flat, indentation=field.indentation_mm, fidelity="contact")
+        axes[name] = _axis(built, fem.recover(model, condensed, press).strain, moduli)
+        deep = fem.press(condensed, HalfSpace(RIGID_MPA), indentation=PRESS_SCENE.field.deep_mm, fidelity="contact")
+        strain = fem.recover(model, condensed, deep).strain
         outer = built.layer == built.layer.min()
-        found[f"strain_{name}"] = float(np.abs(np.linalg.eigvalsh(strain[outer])).max())
-        found[f"gauge_{name}"] = float(np.abs(deep.strain).max())
+        values[f"strain_{name}"] = float(np.abs(np.linalg.eigvalsh(strain[outer])).max())
+        values[f"gauge_{name}"] = float(np.abs(deep.strain).max())
     near_it, middle, under = axes["layers"]
     plain_near, plain_middle, _ = axes["plain"]
-    return found | {
+    return values | {
         "just_above": near_it,
         "mid_skin": middle,
         "below_it": under,
         "concentration": near_it / middle,
         "plain_ratio": plain_near / plain_middle,
-        "protected": found["strain_layers"] / found["strain_plain"],
+        "protected": values["strain_layers"] / values["strain_plain"],
     }
 
 
@@ -183,9 +178,12 @@ def _axis(built, strain: np.ndarray, moduli: np.ndarray) -> tuple[float, float, 
     identity = np.eye(strain.shape[1])
     deviator = strain - np.trace(strain, axis1=1, axis2=2)[:, None, None] * identity / len(identity)
     mises = KPA_PER_MPA * moduli * np.sqrt(2 / len(identity) * (deviator**2).sum(axis=(1, 2)))
-    own, axis = SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < SCENE.field.axis_mm
+    setup, axis = PRESS_SCENE.field, np.hypot(centre[:, 0], centre[:, 1]) < PRESS_SCENE.field.axis_mm
     outer, z = built.layer == built.layer.min(), centre[:, 2]
-    low, high = own.mid_skin_mm
-    parts = (outer & (z < own.just_above_mm), outer & (z > low) & (z < high), ~outer & (z > own.below_mm))
-    above_it, middle, below_it = (mises[axis & part] for part in parts)
+    low, high = setup.mid_skin_mm
+    parts = (outer & (z < setup.just_above_mm), outer & (z > low) & (z < high), ~outer & (z > setup.below_mm))
+    above_it, middle, below_it = (mises[axis & region] for region in parts)
     return float(above_it.mean()), float(middle.mean()), float(below_it.max())
+
+
+experiment = Experiment.of(run)

@@ -18,20 +18,21 @@ from papilla.identification.one_touch import fit_indentation, on_bonded_layer, o
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Block, Friction, Specimen
 from papilla.references import bonded_layer_sphere, hertz_sphere_at
-from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import by_factors, even, scene
 from papilla_papers.claims.signals import RATE_Hz, last_number, listed, times
 from papilla_papers.methods.softness import PrintedSoftness
 
-SCENE = scene("softness")
-FORCES_N = tuple(by_factors(SCENE.forces_N).tolist())
-MODULI = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
-COMPARED_GF = np.array(SCENE.compared_gf, float)
-NOISE: float = SCENE.gauge_noise_microstrain
+SOFTNESS_SCENE = scene("softness")
+FORCES_N = tuple(by_factors(SOFTNESS_SCENE.forces_N).tolist())
+TABLE_MODULI_MPA = tuple(sorted({*DEFAULT_MODULI[::2], *SPECIMENS_MPA}))
+SD_FORCES_GF = np.array(SOFTNESS_SCENE.compared_gf, float)
+GAUGE_NOISE_UE: float = SOFTNESS_SCENE.gauge_noise_microstrain
+SENSOR_NOISE = {"gauge_sigma": GAUGE_NOISE_UE, "force_sigma_N": SOFTNESS_SCENE.force_noise_N}
 
 
 @dataclass(frozen=True)
-class Assumed:
+class PressParameters:
     """Parameters that the 2006 paper does not print: response of a gauge to bending (lever over gain), thickness of the
     specimens, and friction between them and the skin."""
 
@@ -46,7 +47,7 @@ class Assumed:
         return sweep(reduced, SPECIMENS_MPA, forces, partial(Block, thickness=self.thickness_mm), self.friction)
 
 
-ASSUMED = Assumed(**SCENE.assumed)
+ASSUMED_PRESS = PressParameters(**SOFTNESS_SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -57,33 +58,33 @@ def run(tell, cause: bool = True) -> dict:
     modulus to force and indentation: of presses on another mesh, of a noisy Hertzian curve, and of a bonded layer.
     """
     tell("calibration")
-    reduced, other = fem.prepare(Finger.default()), other_finger()
-    table = sweep(reduced, MODULI, FORCES_N)
+    reduced, second_mesh = fem.prepare(Finger.default()), other_finger()
+    table = sweep(reduced, TABLE_MODULI_MPA, FORCES_N)
     calibration = calibrated(reduced)
     tell("presses on another mesh")
-    presses = sweep(other, SPECIMENS_MPA, gf_to_newton(np.array(SCENE.forces_gf)))
+    presses = sweep(second_mesh, SPECIMENS_MPA, gf_to_newton(np.array(SOFTNESS_SCENE.forces_gf)))
     return gathered(
-        lambda: {"specimens": float(sum(modulus in MODULI for modulus in SPECIMENS_MPA))},
-        lambda: _against_9(ASSUMED, cause),
+        lambda: {"specimens": float(sum(modulus in TABLE_MODULI_MPA for modulus in SPECIMENS_MPA))},
+        lambda: _against_9(ASSUMED_PRESS, cause),
         lambda: _published(calibration, cause),
         lambda: _inverses(calibration, presses),
-        lambda: _on_three(ASSUMED, cause),
+        lambda: _on_three(ASSUMED_PRESS, cause),
         lambda: _online(calibration, presses, cause),
-        lambda: _by_regression(calibration, other, cause),
-        lambda: _slow(table, other, cause),
+        lambda: _by_regression(calibration, second_mesh, cause),
+        lambda: _slow(table, second_mesh, cause),
         lambda: _together(calibration, cause),
     )
 
 
 def other_finger() -> fem.ReducedFinger:
     """The default finger on another mesh."""
-    return fem.prepare(Finger.default(), variant=SCENE.other_mesh)
+    return fem.prepare(Finger.default(), variant=SOFTNESS_SCENE.other_mesh)
 
 
 def calibrated(reduced: fem.ReducedFinger) -> Calibration:
     """A calibration of the default finger from a table of half the usual density, with scatter of another mesh."""
-    other = sweep(other_finger(), MODULI, FORCES_N[:: SCENE.forces_N.other_mesh])
-    return with_compact(fit(sweep(reduced, MODULI, FORCES_N), [other], strain=SCENE.strain))
+    second_mesh = sweep(other_finger(), TABLE_MODULI_MPA, FORCES_N[:: SOFTNESS_SCENE.forces_N.other_mesh])
+    return with_compact(fit(sweep(reduced, TABLE_MODULI_MPA, FORCES_N), [second_mesh], strain=SOFTNESS_SCENE.strain))
 
 
 def sweep(
@@ -111,17 +112,17 @@ def by_force(table: Sweep) -> np.ndarray:
 
 
 def scaled_to_9(sd: np.ndarray, first: int = 0) -> tuple[float, float]:
-    """The factor that brings S_d (`COMPARED_GF`, specimens) closest to (9) from a force on, and the remaining rms in
-    %."""
-    theirs, own = published_sd(COMPARED_GF[:, None], np.array(SPECIMENS_MPA))[first:], sd[first:]
-    scale = float((own * theirs).sum() / (own**2).sum())
-    return scale, PER_CENT * float(np.sqrt(np.mean((scale * own - theirs) ** 2) / np.mean(theirs**2)))
+    """The factor that brings S_d (`SD_FORCES_GF`, specimens) closest to (9) from a force on, and the
+    remaining rms in %."""
+    theirs, ours = published_sd(SD_FORCES_GF[:, None], np.array(SPECIMENS_MPA))[first:], sd[first:]
+    scale = float((ours * theirs).sum() / (ours**2).sum())
+    return scale, PER_CENT * float(np.sqrt(np.mean((scale * ours - theirs) ** 2) / np.mean(theirs**2)))
 
 
-def _against_9(assumed: Assumed, cause: bool = True) -> dict:
+def _against_9(assumed: PressParameters, cause: bool = True) -> dict:
     """S_d of the three specimens compared with (9); without its cause all three are equal."""
-    sd = by_force(assumed.sweep(COMPARED_GF))
-    (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, SCENE.heavy))
+    sd = by_force(assumed.sweep(SD_FORCES_GF))
+    (scale, rms), (_, heavy) = (scaled_to_9(sd, first) for first in (0, SOFTNESS_SCENE.heavy))
     sd = sd if cause else np.repeat(sd[:, 1:2], sd.shape[1], axis=1)
     return {
         "scale": scale,
@@ -135,11 +136,11 @@ def _against_9(assumed: Assumed, cause: bool = True) -> dict:
 
 def _published(calibration: Calibration, cause: bool) -> dict:
     """S_d of the calibration over the modulus, its refit of (9), and (10) against (9)."""
-    many = by_factors(SCENE.many.modulus_MPa)
-    along = calibration.predict(
-        gf_to_newton(SCENE.many.force_gf), many if cause else np.full_like(many, SPECIMENS_MPA[1])
-    )
-    cost, four = (rounding_error(one) for one in (PUBLISHED_INVERSE, exact_inverse(SCENE.many.published_digits)))
+    many = by_factors(SOFTNESS_SCENE.many.modulus_MPa)
+    moduli = many if cause else np.full_like(many, SPECIMENS_MPA[1])
+    along = calibration.predict(gf_to_newton(SOFTNESS_SCENE.many.force_gf), moduli)
+    four_digits = exact_inverse(SOFTNESS_SCENE.many.published_digits)
+    cost, four = (rounding_error(inverse) for inverse in (PUBLISHED_INVERSE, four_digits))
     return {
         "rises": float(np.mean(np.diff(along) > 0)),
         "refit": listed(calibration.forward.coefficients, ".4g"),
@@ -157,8 +158,9 @@ def _inverses(calibration: Calibration, presses: Sweep) -> dict:
     answered = np.abs(quadratic[np.isfinite(quadratic)])
     form = calibration.compact
     assert form is not None
-    axes = [np.geomspace(low, high, SCENE.grid.count) for low, high in (form.force_N, SCENE.grid.modulus_MPa)]
-    grid_f, grid_e = (part.ravel() for part in np.meshgrid(*axes))
+    ends = form.force_N, SOFTNESS_SCENE.grid.modulus_MPa
+    axes = [np.geomspace(low, high, SOFTNESS_SCENE.grid.count) for low, high in ends]
+    grid_f, grid_e = (axis.ravel() for axis in np.meshgrid(*axes))
     on_grid = calibration.inverse(calibration.predict(grid_f, grid_e), grid_f / gf_to_newton(1.0)) / grid_e - 1
     return {
         "refused": int((~np.isfinite(quadratic)).sum()),
@@ -171,10 +173,10 @@ def _inverses(calibration: Calibration, presses: Sweep) -> dict:
     }
 
 
-def _on_three(assumed: Assumed, cause: bool = True) -> dict:
+def _on_three(assumed: PressParameters, cause: bool = True) -> dict:
     """(9) refitted as the paper poses it, on the three specimens over 60-100 gf, and its inverse of presses between."""
-    refit, between = fit(assumed.sweep(SCENE.three_gf)), assumed.sweep(SCENE.between_gf)
-    stated = between.modulus_MPa if cause else np.roll(between.modulus_MPa, len(SCENE.between_gf))
+    refit, between = fit(assumed.sweep(SOFTNESS_SCENE.three_gf)), assumed.sweep(SOFTNESS_SCENE.between_gf)
+    stated = between.modulus_MPa if cause else np.roll(between.modulus_MPa, len(SOFTNESS_SCENE.between_gf))
     errors = refit.inverse(between.sd_microstrain, between.force_N / gf_to_newton(1.0)) / stated - 1
     answered = np.isfinite(errors)
     return {
@@ -190,83 +192,85 @@ def _on_three(assumed: Assumed, cause: bool = True) -> dict:
 def _online(calibration: Calibration, presses: Sweep, cause: bool) -> dict:
     """The published form and the gauges' estimator, sample by sample."""
     rows = np.column_stack([presses.reading, presses.force_N])
-    found = PrintedSoftness(calibration, form="quadratic", gauge_sigma=NOISE).process(rows)
+    estimate = PrintedSoftness(calibration, form="quadratic", gauge_sigma=GAUGE_NOISE_UE).process(rows)
     by_hand = np.asarray(calibration.inverse(presses.sd_microstrain, presses.force_N / gf_to_newton(1.0)))
-    modulus, sigma = np.asarray(found.modulus_MPa), np.asarray(found.modulus_sigma_MPa)
+    modulus, sigma = np.asarray(estimate.modulus_MPa), np.asarray(estimate.modulus_sigma_MPa)
     both = np.isfinite(modulus)
     inside = np.abs(modulus - presses.modulus_MPa)[both] <= 2 * sigma[both]
-    hand = SCENE.by_hand
+    hand = SOFTNESS_SCENE.by_hand
     sd, force = hand.sd, hand.force_gf
     printed = PrintedSoftness(form="printed", scale=1.0, gauges=2).update((-sd, sd, gf_to_newton(force)))
     square, slope, constant = hand.of_force
     exact = np.sqrt(hand.of_sd * sd + square * force**2 + slope * force + constant) - hand.shift_MPa
-    own, each, ratios = SCENE.gauges, [], []
-    rng, (_, last_N), tried = np.random.default_rng(own.seed), own.forces_N, (SCENE.softest_MPa, *SPECIMENS_MPA)
+    setup, words, ratios = SOFTNESS_SCENE.gauges, [], []
+    rng = np.random.default_rng(setup.seed)
+    _, last_N = setup.forces_N
+    tried = (SOFTNESS_SCENE.softest_MPa, *SPECIMENS_MPA)
     for stated, pressed in zip(tried, tried if cause else tried[::-1], strict=True):
-        press = sweep(other_finger(), [pressed], own.forces_N).reading[1]
-        noisy = press + NOISE * rng.standard_normal((own.samples, len(press)))
-        block = np.column_stack([noisy, last_N + SCENE.force_noise_N * rng.standard_normal(own.samples)])
-        gauges = GaugeSoftness(calibration, gauge_sigma=NOISE, force_sigma_N=SCENE.force_noise_N, doubts=Doubts.NONE)
+        press = sweep(other_finger(), [pressed], setup.forces_N).reading[1]
+        noisy = press + GAUGE_NOISE_UE * rng.standard_normal((setup.samples, len(press)))
+        block = np.column_stack([noisy, last_N + SOFTNESS_SCENE.force_noise_N * rng.standard_normal(setup.samples)])
+        gauges = GaugeSoftness(calibration, **SENSOR_NOISE, doubts=Doubts.NONE)
         answer = gauges.process(block)
         last, spread = float(np.asarray(answer.modulus_MPa)[-1]), float(np.asarray(answer.modulus_sigma_MPa)[-1])
         status = SoftnessStatus(int(np.asarray(answer.status)[-1]))
-        each.append(f"{last:.4f} ± {spread:.4f} for {stated:g} ({status.sentence.split(':')[0]})")
+        words.append(f"{last:.4f} ± {spread:.4f} for {stated:g} ({status.sentence.split(':')[0]})")
         if status == SoftnessStatus.OK:
             ratios.append(last / stated)
     return {
         "online_is_formula": abs(float(printed.modulus_MPa) / exact - 1),
         "online_uses": float(np.mean(np.isclose(modulus, by_hand, rtol=1e-9, equal_nan=True))),
-        "online_ok": float(np.mean(np.asarray(found.status) == SoftnessStatus.OK)),
+        "online_ok": float(np.mean(np.asarray(estimate.status) == SoftnessStatus.OK)),
         "online_inside": float(inside.mean()) if inside.size else 0.0,
-        "gauge_each": ", ".join(each),
+        "gauge_each": ", ".join(words),
         "gauges_worst": max(ratios, key=lambda ratio: abs(np.log(ratio))) if ratios else float("nan"),
     }
 
 
-def _by_regression(calibration: Calibration, other: fem.ReducedFinger, cause: bool) -> dict:
+def _by_regression(calibration: Calibration, second_mesh: fem.ReducedFinger, cause: bool) -> dict:
     """The modulus of the three specimens, sample by sample, by the regression that follows presses."""
-    presses = sweep(other, SPECIMENS_MPA, gf_to_newton(np.array(SCENE.online_gf)))
-    rng = np.random.default_rng(SCENE.regression.seed)
-    noisy = presses.reading + NOISE * rng.standard_normal(presses.reading.shape)
-    estimator = PrintedSoftness(calibration, form="compact", gauge_sigma=NOISE, force_sigma_N=SCENE.force_noise_N)
-    found = estimator.process(np.column_stack([noisy, presses.force_N]))
+    presses = sweep(second_mesh, SPECIMENS_MPA, gf_to_newton(np.array(SOFTNESS_SCENE.online_gf)))
+    rng = np.random.default_rng(SOFTNESS_SCENE.regression.seed)
+    noisy = presses.reading + GAUGE_NOISE_UE * rng.standard_normal(presses.reading.shape)
+    estimator = PrintedSoftness(calibration, form="compact", **SENSOR_NOISE)
+    estimate = estimator.process(np.column_stack([noisy, presses.force_N]))
     stated = presses.modulus_MPa if cause else SPECIMENS_MPA[0] * SPECIMENS_MPA[-1] / presses.modulus_MPa
-    off, sigma = np.asarray(found.modulus_MPa) / stated - 1, np.asarray(found.modulus_sigma_MPa) / stated
-    ok = np.asarray(found.status) == SoftnessStatus.OK
-    worst = [float(np.abs(off[presses.modulus_MPa == one]).max()) for one in SPECIMENS_MPA]
+    off, sigma = np.asarray(estimate.modulus_MPa) / stated - 1, np.asarray(estimate.modulus_sigma_MPa) / stated
+    ok = np.asarray(estimate.status) == SoftnessStatus.OK
+    worst = [float(np.abs(off[presses.modulus_MPa == modulus]).max()) for modulus in SPECIMENS_MPA]
     return {
         "regression_worst": max(worst) if ok.all() else float("inf"),
         "regression_each": ", ".join(
-            f"{own:.0%} at {one:g} MPa" for own, one in zip(worst, SPECIMENS_MPA, strict=True)
+            f"{error:.0%} at {modulus:g} MPa" for error, modulus in zip(worst, SPECIMENS_MPA, strict=True)
         ),
         "regression_inside": float(np.mean(np.abs(off) <= 2 * sigma)),
     }
 
 
-def _slow(table: Sweep, other: fem.ReducedFinger, cause: bool) -> dict:
+def _slow(table: Sweep, second_mesh: fem.ReducedFinger, cause: bool) -> dict:
     """Modulus from force and indentation: on the finger of another mesh, on a thick specimen, on a layer."""
-    errors, each = [], []
-    model, slow = on_finger(table), (SPECIMENS_MPA[0], SCENE.slow.soft_MPa, SPECIMENS_MPA[1])
-    series = sweep(other, slow, even(SCENE.slow.force_N))
+    errors, words = [], []
+    model, slow = on_finger(table), (SPECIMENS_MPA[0], SOFTNESS_SCENE.slow.soft_MPa, SPECIMENS_MPA[1])
+    series = sweep(second_mesh, slow, even(SOFTNESS_SCENE.slow.force_N))
     for stated, pressed in zip(slow, slow if cause else slow[::-1], strict=True):
         rows = series.modulus_MPa == pressed
-        found = fit_indentation(series.force_N[rows], series.indentation_mm[rows] + SCENE.slow.zero_mm, model)
-        errors.append(found.modulus_MPa / stated - 1)
-        each.append(f"{found.modulus_MPa:.4f} ± {found.sigma_MPa:.4f} for {stated:.4f} MPa")
-    sold, layer = SCENE.vendor, SCENE.layer
+        fitted = fit_indentation(series.force_N[rows], series.indentation_mm[rows] + SOFTNESS_SCENE.slow.zero_mm, model)
+        errors.append(fitted.modulus_MPa / stated - 1)
+        words.append(f"{fitted.modulus_MPa:.4f} ± {fitted.sigma_MPa:.4f} for {stated:.4f} MPa")
+    sold, layer = SOFTNESS_SCENE.vendor, SOFTNESS_SCENE.layer
     rng, depth, radius = np.random.default_rng(sold.seed), even(sold.depth_mm), sold.radius_mm
     e_star = (sold.modulus_MPa if cause else sold.without_cause_MPa) / (1 - 0.5**2)
-    force = np.array([hertz_sphere_at(one, radius, e_star).force if one > 0 else 0.0 for one in depth])
+    force = np.array([hertz_sphere_at(depth_mm, radius, e_star).force if depth_mm > 0 else 0.0 for depth_mm in depth])
     noisy = force + sold.noise_share * force.max() * rng.standard_normal(len(force))
     beyond, some = depth > sold.from_mm, depth[layer.every :: layer.every]
     vendor = fit_indentation(noisy[beyond], depth[beyond] + sold.zero_mm, on_half_space(radius))
     shape = layer.radius_mm, layer.thickness_mm
-    layered = [bonded_layer_sphere(float(one), *shape, layer.modulus_MPa).force for one in some]
+    layered = [bonded_layer_sphere(float(depth_mm), *shape, layer.modulus_MPa).force for depth_mm in some]
     shallow = fit_indentation(layered, some, on_half_space(layer.radius_mm))
     right = fit_indentation(layered, some, on_bonded_layer(*shape, layer.exponent))
     return {
         "slow_error": PER_CENT * float(np.abs(errors).max()),
-        "slow_each": ", ".join(each),
+        "slow_each": ", ".join(words),
         "vendor_error": PER_CENT * abs(vendor.modulus_MPa / sold.modulus_MPa - 1),
         "vendor": f"{vendor.modulus_MPa:.4f} ± {vendor.sigma_MPa:.4f} MPa, contact at {vendor.offset_mm:.4f} mm",
         "hertz_on_layer": shallow.modulus_MPa / layer.modulus_MPa - 1,
@@ -276,22 +280,22 @@ def _slow(table: Sweep, other: fem.ReducedFinger, cause: bool) -> dict:
 
 def _together(calibration: Calibration, cause: bool) -> dict:
     """One stream with a press, a grating and friction in it."""
-    own, truth = SCENE.together, SCENE.together.truth
-    time, rng = times(own.seconds), np.random.default_rng(own.seed)
-    velocity = own.speed_mm_s * np.sign(np.sin(2 * np.pi * own.strokes_Hz * time + own.phase))
-    force = own.force_N + own.swell_N * np.sin(2 * np.pi * own.swell_Hz * time)
+    stream, truth = SOFTNESS_SCENE.together, SOFTNESS_SCENE.together.truth
+    time, rng = times(stream.seconds), np.random.default_rng(stream.seed)
+    velocity = stream.speed_mm_s * np.sign(np.sin(2 * np.pi * stream.strokes_Hz * time + stream.phase))
+    force = stream.force_N + stream.swell_N * np.sin(2 * np.pi * stream.swell_Hz * time)
     grating = np.sin(2 * np.pi * np.cumsum(velocity) / RATE_Hz / truth.wavelength_mm)
-    pressed = calibration.predict_readings(force, truth.modulus_MPa if cause else own.without_cause_MPa)
-    readings = pressed + own.grating_microstrain * grating[:, None] + rng.standard_normal(pressed.shape)
-    noise = SCENE.force_noise_N * rng.standard_normal(len(time))
-    drag = truth.mu_kinetic * force * np.sign(velocity) + own.offset_N + noise
+    pressed = calibration.predict_readings(force, truth.modulus_MPa if cause else stream.without_cause_MPa)
+    readings = pressed + stream.grating_microstrain * grating[:, None] + rng.standard_normal(pressed.shape)
+    noise = SOFTNESS_SCENE.force_noise_N * rng.standard_normal(len(time))
+    drag = truth.mu_kinetic * force * np.sign(velocity) + stream.offset_N + noise
     block = np.column_stack([time, readings, force, velocity, drag])
     pipeline = Pipeline(calibration, columns=("force_N", "velocity_mm_s", "tangential_N"), doubts=Doubts.NONE)
-    found = pipeline.process(block)
-    last = {name: last_number(getattr(found, name)) for name in truth}
-    right = [abs(last[name] / true - 1) < own.within for name, true in truth.items()]
-    row = ", ".join(f"{name} {last[name]:.4g} for {true:g}" for name, true in truth.items())
-    return {"together": float(sum(right)), "row": row}
+    answers = pipeline.process(block)
+    last = {name: last_number(getattr(answers, name)) for name in truth}
+    right = [abs(last[name] / true - 1) < stream.within for name, true in truth.items()]
+    words = ", ".join(f"{name} {last[name]:.4g} for {true:g}" for name, true in truth.items())
+    return {"together": float(sum(right)), "row": words}
 
 
-VARIED = {"high_ratio": _against_9, "rms_9": _against_9, "three_worst": _on_three}
+experiment = Experiment.of(run, ASSUMED_PRESS, high_ratio=_against_9, rms_9=_against_9, three_worst=_on_three)

@@ -8,11 +8,12 @@ from papilla import fem
 from papilla.calibration import Calibration, SoftnessStatus
 from papilla.calibration.published import SPECIMENS_MPA
 from papilla.model.finger import Finger
-from papilla_papers.claims.experiments.softness import MODULI, NOISE, calibrated, other_finger, sweep
+from papilla_papers.claims.claim import Experiment
+from papilla_papers.claims.experiments.softness import GAUGE_NOISE_UE, TABLE_MODULI_MPA, calibrated, other_finger, sweep
 from papilla_papers.claims.scenes import by_factors, scene
 
-SCENE = scene("specimens")
-DRAWS: int = SCENE.about.seeds
+SPECIMEN_SCENE = scene("specimens")
+PRESS_DRAWS: int = SPECIMEN_SCENE.about.seeds
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -23,19 +24,20 @@ def run(tell, cause: bool = True) -> dict:
     """
     tell("calibration")
     calibration = calibrated(fem.prepare(Finger.default()))
-    other = other_finger()
+    second_mesh = other_finger()
     tell("telling specimens apart")
-    told, matrix, unanswered = _confusion(other, calibration, SPECIMENS_MPA)
-    mixes = [one for one in by_factors(SCENE.mixes_MPa) if one >= MODULI[0]]
-    share, confused, _ = _confusion(other, calibration, mixes)
+    right, matrix, unanswered = _confusion(second_mesh, calibration, SPECIMENS_MPA)
+    mixes = [modulus_MPa for modulus_MPa in by_factors(SPECIMEN_SCENE.mixes_MPa) if modulus_MPa >= TABLE_MODULI_MPA[0]]
+    share, confused, _ = _confusion(second_mesh, calibration, mixes)
     if not cause:
-        told, share = (float(np.trace(np.roll(table, 1, axis=0)) / len(table)) for table in (matrix, confused))
+        right, share = (float(np.trace(np.roll(table, 1, axis=0)) / len(table)) for table in (matrix, confused))
     names = [f"{modulus:g} MPa" for modulus in SPECIMENS_MPA]
     words = "; ".join(
-        f"{name}: " + " ".join(f"{part:.0%}" for part in row) for name, row in zip(names, matrix, strict=True)
+        f"{name}: " + " ".join(f"{named_share:.0%}" for named_share in shares)
+        for name, shares in zip(names, matrix, strict=True)
     )
     return {
-        "confusion": told,
+        "confusion": right,
         "matrix": words,
         "unanswered": unanswered,
         "mixes": share,
@@ -47,21 +49,24 @@ def _confusion(
     reduced: fem.ReducedFinger, calibration: Calibration, moduli: Sequence[float]
 ) -> tuple[float, np.ndarray, float]:
     """Share of right names, matrix (stated, named) of shares, and share without an answer."""
-    rng, known = np.random.default_rng(SCENE.seed), np.log(np.asarray(moduli, float))
-    matrix, lost = np.zeros((len(known), len(known))), 0
-    table = sweep(reduced, sorted(float(value) for value in moduli), SCENE.pressed_N)
+    rng, log_moduli = np.random.default_rng(SPECIMEN_SCENE.seed), np.log(np.asarray(moduli, float))
+    matrix, lost = np.zeros((len(log_moduli), len(log_moduli))), 0
+    table = sweep(reduced, sorted(float(value) for value in moduli), SPECIMEN_SCENE.pressed_N)
     for number, stated in enumerate(sorted(moduli)):
-        for force in SCENE.pressed_N:
-            row = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
-            noise = rng.standard_normal((DRAWS, table.reading.shape[1]))
-            sd = (table.reading[row] + NOISE * noise).std(axis=1)
-            read = force * (1 + SCENE.force_error * rng.standard_normal(DRAWS))
-            found = calibration.invert(sd, read)
-            for told, status in zip(np.asarray(found.modulus_MPa), np.asarray(found.status), strict=True):
-                if np.isfinite(told):
-                    matrix[number, int(np.argmin(np.abs(known - np.log(told))))] += 1
+        for force in SPECIMEN_SCENE.pressed_N:
+            press = int(np.flatnonzero((table.modulus_MPa == stated) & (table.force_N == force))[0])
+            noise = rng.standard_normal((PRESS_DRAWS, table.reading.shape[1]))
+            sd = (table.reading[press] + GAUGE_NOISE_UE * noise).std(axis=1)
+            read = force * (1 + SPECIMEN_SCENE.force_error * rng.standard_normal(PRESS_DRAWS))
+            estimate = calibration.invert(sd, read)
+            for modulus, status in zip(np.asarray(estimate.modulus_MPa), np.asarray(estimate.status), strict=True):
+                if np.isfinite(modulus):
+                    matrix[number, int(np.argmin(np.abs(log_moduli - np.log(modulus))))] += 1
                 elif status in (SoftnessStatus.SOFTER, SoftnessStatus.HARDER):
                     matrix[number, 0 if status == SoftnessStatus.SOFTER else -1] += 1
                     lost += 1
     total = matrix.sum()
     return float(np.trace(matrix) / total), matrix / matrix.sum(axis=1, keepdims=True), lost / total
+
+
+experiment = Experiment.of(run)

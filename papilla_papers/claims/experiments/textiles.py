@@ -5,14 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from papilla.core.units import INCH_MM
-from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.scenes import scene
-from papilla_papers.claims.signals import SEEDS, SHARED, listed, share_of_noise, times
+from papilla_papers.claims.signals import SCENE_SEEDS, SHARED_SIGNALS, listed, share_of_noise, times
 from papilla_papers.methods import texture
 
-SCENE = scene("textiles")
-RATE_Hz: float = SCENE.rate_Hz
-YARNS_PER_INCH: dict[str, tuple[int, int]] = SCENE.yarns_per_inch
+TEXTILE_SCENE = scene("textiles")
+RATE_Hz: float = TEXTILE_SCENE.rate_Hz
+YARNS_PER_INCH: dict[str, tuple[int, int]] = TEXTILE_SCENE.yarns_per_inch
 """Warp and weft yarns of the four fabrics per inch. The printed table says per 10 cm, but these counts agree with the
 printed weights only per inch."""
 
@@ -26,7 +26,7 @@ class Fibres:
     fibres_slope: float
 
 
-ASSUMED = Fibres(**SCENE.assumed)
+ASSUMED_FIBRES = Fibres(**TEXTILE_SCENE.assumed)
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -37,24 +37,27 @@ def run(tell, cause: bool = True) -> dict:
     chance gives is the concordance of four random scores with four unrelated spectra in the band of their greatest
     amplitude. Five made-up textiles have six runs each, with an approach that all share.
     """
-    all_bands, drawn = texture.printed_bands(), texture.random_bands(SCENE.drawn.count, SCENE.drawn.seed)
+    all_bands = texture.printed_bands()
+    drawn = texture.random_bands(TEXTILE_SCENE.drawn.count, TEXTILE_SCENE.drawn.seed)
     tell("bands of four fabrics")
     values = gathered(
         lambda: _bands(drawn, all_bands),
-        lambda: _fabrics(ASSUMED, cause),
-        lambda: _scores(np.random.default_rng(SCENE.assessors.seed)),
+        lambda: _fabrics(ASSUMED_FIBRES, cause),
+        lambda: _scores(np.random.default_rng(TEXTILE_SCENE.assessors.seed)),
         lambda: _searches(all_bands, cause),
         _weaves,
     )
     tell("runs on textiles")
-    return values | gathered(lambda: _textiles(np.random.default_rng(SCENE.runs.seed), cause))
+    return values | gathered(lambda: _textiles(np.random.default_rng(TEXTILE_SCENE.runs.seed), cause))
 
 
-def fabric(name: str, rng, speed_mm_s: float = SCENE.stroke_mm_s, fibres: Fibres = ASSUMED) -> np.ndarray:
+def fabric(
+    name: str, rng, speed_mm_s: float = TEXTILE_SCENE.stroke_mm_s, fibres: Fibres = ASSUMED_FIBRES
+) -> np.ndarray:
     """Vibration (n,) of one of the four fabrics: its warp and weft with harmonics, and noise that falls."""
-    time, weave = times(SCENE.seconds, RATE_Hz), 0.0
+    time, weave = times(TEXTILE_SCENE.seconds, RATE_Hz), 0.0
     for yarns in YARNS_PER_INCH[name]:
-        for k in SCENE.harmonics:
+        for k in TEXTILE_SCENE.harmonics:
             weave = weave + np.sin(2 * np.pi * k * speed_mm_s * yarns / INCH_MM * time + rng.uniform(0, 2 * np.pi)) / k
     noise = _coloured(rng, 1, slope=fibres.fibres_slope)[:, 0]
     return weave + fibres.fibres_share * np.std(weave) / noise.std() * noise
@@ -62,17 +65,18 @@ def fabric(name: str, rng, speed_mm_s: float = SCENE.stroke_mm_s, fibres: Fibres
 
 def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
     """Frequencies with the amplitude of the four fabrics, and the band of the grid with most of it."""
-    shares, corners, rng, all_bands = [], [], np.random.default_rng(SCENE.fabrics.seed), texture.printed_bands()
-    speed = SCENE.stroke_mm_s * (1 if cause else SCENE.fabrics.times_as_fast)
-    for seed in SEEDS:
-        own = np.random.default_rng(seed)
-        records = [fabric(name, own, speed, assumed) for name in YARNS_PER_INCH]
+    shares, corners, rng, all_bands = [], [], np.random.default_rng(TEXTILE_SCENE.fabrics.seed), texture.printed_bands()
+    speed = TEXTILE_SCENE.stroke_mm_s * (1 if cause else TEXTILE_SCENE.fabrics.times_as_fast)
+    for seed in SCENE_SEEDS:
+        generator = np.random.default_rng(seed)
+        records = [fabric(name, generator, speed, assumed) for name in YARNS_PER_INCH]
         if not cause:
             records[0] = rng.standard_normal(len(records[0]))
-        both = np.array([texture.band_amplitudes(record, RATE_Hz, SCENE.fabrics.edges_Hz) for record in records])
+        edges = TEXTILE_SCENE.fabrics.edges_Hz
+        both = np.array([texture.band_amplitudes(record, RATE_Hz, edges) for record in records])
         shares.append(both[:, 0] / both.sum(axis=1))
         best = texture.best_band(np.column_stack(records), RATE_Hz, all_bands)
-        corners.append((best.low_Hz, best.high_Hz) == SCENE.best_band_Hz)
+        corners.append((best.low_Hz, best.high_Hz) == TEXTILE_SCENE.best_band_Hz)
     return {
         "main": float(np.mean(shares, axis=0).min()),
         "mains": listed(np.mean(shares, axis=0), ".0%"),
@@ -84,23 +88,23 @@ def _fabrics(assumed: Fibres, cause: bool = True) -> dict:
 def _searches(all_bands, cause: bool) -> dict:
     """The band whose amplitude follows the scores, among all bands; and the concordance by chance in the band of
     largest amplitude."""
-    own, chance = SCENE.searches, SCENE.chance
-    found, lin = [], texture.concordance(chance.scores, _shifted(SCENE.concordance))
-    for seed in range(own.count):
+    setup, chance = TEXTILE_SCENE.searches, TEXTILE_SCENE.chance
+    matches, lin = [], texture.concordance(chance.scores, _shifted(TEXTILE_SCENE.concordance))
+    for seed in range(setup.count):
         rng = np.random.default_rng(seed)
         scores = np.sort(_any_scores(rng))
-        low = own.low_Hz.step * rng.integers(0, own.low_Hz.most)
-        high = low + own.width_Hz.step * rng.integers(own.width_Hz.least, own.width_Hz.most)
+        low = setup.low_Hz.step * rng.integers(0, setup.low_Hz.most)
+        high = low + setup.width_Hz.step * rng.integers(setup.width_Hz.least, setup.width_Hz.most)
         records = _unrelated(rng, planted=(low, high), gains=scores)
-        match = texture.matching_band(records, RATE_Hz, scores if cause else scores[[*own.shuffled]], all_bands)
-        found.append(low - own.tolerance_Hz <= match.low_Hz and match.high_Hz <= high + own.tolerance_Hz)
+        match = texture.matching_band(records, RATE_Hz, scores if cause else scores[[*setup.shuffled]], all_bands)
+        matches.append(low - setup.tolerance_Hz <= match.low_Hz and match.high_Hz <= high + setup.tolerance_Hz)
     draws = range(chance.draws if cause else chance.draws_without_cause)
     null = np.array([_chance(np.random.default_rng(seed), all_bands, cause) for seed in draws])
     return {
-        "planted": float(np.mean(found)),
+        "planted": float(np.mean(matches)),
         "null_q95": float(np.quantile(null, chance.quantile)),
         "null_median": float(np.median(null)),
-        "null_share": float(np.mean(null > SCENE.concordance)),
+        "null_share": float(np.mean(null > TEXTILE_SCENE.concordance)),
         "draws": len(null),
         "tried": len(all_bands),
         "lin_low": lin.low,
@@ -110,23 +114,23 @@ def _searches(all_bands, cause: bool) -> dict:
 
 def _coloured(rng, records: int, slope: float) -> np.ndarray:
     """Noise (n, records) whose amplitude falls as frequency^-slope from 10 Hz on."""
-    count = round(RATE_Hz * SCENE.seconds)
+    count = round(RATE_Hz * TEXTILE_SCENE.seconds)
     frequency = np.fft.rfftfreq(count, 1 / RATE_Hz)
-    shape = np.maximum(frequency, SCENE.corner_Hz) ** -slope
+    shape = np.maximum(frequency, TEXTILE_SCENE.corner_Hz) ** -slope
     spectrum = np.fft.rfft(rng.standard_normal((count, records)), axis=0) * shape[:, None]
     return np.fft.irfft(spectrum, count, axis=0)
 
 
 def _unrelated(rng, planted=(0, 0), gains=1.0) -> np.ndarray:
     """Records (1000, 4) whose spectra fall and differ randomly by 20 % every 20 Hz; in a planted band by `gains`."""
-    chance, count = SCENE.chance, SCENE.chance.samples
+    chance, count = TEXTILE_SCENE.chance, TEXTILE_SCENE.chance.samples
     frequency = np.fft.rfftfreq(count, 1 / RATE_Hz)
-    part = (frequency // chance.width_Hz).astype(int)
-    shapes = np.exp(chance.spread * rng.standard_normal((part[-1] + 1, chance.records)))[part]
+    section = (frequency // chance.width_Hz).astype(int)
+    shapes = np.exp(chance.spread * rng.standard_normal((section[-1] + 1, chance.records)))[section]
     inside = (frequency >= planted[0]) & (frequency < planted[1])
     shapes[inside] = gains
     phases = np.exp(2j * np.pi * rng.uniform(size=shapes.shape))
-    falling = np.maximum(frequency, SCENE.corner_Hz)[:, None] ** chance.slope
+    falling = np.maximum(frequency, TEXTILE_SCENE.corner_Hz)[:, None] ** chance.slope
     return np.fft.irfft(shapes * phases / falling, count, axis=0)
 
 
@@ -142,57 +146,59 @@ def _chance(rng, bands, by_amplitude: bool) -> float:
 
 
 def _any_scores(rng) -> np.ndarray:
-    least, most = SCENE.searches.scores
-    return rng.uniform(least, most, SCENE.chance.records)
+    least, most = TEXTILE_SCENE.searches.scores
+    return rng.uniform(least, most, TEXTILE_SCENE.chance.records)
 
 
 def _shifted(coefficient: float) -> np.ndarray:
     """Values that have this concordance with even scores: only their mean differs."""
-    first = np.array(SCENE.chance.scores)
+    first = np.array(TEXTILE_SCENE.chance.scores)
     noise = np.array([1.0, -1.0, -1.0, 1.0]) * first.std() * np.sqrt(2 * (1 / coefficient - 1))
     return first + noise
 
 
 def _bands(drawn, all_bands) -> dict:
-    time, own = times(SCENE.seconds, RATE_Hz), SCENE.lines
-    sine = own.amplitude * np.sin(2 * np.pi * own.frequency_Hz * time)
-    amplitude = texture.band_amplitudes(sine, RATE_Hz, own.band_Hz)[0]
-    lines = {line: np.sin(2 * np.pi * line * time) for line in own.of_receptors_Hz}
+    time, setup = times(TEXTILE_SCENE.seconds, RATE_Hz), TEXTILE_SCENE.lines
+    sine = setup.amplitude * np.sin(2 * np.pi * setup.frequency_Hz * time)
+    amplitude = texture.band_amplitudes(sine, RATE_Hz, setup.band_Hz)[0]
+    lines = {line: np.sin(2 * np.pi * line * time) for line in setup.of_receptors_Hz}
     split = []
     for line, wave in lines.items():
-        felt = {name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in SCENE.receptors_Hz.items()}
-        inside = [name for name, one in felt.items() if one > own.felt / SCENE.seconds]
+        receptors = TEXTILE_SCENE.receptors_Hz.items()
+        felt = {name: texture.band_amplitudes(wave, RATE_Hz, edges)[0] for name, edges in receptors}
+        inside = [name for name, amount in felt.items() if amount > setup.felt / TEXTILE_SCENE.seconds]
         split.append(f"{' and '.join(inside)} ({line} Hz)")
-    known = set(all_bands)
+    allowed = set(all_bands)
     return {
         "receptors": float(len(felt)) if len({text.split(" (")[0] for text in split}) == len(split) else 0.0,
         "split": ", ".join(split),
-        "random_inside": float(np.mean([band in known for band in drawn])),
+        "random_inside": float(np.mean([band in allowed for band in drawn])),
         "grid": float(len(all_bands)),
-        "integral": abs(amplitude / (own.amplitude / SCENE.seconds) - 1),
+        "integral": abs(amplitude / (setup.amplitude / TEXTILE_SCENE.seconds) - 1),
     }
 
 
 def _scores(rng) -> dict:
     """Simulated assessors, each with a different scale; concordance and outliers compared with their formulas."""
-    own = SCENE.assessors
-    left = texture.normalised_scores(np.array(own.truth) * np.exp(rng.standard_normal((own.count, 1))))
-    values = np.append(rng.standard_normal(own.count - 1), own.outlier)
-    one, other = rng.standard_normal((2, own.pairs))
-    by_hand = 2 * np.cov(one, other, ddof=0)[0, 1] / (one.var() + other.var() + (one.mean() - other.mean()) ** 2)
+    setup = TEXTILE_SCENE.assessors
+    normalised = texture.normalised_scores(np.array(setup.truth) * np.exp(rng.standard_normal((setup.count, 1))))
+    values = np.append(rng.standard_normal(setup.count - 1), setup.outlier)
+    first, second = rng.standard_normal((2, setup.pairs))
+    spread = first.var() + second.var() + (first.mean() - second.mean()) ** 2
+    by_hand = 2 * np.cov(first, second, ddof=0)[0, 1] / spread
     return {
-        "scales": float((left.std(axis=0) / left.mean(axis=0)).max()),
-        "grubbs": float(texture.grubbs_critical(own.count)),
+        "scales": float((normalised.std(axis=0) / normalised.mean(axis=0)).max()),
+        "grubbs": float(texture.grubbs_critical(setup.count)),
         "rejected": "yes" if texture.grubbs_outliers(values)[-1] else "no",
-        "lin": abs(texture.concordance(one, other).coefficient - by_hand),
+        "lin": abs(texture.concordance(first, second).coefficient - by_hand),
     }
 
 
 def _weaves() -> dict:
     """Fundamental frequencies of the four fabrics under a stroke of 10 mm/s, with either unit of the table."""
     yarns = np.array([count for pair in YARNS_PER_INCH.values() for count in pair], float)
-    inch, metric = (SCENE.stroke_mm_s * yarns / length for length in (INCH_MM, SCENE.stated_mm))
-    low, high = SCENE.best_band_Hz
+    inch, metric = (TEXTILE_SCENE.stroke_mm_s * yarns / length for length in (INCH_MM, TEXTILE_SCENE.stated_mm))
+    low, high = TEXTILE_SCENE.best_band_Hz
     return {
         "weaves": f"{inch.min():.0f}-{inch.max():.0f} Hz",
         "weaves_10cm": f"{metric.min():.0f}-{metric.max():.0f}",
@@ -203,24 +209,24 @@ def _weaves() -> dict:
 def _textiles(rng, cause: bool) -> dict:
     """Five made-up textiles, six runs each: the accuracy of classification, and the correlation of raw runs with and
     without a common approach."""
-    own, time, records, labels, alone = SCENE.runs, times(SCENE.seconds, RATE_Hz), [], [], []
+    runs, time, records, labels, alone = TEXTILE_SCENE.runs, times(TEXTILE_SCENE.seconds, RATE_Hz), [], [], []
     approach = np.sin(np.pi * np.clip(time / time[-1], 0, 1)) ** 2 * cause
-    noise = share_of_noise(SHARED.snr_dB["2011_oddo"])
-    for number, base in enumerate(own.fundamentals_Hz):
-        turns = rng.uniform(0, 2 * np.pi, len(SCENE.harmonics))
-        for _ in range(own.each):
-            place = 2 * np.pi * (base * time + own.starts_apart * rng.standard_normal())
-            surface = sum(np.sin(k * place + turn) / k for k, turn in zip(SCENE.harmonics, turns, strict=True))
+    noise = share_of_noise(SHARED_SIGNALS.snr_dB["2011_oddo"])
+    for number, base in enumerate(runs.fundamentals_Hz):
+        turns = rng.uniform(0, 2 * np.pi, len(TEXTILE_SCENE.harmonics))
+        for _ in range(runs.each):
+            place = 2 * np.pi * (base * time + runs.starts_apart * rng.standard_normal())
+            surface = sum(np.sin(k * place + turn) / k for k, turn in zip(TEXTILE_SCENE.harmonics, turns, strict=True))
             surface = surface / surface.std() + noise * rng.standard_normal(len(time))
             alone.append(surface)
             # Powers add, so the approach's share of the power is the correlation between textiles
             common = approach / (approach.std() or 1.0)
-            records.append(np.sqrt(own.between) * common + np.sqrt(1 - own.between) * surface)
+            records.append(np.sqrt(runs.between) * common + np.sqrt(1 - runs.between) * surface)
             labels.append(f"textile {number}")
-    features = [texture.log_band_features(record[slice(*own.samples)], RATE_Hz, own.bands) for record in records]
-    named = labels if cause else np.random.default_rng(own.shuffle_seed).permutation(labels).tolist()
-    accuracy = texture.leave_m_out(features, named, own.left_out, seed=own.split_seed, splits=own.splits).accuracy
-    related, group = np.corrcoef(records), np.arange(len(records)) // own.each
+    features = [texture.log_band_features(record[slice(*runs.samples)], RATE_Hz, runs.bands) for record in records]
+    named = labels if cause else np.random.default_rng(runs.shuffle_seed).permutation(labels).tolist()
+    accuracy = texture.leave_m_out(features, named, runs.left_out, seed=runs.split_seed, splits=runs.splits).accuracy
+    related, group = np.corrcoef(records), np.arange(len(records)) // runs.each
     same = (group[:, None] == group) & ~np.eye(len(records), dtype=bool)
     return {
         "told_apart": accuracy,
@@ -230,4 +236,4 @@ def _textiles(rng, cause: bool) -> dict:
     }
 
 
-VARIED = {"main": _fabrics, "found_118": _fabrics}
+experiment = Experiment.of(run, ASSUMED_FIBRES, main=_fabrics, found_118=_fabrics)

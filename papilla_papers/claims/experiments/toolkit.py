@@ -21,12 +21,12 @@ from papilla.logs import PressLog, read_time_log
 from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Block
 from papilla.verify import verify
-from papilla_papers.claims.claim import gathered
+from papilla_papers.claims.claim import Experiment, gathered
 from papilla_papers.claims.experiments.softness import calibrated
 from papilla_papers.claims.scenes import by_factors, scene
 from papilla_papers.claims.signals import RATE_Hz, last_number, listed, times
 
-SCENE = scene("toolkit")
+TOOLKIT_SCENE = scene("toolkit")
 
 
 def run(tell, cause: bool = True) -> dict:
@@ -54,22 +54,23 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
     model = fem.FingerModel(finger, built)
     prices = known_prices(reduced.finger_sha256, reduced.mesh_sha256)
     parts = () if prices is None else tuple(name for name in ("hertz", "mesh", "small_strain") if getattr(prices, name))
-    own, off = SCENE.model, []
-    block, wrong = Block(SCENE.modulus_MPa, SCENE.thickness_mm), 1.0 if cause else own.without_cause
-    for force in own.forces_N:
+    setup, off = TOOLKIT_SCENE.model, []
+    block = Block(TOOLKIT_SCENE.modulus_MPa, TOOLKIT_SCENE.thickness_mm)
+    wrong = 1.0 if cause else setup.without_cause
+    for force in setup.forces_N:
         hertz = fem.press(reduced, block, force=force * wrong, fidelity="hertz")
         off.append(hertz.sd / fem.press(reduced, block, force=force, fidelity="contact").sd - 1)
-    press = fem.press(reduced, block, force=own.force_N, fidelity="contact")
+    press = fem.press(reduced, block, force=setup.force_N, fidelity="contact")
     red_green_blue = slice(None, -1)  # The last channel is opacity
     picture = imread(BytesIO(view.strain_picture(finger, reduced, press, block)))[..., red_green_blue]
-    coloured = np.ptp(picture, axis=2) > own.coloured
+    coloured = np.ptp(picture, axis=2) > setup.coloured
     return {
         "tets": float(len(built.tets)),
         "skfem": float(type(model.space.displacement).__module__.startswith("skfem")),
         "quarter": len(model.space.mesh.tets) / len(built.tets),
         "hertz": float(np.abs(off).max()),
         "prices": float(len(parts)),
-        "priced": ", ".join(part.replace("_", " ") for part in parts),
+        "priced": ", ".join(fidelity.replace("_", " ") for fidelity in parts),
         "packages": float(sum(hasattr(papilla, name) for name in ("mesh", "fem", "calibrate", "estimators"))),
         "exported": _exported(fem.recover(model, reduced, press)),
         "gauges": float(len(press.strain)),
@@ -80,7 +81,7 @@ def _model(finger: Finger, reduced: fem.ReducedFinger, cause: bool) -> dict:
 
 def _hard_cases() -> dict:
     """Two quick families of `papilla verify`."""
-    cases = verify([*SCENE.model.families])
+    cases = verify([*TOOLKIT_SCENE.model.families])
     return {"hard": float(np.mean([case.passed for case in cases])), "hard_cases": len(cases)}
 
 
@@ -97,58 +98,56 @@ def _exported(field: fem.Field) -> float:
 
 def _friction(cause: bool) -> dict:
     """A simulated swipe to and fro: tangential force with breakaways, and the same as a torque."""
-    own, time = SCENE.swipe, times(SCENE.swipe.seconds)
-    rng = np.random.default_rng(own.seed)
-    phase = np.sin(2 * np.pi * own.strokes_Hz * time + own.phase)
-    velocity = np.where(np.abs(phase) < own.rests_below, 0.0, own.speed_mm_s * np.sign(phase))
-    force = own.force_N + own.swell_N * np.sin(2 * np.pi * own.swell_Hz * time)
+    swipe, time = TOOLKIT_SCENE.swipe, times(TOOLKIT_SCENE.swipe.seconds)
+    rng = np.random.default_rng(swipe.seed)
+    phase = np.sin(2 * np.pi * swipe.strokes_Hz * time + swipe.phase)
+    velocity = np.where(np.abs(phase) < swipe.rests_below, 0.0, swipe.speed_mm_s * np.sign(phase))
+    force = swipe.force_N + swipe.swell_N * np.sin(2 * np.pi * swipe.swell_Hz * time)
     starts = np.flatnonzero((velocity != 0) & (np.append(0.0, velocity[:-1]) == 0))
-    mu = np.where(velocity != 0, own.mu_kinetic, 0.0) * np.sign(velocity)
+    mu = np.where(velocity != 0, swipe.mu_kinetic, 0.0) * np.sign(velocity)
     for start in starts:
         # The force rises to the breakaway while the finger rests
-        first = max(0, int(start) - own.rise_samples)
-        mu[first:start] = np.linspace(0, own.mu_static, int(start) - first) * np.sign(velocity[start])
-    drag = mu * (1.0 if cause else own.without_cause) * force + own.offset_N
-    drag = drag + own.noise_N * rng.standard_normal(len(time))
+        first = max(0, int(start) - swipe.rise_samples)
+        mu[first:start] = np.linspace(0, swipe.mu_static, int(start) - first) * np.sign(velocity[start])
+    drag = mu * (1.0 if cause else swipe.without_cause) * force + swipe.offset_N
+    drag = drag + swipe.noise_N * rng.standard_normal(len(time))
     last = {}
     for name, tangential in (("force", drag), ("torque", _by_torque(time, force, velocity, drag))):
-        found = Friction(sample_rate_Hz=float(RATE_Hz)).process(np.column_stack([tangential, force, velocity]))
+        estimate = Friction(sample_rate_Hz=float(RATE_Hz)).process(np.column_stack([tangential, force, velocity]))
         for key in ("mu_kinetic", "mu_static"):
-            last[name, key] = last_number(getattr(found, key))
-    return {
-        "mu_kinetic": last["force", "mu_kinetic"],
-        "mu_static": last["force", "mu_static"],
-        "mu_torque": last["torque", "mu_kinetic"],
-    }
+            last[name, key] = last_number(getattr(estimate, key))
+    mu_torque = last["torque", "mu_kinetic"]
+    return {key: last["force", key] for key in ("mu_kinetic", "mu_static")} | {"mu_torque": mu_torque}
 
 
 def _by_torque(time, force, velocity, drag) -> np.ndarray:
     """The tangential force (n,) that is read from a log with a torque."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "torque.csv"
-        columns = {"t_s": time, "force_N": force, "velocity_mm_s": velocity, "torque_Nmm": SCENE.swipe.lever_mm * drag}
+        torque = TOOLKIT_SCENE.swipe.lever_mm * drag
+        columns = {"t_s": time, "force_N": force, "velocity_mm_s": velocity, "torque_Nmm": torque}
         write_table(path, columns)
-        log = read_time_log(path, lever_mm=SCENE.swipe.lever_mm)
+        log = read_time_log(path, lever_mm=TOOLKIT_SCENE.swipe.lever_mm)
     assert log.tangential_N is not None
     return log.tangential_N
 
 
 def _main_job(calibration: Calibration, reduced: fem.ReducedFinger, cause: bool) -> dict:
     """Coefficients, recovered moduli on the same mesh, and the check of right and of wrong presses."""
-    own = SCENE.job
-    forces = np.array(DEFAULT_FORCES[own.first_force :])
-    between, moduli = np.sqrt(forces[:-1] * forces[1:])[:: own.every], by_factors(own.modulus_MPa)
+    setup = TOOLKIT_SCENE.job
+    forces = np.array(DEFAULT_FORCES[setup.first_force :])
+    between, moduli = np.sqrt(forces[:-1] * forces[1:])[:: setup.every], by_factors(setup.modulus_MPa)
     table = cached_sweep(reduced, tuple(moduli.tolist()), tuple(between.tolist()), reduced.bench.specimen, STICK_WORD)
     answer = np.asarray(calibration.invert(table.sd_microstrain, table.force_N).modulus_MPa)
-    error = np.abs(answer / (table.modulus_MPa if cause else own.without_cause * table.modulus_MPa) - 1)
+    error = np.abs(answer / (table.modulus_MPa if cause else setup.without_cause * table.modulus_MPa) - 1)
     names = tuple(f"g{k + 1}" for k in range(table.reading.shape[1]))
-    soft = table.modulus_MPa < own.soft_MPa
+    soft = table.modulus_MPa < setup.soft_MPa
     right = PressLog(table.force_N[soft], table.modulus_MPa[soft], table.reading[soft], names)
-    wrong = PressLog(right.force_N, (own.wrong if cause else 1.0) * right.modulus_MPa, right.readings, names)
-    told, named = check(calibration, right), check(calibration, wrong)
+    wrong = PressLog(right.force_N, (setup.wrong if cause else 1.0) * right.modulus_MPa, right.readings, names)
+    of_right, of_wrong = check(calibration, right), check(calibration, wrong)
     ends = calibration.inverse.modulus_MPa or SPECIMENS_MPA[:2]
-    force, modulus = np.meshgrid(own.forces_gf, np.linspace(*ends, own.moduli))
-    inner = modulus * (1 - own.towards_mean) + own.towards_mean * modulus.mean()
+    force, modulus = np.meshgrid(setup.forces_gf, np.linspace(*ends, setup.moduli))
+    inner = modulus * (1 - setup.towards_mean) + setup.towards_mean * modulus.mean()
     back = calibration.inverse(calibration.forward(force, inner), force)
     return {
         "coefficients": float(len(calibration.forward.coefficients)),
@@ -157,10 +156,15 @@ def _main_job(calibration: Calibration, reduced: fem.ReducedFinger, cause: bool)
         "inverse_exact": float(np.abs(back / inner - 1).max()),
         "own_mesh": float(np.max(error)),
         "own_count": len(error),
-        "passed": len(told.presses) - told.missed,
-        "presses": len(told.presses),
-        "wrong": named.missed,
-        "checked": float(told.passed and not named.passed and named.missed > own.missed * len(named.presses)),
+        "passed": len(of_right.presses) - of_right.missed,
+        "presses": len(of_right.presses),
+        "wrong": of_wrong.missed,
+        "checked": float(
+            of_right.passed and not of_wrong.passed and of_wrong.missed > setup.missed * len(of_wrong.presses)
+        ),
         "strain_named": float("large strain" in calibration.sigmas),
         "sigmas": ", ".join(f"{name} {PER_CENT * value:.2f} %" for name, value in calibration.sigmas.items()),
     }
+
+
+experiment = Experiment.of(run)

@@ -26,7 +26,8 @@ import numpy as np
 
 from papilla.core import checks
 from papilla.core.errors import InputError
-from papilla_papers.methods.roughness.stream import ALIASED, GAP, NONE, OK, SILENT_CODE, Finding, RoughnessStream
+from papilla_papers.methods.roughness import stream
+from papilla_papers.methods.roughness.stream import Finding, RoughnessStream
 
 IMPULSES_A_GROOVE = 2
 ALIAS_SHARE = 0.9
@@ -47,7 +48,7 @@ class MovingSum:
     known: int = 0
 
     def __post_init__(self) -> None:
-        self._fresh, self._place, self._values = 0.0, 0, [NONE] * self.length
+        self._fresh, self._place, self._values = 0.0, 0, [stream.NOTHING_FOUND] * self.length
 
     def push(self, value: float) -> None:
         """Take one more value."""
@@ -81,13 +82,13 @@ class Trigger:
     threshold: Threshold
 
     def __post_init__(self) -> None:
-        self._sizes, self._over, self._last = MovingSum(self.samples), False, NONE
+        self._sizes, self._over, self._last = MovingSum(self.samples), False, stream.NOTHING_FOUND
 
     def fire(self, value: float) -> float:
         """1 if the signal exceeds the threshold now, else 0; NaN if it is missing."""
         self._sizes.push(abs(value))
         if value != value:
-            return NONE
+            return stream.NOTHING_FOUND
         was, level = self._over, self.threshold.release if self._over else self.threshold.factor
         # Rounding may leave a running sum slightly off zero; a signal that stays at zero is not an impulse.
         self._over = value * self._sizes.known > level * max(self._sizes.total, 0.0)
@@ -124,7 +125,7 @@ class UpwardCrossings(Trigger):
     def fire(self, reading: float) -> float:
         """The impulse of one reading: 1 or 0, NaN if it is missing."""
         if reading != reading:
-            return super().fire(NONE)
+            return super().fire(stream.NOTHING_FOUND)
         step, self._last = 0.0 if self._last != self._last else reading - self._last, reading
         self._passed = self._keep * self._passed + self._gain * step
         return super().fire(self._passed)
@@ -153,14 +154,15 @@ class ImpulseCount:
         self._speeds.push(speed)
         count, valid, moving = self._impulses.total, self._impulses.known, self._speeds.known
         if valid < self.samples // 2:
-            return Finding(GAP)
+            return Finding(stream.GAP_CODE)
         if count == 0:
-            return Finding(SILENT_CODE)
+            return Finding(stream.SILENT_CODE)
         if speed > self.fastest_mm_s or count > ALIAS_SHARE * 0.5 * self.samples:
-            return Finding(ALIASED)
+            return Finding(stream.ALIASED_CODE)
         average = self._speeds.total / moving if self.paired and moving else speed
         periods, seconds = count / self.per_period, valid / self.rate_Hz
-        return Finding(OK if valid == self.samples else GAP, periods / seconds, average * seconds / periods)
+        status = stream.OK if valid == self.samples else stream.GAP_CODE
+        return Finding(status, periods / seconds, average * seconds / periods)
 
 
 @dataclass(eq=False)
@@ -176,7 +178,7 @@ class LastInterval:
     same_edge: bool
     fastest_mm_s: float
     _since: dict[float, tuple[int, float]] = field(default_factory=dict, init=False)
-    _interval: tuple[int, float] = field(default=(0, NONE), init=False)
+    _interval: tuple[int, float] = field(default=(0, stream.NOTHING_FOUND), init=False)
 
     def find(self, impulse: float, speed: float) -> Finding:
         """The finding after a sample: its impulse (1 rising, -1 falling, 0 none), and |velocity|."""
@@ -184,17 +186,17 @@ class LastInterval:
         # Impulses older than a window are forgotten, so the state does not grow with the stream.
         self._since = {edge: (age + 1, path + moved) for edge, (age, path) in self._since.items() if age < self.samples}
         if not self._since:
-            self._interval = (0, NONE)
+            self._interval = (0, stream.NOTHING_FOUND)
         if abs(impulse) > 0:
             latest = min(self._since.values(), default=self._interval)
             self._interval = self._since.get(impulse, self._interval) if self.same_edge else latest
             self._since[impulse] = (0, 0.0)
         samples, distance = self._interval
         if not samples:
-            return Finding(SILENT_CODE)
+            return Finding(stream.SILENT_CODE)
         if speed > self.fastest_mm_s or samples <= 2:
-            return Finding(ALIASED)
-        return Finding(OK, self.rate_Hz / samples, distance if self.same_edge else moved * samples)
+            return Finding(stream.ALIASED_CODE)
+        return Finding(stream.OK, self.rate_Hz / samples, distance if self.same_edge else moved * samples)
 
 
 class ImpulseMethod(NamedTuple):

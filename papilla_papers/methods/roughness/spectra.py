@@ -18,7 +18,7 @@ from papilla.telepresence.amplitude import AmplitudeFit as AmplitudeFit
 from papilla.telepresence.amplitude import fit_amplitude as fit_amplitude
 from papilla_papers.methods.roughness import stream
 from papilla_papers.methods.roughness.stream import Finding, RoughnessStream
-from papilla_papers.methods.window import Window
+from papilla_papers.methods.window import SampleWindow
 
 BY_MATRIX = 2**18
 """Largest size of a matrix that levels, tapers and transforms a window in one product; above it an FFT is faster."""
@@ -48,8 +48,8 @@ def hann(count: int) -> np.ndarray:
 class SpectrumMemory:
     """window : of readings and of speeds; line : of the last spectrum, with the mean speed in place of the distance."""
 
-    window: Window
-    line: Finding = Finding(stream.WARMING_UP)
+    window: SampleWindow
+    line: Finding = Finding(stream.WARMING_UP_CODE)
 
 
 class ShortTimeSpectrum(RoughnessStream):
@@ -105,7 +105,7 @@ class ShortTimeSpectrum(RoughnessStream):
             self._matrix = np.stack([rows.real, rows.imag], axis=1).reshape(-1, count)
 
     def _begin(self) -> SpectrumMemory:
-        return SpectrumMemory(Window(1, self.window_samples, self._hop, extra=1))
+        return SpectrumMemory(SampleWindow(1, self.window_samples, self._hop, extra=1))
 
     def _find(self, method: SpectrumMemory, reading: float, speed: float) -> Finding:
         if method.window.push((reading, speed)):
@@ -113,29 +113,29 @@ class ShortTimeSpectrum(RoughnessStream):
         status, frequency, mean_speed, power = method.line
         return Finding(status, frequency, (mean_speed if self._method.corrected else speed) / frequency, power)
 
-    def _spectrum(self, window: Window) -> Finding:
+    def _spectrum(self, window: SampleWindow) -> Finding:
         """The strongest line of a window, with the mean speed in place of the distance."""
         if window.torn:
-            return Finding(stream.GAP)
+            return Finding(stream.GAP_CODE)
         if window.dead:
             return Finding(stream.SILENT_CODE)
         readings, speeds = window.samples
         speed = float(speeds @ self._weights)
         if max(float(speeds[-1]), speed) > self._fastest:
-            return Finding(stream.ALIASED)
+            return Finding(stream.ALIASED_CODE)
         low, high = self._gate(speed)
         if high - low < 3:
-            return Finding(stream.STANDSTILL)
+            return Finding(stream.STANDSTILL_CODE)
         power = self._powers(readings, low - 1, high + 1)
         best = low + int(power[1 : high - low + 1].argmax())
         if best == self._lines - 1:
-            return Finding(stream.ALIASED)
+            return Finding(stream.ALIASED_CODE)
         if self._method.corrected and not low < best < high - 1:
             # The highest line is at the edge of the gate: the flank of a line outside the wavelength range.
             return Finding(stream.SILENT_CODE)
         around = power[best - low : best - low + 3].tolist()
         place = best + vertex(around) if self._method.corrected else best
-        status = stream.GAP if window.gaps else stream.OK
+        status = stream.GAP_CODE if window.gaps else stream.OK
         return Finding(status, place * self._line_Hz, speed, around[1] * self._to_density)
 
     def _powers(self, window: np.ndarray, first: int, last: int) -> np.ndarray:

@@ -19,7 +19,7 @@ from papilla.core.status import Status
 from papilla.estimators.stream import Stream
 
 DEFAULT_RANGE_MM = (0.4, 6.0)
-NONE = math.nan
+NOTHING_FOUND = math.nan
 
 
 class RoughnessStatus(Status):
@@ -37,9 +37,8 @@ class RoughnessStatus(Status):
     DUPLICATE = "the sample is not later than the one before, and was left out"
 
 
-OK, WARMING_UP, SILENT_CODE, STANDSTILL, NO_VELOCITY, GAP, MISSING, SATURATED, ALIASED, DUPLICATE = map(
-    int, RoughnessStatus
-)
+(OK, WARMING_UP_CODE, SILENT_CODE, STANDSTILL_CODE, NO_VELOCITY_CODE, GAP_CODE, MISSING_CODE, SATURATED_CODE,
+ ALIASED_CODE, DUPLICATE_CODE) = map(int, RoughnessStatus)  # fmt: skip
 
 
 class RoughnessEstimate(NamedTuple):
@@ -67,9 +66,9 @@ class Finding(NamedTuple):
     """
 
     status: int
-    frequency: float = NONE
-    distance: float = NONE
-    power: float = NONE
+    frequency: float = NOTHING_FOUND
+    distance: float = NOTHING_FOUND
+    power: float = NOTHING_FOUND
 
 
 @dataclass(eq=False)
@@ -83,7 +82,7 @@ class RoughnessMemory:
     settings: str
     method: Any
     seen: int = 0
-    time_s: float = NONE
+    time_s: float = NOTHING_FOUND
 
 
 class RoughnessStream(Stream):
@@ -168,27 +167,27 @@ class RoughnessStream(Stream):
         if time:
             missing = self._missing_before(time[0])
             if missing < 0:
-                return RoughnessEstimate(NONE, NONE, NONE, DUPLICATE)
+                return RoughnessEstimate(NOTHING_FOUND, NOTHING_FOUND, NOTHING_FOUND, DUPLICATE_CODE)
             for _ in range(missing):
-                self._one(NONE, velocity)
+                self._one(NOTHING_FOUND, velocity)
         return self._one(reading, velocity)
 
     def _one(self, reading: float, velocity: float) -> RoughnessEstimate:
         """The answer after one more sample, a period after the last."""
         fault, memory = OK, self._memory
         if not -self._saturation < reading < self._saturation:
-            fault, reading = SATURATED if reading == reading else MISSING, NONE
+            fault, reading = SATURATED_CODE if reading == reading else MISSING_CODE, NOTHING_FOUND
         memory.seen = min(memory.seen + 1, self._full + 1)
         status, frequency, distance, power = self._find(memory.method, reading, abs(velocity))
         if fault or memory.seen <= self._full:
-            return RoughnessEstimate(NONE, NONE, NONE, fault or WARMING_UP)
-        if status in (OK, GAP) and frequency > 0.0:
+            return RoughnessEstimate(NOTHING_FOUND, NOTHING_FOUND, NOTHING_FOUND, fault or WARMING_UP_CODE)
+        if status in (OK, GAP_CODE) and frequency > 0.0:
             if not distance < math.inf:
-                distance, status = NONE, NO_VELOCITY
+                distance, status = NOTHING_FOUND, NO_VELOCITY_CODE
             elif distance <= 0.0:
-                distance, status = NONE, STANDSTILL
+                distance, status = NOTHING_FOUND, STANDSTILL_CODE
         else:
-            distance = NONE
+            distance = NOTHING_FOUND
         return RoughnessEstimate(frequency, distance, power, status)
 
     def _missing_before(self, time: float) -> int:

@@ -3,8 +3,8 @@
 from .cross import CrossWavelet as CrossWavelet
 from .cross import RedNoise as RedNoise
 from .cross import Ridge as Ridge
+from .cross import RidgeWindow as RidgeWindow
 from .cross import Wavelet as Wavelet
-from .cross import Window as Window
 from .cross import cross_quantile as cross_quantile
 from .cross import cross_threshold as cross_threshold
 from .cross import cross_wavelet as cross_wavelet

@@ -14,13 +14,13 @@ import numpy as np
 from papilla.core import checks
 from papilla.core.errors import InputError
 
-OMEGA0 = 6.0
+WAVELET_OMEGA = 6.0
 """Angular frequency of the wavelet in its own time; at 6 its mean over a Gaussian is below 1e-7."""
-FOURIER = (OMEGA0 + np.sqrt(2 + OMEGA0**2)) / (4 * np.pi)
+FREQUENCY_TIMES_SCALE = (WAVELET_OMEGA + np.sqrt(2 + WAVELET_OMEGA**2)) / (4 * np.pi)
 """Frequency times scale: a sinusoid of frequency f has its greatest power at the scale FOURIER / f."""
-ROUNDING = 1e-24
+POWER_ROUNDING = 1e-24
 """Share of the power by which two equal channels may differ."""
-BEFORE, AFTER = 6, 13
+SAMPLES_BEFORE, SAMPLES_AFTER = 6, 13
 """The window of the 2011 paper: from six samples before t_MP to 13 after it, 20 in all (67 ms at 300 Hz)."""
 
 
@@ -81,19 +81,19 @@ def morlet(samples, sample_rate_Hz: float, frequency_Hz) -> Wavelet:
             f"frequency_Hz must lie between {lowest:.4g} (one period in the record) and below {0.5 * rate:.4g} (half "
             f"the sampling rate), got {frequency.min():.4g} to {frequency.max():.4g}"
         )
-    scale = FOURIER / frequency
+    scale = FREQUENCY_TIMES_SCALE / frequency
     # Zeros as long as the longest wavelet keep the end of the record from affecting its beginning.
     reach = int(np.ceil(6 * scale.max() * rate))
     length = 1 << int(np.ceil(np.log2(values.size + reach)))
     omega = 2 * np.pi * rate * np.arange(length // 2 + 1) / length
     spectrum = np.fft.rfft(values - values.mean(), length)
     daughters = np.sqrt(2 * np.pi * scale * rate)[:, None] * np.pi**-0.25
-    daughters = daughters * np.exp(-0.5 * (scale[:, None] * omega - OMEGA0) ** 2)
+    daughters = daughters * np.exp(-0.5 * (scale[:, None] * omega - WAVELET_OMEGA) ** 2)
     # The wavelet is analytic: it has only positive frequencies, so the negative half of the transform stays zero.
-    whole = np.zeros((frequency.size, length), complex)
-    whole[:, : omega.size] = spectrum * daughters
-    whole[:, 0] = 0.0
-    coefficients = np.fft.ifft(whole, axis=1)[:, : values.size]
+    analytic = np.zeros((frequency.size, length), complex)
+    analytic[:, : omega.size] = spectrum * daughters
+    analytic[:, 0] = 0.0
+    coefficients = np.fft.ifft(analytic, axis=1)[:, : values.size]
     return Wavelet(frequency, coefficients, rate, np.sqrt(2) * scale)
 
 
@@ -137,8 +137,8 @@ def cross_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: f
 
     P1, P2 are their powers, Z is of `cross_quantile`.
     """
-    one, two = (RedNoise.of(own).power(frequency_Hz, sample_rate_Hz) for own in (first, second))
-    return np.sqrt(one * two) * cross_quantile(level) / 2
+    power_1, power_2 = (RedNoise.of(channel).power(frequency_Hz, sample_rate_Hz) for channel in (first, second))
+    return np.sqrt(power_1 * power_2) * cross_quantile(level) / 2
 
 
 @lru_cache
@@ -157,20 +157,20 @@ def common_threshold(first, second, sample_rate_Hz: float, frequency_Hz, level: 
     W1 / sd1 and B = +-W2 / sd2, Im(A B*) = Im((A - B) B*) is normal with variance |B|^2 V / 2, where V is the red noise
     of the channels' difference. Raises `InputError` for a channel that does not change.
     """
-    ones, twos = (own - own.mean() for own in (np.asarray(first, float), np.asarray(second, float)))
+    ones, twos = (channel - channel.mean() for channel in (np.asarray(first, float), np.asarray(second, float)))
     energies = float(ones @ ones), float(twos @ twos)
     if not min(energies) > 0:
         raise InputError("the samples of a channel never change: nothing is common to both")
     ones, twos = ones / energies[0] ** 0.5, twos / energies[1] ** 0.5
     apart = ones - math.copysign(1.0, ones @ twos) * twos
-    background = np.full(np.shape(frequency_Hz), ROUNDING / apart.size)
-    if apart @ apart > ROUNDING:
+    background = np.full(np.shape(frequency_Hz), POWER_ROUNDING / apart.size)
+    if apart @ apart > POWER_ROUNDING:
         background = RedNoise.of(apart).power(frequency_Hz, sample_rate_Hz)
     return math.sqrt(energies[0] * energies[1]) * background * _normal_quantile_squared(level) / 2
 
 
 @dataclass(frozen=True)
-class Window:
+class RidgeWindow:
     """Statistics of f_MP over one window: mean, standard deviation (ddof 1), greatest and least, in Hz.
 
     first, last : samples of the window, both included.
@@ -201,18 +201,18 @@ class Ridge:
     inside: np.ndarray
     strongest: int
 
-    def window(self, first: int, last: int) -> Window:
+    def window(self, first: int, last: int) -> RidgeWindow:
         """Statistics of f_MP over samples first ... last; raises `InputError` where the record does not hold them."""
         if not 0 <= first < last < len(self.frequency_Hz):
             count = len(self.frequency_Hz)
             raise InputError(f"the window from sample {first} to {last} is not inside the record of {count} samples")
         values = self.frequency_Hz[first : last + 1]
         mean, sd = float(values.mean()), float(values.std(ddof=1))
-        return Window(mean, sd, float(values.max()), float(values.min()), first, last)
+        return RidgeWindow(mean, sd, float(values.max()), float(values.min()), first, last)
 
-    def around_strongest(self) -> Window:
+    def around_strongest(self) -> RidgeWindow:
         """Statistics of f_MP over the 20 samples around t_MP; raises `InputError` if they leave the record."""
-        return self.window(self.strongest - BEFORE, self.strongest + AFTER)
+        return self.window(self.strongest - SAMPLES_BEFORE, self.strongest + SAMPLES_AFTER)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,8 +283,8 @@ def periods_of_phase(phase, distance_mm: float, period_range_mm: tuple[float, fl
     low, high = checks.rising("period_range_mm", period_range_mm)
     turns = checks.finite("phase", phase) / (2 * np.pi)
     first, last = np.ceil(distance / high - turns - 1e-12), np.floor(distance / low - turns + 1e-12)
-    whole = turns + np.arange(first, last + 1)
-    return distance / whole[whole > 0]
+    all_turns = turns + np.arange(first, last + 1)
+    return distance / all_turns[all_turns > 0]
 
 
 def lag_of_phase(phase, period_mm: float) -> float:

@@ -15,6 +15,8 @@ from papilla.estimators import Pipeline
 from papilla_papers.methods.softness import PrintedSoftness
 
 PATTERN = np.array([-1.0, 1.0, -1.0, 1.0])
+FIVE = np.array([-1.0, 1.0, 0.0, -1.0, 1.0]) / math.sqrt(0.8)
+"""Readings of population standard deviation 1, of four gauges and of five."""
 
 
 def sample(sd: float, force_gf: float) -> list[float]:
@@ -33,15 +35,11 @@ def test_the_exact_inverse_gives_back_what_equation_9_was_given(force, modulus):
     assert found.status == SoftnessStatus.OK and found.modulus_MPa == pytest.approx(modulus, abs=1e-9)
 
 
-def test_the_printed_digits_cost_what_they_are_known_to_cost():
+def test_the_printed_digits_cost_what_they_are_known_to_cost_and_the_scale_is_the_unit_of_the_readings():
     found = one("printed").update(sample(published_sd(100.0, 0.089), 100.0))
     assert found.modulus_MPa - 0.089 == pytest.approx(0.044, abs=0.003)
-
-
-def test_the_scale_is_the_unit_of_the_readings():
-    scaled = PrintedSoftness(form="exact", scale=0.05, gauges=4)
-    found = scaled.update(sample(published_sd(50.0, 0.51) / 0.05, 50.0))
-    assert found.modulus_MPa == pytest.approx(0.51, abs=1e-9)
+    scaled = PrintedSoftness(form="exact", scale=0.05, gauges=4).update(sample(published_sd(50.0, 0.51) / 0.05, 50.0))
+    assert scaled.modulus_MPa == pytest.approx(0.51, abs=1e-9)
 
 
 def test_the_scale_and_the_misfit_of_a_calibration_are_those_of_the_best_factor(calibration):
@@ -68,11 +66,9 @@ def test_sigma_is_what_noise_of_gauges_and_force_scatters():
 
 
 def test_the_refitted_form_is_the_calibrations_inverse_with_its_misfit(calibration):
-    estimator = PrintedSoftness(calibration, form="quadratic")
     force, modulus = 30.0, 0.3
-    sd = float(calibration.forward(force, modulus))
-    readings = sd * np.array([-1.0, 1.0, 0.0, -1.0, 1.0]) / math.sqrt(0.8)
-    found = estimator.update([*readings, gf_to_newton(force)])
+    readings = float(calibration.forward(force, modulus)) * FIVE
+    found = PrintedSoftness(calibration, form="quadratic").update([*readings, gf_to_newton(force)])
     assert found.modulus_MPa == pytest.approx(modulus, rel=1e-9)
     slope = 2 * -9000 * modulus + 12000
     assert found.modulus_sigma_MPa == pytest.approx(calibration.forward.rms / slope, rel=1e-9)
@@ -81,17 +77,16 @@ def test_the_refitted_form_is_the_calibrations_inverse_with_its_misfit(calibrati
 def test_the_compact_form_answers_by_sample_what_the_calibrations_own_does(calibration):
     form = Compact(np.array([7.0, 0.5, -0.05, -3.0, 0.2]), (0.1, 1.0), (0.05, 0.72), 0.04, 0.1, 0.01)
     estimator = PrintedSoftness(replace(calibration, compact=form), form="compact", gauge_sigma=3.0)
-    pattern = np.array([-1.0, 1.0, 0.0, -1.0, 1.0]) / math.sqrt(0.8)
     for force, modulus in ((0.1, 0.06), (0.4, 0.089), (1.0, 0.3), (0.6, 0.8)):
         sd = float(form.predict(force, modulus))
-        found = estimator.update([*(sd * pattern), force])
+        found = estimator.update([*(sd * FIVE), force])
         assert found.status == SoftnessStatus.OK and found.modulus_MPa == pytest.approx(modulus, rel=1e-9)
         if modulus < form.modulus_MPa[1]:
             assert found.modulus_sigma_MPa == pytest.approx(form.invert(sd, force, 3.0 / math.sqrt(5))[1], rel=1e-9)
     for modulus, status in ((0.01, SoftnessStatus.SOFTER), (5.0, SoftnessStatus.HARDER)):
-        found = estimator.update([*(float(form.predict(0.4, modulus)) * pattern), 0.4])
+        found = estimator.update([*(float(form.predict(0.4, modulus)) * FIVE), 0.4])
         assert found.status == status and math.isnan(found.modulus_MPa)
-    assert estimator.update([*pattern, 1.1]).status == SoftnessStatus.FORCE_ABOVE
+    assert estimator.update([*FIVE, 1.1]).status == SoftnessStatus.FORCE_ABOVE
     with pytest.raises(InputError, match="has no compact form"):
         PrintedSoftness(replace(calibration, compact=None), form="compact")
 

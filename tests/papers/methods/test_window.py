@@ -5,28 +5,28 @@ import math
 import numpy as np
 import pytest
 
-from papilla_papers.methods.window import Window
+from papilla_papers.methods.window import SampleWindow
 
 
-def pushed(window: Window, rows) -> list[bool]:
+def pushed(window: SampleWindow, rows) -> list[bool]:
     return [window.push(tuple(row)) for row in np.atleast_2d(np.asarray(rows, float).T).T.tolist()]
 
 
 def test_it_holds_the_last_samples_and_tells_of_new_ones_once_it_is_full():
-    window, rows = Window(1, 10, hop=3, extra=1), np.column_stack([np.arange(25.0), -np.arange(25.0)])
+    window, rows = SampleWindow(1, 10, hop=3, extra=1), np.column_stack([np.arange(25.0), -np.arange(25.0)])
     assert np.flatnonzero(pushed(window, rows)).tolist() == [9, 12, 15, 18, 21, 24]
     np.testing.assert_array_equal(window.samples, rows[-10:].T)
 
 
 def test_what_is_missing_holds_the_value_before_but_not_in_the_channels_beside():
-    window = Window(1, 4, hop=1, extra=1)
+    window = SampleWindow(1, 4, hop=1, extra=1)
     pushed(window, [(1.0, 5.0), (math.nan, 6.0), (3.0, math.nan), (4.0, 8.0)])
     np.testing.assert_array_equal(window.samples, [[1, 1, 3, 4], [5, 6, math.nan, 8]])
     assert window.gaps == 1
 
 
 def test_it_is_torn_by_more_than_a_tenth_and_whole_again_behind_it():
-    window, readings = Window(1, 20, hop=1), np.arange(60.0)
+    window, readings = SampleWindow(1, 20, hop=1), np.arange(60.0)
     readings[20:23] = math.nan
     torn = []
     for reading in readings:
@@ -41,7 +41,7 @@ def test_it_is_dead_while_a_channel_has_one_value_all_over_it(channel):
     rows = np.random.default_rng(0).normal(size=(60, 2))
     rows[10:40, channel] = 2.5
     rows[20:25, channel] = math.nan
-    window, dead = Window(2, 12, hop=1), []
+    window, dead = SampleWindow(2, 12, hop=1), []
     for row in rows.tolist():
         window.push(row)
         dead.append(window.dead)

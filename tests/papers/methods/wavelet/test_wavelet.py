@@ -17,6 +17,7 @@ from papilla_papers.methods.wavelet import (
 from papilla_papers.methods.wavelet.cross import common_threshold
 
 RATE = 300.0
+SAMPLES = np.random.default_rng(0).normal(size=100)
 
 
 def by_convolution(samples, rate, frequency):
@@ -98,24 +99,18 @@ def test_what_both_channels_have_at_once_does_not_travel(kind, size):
 
 def test_the_published_quantile_of_the_cross_wavelet():
     """Z of two chi-squares with two degrees of freedom at 5 % is 3.999."""
-    noise = np.random.default_rng(0).normal(size=4000)
-    noise = (noise - noise.mean()) / noise.std()
-    flat = cross_threshold(noise, noise, RATE, 50.0) / RedNoise.of(noise).power(50.0, RATE)
-    assert 2 * flat == pytest.approx(3.999, abs=0.001)
+    assert cross_quantile() == pytest.approx(3.999, abs=0.001) and 0 < cross_quantile(0.5) < cross_quantile(1e-12) < 100
+    level = cross_threshold(SAMPLES, SAMPLES, RATE, 50.0) / RedNoise.of(SAMPLES).power(50.0, RATE)
+    assert 2 * level == pytest.approx(cross_quantile())
 
 
-def touch(period_mm, distance_mm=0.6, seed=0):
+def touch(period_mm, distance_mm=0.6):
     """Two channels a distance apart on a grating under the speed ramp of an active touch, 22 to 31 mm/s."""
-    time = np.arange(600) / RATE
+    time, generator = np.arange(600) / RATE, np.random.default_rng(0)
     speed = np.interp(time, [0, 2], [22.0, 31.0])
-    position = np.cumsum(speed) / RATE
+    turns = [2 * np.pi * (np.cumsum(speed) / RATE - place) / period_mm for place in (0.0, distance_mm)]
     envelope = np.exp(-0.5 * ((time - 1.1) / 0.25) ** 2)
-    generator = np.random.default_rng(seed)
-    pair = [
-        envelope * np.cos(2 * np.pi * (position - place) / period_mm) + 0.05 * generator.normal(size=600)
-        for place in (0.0, distance_mm)
-    ]
-    return *pair, speed
+    return *(envelope * np.cos(turn) + 0.05 * generator.normal(size=600) for turn in turns), speed
 
 
 def test_ridge_follows_the_speed_and_the_window_is_the_printed_one():
@@ -131,21 +126,21 @@ def test_ridge_follows_the_speed_and_the_window_is_the_printed_one():
     assert len(inside) == 20
     assert window.mean_Hz == pytest.approx(inside.mean()) and window.sd_Hz == pytest.approx(inside.std(ddof=1))
     assert (window.least_Hz, window.greatest_Hz) == (inside.min(), inside.max())
-    with pytest.raises(InputError, match="window from sample 590 to 605 is not inside the record of 600"):
-        ridge.window(590, 605)
+    assert (ridge.window(0, 1).first, ridge.window(598, 599).last) == (0, 599)
+    for first, last in ((590, 600), (-1, 4), (7, 7)):
+        with pytest.raises(InputError, match=f"window from sample {first} to {last} is not inside the record of 600"):
+            ridge.window(first, last)
 
 
 @pytest.mark.parametrize("period_mm", [0.40, 0.44, 0.48, 1.6])
 def test_the_phase_inverts_to_the_period_whatever_the_speed(period_mm):
-    first, second, speed = touch(period_mm)
+    first, second, _ = touch(period_mm)
     ridge = cross_wavelet(first, second, RATE, octaves(8, 120, 50)).ridge
     phase = float(np.angle(np.sum((ridge.magnitude * np.exp(1j * ridge.phase))[250:401])))
-    whole_periods = (lag_of_phase(phase, period_mm) - 0.6) / period_mm
-    assert whole_periods == pytest.approx(round(whole_periods), abs=0.02)
-    found = periods_of_phase(phase, 0.6, (0.3, 2.0))
-    assert np.abs(found / period_mm - 1).min() < 0.02
-    alone = periods_of_phase(phase, 0.6, (1.2, 5.0))
-    assert len(alone) <= 1, "over twice the distance there is one answer"
+    periods = (lag_of_phase(phase, period_mm) - 0.6) / period_mm
+    assert periods == pytest.approx(round(periods), abs=0.02)
+    assert np.abs(periods_of_phase(phase, 0.6, (0.3, 2.0)) / period_mm - 1).min() < 0.02
+    assert len(periods_of_phase(phase, 0.6, (1.2, 5.0))) <= 1, "over twice the distance there is one answer"
 
 
 def test_all_periods_of_a_phase_are_listed():
@@ -168,22 +163,24 @@ def test_passive_touch_table_of_the_paper():
             assert window.sd_Hz / window.mean_Hz < 0.016
 
 
-def test_unusable_input_is_refused():
-    samples = np.random.default_rng(0).normal(size=100)
-    with pytest.raises(InputError, match="frequency_Hz must lie between 3 .* and below 150"):
-        morlet(samples, RATE, [20.0, 150.0])
-    with pytest.raises(InputError, match="between 3 .* got 2 to 20"):
-        morlet(samples, RATE, [2.0, 20.0])
-    with pytest.raises(InputError, match="8 or more finite samples"):
-        morlet([1.0, np.nan] * 10, RATE, 20.0)
-    with pytest.raises(InputError, match="equally long"):
-        cross_wavelet(samples, samples[:-1], RATE, 20.0)
-    with pytest.raises(InputError, match="low_Hz must be below high_Hz, got 5 and 5"):
-        octaves(5, 5)
-    with pytest.raises(InputError, match="never change"):
-        cross_wavelet(samples, np.ones(100), RATE, 20.0)
-    with pytest.raises(InputError, match="period_range_mm must rise"):
-        periods_of_phase(1.0, 1.0, (2.0, 1.0))
+@pytest.mark.parametrize(
+    "refused, message",
+    [
+        (lambda: morlet(SAMPLES, RATE, [20.0, 150.0]), "frequency_Hz must lie between 3 .* and below 150"),
+        (lambda: morlet(SAMPLES, RATE, [2.0, 20.0]), "between 3 .* got 2 to 20"),
+        (lambda: morlet([1.0, np.nan] * 10, RATE, 20.0), "8 or more finite samples"),
+        (lambda: cross_wavelet(SAMPLES, SAMPLES[:-1], RATE, 20.0), "equally long"),
+        (lambda: cross_wavelet(SAMPLES, np.ones(100), RATE, 20.0), "never change"),
+        (lambda: octaves(5, 5), "low_Hz must be below high_Hz, got 5 and 5"),
+        (lambda: octaves(5, 9, 0), "per_octave must be at least 1, got 0"),
+        (lambda: periods_of_phase(1.0, 1.0, (2.0, 1.0)), "period_range_mm must rise"),
+        (lambda: cross_quantile(0.9e-12), "level must lie between 1e-12 and 0.5"),
+        (lambda: cross_quantile(0.51), "level must lie between 1e-12 and 0.5"),
+    ],
+)
+def test_unusable_input_is_refused(refused, message):
+    with pytest.raises(InputError, match=message):
+        refused()
 
 
 @pytest.mark.parametrize("gain", [1.0, -1.0, 0.3])
@@ -201,12 +198,3 @@ def test_the_level_of_what_is_common_is_that_of_the_channels_difference(gain):
     # Of channels that are the same but for a gain rounding is left, and any change is over it.
     same = common_threshold(one, 3 * one, 300.0, frequency)
     np.testing.assert_allclose(same, 3 * one.var() * 600 * (1e-24 / 600) * 3.8415 / 2, rtol=1e-3)
-
-
-@pytest.mark.parametrize("level, usable", [(1e-12, True), (0.9e-12, False), (0.5, True), (0.51, False)])
-def test_levels_are_chances_from_a_trillionth_to_a_half(level, usable):
-    if usable:
-        assert 0 < cross_quantile(level) < 100
-    else:
-        with pytest.raises(ValueError, match="level must lie between 1e-12 and 0.5"):
-            cross_quantile(level)

@@ -1,0 +1,46 @@
+"""Modulus from force and depth, on presses whose depth is a law of its own."""
+
+import numpy as np
+import pytest
+
+from papilla.core.errors import InputError
+from papilla_papers.methods.force_depth import DepthErrors, ForceDepth
+
+FORCES, MODULI = np.geomspace(0.05, 1.0, 12), np.geomspace(0.05, 1.0, 20)
+NONE = DepthErrors(0, 0, 0, 0)
+
+
+def law(force, modulus):
+    return force**0.6 * (0.5 + 0.2 * modulus**-0.5)
+
+
+@pytest.fixture(scope="module")
+def model() -> ForceDepth:
+    force, modulus = (axis.ravel() for axis in np.meshgrid(FORCES, MODULI))
+    return ForceDepth(force, modulus, law(force, modulus))
+
+
+@pytest.mark.parametrize("errors", [{"depth_mm": 0.01}, {"contact_mm": 0.01}, {"force_N": 0.002}, {"model": 0.02}])
+def test_it_inverts_the_law_and_its_sigma_is_the_change_by_an_error(model, errors):
+    force, modulus = np.random.default_rng(1).uniform(0.06, 0.9, (2, 300))
+    depth, ((name, size),) = law(force, modulus), errors.items()
+    found, sigma, _ = model.process(force, depth, DepthErrors(**{**vars(NONE), **errors}))
+    np.testing.assert_allclose(found, modulus, rtol=2e-3)
+    moved = {"force_N": (force + 1e-2 * size, depth), "model": (force, depth * (1 + 1e-2 * size))}
+    changed = model.process(*moved.get(name, (force, depth + 1e-2 * size)), NONE)[0]
+    np.testing.assert_allclose(sigma, 100 * np.abs(changed - found), rtol=0.08)
+
+
+def test_it_says_where_it_has_no_answer(model):
+    cases = {"BAD_INPUT": (0.5, np.nan), "NO_CONTACT": (0.0, 0.0), "FORCE_BELOW": (0.04, 0.2), "OK": (1.0, law(1, 0.3))}
+    cases |= {"FORCE_ABOVE": (2.0, 1.0), "HARDER": (0.5, 0.3), "SOFTER": (0.5, 3.0)}
+    cases |= {"NOT_IDENTIFIABLE": (0.05, law(0.05, 0.99))}
+    modulus, sigma, status = model.process(*np.array([*cases.values()]).T, DepthErrors(depth_mm=0.01))
+    assert [one.name for one in status] == [*cases]
+    answered = [name in ("OK", "NOT_IDENTIFIABLE") for name in cases]
+    assert np.isfinite(modulus).tolist() == np.isfinite(sigma).tolist() == answered
+    assert modulus[3] == pytest.approx(0.3, rel=2e-3), "at the sweep's own greatest force"
+    assert vars(model.errors_of(0.1, 0.2)) == vars(DepthErrors()) | {"depth_mm": 0.1, "force_N": 0.2}
+    assert model.errors_of(0.0, 0.0) == DepthErrors()
+    with pytest.raises(InputError, match="the sweep must hold the depth"):
+        ForceDepth(FORCES, FORCES, FORCES)
