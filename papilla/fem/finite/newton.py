@@ -19,7 +19,7 @@ from papilla.core.errors import ContactRangeError, SolverError
 from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
-from papilla.fem.finite.touching import Touch, Touching
+from papilla.fem.finite.touching import SkinContact, Touching
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import StepState, contact_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE_RATIO, PRESSURE_STABILISATION
@@ -175,7 +175,7 @@ def solve_level(
 
 
 def _in_contact(
-    body: Body, touching: Touching, touch: Touch, states, linearisation: Linearisation, drift, force, indentation
+    body: Body, touching: Touching, touch: SkinContact, states, linearisation: Linearisation, drift, force, indentation
 ):
     """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
 
@@ -225,7 +225,7 @@ def _free(body: Body, iterate: State) -> np.ndarray:
     return np.concatenate([iterate.displacement.ravel(), iterate.pressure])[body.free]
 
 
-def _free_loads(body: Body, touch: Touch) -> sp.csr_matrix:
+def _free_loads(body: Body, touch: SkinContact) -> sp.csr_matrix:
     """Loads (free, n), with empty rows for the pressures."""
     loads = touch.loads[body.free[: SPACE_AXES * body.space.nodes]]
     return sp.vstack([loads, sp.csr_matrix((body.free_pressures, loads.shape[1]))]).tocsr()
@@ -253,7 +253,7 @@ def _factor(body: Body, iterate: State) -> Factor:
             raise StepError(str(error.__context__)) from error
 
 
-def _balance(body: Body, mass, touch: Touch, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
+def _balance(body: Body, mass, touch: SkinContact, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
     """Distance of a state from equilibrium, incompressibility and complementarity."""
     split = body.free_displacements
     gap = (touch.gap + (touch.compliance @ iterate.contact)[: len(mass)]) / mass - iterate.indentation

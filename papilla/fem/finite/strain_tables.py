@@ -21,7 +21,7 @@ from papilla.core.files import write_text
 from papilla.core.units import PER_CENT
 from papilla.core.workers import Say, Start, counted, workers
 from papilla.fem.finite.newton import Linearisation
-from papilla.fem.finite.pressing import Scene, press_path, result
+from papilla.fem.finite.pressing import PressProblem, press_path, result
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.large_strain import (
@@ -123,11 +123,11 @@ def finite_presses(
     `press_finite`.
     """
     linearisation: Linearisation | None = None
-    scene: Scene | None = None
+    scene: PressProblem | None = None
     for count, modulus in enumerate(moduli):
         specimen, equilibrium = finger.bench.specimen(modulus), None
         if scene is None:
-            scene = Scene.of(
+            scene = PressProblem.of(
                 finger, mesh, specimen, {}, (0.0, 0.0), min(STICK_FRICTION, friction_coefficient(friction))
             )
         # Another specimen on the same body: its factorised tangent stays valid.
@@ -186,7 +186,7 @@ def begin_large_strain(
     if not missing or refused:
         return lambda: refused
     # Stuck presses take three times as long, so they begin first
-    missing.sort(key=lambda one: not one[1])
+    missing.sort(key=lambda table_key: not table_key[1])
     begun = [start(measure_few, finger, *table_key) for table_key in missing]
 
     def wait() -> str:
@@ -233,7 +233,7 @@ def ship(stuck: bool = False) -> None:
         error = PER_CENT * table.sd_error(gauge_weights(variant))
         took = perf_counter() - began
         print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
-        tables = sorted([*tables, table], key=lambda one: (one.friction, one.ratio))
+        tables = sorted([*tables, table], key=lambda table: (table.friction, table.ratio))
         write_text(SHIPPED_STRAIN_TABLES, shipped_text(finger.strain_sha256, tables))
 
 

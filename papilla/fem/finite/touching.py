@@ -31,7 +31,7 @@ the compliance is expensive."""
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class SkinContact:
     """Contact with the skin at one displacement; n patch nodes.
 
     gap : (n,) weak distance in mm3 between skin and undeformed specimen at zero indentation.
@@ -94,7 +94,7 @@ class Touching:
         self._place, self._compliance = current.xy, self._compliance_at(current)
         return True
 
-    def at(self, displacement: np.ndarray) -> Touch:
+    def at(self, displacement: np.ndarray) -> SkinContact:
         """Contact with the skin at its place after a displacement (nodes, 3) in mm."""
         patch, current, frame, coupling = (
             self.patch,
@@ -112,7 +112,7 @@ class Touching:
         order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
         parts = [sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in directions]
         loads = sp.hstack(parts).tocsr()[order]
-        return Touch(gap, loads, self._compliance)
+        return SkinContact(gap, loads, self._compliance)
 
     @property
     def _coupling(self) -> sp.csr_matrix:

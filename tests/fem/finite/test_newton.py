@@ -7,14 +7,14 @@ import pytest
 import scipy.sparse as sp
 
 from papilla.fem.finite.newton import Linearisation
-from papilla.fem.finite.pressing import Scene
+from papilla.fem.finite.pressing import PressProblem
 from papilla.fem.reduction.gauges import LINE_SHARES
 from papilla.model.specimen import HalfSpace
 
 
 @pytest.fixture(scope="module")
 def scene(coarse):
-    return Scene.of(*coarse, HalfSpace(0.5), {}, (0.0, 0.0))
+    return PressProblem.of(*coarse, HalfSpace(0.5), {}, (0.0, 0.0))
 
 
 def test_a_linearisation_is_the_inverse_of_the_tangent(scene):
@@ -31,7 +31,7 @@ def test_a_linearisation_is_the_inverse_of_the_tangent(scene):
 
 def test_gauges_read_a_homogeneous_stretch_exactly_and_no_turn(coarse):
     finger, mesh = coarse
-    whole = Scene.of(finger, dataclasses.replace(mesh, mirrors=()), HalfSpace(0.5), {}, (0.0, 0.0))
+    whole = PressProblem.of(finger, dataclasses.replace(mesh, mirrors=()), HalfSpace(0.5), {}, (0.0, 0.0))
     places = whole.body.space.displacement.doflocs.T
     stretch = np.array([1.2, 0.9, 0.95])
     values = whole.readout(places * (stretch - 1))
@@ -45,6 +45,6 @@ def test_gauges_read_a_homogeneous_stretch_exactly_and_no_turn(coarse):
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     assert whole.readout(places @ (turn - np.eye(3)).T)[0] == pytest.approx(0, abs=1e-13)
-    quarter = Scene.of(finger, mesh, HalfSpace(0.5), {}, (0.0, 0.0))
+    quarter = PressProblem.of(finger, mesh, HalfSpace(0.5), {}, (0.0, 0.0))
     mirrored = quarter.readout(quarter.body.space.displacement.doflocs.T * (stretch - 1))
     assert mirrored == pytest.approx(values, abs=1e-12), "a symmetric field, seen through the mirrors"

@@ -8,7 +8,7 @@ import pytest
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem import FingerModel, press
 from papilla.fem.finite import press_finite
-from papilla.fem.finite.pressing import Scene, press_path
+from papilla.fem.finite.pressing import PressProblem, press_path
 from papilla.model.finger import Layer
 from papilla.model.materials import FirstInvariantMaterial, NeoHookean
 from papilla.model.specimen import Block, Grating, HalfSpace, Sphere
@@ -92,7 +92,7 @@ def test_force_and_indentation_control_agree_and_repeat(coarse):
 @pytest.mark.slow
 @pytest.mark.parametrize("specimen, bound", [(HalfSpace(1e6), 1e-6), (Sphere(1e6, 30), 1e-6)], ids=repr)
 def test_the_work_of_a_rigid_specimen_is_the_energy_of_the_finger(coarse, energy_of, specimen, bound):
-    scene = Scene.of(*coarse, specimen, {}, (0.0, 0.0))
+    scene = PressProblem.of(*coarse, specimen, {}, (0.0, 0.0))
     energies, forces = [], []
     for depth in (0.799, 0.8, 0.801):
         state = press_path(scene, None, depth)[0]

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from papilla.fem.finite.pressing import Scene
+from papilla.fem.finite.pressing import PressProblem
 from papilla.fem.finite.touching import RENEWAL_DISTANCE_EDGES, RENEWAL_PER_RESIDUAL, Touching
 from papilla.model.specimen import Block, HalfSpace, Sphere
 
@@ -14,7 +14,7 @@ from papilla.model.specimen import Block, HalfSpace, Sphere
 def scene(coarse):
     """The finger without mirrors, so that its skin may move to any side."""
     finger, mesh = coarse
-    return Scene.of(finger, dataclasses.replace(mesh, mirrors=()), HalfSpace(0.5), {}, (0.0, 0.0))
+    return PressProblem.of(finger, dataclasses.replace(mesh, mirrors=()), HalfSpace(0.5), {}, (0.0, 0.0))
 
 
 @pytest.fixture(scope="module")
