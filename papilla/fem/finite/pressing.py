@@ -71,7 +71,9 @@ def press_finite(
     """
     began = perf_counter()
     force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, force, indentation)
-    scene = PressProblem.of(finger, mesh, specimen, materials or {}, at, min(STICK_FRICTION, friction_coefficient(friction)))
+    scene = PressProblem.of(
+        finger, mesh, specimen, materials or {}, at, min(STICK_FRICTION, friction_coefficient(friction))
+    )
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
     equilibrium, steps, balance, _ = press_path(scene, share, indentation, progress)

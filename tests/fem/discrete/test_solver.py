@@ -1,7 +1,6 @@
 """The factorisation: both engines, their checks, and the incompressible limit."""
 
 import dataclasses
-import warnings
 
 import numpy as np
 import pytest
@@ -65,12 +64,10 @@ def test_the_environment_names_the_engine(system, monkeypatch):
     assert factorise(*system).engine == "rslab"
 
 
+@pytest.mark.filterwarnings("ignore:rslab did not factor")
 def test_a_singular_matrix_is_an_error():
-    matrix = sp.csc_matrix(np.diag([1.0, 0.0, 2.0]))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with pytest.raises(SolverError, match="SuperLU could not factor the matrix"):
-            factorise(matrix, 0)
+    with pytest.raises(SolverError, match="SuperLU could not factor the matrix"):
+        factorise(sp.csc_matrix(np.diag([1.0, 0.0, 2.0])), 0)
 
 
 @pytest.mark.parametrize("engine", SOLVER_ENGINES)
@@ -95,8 +92,7 @@ def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
     monkeypatch.setenv("PAPILLA_SOLVER", engine)
     mesh, readings = dome(Finger.default(), 5), {}
     for nu in (0.4999999, 0.5):
-        base = Finger.default()
-        finger = dataclasses.replace(base, outer=Layer(0.136, nu), inner=Layer(0.034, nu))
+        finger = dataclasses.replace(Finger.default(), outer=Layer(0.136, nu), inner=Layer(0.034, nu))
         model = FingerModel(finger, mesh)
         readings[nu] = press(model.reduce(), Block(0.5, 10), force=0.3, fidelity="contact").reading
         factor = model.factor()[1]

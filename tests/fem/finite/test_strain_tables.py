@@ -25,27 +25,19 @@ from papilla.model.specimen import Block
 OWN = replace(Finger.default(), name="own", shape=Dome((22.0, 22.0, 19.0), (19.5, 19.5, 16.5), (9.0, 9.0, 6.0)))
 
 
-def shipped_as(ratio: float, stuck: bool) -> dict:
-    """The shipped table of the default finger, as if a finger of one's own had it."""
-    tables = known(Finger.default().strain_sha256)
-    table = next(one for one in tables if one.ratio == 4.0 and (one.friction > 0) == stuck)
-    return replace(table, ratio=ratio).to_json()
-
-
 @pytest.fixture
 def kept(monkeypatch, tmp_path):
-    """Tables of one's own finger in a cache of the test's own, without friction and stuck."""
+    """Tables of the default finger as those of one's own, without friction and stuck, in a cache of the test's own."""
+    tables = [table for table in known(Finger.default().strain_sha256) if table.ratio == 4.0]
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    tables = [replace(LargeStrain.from_json(shipped_as(4.0, stuck)), ratio=4.0) for stuck in (False, True)]
     keep(OWN.strain_sha256, tables)
 
 
 def few_of(table: LargeStrain) -> LargeStrain:
     """The presses of a table that a finger of one's own gets."""
     forces, moduli = np.unique(table.force)[list(FEW_FORCES)], np.unique(table.modulus)[list(FEW_MODULI)]
-    kept = np.isin(table.force, forces) & np.isin(table.modulus, moduli)
-    rows = {name: getattr(table, name)[kept] for name in ("force", "modulus", "linear", "finite")}
-    return replace(table, **rows)
+    few = np.isin(table.force, forces) & np.isin(table.modulus, moduli)
+    return replace(table, **{name: getattr(table, name)[few] for name in ("force", "modulus", "linear", "finite")})
 
 
 @pytest.mark.parametrize("stuck", [False, True])
@@ -74,17 +66,9 @@ def test_a_press_of_a_prepared_finger_includes_large_strain_by_its_tables(kept):
     assert ensure_large_strain(OWN, (False, True)) == "", "nothing is missing"
 
 
-# ---- Measuring a table
-
-
-@pytest.fixture(scope="module")
-def on_coarse(dome):
-    """The default finger and a very coarse mesh of it."""
-    return Finger.default(), dome(Finger.default(), outer_layers=1, inner_layers=2)
-
-
-def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
-    finger, mesh = on_coarse
+def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
+    finger = Finger.default()
+    mesh = dome(finger, outer_layers=1, inner_layers=2)
     told, inner = [], finger.inner.modulus
     table = measure_large_strain(
         finger, mesh, forces=(1.0, 3.0, 9.0, 18.0), moduli=(0.5, 4.0, 1e4), steps=lambda *one: told.append(one)

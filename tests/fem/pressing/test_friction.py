@@ -18,10 +18,6 @@ RADIUS = 20.0
 STICK = math.inf
 
 
-def traction_compliance(patch, specimen):
-    return specimen.traction_compliance(PatchSurface(patch))
-
-
 def paraboloid(x, y):
     return (x * x + y * y) / (2 * RADIUS)
 
@@ -36,18 +32,12 @@ def bodies_on(patch, specimen, finger=None) -> ContactProblem:
     """A specimen against a rigid finger, or against one that is a half-space too: turned over, its coupling changes
     sign."""
     n = len(patch.xy)
-    compliance = traction_compliance(patch, specimen)
+    compliance = specimen.traction_compliance(PatchSurface(patch))
     if finger is not None:
         turned = np.repeat([1.0, -1.0, -1.0], n)
-        compliance = compliance + turned[:, None] * traction_compliance(patch, finger) * turned
+        compliance = compliance + turned[:, None] * finger.traction_compliance(PatchSurface(patch)) * turned
     fixed = (patch.xy == 0).T if len(patch.images) == 4 else np.zeros((2, n), dtype=bool)
     return ContactProblem(compliance, patch.mass, patch.gap, fixed)
-
-
-def without_friction(problem, **load):
-    n = len(problem.mass)
-    plain = ContactProblem(problem.compliance[:n, :n], problem.mass, problem.gap)
-    return contact_step(plain, first_touch(plain), **load)
 
 
 def shear_moment(patch, state):
@@ -67,45 +57,34 @@ def check_state(problem, state, friction):
         assert (q <= friction * p * (1 + 1e-8) + 1e-12 * p.max()).all()
 
 
-# ---- Closed forms
-
-
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
-def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
-    patch = sphere
-    expected = frictional_punch(dundurs_beta(1.0, nu))
-    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = LoadingPath(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
-    assert 4 * state.force == pytest.approx(force, rel=1e-3)
-    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
-
-
 @pytest.mark.parametrize("friction", [STICK, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.4, 0.2, 0.1))])
 def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     """Against the frictionless punch on the same patch, whose edge is as coarse."""
     patch, nu = disc(1.0, 16), 0.3
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    plain = without_friction(problem, indentation=0.01)
+    n = len(patch.xy)
+    plain = ContactProblem(problem.compliance[:n, :n], patch.mass, patch.gap)
+    smooth = contact_step(plain, first_touch(plain), indentation=0.01)
     state = LoadingPath(problem, friction).at(indentation=0.01)
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
-    assert state.force / (plain.force) == pytest.approx(expected.force_factor, rel=1.5e-3)
+    assert state.force / smooth.force == pytest.approx(expected.force_factor, rel=1.5e-3)
     check_state(problem, state, friction)
 
 
-@pytest.mark.parametrize("friction", [0.2, 0.1])
-def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
-    patch, nu = sphere, 0.3
+@pytest.mark.parametrize("friction, nu", [(STICK, 0.0), (STICK, 0.3), (STICK, 0.45), (0.2, 0.3), (0.1, 0.3)])
+def test_growing_sphere_is_mossakovskii_s_and_spence_s(sphere, friction, nu):
+    patch = sphere
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
     problem = bodies_on(patch, HalfSpace(1.0, nu))
     state = LoadingPath(problem, friction).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
-    r, element = np.hypot(*patch.xy.T), 3.0 / 20
-    sticking = state.active & ~state.slipping
-    assert r[sticking].max() < 2.0 * expected.stick_radius + element
-    assert r[state.slipping].min() > 2.0 * expected.stick_radius - element
     check_state(problem, state, friction)
+    if friction < STICK:
+        r, element = np.hypot(*patch.xy.T), 3.0 / 20
+        assert r[state.active & ~state.slipping].max() < 2.0 * expected.stick_radius + element
+        assert r[state.slipping].min() > 2.0 * expected.stick_radius - element
 
 
 def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
@@ -155,9 +134,6 @@ def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
     assert state.slipping[state.active].all()
 
 
-# ---- A second method
-
-
 def gauss_seidel(problem, state, friction, depth, sweeps=20000):
     """The same step, node by node with projections: no linear system, no sets (Jean 1999,
     doi:10.1016/S0045-7825(98)00383-1)."""
@@ -192,9 +168,6 @@ def test_steps_agree_with_gauss_seidel(disc, friction):
     assert state.slipping.sum() > 0
 
 
-# ---- What holds of any bodies
-
-
 def random_problem(seed, n=9) -> ContactProblem:
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3 * n, 4 * n))
@@ -226,17 +199,6 @@ def test_friction_takes_energy_and_never_gives_it(disc):
     # and no more than the work that was put in
     work = np.trapezoid([knot.force for knot in path.steps.knots], [knot.indentation for knot in path.steps.knots])
     assert last.dissipated < 0.05 * work
-
-
-def test_little_friction_is_none_and_much_is_stick(disc):
-    patch = disc(3.0, 10, paraboloid)
-    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    plain = without_friction(problem, force=0.4)
-    almost = LoadingPath(problem, 1e-7).at(force=0.4)
-    assert almost.traction[0] == pytest.approx(plain.traction[0], abs=1e-6 * plain.traction[0].max())
-    stuck, rough = (LoadingPath(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
-    assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
-    assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
 
 
 def test_other_units_give_the_same_answer(disc):

@@ -35,6 +35,9 @@ def test_an_apex_press_is_symmetric_and_balanced(reference, fidelity, force):
     assert found.reading == pytest.approx(1e6 * found.strain), "gain 1 and lever 0 until a finger is identified"
     mean = found.reading.mean()
     assert found.sd == pytest.approx(np.sqrt(((found.reading - mean) ** 2).sum() / 5)), "population, not sample"
+    by_depth = press(reference, BLOCK, indentation=found.indentation, fidelity=fidelity)
+    assert by_depth.indentation == pytest.approx(found.indentation, rel=1e-9)
+    assert [by_depth.force, *by_depth.reading] == pytest.approx([force, *found.reading], rel=1e-8)
 
 
 def test_gains_and_levers_make_the_reading(reference):
@@ -46,8 +49,7 @@ def test_gains_and_levers_make_the_reading(reference):
 
 
 @pytest.mark.parametrize("fidelity", ["hertz", "contact"])
-@pytest.mark.parametrize("force", [0.05, 0.4])
-def test_limits_of_the_specimens(reference, fidelity, force):
+def test_limits_of_the_specimens(reference, fidelity, force=0.4):
     flat = press(reference, HalfSpace(0.2), force=force, fidelity=fidelity)
     for specimen, tolerance in ((Block(0.2, 1000), 2e-3), (Sphere(0.2, 1e5), 2e-3), (Block(0.2, 1e5), 2e-5)):
         found = press(reference, specimen, force=force, fidelity=fidelity)
@@ -60,23 +62,12 @@ def test_limits_of_the_specimens(reference, fidelity, force):
     assert ball.contact_area < flat.contact_area and ball.peak_pressure > flat.peak_pressure
 
 
-@pytest.mark.parametrize("specimen", [lambda E: Block(E, 10), HalfSpace, lambda E: Sphere(E, 40)])
-def test_sd_rises_with_force_and_modulus(reference, specimen):
+def test_sd_rises_with_force_and_modulus(reference):
     moduli, forces = np.geomspace(0.02, 5, 8), np.linspace(0.05, 1.0, 8)
-    sd = np.array([[press(reference, specimen(E), force=f, fidelity="contact").sd for f in forces] for E in moduli])
+    sd = np.array([[press(reference, Block(E, 10), force=f, fidelity="contact").sd for f in forces] for E in moduli])
     assert (np.diff(sd, axis=0) > 0).all() and (np.diff(sd, axis=1) > 0).all()
     # The modulus matters less and less: the specimen becomes a rigid one
     assert (np.diff(np.log(sd[:, 3]))[-1]) < 0.1 * np.diff(np.log(sd[:, 3]))[0]
-
-
-def test_force_and_indentation_are_two_ways_to_one_press(reference):
-    for fidelity in ("hertz", "contact"):
-        by_force = press(reference, BLOCK, force=0.3, fidelity=fidelity)
-        by_depth = press(reference, BLOCK, indentation=by_force.indentation, fidelity=fidelity)
-        assert by_depth.force == pytest.approx(0.3, rel=1e-9)
-        assert by_depth.reading == pytest.approx(by_force.reading, rel=1e-9)
-        assert by_depth.indentation == pytest.approx(by_force.indentation, rel=1e-12)
-        assert by_depth.force_balance <= 1e-9
 
 
 @pytest.mark.slow
@@ -91,12 +82,8 @@ def test_a_ball_is_a_sphere_and_not_a_paraboloid(disc, stand_in, indentation):
     assert found.force == pytest.approx(exact, rel=0.003)
 
 
-# ---- Fidelity
-
-
 @pytest.mark.parametrize("tolerance", [1e-6, 0.02, 0.05, 0.5])
-@pytest.mark.parametrize("force", [0.08, 0.2, 0.6])
-@pytest.mark.parametrize("modulus", [0.05, 0.51])
+@pytest.mark.parametrize("modulus, force", [(0.05, 0.2), (0.51, 0.08), (0.51, 0.6)])
 def test_auto_keeps_its_tolerance_and_says_why(reference, modulus, force, tolerance):
     """The measured error bounds the true one between the forces where it was measured, up to a tenth."""
     specimen = Block(modulus, 10)
@@ -123,37 +110,23 @@ def test_a_press_too_light_for_the_mesh_says_so(reference, force):
     assert auto.sd == press(reference, BLOCK, force=force, fidelity="hertz").sd
 
 
-# ---- Refusals
-
-
 @pytest.mark.parametrize(
     "values, message",
     [
-        ({"force": 0.0}, r"force \(N\) must be greater than 0, got 0"),
         ({"force": -1.0}, r"force \(N\) must be greater than 0, got -1"),
         ({"force": np.nan}, r"force \(N\) must be finite, got nan"),
         ({"force": "0.1"}, r"force \(N\) must be a number, got '0.1'"),
-        ({"indentation": 0}, r"indentation \(mm\) must be greater than 0, got 0"),
         ({"indentation": np.inf}, r"indentation \(mm\) must be finite, got inf"),
         ({}, "give exactly one of force and indentation"),
         ({"force": 1.0, "indentation": 1.0}, "give exactly one of force and indentation"),
         ({"force": 1.0, "fidelity": "finest"}, "fidelity must be one of hertz, contact or auto, got 'finest'"),
         ({"force": 1.0, "tolerance": 0}, "tolerance must be greater than 0, got 0"),
-        ({"force": 1.0, "tolerance": np.nan}, "tolerance must be finite, got nan"),
+        ({"force": 1.0, "specimen": Grating(1.0, 1.0, 0.5)}, "takes a HalfSpace, .* or another Specimen, got Grating"),
     ],
 )
 def test_unusable_values(reference, values, message):
     with pytest.raises(InputError, match=message):
-        press(reference, BLOCK, **values)
-
-
-@pytest.mark.parametrize("specimen, name", [(Grating(1.0, 1.0, 0.5), "Grating"), (0.51, "float"), (None, "NoneType")])
-def test_a_specimen_that_cannot_be_pressed(reference, specimen, name):
-    with pytest.raises(InputError, match=f"a press takes a HalfSpace, Block, Sphere or another Specimen, got {name}"):
-        press(reference, specimen, force=0.1)
-
-
-# ---- The result
+        press(reference, **{"specimen": BLOCK, **values})
 
 
 def test_a_slab_is_pressed_along_a_line(tmp_path, monkeypatch):
