@@ -10,7 +10,7 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.finger_model import build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame, Patch
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes

@@ -19,8 +19,8 @@ from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
-from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import BONE_LAYER, LAYER_NUMBERS, LayeredMesh

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.reduction.compliance import PatchSurface
-from papilla.fem.reduction.finger_model import LoadedPatch
+from papilla.fem.reduction.loaded_patch import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.model.specimen import Specimen
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from papilla.fem.discrete.elements import TaylorHood
-from papilla.fem.reduction.finger_model import build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.surfaces import Ellipsoid
 
