@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from papilla.core.errors import ContactRangeError, InputError
 from papilla.fem.pressing import ellipses
 from papilla.fem.pressing.ellipses import SECOND_MOMENTS, Array, EllipseFamily, ellipse_family, mean_square
-from papilla.fem.pressing.press import Load, Press, linear_press
+from papilla.fem.pressing.press import CONTACT_MEASURES, Load, Press, linear_press
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.specimen import Specimen
 
@@ -315,15 +315,11 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
     return linear_press(
         reduced,
         specimen,
-        force=scene.force,
         fidelity="hertz",
-        indentation=scene.indentation,
-        contact_area=float(np.pi * a * b),
-        peak_pressure=scene.peak_pressure,
-        values=scene.values,
         force_balance=abs(float(reduced.multiplicity * patch.mass @ pressure) - scene.force) / scene.force,
         status=status,
         resolved=True,
         pressure=pressure,
         active=shape > 0,
+        **{name: getattr(scene, name) for name in ("force", "values", *CONTACT_MEASURES)},
     )

@@ -106,31 +106,6 @@ def test_converges_to_the_point_force_field(box, nu):
     assert np.log2(errors[0] / errors[1]) > 2.5
 
 
-def test_free_unknowns_follow_clamp_and_mirrors(coarse_model):
-    space, mirrors = coarse_model.space, coarse_model.mesh.mirrors
-    x = space.displacement.doflocs
-    clamped = np.zeros(space.nodes, dtype=bool)
-    clamped[space.nodes_on(space.mesh.boundaries["base"])] = True
-    assert (x[2][clamped] < 6 + 1e-9).all() and clamped[x[2] == 0].all()
-    for parity in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        free = space.free(parity, mirrors)
-        # An odd pressure vanishes in the plane: as many unknowns go as pairs of vertex and layer lie there
-        odd = [axis for axis in (0, 1) if parity[axis] < 0]
-        pairs = np.column_stack([space.mesh.tets.ravel(), np.repeat(space.mesh.layer, 4)])
-        pairs = np.unique(pairs, axis=0)
-        gone = (space.mesh.points[pairs[:, 0]][:, odd] == 0).any(axis=1)
-        assert (free[3 * space.nodes :] == ~gone).all()
-        free = free[: 3 * space.nodes].reshape(-1, 3)
-        assert not free[clamped].any()
-        for axis in (0, 1):
-            on_plane = ~clamped & (x[axis] == 0)
-            # Symmetric: nothing crosses the plane; antisymmetric: nothing moves in it
-            held = [axis] if parity[axis] > 0 else [k for k in range(3) if k != axis]
-            assert not free[on_plane][:, held].any()
-        off = ~clamped & (x[0] > 0) & (x[1] > 0)
-        assert free[off].all()
-
-
 BLOCK = Block(0.51, 10)
 LAYERS = {OUTER_LAYER: Layer(0.136, 0.45), INNER_LAYER: Layer(0.034, 0.3)}
 

@@ -7,18 +7,10 @@ import pytest
 
 from papilla import Finger, fem
 from papilla.core.errors import InputError
-from papilla.fem.finite.strain_tables import (
-    FEW_FORCES,
-    FEW_MODULI,
-    ensure_large_strain,
-    measure_few,
-    measure_large_strain,
-)
+from papilla.fem.finite.strain_tables import FEW_FORCES, FEW_MODULI, ensure_large_strain, measure_large_strain
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.large_strain import LargeStrain, keep, known
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.mesh import build
 from papilla.model.finger import Dome
 from papilla.model.specimen import Block
 
@@ -87,26 +79,3 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
             assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
     with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
         measure_large_strain(finger, mesh, forces=(1.0, 3.0), moduli=(4.0,))
-
-
-@pytest.mark.slow
-def test_a_table_of_ones_own_tells_presses_at_finite_strain_on_a_finer_mesh(monkeypatch, tmp_path):
-    """What large strain changes in presses between the table's forces and moduli, on another mesh: S_d within 0.5 %,
-    gauges within 1 % of the largest reading, in the middle of the table; 0.7 and 1.2 % where the change turns, between
-    the two largest forces. Both sides are presses on nodes of one mesh, which lose the same to it."""
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    said = []
-    table = LargeStrain.from_json(measure_few(OWN, 4.0, False, said.append))
-    assert len(table.force) == len(said) == 20
-    assert said[-1] == "large strain, layers 1 : 4, without friction: press: 20 of 20"
-    keep(OWN.strain_sha256, [table])
-    mesh = build(OWN, 1.0, variant=3)
-    reduced = fem.prepare(OWN, size_mm=1.0, variant=3)
-    for modulus, force, sd, gauges in ((0.08, 0.3, 0.005, 0.01), (0.4, 0.75, 0.007, 0.012)):
-        block = Block(modulus, thickness=10.0)
-        truth = fem.press_finite(OWN, mesh, block, force=force, friction=0)
-        nodes = contact_press(reduced, block, (force, None), 0.0)
-        found = including_large_strain(reduced, block, nodes)
-        assert found.large_strain and abs(truth.sd / nodes.sd - 1) > 0.01
-        assert found.sd == pytest.approx(truth.sd, rel=sd)
-        assert np.abs(found.reading - truth.reading).max() < gauges * np.abs(truth.reading).max()

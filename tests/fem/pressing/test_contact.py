@@ -10,32 +10,16 @@ from papilla.core.errors import SolverError
 from papilla.fem.pressing.contact import contact_shape, loading_path
 from papilla.fem.pressing.contact_path import ContactPath, ContactProblem, LeavingError
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.fem.pressing.ellipses import (
-    FLATTEST_Q,
-    HALF_SPACE_ENERGY,
-    SECOND_MOMENTS,
-    SHARPEST_Q,
-    SIXTH_MOMENTS,
-    layer_factor,
-    mean_square,
-    peak_over_mean,
-)
-from papilla.fem.reduction.compliance import half_space_compliance, kernel_compliance
+from papilla.fem.pressing.ellipses import HALF_SPACE_ENERGY
+from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.model.specimen import Block, HalfSpace, Sphere
-from papilla.references import LayerKernel, bonded_layer_sphere, hertz_ellipse, hertz_sphere
+from papilla.references import hertz_ellipse, hertz_sphere
 
 RADIUS, E_STAR = 10.0, 0.2
 
 
 def paraboloid(x, y):
     return (x**2 + y**2) / (2 * RADIUS)
-
-
-@pytest.fixture(scope="module")
-def ball(disc):
-    """A sphere's patch of 24 rings with the compliance of a half-space."""
-    patch = disc(4.0, 24, paraboloid)
-    return patch, half_space_compliance(patch) / E_STAR
 
 
 def solved(compliance, mass, gap, **load):
@@ -71,36 +55,6 @@ def test_hertz_is_approached_as_the_patch_is_refined(disc):
     assert (found[1] < [0.001, 0.01, 0.05]).all()
     # The square root at the edge of Hertz's pressure allows no more than one for the pressure itself
     assert (order > [1.4, 1.0, 0.6]).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("nu", [0.5, 0.4])
-@pytest.mark.parametrize("chi", [0.19, 0.49, 0.75, 1.05])
-def test_bonded_layer(disc, chi, nu):
-    """A rigid sphere on a layer bonded to a rigid base, against the exact dual integral equations."""
-    thickness, modulus, radius = 10.0, 0.3, 100.0
-    exact = bonded_layer_sphere((chi * thickness) ** 2 / radius, radius, thickness, modulus, nu)
-    patch = disc(1.4 * exact.contact_radius, 16, lambda x, y: (x**2 + y**2) / (2 * radius))
-    compliance = half_space_compliance(patch) * ((1 - nu**2) / modulus)
-    compliance = compliance + kernel_compliance(patch, LayerKernel(thickness, nu)) / modulus
-    found = solved(compliance, patch.mass, patch.gap, indentation=exact.indentation)
-    shape = contact_shape(patch, found.traction[0])
-    assert 4 * patch.mass @ found.traction[0] == pytest.approx(exact.force, rel=0.01)
-    assert shape.elliptic
-    assert shape.area == pytest.approx(exact.area, rel=0.02)
-    assert shape.peak_pressure == pytest.approx(exact.peak_pressure, rel=0.02)
-
-
-@pytest.mark.parametrize("force", [1e-4, 0.02, 0.15])
-def test_complementarity_and_balance(ball, force):
-    patch, compliance = ball
-    found = solved(compliance, patch.mass, patch.gap, force=force)
-    weak_gap = compliance @ found.traction[0] + patch.gap - found.indentation * patch.mass
-    scale = (found.indentation * patch.mass).max()
-    assert (found.traction[0] >= 0).all() and (weak_gap >= -1e-12 * scale).all()
-    assert np.abs(found.traction[0] * weak_gap).max() <= 1e-12 * found.traction[0].max() * scale
-    assert ((found.traction[0] > 0) == found.active).all()
-    assert patch.mass @ found.traction[0] == pytest.approx(force, rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -215,22 +169,6 @@ def test_a_line_contact_is_no_ellipse_though_its_low_moments_are(disc, half_leng
     assert not shape.elliptic
     assert shape.area == pytest.approx(4 * half_length, rel=0.05)
     assert shape.peak_pressure == 1
-
-
-@pytest.mark.parametrize("q", [-1.2, -0.3, 0.0, 0.4, 0.9])
-def test_moments(q):
-    """Over the disc, d(area) / area is du; u = 1 - t^2."""
-    for power, (first, second) in zip((0, 1, 3), [(1, 1), SECOND_MOMENTS, SIXTH_MOMENTS], strict=True):
-        found = quad(lambda u, n=power: u**n * layer_factor(np.sqrt(1 - u), q), 0, 1)[0]
-        assert found == pytest.approx((1 - q) * first + q * second, rel=1e-6)
-    assert mean_square(q) == pytest.approx((1 - q) * SECOND_MOMENTS[0] + q * SECOND_MOMENTS[1])
-
-
-@pytest.mark.parametrize("q", [FLATTEST_Q, -0.9, -0.3, 0.0, 0.5, SHARPEST_Q])
-def test_peak_and_sign(q):
-    values = layer_factor(np.linspace(0, 1, 100_001), q)
-    assert values.min() >= -1e-12
-    assert peak_over_mean(q) == pytest.approx(values.max(), rel=1e-8)
 
 
 def test_energy_on_a_half_space():

@@ -97,43 +97,6 @@ def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
 
 
-def mindlin_displacement(tangential, limit, contact_radius, compliance):
-    """Tangential displacement of a pressed sphere and its stick radius, exact for nu = 0; `limit` where it slides.
-
-    Cattaneo (1938); Mindlin (1949), doi:10.1115/1.4009973.
-    """
-    left = 1 - tangential / limit
-    sliding = 3 * limit / (16 * contact_radius) * compliance
-    return sliding * (1 - left ** (2 / 3)), contact_radius * left ** (1 / 3)
-
-
-def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
-    """Pressed, then pulled along x under the same force; nu = 0, for which their solution is exact."""
-    patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
-    body = HalfSpace(1.0, 0.0)
-    problem = bodies_on(patch, body, body)
-    state = LoadingPath(problem, friction).at(indentation=depth)
-    assert np.abs(state.traction[1:]).max() < 1e-9 * state.traction[0].max()
-    force, contact_radius = state.force, math.sqrt(RADIUS * depth)
-    moved, r = 0.0, np.hypot(*patch.xy.T)
-    limit = mindlin_displacement(friction * force, friction * force, contact_radius, 8.0)[0]
-    for share in (0.2, 0.5, 0.8):
-        step = share * limit - moved
-        state = contact_step(problem, state, friction, force=force, slide=(step, 0.0))
-        moved += step
-        pulled = float(patch.mass @ state.traction[1])
-        assert abs(patch.mass @ state.traction[2]) < 1e-6 * pulled
-        found, stick = mindlin_displacement(pulled, friction * force, contact_radius, 8.0)
-        assert found == pytest.approx(moved, rel=0.02)
-        element = 2.4 / 10
-        assert r[state.active & ~state.slipping].max() < stick + element
-        assert r[state.slipping].min() > stick - element
-        check_state(problem, state, friction)
-    state = contact_step(problem, state, friction, force=force, slide=(limit, 0.0))
-    assert patch.mass @ state.traction[1] == pytest.approx(friction * force, rel=1e-9)
-    assert state.slipping[state.active].all()
-
-
 def gauss_seidel(problem, state, friction, depth, sweeps=20000):
     """The same step, node by node with projections: no linear system, no sets (Jean 1999,
     doi:10.1016/S0045-7825(98)00383-1)."""
@@ -199,16 +162,6 @@ def test_friction_takes_energy_and_never_gives_it(disc):
     # and no more than the work that was put in
     work = np.trapezoid([knot.force for knot in path.steps.knots], [knot.indentation for knot in path.steps.knots])
     assert last.dissipated < 0.05 * work
-
-
-def test_other_units_give_the_same_answer(disc):
-    patch = disc(3.0, 6, paraboloid)
-    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    scaled = ContactProblem(1e-12 * 1e9 * problem.compliance, 1e6 * patch.mass, 1e9 * patch.gap, problem.fixed)
-    one, other = LoadingPath(problem, 0.1), LoadingPath(scaled, 0.1)
-    a, b = one.at(indentation=0.1), other.at(indentation=1e3 * 0.1)
-    assert len(one.steps.knots) == len(other.steps.knots)
-    assert b.traction * 1e-12 == pytest.approx(a.traction, abs=1e-9 * a.traction.max())
 
 
 def test_a_whole_patch_gives_what_its_quarter_does_and_no_net_shear(disc):

@@ -21,7 +21,6 @@ from papilla.model.specimen import Block
 BLOCK = Block(0.51, 10)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("at", [(0.0, 0.0), (5.0, -3.0)])
 def test_quarter_and_whole_mesh_give_the_same_reduced_finger(coarse_model, at):
     """Two paths: four parities on a quarter, or one solve on everything."""

@@ -77,18 +77,3 @@ def test_a_quadratic_displacement_has_its_curvature_along_the_grid(gauge):
     assert value(curvature, bend(0, 0.04, 0)) == pytest.approx(0, abs=1e-12)
     assert value(curvature, bend(0, 0, 0.04)) == pytest.approx(0, abs=1e-12)
     assert value(curvature, bend(0.04, -0.3, 0.7)) == pytest.approx(0.04, rel=1e-9)
-
-
-def test_mirrored_gauges_read_mirrored_fields_alike():
-    random = np.random.default_rng(5)
-    linear, square = random.standard_normal((3, 3)), random.standard_normal((3, 3, 3)) / 20
-
-    def field(x):
-        return x @ linear + np.einsum("ki,kj,ijm->km", x, x, square)
-
-    def mirror(x):
-        return x * [-1, 1, 1]
-
-    for gauge, image in ((FINGER.gauges[1], FINGER.gauges[3]), (FINGER.gauges[0], FINGER.gauges[4])):
-        for here, there in zip(both(gauge)[:2], both(image)[:2], strict=True):
-            assert value(here, field) == pytest.approx(value(there, lambda x: mirror(field(mirror(x)))), rel=1e-10)

@@ -78,19 +78,3 @@ def test_the_rim_is_where_skin_goes_on(flat_patch):
     assert everything.mass.sum() == pytest.approx(1, rel=1e-12)
     assert not everything.rim.any(), "at the edge of the skin there is nothing to leave the patch for"
     assert (everything.outline == (np.abs(everything.xy).max(axis=1) > 0.5 - 1e-9)).all()
-
-
-def test_quarter_and_whole_patch_are_the_same_disc(coarse_model):
-    space, mesh, skin = coarse_model.space, coarse_model.mesh, coarse_model.surfaces["skin"]
-    frame = Frame.at(skin, 0.0, 0.0)
-    quarter = build_patch(space, mesh, skin, frame, 15.0, True).patch
-    whole = build_patch(space, mesh, skin, frame, 15.0, False).patch
-    assert quarter.images.tolist() == [[1, 1], [1, -1], [-1, 1], [-1, -1]]
-    assert whole.images.tolist() == [[1, 1]]
-    assert len(whole.triangles) == 4 * len(quarter.triangles)
-    for name in ("mass", "gap"):
-        assert getattr(whole, name).sum() == pytest.approx(4 * getattr(quarter, name).sum(), rel=1e-12)
-    # A node on a plane is shared by its images, in the plane of both by all four
-    copies = 4 / 2.0 ** (quarter.xy == 0).sum(axis=1)
-    assert copies.sum() == len(whole.xy)
-    assert (copies * quarter.rim).sum() == whole.rim.sum()

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import splu
 
 from papilla import Layer, Slab
 from papilla.fem.sliding.section import SectionModel
@@ -61,28 +60,6 @@ def test_an_incompressible_strip_is_the_limit_of_nearly_incompressible_ones(fing
         moved.append(means @ model.solve(means.T.toarray()[:, [20, 55]]))
     change = np.abs(moved[1] - moved[0]).max()
     np.testing.assert_allclose(moved[2] - moved[1], moved[1] - moved[0], atol=0.05 * change)
-
-
-@pytest.mark.slow
-def test_modes_and_static_rest_answer_a_harmonic_force_as_the_whole_does(model):
-    compliance, _ = model.condense()
-    modes = model.modes(30)
-    means, _ = model.patch_weights
-    n = len(compliance) // 2
-    stiffness, mass = (matrix[model.free][:, model.free] for matrix in model.system)
-    load = np.zeros(len(compliance))
-    load[n // 2], load[n + n // 2] = 0.5, 1.0
-    inside = model.free < 2 * model.nodes
-    full = np.zeros(len(model.free))
-    full[inside] = (means.T @ load)[model.free[inside]]
-    for factor in (0.5, 1.5, 2.6):
-        omega = factor * modes.omega[0]
-        exact = np.zeros(2 * model.nodes)
-        exact[model.free[inside]] = splu((stiffness - omega**2 * mass).tocsc()).solve(full)[inside]
-        square = modes.omega**2
-        share = modes.patch.T @ load
-        found = compliance @ load + modes.patch @ (share / (square - omega**2) - share / square)
-        np.testing.assert_allclose(found, means @ exact, atol=0.015 * np.abs(found).max())
 
 
 def test_the_first_mode_of_a_soft_layer_is_its_shear_wave(finger):

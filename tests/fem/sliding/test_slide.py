@@ -144,9 +144,7 @@ def test_the_amplifier_passes_up_to_four_tenths_of_the_rate():
 STILL = Motion.steady(0.0, 0.01)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("load", [{"force": 0.3}, {"indentation": 0.4}])
-@pytest.mark.parametrize("friction", [None, 0.0, 0.3])
+@pytest.mark.parametrize("load, friction", [({"force": 0.3}, None), ({"indentation": 0.4}, 0.3)])
 def test_at_rest_it_is_a_press(finger, coarse, load, friction):
     """What `papilla.fem.press` says of the same scene, whatever the load and the friction are told as."""
     true = press(prepare(finger), RIGID_FLAT, friction=friction, **load)
