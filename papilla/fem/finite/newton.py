@@ -163,10 +163,8 @@ def solve_level(
             linearisation, past, full_step = Linearisation.at(body, touching, iterate), past[-1:], False
         # After a shortened step, or with a new tangent, earlier differences belong to another map.
         if not full_step:
-            mixing, drift = (
-                _Mixing(body.free_displacements),
-                _free(body, iterate) - linearisation.response @ iterate.contact,
-            )
+            mixing = _Mixing(body.free_displacements)
+            drift = _free(body, iterate) - linearisation.response @ iterate.contact
         drift = mixing.next(drift, linearisation.solve(outside - inside.force), not renewed)
     raise StepError(
         f"no equilibrium in {step} Newton steps: relative residuals {balance.equilibrium:.1e} of forces, "
@@ -208,11 +206,9 @@ def _right_side_out(body: Body, iterate: State, wanted: State, before: Forces) -
     whether the step is complete."""
     # Every cell must keep a positive volume: halve the step until it does.
     length = 1.0
+    present = {name: getattr(iterate, name) for name in ("displacement", "pressure", "contact", "indentation")}
     for _ in range(MOST_STEP_HALVINGS):
-        parts = ("displacement", "pressure", "contact", "indentation")
-        mixed = {
-            name: getattr(iterate, name) + length * (getattr(wanted, name) - getattr(iterate, name)) for name in parts
-        }
+        mixed = {name: old + length * (getattr(wanted, name) - old) for name, old in present.items()}
         after = body.forces(mixed["displacement"], mixed["pressure"])
         if after.smallest_jacobian > SMALLEST_JACOBIAN_RATIO * before.smallest_jacobian:
             return State(**mixed, active=wanted.active), after, length == 1
@@ -236,19 +232,18 @@ def _factor(body: Body, iterate: State) -> Factor:
     `StepError`."""
     scale = sp.diags(body.scale)
     tangent = (scale @ body.tangent(iterate.displacement, iterate.pressure) @ scale).tocsc()
-    stabilised, changed = tangent, False
+    stabilised = tangent
     for number, card in body.cards.items():
         mu = card.material.shear_modulus
         if mu * card.compressibility < INCOMPRESSIBLE_RATIO:
-            stabilised, changed = (
-                stabilised - scale @ (PRESSURE_STABILISATION / mu * body.pressure_mass(number)) @ scale,
-                True,
-            )
+            stabilised = stabilised - scale @ (PRESSURE_STABILISATION / mu * body.pressure_mass(number)) @ scale
     with warnings.catch_warnings():
         # Another engine would also factor an unstable tangent, so SuperLU may only replace a missing engine
         warnings.filterwarnings("error", message=r"rslab did not factor the matrix \(inertia")
         try:
-            return factorise(tangent, body.free_pressures, stabilised=stabilised.tocsc() if changed else None)
+            return factorise(
+                tangent, body.free_pressures, stabilised=None if stabilised is tangent else stabilised.tocsc()
+            )
         except UserWarning as error:
             raise StepError(str(error.__context__)) from error
 

@@ -96,12 +96,8 @@ class Touching:
 
     def at(self, displacement: np.ndarray) -> SkinContact:
         """Contact with the skin at its place after a displacement (nodes, 3) in mm."""
-        patch, current, frame, coupling = (
-            self.patch,
-            self.current_patch(displacement),
-            self.loaded.frame,
-            self._coupling,
-        )
+        patch, frame, coupling = self.patch, self.loaded.frame, self._coupling
+        current = self.current_patch(displacement)
         # Where the skin has moved sideways, a curved specimen leaves another gap; for a flat one the difference is 0.
         lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
         gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])

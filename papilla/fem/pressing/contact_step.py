@@ -117,16 +117,12 @@ def contact_step(
         aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
         # A little hysteresis, so that rounding at the limit does not make a node change for ever.
-        limit = (
-            friction
-            * np.maximum(pressure, 0)
-            * np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
-        )
+        held = np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
+        limit = friction * np.maximum(pressure, 0) * held
         slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
-        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN_TOLERANCE * max(
-            pressure.max(), 0
-        ):
+        turned = 0.0 if wrong.any() else _turned(aim[slides], aimed[slides], pressure[slides])
+        if not wrong.any() and turned <= TURN_TOLERANCE * max(pressure.max(), 0):
             dissipated = start.dissipated - float((traction[1:] * slip).sum())
             pushed = problem.force(traction)
             return StepState(depth, pushed, traction, active, dissipated, moved, slipping, iteration)

@@ -71,8 +71,8 @@ def build_patch(
     vertices = [np.unique(triangles[chosen]) for chosen in images.values()]
     # Adding zero turns -0.0 into 0.0, so that a mirrored node is the same node
     places = [space.mesh.points[of] * [*image, 1] + 0.0 for image, of in zip(images, vertices, strict=True)]
-    positions, numbers = np.unique(np.concatenate(places), axis=0, return_inverse=True)
-    numbers = np.split(numbers.ravel(), np.cumsum([len(of) for of in vertices])[:-1])
+    positions, places_number = np.unique(np.concatenate(places), axis=0, return_inverse=True)
+    numbers = np.split(places_number.ravel(), np.cumsum([len(of) for of in vertices])[:-1])
     couplings, patch_triangles, (mass, gap, rim) = {}, [], np.zeros((3, len(positions)))
     for (image, chosen), of, number in zip(images.items(), vertices, numbers, strict=True):
         weights, coupling = _integrals(space, skin, frame, image, chosen)

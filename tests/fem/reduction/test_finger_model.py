@@ -52,7 +52,7 @@ def test_adjoint_rows_are_the_gauges_of_the_direct_solution(coarse_model, at):
         images = image_of(functional.points, ("x", "y"))
         values = interpolation(coarse_model.space, functional.points * np.column_stack([images, np.ones(len(images))]))
         strain = 0.0
-        for parity, field in coarse_model.cell_displacements(pressure, at).items():
+        for parity, (field, _) in coarse_model.cell_solutions(pressure, at).items():
             signs = np.stack([parity_signs(parity, tuple(image)) for image in images])
             strain += (functional.weights * signs * (values @ field)).sum()
         assert strain == pytest.approx(reduced.strain_rows[number] @ pressure, rel=1e-9)
@@ -85,17 +85,6 @@ def test_incompressibility_is_approached_smoothly(coarse_model):
     assert change[1] / change[0] == pytest.approx(0.5, abs=0.1)
     assert change[2] / change[0] == pytest.approx(0.1, abs=0.03)
     assert change[3] / change[0] == pytest.approx(0.01, abs=0.005)
-
-
-def test_stiffness_scales_with_the_moduli(coarse_model, coarse):
-    """All moduli and the force doubled: the same strain, the same contact, twice the pressure."""
-    finger = dataclasses.replace(coarse_model.finger, outer=Layer(0.272), inner=Layer(0.068))
-    harder = FingerModel(finger, coarse_model.mesh).reduce()
-    assert harder.compliance == pytest.approx(coarse.compliance / 2, rel=1e-9)
-    found = press(harder, Block(1.02, 10), force=0.6, fidelity="contact")
-    plain = press(coarse, BLOCK, force=0.3, fidelity="contact")
-    assert found.reading == pytest.approx(plain.reading, rel=1e-8)
-    assert found.peak_pressure == pytest.approx(2 * plain.peak_pressure, rel=1e-8)
 
 
 def test_a_hard_bone_is_a_rigid_one_and_a_soft_one_is_not(dome, coarse):
