@@ -40,13 +40,14 @@ def recover(model: FingerModel, reduced: ReducedFinger, press: Press) -> Field:
     displacement = np.zeros((len(mesh.points), 3))
     strain = np.zeros((len(mesh.tets), 3, 3))
     pressure = np.zeros(len(mesh.tets))
+    pressures = model.cell_pressures(press.traction, reduced.at)
     cell_vertex, vertex_image = _fold(mesh, mesh.points, space.mesh.points)
     centroids = space.mesh.points[space.mesh.tets].mean(axis=1)
     cell_number, cell_image = _fold(mesh, mesh.points[mesh.tets].mean(axis=1), centroids)
     vertices = space.displacement.nodal_dofs[0]
-    for parity, (solution, pressures) in model.cell_solutions(press.traction, reduced.at).items():
+    for parity, solution in model.cell_displacements(press.traction, reduced.at).items():
         cell_strain = _centroid_strain(space, solution)
-        cell_pressure = _centroid_pressure(model, pressures, cell_strain)
+        cell_pressure = _centroid_pressure(model, pressures[parity], cell_strain)
         for image in np.unique(vertex_image, axis=0):
             signs = parity_signs(parity, tuple(image))
             in_image = (vertex_image == image).all(axis=1)

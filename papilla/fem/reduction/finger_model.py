@@ -115,20 +115,28 @@ class FingerModel:
         compliance[n:] = (compliance[n:] + compliance[n:].T) / 2
         return compliance, rows
 
-    def cell_solutions(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
-        """Parity -> displacement (nodes of the cell, 3) in mm, and pressure unknowns of the cell in MPa, under nodal
-        patch pressures (n,), or pressures and tangential tractions (3, n), in MPa."""
+    def cell_displacements(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,), or pressures and
+        tangential tractions (3, n), in MPa."""
+        loads = self._loads(traction, at)
+        return {parity: self._solve(parity, load)[: len(load), 0].reshape(-1, 3) for parity, load in loads.items()}
+
+    def cell_pressures(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
+        """Parity -> pressure unknowns of the cell, in MPa, under tractions as of `cell_displacements`."""
+        loads = self._loads(traction, at)
+        return {parity: self._solve(parity, load)[len(load) :, 0] for parity, load in loads.items()}
+
+    def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
+        """Parity -> displacement load (3 * nodes, 1): the part of the patch's tractions with this parity."""
         loaded, parities = self._patch(at)
         components = np.atleast_2d(traction)
         if components.shape not in ((1, len(loaded.patch.xy)), (3, len(loaded.patch.xy))):
             raise InputError(f"pressure must have {len(loaded.patch.xy)} nodal values, got shape {np.shape(traction)}")
-        solutions = {}
-        for parity in parities:
-            # The part of the tractions with this parity
-            load = sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(components))
-            solved = self._solve(parity, load / len(parities))[:, 0]
-            solutions[parity] = solved[: len(load)].reshape(-1, 3), solved[len(load) :]
-        return solutions
+        return {
+            parity: sum(loaded.loads(parity, c) @ values[:, None] for c, values in enumerate(components))
+            / len(parities)
+            for parity in parities
+        }
 
     def gauge_adjoints(self) -> dict:
         """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
