@@ -117,8 +117,8 @@ def contact_step(
         aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
         # A little hysteresis, so that rounding at the limit does not make a node change for ever.
-        held = np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
-        limit = friction * np.maximum(pressure, 0) * held
+        hysteresis = np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
+        limit = friction * np.maximum(pressure, 0) * hysteresis
         slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
         turned = 0.0 if wrong.any() else _turned(aim[slides], aimed[slides], pressure[slides])
