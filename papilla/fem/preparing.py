@@ -9,7 +9,7 @@ from functools import partial
 
 from papilla.core import cache, checks
 from papilla.core.progress import Progress, silent
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.reduced import ReducedFinger, fetch_tangential
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.model.finger import Finger
 
@@ -59,13 +59,8 @@ def _model(finger: Finger, mesh: LayeredMesh):
 
 def _cached_tangential(finger: Finger, mesh: LayeredMesh, at: tuple[float, float]):
     """The effect of tangential tractions on the finger (`ReducedFinger.tangential`), from the cache."""
-
-    def make():
-        return dict(zip(("compliance", "rows"), _model(finger, mesh).reduce_tangential(at), strict=True))
-
     key = cache.key(REDUCED_BY, "tangential", finger.sha256, mesh.sha256, *at)
-    arrays = cache.fetch("tangential", key, make)
-    return arrays["compliance"], arrays["rows"]
+    return fetch_tangential("tangential", key, lambda: _model(finger, mesh).reduce_tangential(at))
 
 
 def _strain_table(finger: Finger, progress: Progress, stuck: bool) -> None:

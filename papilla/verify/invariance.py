@@ -14,7 +14,7 @@ from papilla.fem.discrete.elements import SYMMETRIC_PARITY
 from papilla.fem.pressing.contact import contact_press
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import contact_step, first_touch
-from papilla.fem.reduction.finger_model import build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.model.finger import Gauge, Layer
 from papilla.model.specimen import Block, HalfSpace, Specimen, Sphere

@@ -10,7 +10,7 @@ from skfem import Basis, ElementTriP1, LinearForm, MeshTet, MeshTri
 from papilla.fem import FingerModel, ReducedFinger, prepare
 from papilla.fem.discrete.elements import TaylorHood
 from papilla.fem.reduction.compliance import half_space_compliance
-from papilla.fem.reduction.finger_model import build_patch
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame, Patch
 from papilla.mesh import build
 from papilla.mesh.cells import paired_faces, volumes
@@ -32,9 +32,6 @@ def kinds_of_entries(cache_folder):
     """Whatever these tests leave in the cache lies in a folder of its kind, not of its key."""
     yield
     assert not [path.name for path in cache_folder.iterdir() if len(path.name) > 40]
-
-
-# ---- The reference finger
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +62,6 @@ def loaded_patch():
         return build_patch(model.space, model.mesh, skin, Frame.at(skin, *at), model.finger.patch_radius, symmetric)
 
     return loaded
-
-
-# ---- Two-layer boxes
 
 
 def _oriented(points, tets):
@@ -105,18 +99,9 @@ def make_box(divisions=(2, 2, 2), low=(0.0, 0.0, 0.0), high=(1.0, 1.0, 1.0), jit
 
 
 @pytest.fixture(scope="session")
-def box():
-    """Function that makes a box mesh."""
-    return make_box
-
-
-@pytest.fixture(scope="session")
 def box_space() -> TaylorHood:
     """Taylor-Hood on a small two-layer box."""
     return TaylorHood(make_box((2, 3, 4)))
-
-
-# ---- A coarse structured dome: an eighth of a sphere of directions, mapped to shells of the finger
 
 
 def make_dome(finger: Finger, divisions: int = 8, outer_layers: int = 2, inner_layers: int = 3) -> LayeredMesh:
@@ -170,12 +155,6 @@ def _prisms(below, above):
 
 
 @pytest.fixture(scope="session")
-def dome():
-    """Function that makes a coarse dome mesh of a finger."""
-    return make_dome
-
-
-@pytest.fixture(scope="session")
 def coarse_model() -> FingerModel:
     """The default finger on a coarse structured mesh: what must hold on any mesh is tested here."""
     return FingerModel(Finger.default(), make_dome(Finger.default()))
@@ -185,9 +164,6 @@ def coarse_model() -> FingerModel:
 def coarse(coarse_model) -> ReducedFinger:
     """The coarse finger condensed at its apex."""
     return coarse_model.reduce()
-
-
-# ---- Synthetic contact patches: contact without a finger
 
 
 def make_disc(radius: float, rings: int, gap=None, *, quarter: bool = True, grading: float = 1.0) -> Patch:
@@ -229,12 +205,6 @@ def _quarter_disc(rings):
     return np.array(nodes), np.array(triangles)
 
 
-@pytest.fixture(scope="session")
-def disc():
-    """Function that makes a disc patch."""
-    return make_disc
-
-
 def make_stand_in(patch: Patch, e_star: float) -> ReducedFinger:
     """A half-space with the patch's gap in place of a finger; its gauges read force and second moments of pressure.
 
@@ -242,8 +212,8 @@ def make_stand_in(patch: Patch, e_star: float) -> ReducedFinger:
     """
     half_space = half_space_compliance(patch)
     basis = Basis(MeshTri(patch.xy.T.copy(), patch.triangles.T.copy()), ElementTriP1(), intorder=6)
-    moments = [LinearForm(form).assemble(basis) for form in (_one, _x_squared, _y_squared)]
-    rows = len(patch.images) * np.stack(moments)
+    forms = (lambda v, w: v, lambda v, w: v * w.x[0] ** 2, lambda v, w: v * w.x[1] ** 2)
+    rows = len(patch.images) * np.stack([LinearForm(form).assemble(basis) for form in forms])
     return ReducedFinger(
         finger_name="half-space",
         finger_sha256="0" * 64,
@@ -273,20 +243,8 @@ def _y_squared(v, w):
     return v * w.x[1] ** 2
 
 
-@pytest.fixture(scope="session")
-def stand_in():
-    """Function that makes a half-space finger of a patch."""
-    return make_stand_in
-
-
-@pytest.fixture(scope="session")
-def changed():
-    """Function that changes fields of the default finger; keys of its gauges by `gauge_...`."""
-
-    def change(**values) -> Finger:
-        finger = Finger.default()
-        gauge = {key.removeprefix("gauge_"): values.pop(key) for key in list(values) if key.startswith("gauge_")}
-        gauges = tuple(dataclasses.replace(item, **gauge) for item in finger.gauges)
-        return dataclasses.replace(finger, **{"gauges": gauges, **values})
-
-    return change
+box, dome, disc, stand_in = (
+    pytest.fixture(scope="session", name=make.__name__.removeprefix("make_"))(lambda make=make: make)
+    for make in (make_box, make_dome, make_disc, make_stand_in)
+)
+"""Fixtures that give these functions."""

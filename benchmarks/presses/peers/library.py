@@ -24,8 +24,8 @@ from papilla.core.units import to_microstrain
 from papilla.fem import FingerModel
 from papilla.fem.discrete.assembly import lame
 from papilla.fem.discrete.elements import SYMMETRIC_PARITY, TaylorHood
-from papilla.fem.reduction.finger_model import SMALLEST_SKIN_COSINE
 from papilla.fem.reduction.gauges import gauge_functionals, gauge_weights
+from papilla.fem.reduction.loaded_patch import SMALLEST_SKIN_COSINE
 from papilla.fem.reduction.patch import Frame, gap_of
 from papilla.mesh.layered import LayeredMesh
 

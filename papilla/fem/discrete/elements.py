@@ -171,15 +171,9 @@ class Space(ABC):
         return self._by_layer(shear_blocks)
 
     @cached_property
-    def _ascending(self) -> np.ndarray:
-        """(m, a) order in which each cell's node numbers ascend, so that the lower triangle is the same for every
-        cell."""
-        return np.argsort(self.displacement.element_dofs.T, axis=1)
-
-    @cached_property
     def _cell_nodes(self) -> np.ndarray:
-        """(m, a) node numbers of each cell, ascending."""
-        return np.take_along_axis(self.displacement.element_dofs.T.astype(np.int64), self._ascending, axis=1)
+        """(m, a) node numbers of each cell, ascending, so that the lower triangle is the same for every cell."""
+        return np.sort(self.displacement.element_dofs.T.astype(np.int64), axis=1)
 
     @cached_property
     def _coupled_nodes(self) -> Couplings:
@@ -188,7 +182,8 @@ class Space(ABC):
     def _gradients(self, cells: np.ndarray) -> np.ndarray:
         """Gradients (cells, a, 3, q) of the basis functions, in the order of `_cell_nodes`."""
         gradients = np.stack([f[0].grad[:, cells] for f in self.displacement.basis]).transpose(2, 0, 1, 3)
-        return np.take_along_axis(gradients, self._ascending[cells][:, :, None, None], axis=1)
+        order = np.argsort(self.displacement.element_dofs.T[cells], axis=1)
+        return np.take_along_axis(gradients, order[:, :, None, None], axis=1)
 
     def _by_layer(self, blocks) -> dict[int, np.ndarray]:
         """Layer -> sums (pairs of nodes, 9) of element blocks over its cells."""
@@ -261,14 +256,9 @@ class TaylorHood(Space):
         return by_layer
 
     @cached_property
-    def _pressure_order(self) -> np.ndarray:
-        """(m, 4) order in which each cell's pressure numbers ascend."""
-        return np.argsort(self.pressure_dofs, axis=1)
-
-    @cached_property
     def _cell_pressures(self) -> np.ndarray:
         """(m, 4) pressure numbers of each cell, ascending."""
-        return np.take_along_axis(self.pressure_dofs, self._pressure_order, axis=1)
+        return np.sort(self.pressure_dofs, axis=1)
 
     @cached_property
     def hats(self) -> np.ndarray:
@@ -279,7 +269,7 @@ class TaylorHood(Space):
     @cached_property
     def _hats(self) -> np.ndarray:
         """These values (m, 4, q) in the order of `_cell_pressures`."""
-        return self.hats[self._pressure_order]
+        return self.hats[np.argsort(self.pressure_dofs, axis=1)]
 
     @cached_property
     def _coupled_pressures(self) -> Couplings:

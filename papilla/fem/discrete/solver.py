@@ -5,8 +5,8 @@ Every factorisation is checked by its inertia (if the method gives it), every so
 
 import os
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -41,10 +41,6 @@ SUPERLU_BYTES = 2700
 SOLVER_ENGINES = ("rslab", "superlu")
 
 
-class _Engine(Protocol):
-    def solve_many(self, b: np.ndarray, /) -> np.ndarray: ...
-
-
 @dataclass(frozen=True, eq=False)
 class Factor:
     """A factorised symmetric matrix that solves to a checked residual.
@@ -56,7 +52,7 @@ class Factor:
     engine: str
     inertia: tuple[int, int, int] | None
     nonzeros: int
-    _solver: _Engine
+    _solve_many: Callable[[np.ndarray], np.ndarray]
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Solution (n, k) of `matrix @ x = rhs` for rhs (n, k).
@@ -65,14 +61,12 @@ class Factor:
         """
         rhs = np.ascontiguousarray(rhs, dtype=float)
         solution = self._solve_batches(rhs)
-        before = np.inf
+        before, residual = np.inf, self._probe(solution, rhs)
         for _ in range(MOST_REFINEMENTS):
-            residual = self._probe(solution, rhs)
             if residual <= REFINED_RESIDUAL or before / 2 < residual <= SOLVE_RESIDUAL_BOUND:
-                return solution
+                break
             solution = solution + self._solve_batches(rhs - self._apply(solution))
-            before = residual
-        residual = self._probe(solution, rhs)
+            before, residual = residual, self._probe(solution, rhs)
         if residual <= SOLVE_RESIDUAL_BOUND:
             return solution
         raise SolverError(
@@ -83,7 +77,7 @@ class Factor:
         solution = np.empty_like(rhs)
         for first in range(0, rhs.shape[1], RIGHT_SIDES_AT_ONCE):
             batch = slice(first, first + RIGHT_SIDES_AT_ONCE)
-            solution[:, batch] = self._solver.solve_many(np.ascontiguousarray(rhs[:, batch]))
+            solution[:, batch] = self._solve_many(np.ascontiguousarray(rhs[:, batch]))
         return solution
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
@@ -138,15 +132,7 @@ def _factor_rslab(matrix, to_factor, negative) -> Factor:
     expected = (matrix.shape[0] - negative, negative, 0)
     if inertia != expected:
         raise SolverError(f"inertia {inertia} where {expected} was expected")
-    return Factor(matrix, "rslab", inertia, int(solver.factor_nnz), solver)
-
-
-@dataclass(frozen=True, eq=False)
-class _SuperLU:
-    lu: object
-
-    def solve_many(self, b: np.ndarray, /) -> np.ndarray:
-        return self.lu.solve(b)  # type: ignore[attr-defined]
+    return Factor(matrix, "rslab", inertia, int(solver.factor_nnz), solver.solve_many)
 
 
 def _refuse_factor(needed: float, matrix: sp.csc_matrix) -> None:
@@ -161,4 +147,4 @@ def _factor_superlu(matrix, to_factor) -> Factor:
         lu = splu(full, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise SolverError(f"SuperLU could not factor the matrix: {error}") from error
-    return Factor(matrix, "superlu", None, int(lu.L.nnz + lu.U.nnz), _SuperLU(lu))
+    return Factor(matrix, "superlu", None, int(lu.L.nnz + lu.U.nnz), lu.solve)

@@ -137,22 +137,13 @@ class Body:
         cells, points, nodes, _ = gradients.shape
         moves, size = nodes * SPACE_AXES, nodes * SPACE_AXES + hats.shape[1]
         # (q, 10, K) @ (q, K, i j L) -> (10 i j, q L), then times the other gradients
-        by_row = (
-            tangent.reshape(cells, points, SPACE_AXES, SPACE_AXES, SPACE_AXES, SPACE_AXES)
-            .swapaxes(2, 3)
-            .reshape(cells, points, SPACE_AXES, -1)
-        )
-        half = (
-            (gradients @ by_row)
-            .reshape(cells, points, -1, SPACE_AXES)
-            .swapaxes(1, 2)
-            .reshape(cells, moves * SPACE_AXES, -1)
-        )
+        by_row = tangent.reshape(cells, points, *4 * [SPACE_AXES]).swapaxes(2, 3).reshape(cells, points, SPACE_AXES, -1)
+        half = (gradients @ by_row).reshape(cells, points, -1, SPACE_AXES).swapaxes(1, 2)
+        half = half.reshape(cells, moves * SPACE_AXES, -1)
         full = half @ gradients.swapaxes(2, 3).reshape(cells, -1, nodes)
         blocks = np.zeros((cells, size, size))
-        blocks[:, :moves, :moves] = (
-            full.reshape(cells, moves, SPACE_AXES, nodes).swapaxes(2, 3).reshape(cells, moves, moves)
-        )
+        stiffness = full.reshape(cells, moves, SPACE_AXES, nodes).swapaxes(2, 3)
+        blocks[:, :moves, :moves] = stiffness.reshape(cells, moves, moves)
         divergence = (gradients @ cofactor.swapaxes(-1, -2)).reshape(cells, points, moves)
         blocks[:, moves:, :moves] = -(hats.T[None] * weights[:, None, :]) @ divergence
         mass = np.einsum("qa,qb,cq->cab", hats, hats, weights)

@@ -109,12 +109,8 @@ def _invariant(kinematics: Kinematics):
     F = kinematics.deformation
     inverse = kinematics.cofactor / kinematics.jacobian[..., None, None]
     scale, square = kinematics.jacobian ** (-2 * ONE_THIRD), (F**2).sum(axis=(-2, -1))
-    return (
-        scale,
-        square,
-        scale[..., None, None] * (2 * F - (2 * ONE_THIRD * square)[..., None, None] * inverse),
-        inverse,
-    )
+    direction = scale[..., None, None] * (2 * F - (2 * ONE_THIRD * square)[..., None, None] * inverse)
+    return scale, square, direction, inverse
 
 
 def _ogden_tangent(material: Ogden, kinematics: Kinematics) -> np.ndarray:
@@ -159,14 +155,12 @@ def _ogden_derivatives(material: Ogden, stretches, jacobian):
     mean = powers.sum(axis=-1, keepdims=True) * ONE_THIRD
     slope = scale * (powers - mean) / stretches
     stretch_i, stretch_j = stretches[..., :, None], stretches[..., None, :]
-    hessian = (
-        alpha * ONE_THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / (stretch_i * stretch_j)
-    )
+    both = stretch_i * stretch_j
+    hessian = alpha * ONE_THIRD * (mean[..., None] - powers[..., :, None] - powers[..., None, :]) / both
     diagonal = np.einsum("...kk->...k", hessian)
     diagonal += ((alpha - 1) * powers + mean) / stretches**2
-    quotient = stretch_j ** (alpha - 2) * _power_quotient((stretch_i - stretch_j) / stretch_j, alpha - 1) + mean[
-        ..., None
-    ] / (stretch_i * stretch_j)
+    quotient = stretch_j ** (alpha - 2) * _power_quotient((stretch_i - stretch_j) / stretch_j, alpha - 1)
+    quotient = quotient + mean[..., None] / both
     return slope, scale[..., None] * hessian, scale[..., None] * quotient
 
 

@@ -19,7 +19,7 @@ from papilla.core.errors import ContactRangeError, SolverError
 from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.discrete.solver import Factor, factorise
 from papilla.fem.finite.body import Body, Forces
-from papilla.fem.finite.touching import Touch, Touching
+from papilla.fem.finite.touching import SkinContact, Touching
 from papilla.fem.pressing.contact_path import ContactProblem
 from papilla.fem.pressing.contact_step import StepState, contact_step
 from papilla.fem.reduction.finger_model import INCOMPRESSIBLE_RATIO, PRESSURE_STABILISATION
@@ -163,10 +163,8 @@ def solve_level(
             linearisation, past, full_step = Linearisation.at(body, touching, iterate), past[-1:], False
         # After a shortened step, or with a new tangent, earlier differences belong to another map.
         if not full_step:
-            mixing, drift = (
-                _Mixing(body.free_displacements),
-                _free(body, iterate) - linearisation.response @ iterate.contact,
-            )
+            mixing = _Mixing(body.free_displacements)
+            drift = _free(body, iterate) - linearisation.response @ iterate.contact
         drift = mixing.next(drift, linearisation.solve(outside - inside.force), not renewed)
     raise StepError(
         f"no equilibrium in {step} Newton steps: relative residuals {balance.equilibrium:.1e} of forces, "
@@ -175,7 +173,7 @@ def solve_level(
 
 
 def _in_contact(
-    body: Body, touching: Touching, touch: Touch, states, linearisation: Linearisation, drift, force, indentation
+    body: Body, touching: Touching, touch: SkinContact, states, linearisation: Linearisation, drift, force, indentation
 ):
     """The state whose unknowns are the response to tractions plus the drift, with gap and slip linearised.
 
@@ -208,11 +206,9 @@ def _right_side_out(body: Body, iterate: State, wanted: State, before: Forces) -
     whether the step is complete."""
     # Every cell must keep a positive volume: halve the step until it does.
     length = 1.0
+    present = {name: getattr(iterate, name) for name in ("displacement", "pressure", "contact", "indentation")}
     for _ in range(MOST_STEP_HALVINGS):
-        parts = ("displacement", "pressure", "contact", "indentation")
-        mixed = {
-            name: getattr(iterate, name) + length * (getattr(wanted, name) - getattr(iterate, name)) for name in parts
-        }
+        mixed = {name: old + length * (getattr(wanted, name) - old) for name, old in present.items()}
         after = body.forces(mixed["displacement"], mixed["pressure"])
         if after.smallest_jacobian > SMALLEST_JACOBIAN_RATIO * before.smallest_jacobian:
             return State(**mixed, active=wanted.active), after, length == 1
@@ -225,7 +221,7 @@ def _free(body: Body, iterate: State) -> np.ndarray:
     return np.concatenate([iterate.displacement.ravel(), iterate.pressure])[body.free]
 
 
-def _free_loads(body: Body, touch: Touch) -> sp.csr_matrix:
+def _free_loads(body: Body, touch: SkinContact) -> sp.csr_matrix:
     """Loads (free, n), with empty rows for the pressures."""
     loads = touch.loads[body.free[: SPACE_AXES * body.space.nodes]]
     return sp.vstack([loads, sp.csr_matrix((body.free_pressures, loads.shape[1]))]).tocsr()
@@ -236,24 +232,23 @@ def _factor(body: Body, iterate: State) -> Factor:
     `StepError`."""
     scale = sp.diags(body.scale)
     tangent = (scale @ body.tangent(iterate.displacement, iterate.pressure) @ scale).tocsc()
-    stabilised, changed = tangent, False
+    stabilised = tangent
     for number, card in body.cards.items():
         mu = card.material.shear_modulus
         if mu * card.compressibility < INCOMPRESSIBLE_RATIO:
-            stabilised, changed = (
-                stabilised - scale @ (PRESSURE_STABILISATION / mu * body.pressure_mass(number)) @ scale,
-                True,
-            )
+            stabilised = stabilised - scale @ (PRESSURE_STABILISATION / mu * body.pressure_mass(number)) @ scale
     with warnings.catch_warnings():
         # Another engine would also factor an unstable tangent, so SuperLU may only replace a missing engine
         warnings.filterwarnings("error", message=r"rslab did not factor the matrix \(inertia")
         try:
-            return factorise(tangent, body.free_pressures, stabilised=stabilised.tocsc() if changed else None)
+            return factorise(
+                tangent, body.free_pressures, stabilised=None if stabilised is tangent else stabilised.tocsc()
+            )
         except UserWarning as error:
             raise StepError(str(error.__context__)) from error
 
 
-def _balance(body: Body, mass, touch: Touch, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
+def _balance(body: Body, mass, touch: SkinContact, iterate: State, inside: Forces, outside: np.ndarray) -> Balance:
     """Distance of a state from equilibrium, incompressibility and complementarity."""
     split = body.free_displacements
     gap = (touch.gap + (touch.compliance @ iterate.contact)[: len(mass)]) / mass - iterate.indentation

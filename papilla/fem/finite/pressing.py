@@ -20,8 +20,8 @@ from papilla.fem.finite.newton import Balance, Linearisation, State, solve_level
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_shape
 from papilla.fem.pressing.press import Press, check_scene, refuse_detail, refuse_rim, too_coarse
-from papilla.fem.reduction.finger_model import build_patch
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
+from papilla.fem.reduction.loaded_patch import build_patch
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
 from papilla.mesh.layered import BONE_LAYER, LAYER_NUMBERS, LayeredMesh
@@ -72,7 +72,9 @@ def press_finite(
     """
     began = perf_counter()
     force, indentation = check_scene(specimen, finger.outer.modulus, mesh.size_mm, force, indentation)
-    scene = Scene.of(finger, mesh, specimen, materials or {}, at, min(STICK_FRICTION, friction_coefficient(friction)))
+    scene = PressProblem.of(
+        finger, mesh, specimen, materials or {}, at, min(STICK_FRICTION, friction_coefficient(friction))
+    )
     refuse_detail(specimen, scene.touching.patch, mesh.size_mm)
     share = None if force is None else force / len(scene.touching.patch.images)
     equilibrium, steps, balance, _ = press_path(scene, share, indentation, progress)
@@ -114,7 +116,7 @@ class Readout:
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PressProblem:
     """A finger and a specimen, ready to be pressed: the body of the cell, its contact, and the readout of its
     gauges."""
 
@@ -132,7 +134,7 @@ class Scene:
         materials: Mapping[str, Material],
         at: tuple[float, float],
         friction: float = 0.0,
-    ) -> "Scene":
+    ) -> "PressProblem":
         """The scene for the arguments of `press_finite`, on the part of the mesh that remains after its mirrors through
         `at` are used."""
         cards = _cards(finger, mesh, materials)
@@ -176,7 +178,7 @@ def _cards(finger: Finger, mesh: LayeredMesh, materials: Mapping[str, Material])
 
 
 def press_path(
-    scene: Scene,
+    scene: PressProblem,
     force: float | None,
     indentation: float | None,
     progress: Progress = silent,
@@ -210,7 +212,7 @@ def press_path(
 
 
 def raise_load(
-    scene: Scene,
+    scene: PressProblem,
     name: str,
     aim: float,
     equilibrium: State,
@@ -260,7 +262,7 @@ def _sentence(steps: list[int], balance: Balance) -> str:
     return f"finite: converged in {sum(steps)} Newton steps over {loads}, relative residual {balance.worst:.0e}"
 
 
-def _stability(scene: Scene, equilibrium: State) -> str:
+def _stability(scene: PressProblem, equilibrium: State) -> str:
     """Remark on the stability of the material laws over the strains that were reached."""
     least, largest = scene.body.stability(equilibrium.displacement)
     if least > 0:
@@ -268,7 +270,7 @@ def _stability(scene: Scene, equilibrium: State) -> str:
     return f"; not to be trusted: a material's law is unstable within the stretches reached, up to {largest:.2f}"
 
 
-def result(scene: Scene, equilibrium: State, force: float | None, sentence: str, began: float) -> Press:
+def result(scene: PressProblem, equilibrium: State, force: float | None, sentence: str, began: float) -> Press:
     """The press of a state; raises `ContactRangeError` outside of the model's range. `began` : start of its clock."""
     finger, touching = scene.finger, scene.touching
     patch, specimen, current = touching.patch, touching.specimen, touching.current_patch(equilibrium.displacement)

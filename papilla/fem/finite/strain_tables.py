@@ -5,11 +5,10 @@ of 1.4 mm determine S_d of the default finger to 0.1 % (docs/adr/0032). Strains 
 E_inner and r = E_outer / E_inner alone: there is one table for each ratio r without friction, and one with stick. For
 each specimen the forces rise along one path and share factorised matrices.
 
-`python -m papilla.fem.finite.strain_tables` measures the default finger's geometry over five ratios of moduli and
-writes the file that ships, with 36 presses a table on its reference mesh; with `stuck` the stuck presses.
+`python benchmarks/shipped_tables.py` measures the default finger's geometry over five ratios of moduli and writes the
+file that ships, with 36 presses a table on its reference mesh.
 """
 
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -17,30 +16,19 @@ from time import perf_counter
 import numpy as np
 
 from papilla.core.errors import ContactRangeError, InputError, SolverError
-from papilla.core.files import write_text
 from papilla.core.progress import CountedStep, Progress, counted, silent
-from papilla.core.units import PER_CENT
-from papilla.core.workers import Start, workers
+from papilla.core.workers import Start, counted, workers
 from papilla.fem.finite.newton import Linearisation
-from papilla.fem.finite.pressing import Scene, press_path, result
+from papilla.fem.finite.pressing import PressProblem, press_path, result
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.large_strain import (
-    LEAST_PRESSES,
-    SHIPPED_STRAIN_TABLES,
-    LargeStrain,
-    at_ratio,
-    keep,
-    known,
-    shipped_text,
-)
+from papilla.fem.pressing.large_strain import LEAST_PRESSES, LargeStrain, at_ratio, keep, known
 from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import with_moduli
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.gauges import gauge_weights
 from papilla.mesh import LayeredMesh, build
 from papilla.mesh.body import narrowest_mm
-from papilla.model.finger import Finger, Layer
+from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD as STUCK
 from papilla.model.specimen import Friction, friction_coefficient
 
@@ -57,9 +45,6 @@ the largest two, where the tables of the default finger had shown 0.2 %."""
 RELATIVE_ELEMENT_SIZE = 0.07
 """Element size of its mesh at the contact, relative to its height or half its breadth, whichever is less: 1.4 mm for
 the default finger. A slim finger has a sharper apex, on which a light contact is narrower."""
-
-SHIPPED_LAYER_RATIOS = (4.0, 2.0, 8.0, 1.0, 16.0)
-"""E_outer / E_inner of the tables that ship."""
 
 SPANNING_LAYER_RATIOS = (1.0, 4.0, 16.0)
 """Ratios for a user's finger whose moduli are not known yet; between the three tables the ratio is interpolated."""
@@ -123,15 +108,13 @@ def finite_presses(
     `press_finite`.
     """
     linearisation: Linearisation | None = None
-    scene: Scene | None = None
+    coefficient = min(STICK_FRICTION, friction_coefficient(friction))
+    body = PressProblem.of(finger, mesh, finger.bench.specimen(moduli[0]), {}, (0.0, 0.0), coefficient)
     for count, modulus in enumerate(moduli):
-        specimen, equilibrium = finger.bench.specimen(modulus), None
-        if scene is None:
-            scene = Scene.of(
-                finger, mesh, specimen, {}, (0.0, 0.0), min(STICK_FRICTION, friction_coefficient(friction))
-            )
+        equilibrium = None
         # Another specimen on the same body: its factorised tangent stays valid.
-        scene = replace(scene, touching=Touching(scene.touching.loaded, specimen, scene.touching.friction))
+        touching = Touching(body.touching.loaded, finger.bench.specimen(modulus), coefficient)
+        scene = replace(body, touching=touching)
         for number, force in enumerate(forces, 1):
             began, share = perf_counter(), force / len(scene.touching.patch.images)
             try:
@@ -187,7 +170,7 @@ def begin_large_strain(
     if not missing or refused:
         return lambda: refused
     # Stuck presses take three times as long, so they begin first
-    missing.sort(key=lambda one: not one[1])
+    missing.sort(key=lambda table_key: not table_key[1])
     begun = [start(measure_few, finger, *table_key) for table_key in missing]
 
     def wait() -> str:
@@ -219,25 +202,3 @@ def measure_few(finger: Finger, ratio: float, stuck: bool, progress: Progress) -
 
 def _values(press: Press, inner: float) -> np.ndarray:
     return np.concatenate([[press.indentation, press.contact_area, press.peak_pressure / inner], press.values.ravel()])
-
-
-def ship(stuck: bool = False) -> None:
-    """Measure the default finger's geometry on its reference mesh and write the file that ships with the package.
-
-    stuck : measure the presses in which nothing slips instead, and add them to the file.
-    """
-    finger = Finger.default()
-    tables = [table for table in known(finger.strain_sha256) if (table.friction == 0) == stuck]
-    for ratio in SHIPPED_LAYER_RATIOS:
-        variant = replace(finger, outer=Layer(ratio * finger.inner.modulus, finger.outer.nu))
-        began = perf_counter()
-        table = measure_large_strain(variant, build(variant), friction=STUCK if stuck else 0.0)
-        error = PER_CENT * table.sd_error(gauge_weights(variant))
-        took = perf_counter() - began
-        print(f"r = {ratio:g}: {len(table.force)} presses, S_d to {error:.2f} %, {took:.0f} s", flush=True)
-        tables = sorted([*tables, table], key=lambda one: (one.friction, one.ratio))
-        write_text(SHIPPED_STRAIN_TABLES, shipped_text(finger.strain_sha256, tables))
-
-
-if __name__ == "__main__":
-    ship(stuck="stuck" in sys.argv)

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from papilla.fem.discrete.assembly import SPACE_AXES
 from papilla.fem.reduction.compliance import PatchSurface
-from papilla.fem.reduction.finger_model import LoadedPatch
+from papilla.fem.reduction.loaded_patch import LoadedPatch
 from papilla.fem.reduction.patch import Patch, quadrature, weak_gap
 from papilla.model.specimen import Specimen
 
@@ -31,7 +31,7 @@ the compliance is expensive."""
 
 
 @dataclass(frozen=True, eq=False)
-class Touch:
+class SkinContact:
     """Contact with the skin at one displacement; n patch nodes.
 
     gap : (n,) weak distance in mm3 between skin and undeformed specimen at zero indentation.
@@ -94,14 +94,10 @@ class Touching:
         self._place, self._compliance = current.xy, self._compliance_at(current)
         return True
 
-    def at(self, displacement: np.ndarray) -> Touch:
+    def at(self, displacement: np.ndarray) -> SkinContact:
         """Contact with the skin at its place after a displacement (nodes, 3) in mm."""
-        patch, current, frame, coupling = (
-            self.patch,
-            self.current_patch(displacement),
-            self.loaded.frame,
-            self._coupling,
-        )
+        patch, frame, coupling = self.patch, self.loaded.frame, self._coupling
+        current = self.current_patch(displacement)
         # Where the skin has moved sideways, a curved specimen leaves another gap; for a flat one the difference is 0.
         lateral = self.specimen.gap(current.xy) - self.specimen.gap(patch.xy)
         gap = weak_gap(patch, self.specimen) + patch.mass * lateral - coupling.T @ (displacement @ frame.axes[2])
@@ -112,7 +108,7 @@ class Touching:
         order = np.arange(SPACE_AXES * coupling.shape[0]).reshape(SPACE_AXES, -1).T.ravel()
         parts = [sp.vstack([coupling @ sp.diags(component) for component in direction.T]) for direction in directions]
         loads = sp.hstack(parts).tocsr()[order]
-        return Touch(gap, loads, self._compliance)
+        return SkinContact(gap, loads, self._compliance)
 
     @property
     def _coupling(self) -> sp.csr_matrix:

@@ -184,9 +184,8 @@ class ContactPath:
             sound, missed = solved.checked() if self._stuck else (len(nodes), nodes[:0])
             if not len(missed):
                 self._solved, self._ended, self.nodes = solved, sound < len(nodes), nodes[:sound]
-                self.depth, self.force = (
-                    np.maximum.accumulate(values[:sound]) for values in (solved.depth, solved.force)
-                )
+                self.depth = np.maximum.accumulate(solved.depth[:sound])
+                self.force = np.maximum.accumulate(solved.force[:sound])
                 return
             nodes = np.append(nodes, missed)
         raise LeavingError(LEAVING_MESSAGE)
@@ -273,9 +272,8 @@ class _Solved:
         scale = np.abs(gap).max()
         gap -= np.outer(problem.mass, self.depth)
         pressure = traction[self.index < n]
-        wrong = (gap < -PATH_ROUNDING_SHARE * scale).any(axis=0) | (
-            pressure < -PATH_ROUNDING_SHARE * pressure.max()
-        ).any(axis=0)
+        pulled = (pressure < -PATH_ROUNDING_SHARE * pressure.max()).any(axis=0)
+        wrong = pulled | (gap < -PATH_ROUNDING_SHARE * scale).any(axis=0)
         if not wrong.any():
             return len(knots), knots[:0]
         first = int(wrong.argmax())

@@ -4,16 +4,15 @@ Unknowns are the tractions [p, q_1, q_2] of the nodes (MPa; without friction p a
 indentation delta. With the compliance A (normal and tangential, coupled), the mass m of the nodes and the weak gap g,
 
     w = A_n lambda + g - delta m >= 0,  p >= 0,  p w = 0                     contact,
-    s = A_t (lambda - lambda_0) - m X                                        slip of the finger since the last state,
+    s = A_t (lambda - lambda_0)                                              slip of the finger since the last state,
     |q| <= mu p,  s = 0 where |q| < mu p, else q = -mu p s/|s|               Coulomb,
 
-where X is the sideways displacement of the specimen in the step. The law is q = P(q - rho s), P the projection on the
-disc of radius mu p, and is solved by Newton's method on the sets of nodes out of contact, sticking and slipping (Alart
-and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is exact contact, stick and slip, no regularisation.
-Without friction this is block principal pivoting: guess the nodes in contact, solve the equations on them, exchange
-every node whose pressure or gap is negative, and repeat. Blocks may cycle; after `PATIENCE_ITERATIONS` rounds without
-progress single nodes are exchanged, which cannot cycle (Judice and Pires 1994, doi:10.1016/0305-0548(94)90106-6). All
-decisions use signs only, so the units do not matter.
+The law is q = P(q - rho s), P the projection on the disc of radius mu p, and is solved by Newton's method on the sets
+of nodes out of contact, sticking and slipping (Alart and Curnier 1991, doi:10.1016/0045-7825(91)90022-X): its end is
+exact contact, stick and slip, no regularisation. Without friction this is block principal pivoting: guess the nodes in
+contact, solve the equations on them, exchange every node whose pressure or gap is negative, and repeat. Blocks may
+cycle; after `PATIENCE_ITERATIONS` rounds without progress single nodes are exchanged, which cannot cycle (Judice and
+Pires 1994, doi:10.1016/0305-0548(94)90106-6). All decisions use signs only, so the units do not matter.
 
 The effect of Coulomb's law depends on the path, so `SteppedPath` follows it: each step ends at the indentation where
 the next node should come into contact, and is solved exactly.
@@ -87,16 +86,14 @@ def contact_step(
     *,
     force: float | None = None,
     indentation: float | None = None,
-    slide: tuple[float, ...] = (),
     guess: np.ndarray | None = None,
 ) -> StepState:
     """The state after a step to a force on the patch (N) or an indentation (mm); exactly one is given.
 
-    Without friction only the active nodes of `state` count: the search starts with them. `slide` (mm) is the
-    displacement of the specimen along both axes in the step; `guess` (c, n) tractions to start from. Raises
-    `SolverError` if Newton's method does not converge.
+    Without friction only the active nodes of `start` count: the search starts with them. `guess` (c, n) : tractions to
+    start from. Raises `SolverError` if Newton's method does not converge.
     """
-    rho, before = problem.stiffness, start.moved[1:] + (np.outer(slide, problem.mass) if slide else 0.0)
+    rho, before = problem.stiffness, start.moved[1:]
     active, slipping = start.active.copy(), start.slipping & start.active
     aim = (start.traction if guess is None else guess)[1:].T
     pressure = (start.traction if guess is None else guess)[0]
@@ -120,16 +117,12 @@ def contact_step(
         aimed[~problem.free[1:].T] = 0
         pressure = np.where(active, traction[0], -rho[0] * gap)
         # A little hysteresis, so that rounding at the limit does not make a node change for ever.
-        limit = (
-            friction
-            * np.maximum(pressure, 0)
-            * np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
-        )
+        hysteresis = np.where(slipping, 1 - FRICTION_LIMIT_HYSTERESIS, 1 + FRICTION_LIMIT_HYSTERESIS)
+        limit = friction * np.maximum(pressure, 0) * hysteresis
         slides = touching & (np.hypot.reduce(aimed, axis=1) > limit)
         wrong = (touching != active) | (slides != slipping)
-        if not wrong.any() and _turned(aim[slides], aimed[slides], pressure[slides]) <= TURN_TOLERANCE * max(
-            pressure.max(), 0
-        ):
+        turned = 0.0 if wrong.any() else _turned(aim[slides], aimed[slides], pressure[slides])
+        if not wrong.any() and turned <= TURN_TOLERANCE * max(pressure.max(), 0):
             dissipated = start.dissipated - float((traction[1:] * slip).sum())
             pushed = problem.force(traction)
             return StepState(depth, pushed, traction, active, dissipated, moved, slipping, iteration)

@@ -18,22 +18,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from papilla.core.errors import ContactRangeError, InputError
-from papilla.fem.pressing.ellipses import (
-    ASPECT_STRETCHES,
-    FLATTEST_Q,
-    HALF_SPACE_ENERGY,
-    SECOND_MOMENTS,
-    SHARPEST_Q,
-    SMALL_POINTS,
-    Array,
-    EllipseFamily,
-    ellipse_family,
-    layer_factor,
-    mean_square,
-    moduli,
-    peak_over_mean,
-)
-from papilla.fem.pressing.press import Load, Press, linear_press
+from papilla.fem.pressing import ellipses
+from papilla.fem.pressing.ellipses import SECOND_MOMENTS, Array, EllipseFamily, ellipse_family, mean_square
+from papilla.fem.pressing.press import CONTACT_MEASURES, Load, Press, linear_press
 from papilla.fem.reduction.reduced import ReducedFinger, kept
 from papilla.model.specimen import Specimen
 
@@ -160,7 +147,7 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     curvature.
     """
     family = ellipse_family(reduced, specimen.unit)
-    branches = _branches(family, *moduli(family, reduced.outer_modulus, specimen))
+    branches = _branches(family, *ellipses.moduli(family, reduced.outer_modulus, specimen))
     # The three aspects are tabulated at the same forces, so that parabolas through them compare like with like.
     root = min(roots[-1] for roots, _ in branches) * family.radius / family.radius[-1]
     columns = np.stack([_through(*branch, root) for branch in branches])
@@ -171,11 +158,11 @@ def _table(reduced: ReducedFinger, specimen: Specimen) -> HertzTable:
     # The energy per force is F c / 2 + gap term, and the indentation F c + gap term
     indentation = 2 * energy - bend * a**2 * mean_square(q) / SECOND_MOMENTS[0]
     # Beyond its bounds the profile would pull; and a radius or depth that falls with the force is no press.
-    vouched &= (q >= FLATTEST_Q) & (q <= SHARPEST_Q)
+    vouched &= (q >= ellipses.FLATTEST_Q) & (q <= ellipses.SHARPEST_Q)
     for column in (a * root, indentation * root**2):
         vouched &= np.diff(column, prepend=0) > 0
     sound = np.logical_and.accumulate(vouched)
-    if sound.sum() < SMALL_POINTS:
+    if sound.sum() < ellipses.SMALL_POINTS:
         raise ContactRangeError("hertz fidelity: no pressure ellipse has the least energy on this finger and specimen")
     rows = np.column_stack([a, a * aspect, q, indentation, *influence])[sound]
     end = "the contact to the rim of its patch" if sound.all() else "the contact beyond the ellipses of this skin"
@@ -230,7 +217,7 @@ def _least_energy(
     The energy over F is F/2 (c11 + 2 q (c12 - c11) + q^2 (c11 - 2 c12 + c22)) + bend a^2 <u>(q) / <u>(0). That it is
     stationary in q gives F; put into the derivative in a, it leaves a quadratic equation in q.
     """
-    factors = np.array(HALF_SPACE_ENERGY).reshape(-1, *[1] * (change.ndim - 1))
+    factors = np.array(ellipses.HALF_SPACE_ENERGY).reshape(-1, *[1] * (change.ndim - 1))
     # Compliances c11, c12, c22 of the pairs of terms, and their derivatives by a.
     c = factors * half_space / (radius * np.exp(limit + change))
     slope = -c * (1 + radius * by_radius)
@@ -247,7 +234,7 @@ def _least_energy(
     with np.errstate(invalid="ignore"):
         root = np.sqrt(terms[1] ** 2 - 4 * terms[0] * terms[2])
         q = -2 * terms[0] / (terms[1] + np.copysign(root, terms[1]))
-    q = np.clip(np.where(np.isfinite(q), q, 0.0), FLATTEST_Q, SHARPEST_Q) * _layered(change[0])
+    q = np.clip(np.where(np.isfinite(q), q, 0.0), ellipses.FLATTEST_Q, ellipses.SHARPEST_Q) * _layered(change[0])
     total, total_slope = c[0] + 2 * q * first + q**2 * second, slope[0] + 2 * q * first_slope + q**2 * second_slope
     return q, -4 * bend * radius**2 * (1 - loss * q) / total_slope, total
 
@@ -262,7 +249,7 @@ def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.nd
     """Stretch (k,) at which the parabola through the energies (3, k) of the tabulated stretches has its minimum, scaled
     by `layered` (k,); and whether the parabola has a minimum near them. 0 if it has none."""
     # Vertex of the parabola through three energies.
-    step, bend = ASPECT_STRETCHES[1] - ASPECT_STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
+    step, bend = ellipses.ASPECT_STRETCHES[1] - ellipses.ASPECT_STRETCHES[0], energy[0] - 2 * energy[1] + energy[2]
     stretch = -step / 2 * (energy[2] - energy[0]) / np.where(bend > 0, bend, np.inf) * layered
     vouched = ((bend > 0) | (layered < SMALLEST_LAYERING)) & (np.abs(stretch) <= LARGEST_ASPECT_STRETCH)
     # A nearly straight parabola may have its minimum anywhere, up to where numbers overflow
@@ -271,7 +258,7 @@ def _stretch(energy: np.ndarray, layered: np.ndarray) -> tuple[np.ndarray, np.nd
 
 def _quadratic(columns: np.ndarray, stretch: np.ndarray) -> np.ndarray:
     """Parabolas through columns (3, k, c) of the tabulated stretches, at the stretches (k,)."""
-    s = (stretch / (ASPECT_STRETCHES[1] - ASPECT_STRETCHES[0]))[:, None]
+    s = (stretch / (ellipses.ASPECT_STRETCHES[1] - ellipses.ASPECT_STRETCHES[0]))[:, None]
     return columns[0] * s * (s - 1) / 2 + columns[1] * (1 - s**2) + columns[2] * s * (s + 1) / 2
 
 
@@ -307,7 +294,7 @@ def hertz_scene(reduced: ReducedFinger, specimen: Specimen, load: Load) -> Hertz
         force=force,
         semi_axes=(root * a, root * b),
         layer_term=q,
-        peak_pressure=peak_over_mean(q) * force / (math.pi * root**2 * a * b),
+        peak_pressure=ellipses.peak_over_mean(q) * force / (math.pi * root**2 * a * b),
         indentation=root**2 * depth if indentation is None else indentation,
         values=force * np.array(per_newton).reshape(reduced.weights.shape),
         contact_area=float(np.pi * np.prod((root * a, root * b))),
@@ -320,7 +307,7 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
     a, b = scene.semi_axes
     patch = reduced.patch
     x, y = patch.xy.T
-    shape = layer_factor(np.sqrt(np.maximum(0.0, 1 - (x / a) ** 2 - (y / b) ** 2)), scene.layer_term)
+    shape = ellipses.layer_factor(np.sqrt(np.maximum(0.0, 1 - (x / a) ** 2 - (y / b) ** 2)), scene.layer_term)
     # If an ellipse lies between the nodes, the nearest node carries it; in any case the nodal pressures are scaled to
     # the force
     shape[np.argmin(np.hypot(x, y))] += float(not shape.any())
@@ -328,15 +315,11 @@ def hertz_press(reduced: ReducedFinger, specimen: Specimen, load: Load, status: 
     return linear_press(
         reduced,
         specimen,
-        force=scene.force,
         fidelity="hertz",
-        indentation=scene.indentation,
-        contact_area=float(np.pi * a * b),
-        peak_pressure=scene.peak_pressure,
-        values=scene.values,
         force_balance=abs(float(reduced.multiplicity * patch.mass @ pressure) - scene.force) / scene.force,
         status=status,
         resolved=True,
         pressure=pressure,
         active=shape > 0,
+        **{name: getattr(scene, name) for name in ("force", "values", *CONTACT_MEASURES)},
     )

@@ -33,12 +33,11 @@ from papilla.core.errors import InputError
 from papilla.core.progress import Progress, silent
 from papilla.core.units import to_microstrain
 from papilla.fem.discrete.elements import fold, interpolation, parity_signs
-from papilla.fem.pressing.fidelity import press_grid
 from papilla.fem.pressing.response import (
     RESPONSE_FORCES_MM2,
+    RESPONSE_POLYNOMIAL,
     SPECIMEN_MODULUS_RATIOS,
-    TOTAL_DEGREE_SHARE,
-    LogPolynomial,
+    scaled_presses,
 )
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS, FingerFamily
 from papilla.fem.reduction.finger_model import FingerModel
@@ -58,15 +57,7 @@ WIDTH_MM = 48.0
 PLACE_NODES, SHIFT_NODES = (7, 5), (5, 3)
 """Number of Chebyshev points along x and y, and of shifts along and across; odd, so that 0 is one of them."""
 
-OFF_APEX_POLYNOMIAL = LogPolynomial(
-    (
-        (RESPONSE_FORCES_MM2[0], RESPONSE_FORCES_MM2[-1]),
-        (SPECIMEN_MODULUS_RATIOS[0], SPECIMEN_MODULUS_RATIOS[-1]),
-        MODULUS_RATIO_ENDS,
-    ),
-    (6, 5, 4),
-    TOTAL_DEGREE_SHARE,
-)
+OFF_APEX_POLYNOMIAL = replace(RESPONSE_POLYNOMIAL, degrees=(6, 5, 4))
 MIDDLE_NODES = tuple(count // 2 for count in (*PLACE_NODES, *SHIFT_NODES))
 _AT_APEX: tuple[slice | int, ...] = (slice(None), *MIDDLE_NODES)
 MOVED_PRESS_GRID, RATIO_NODES = (12, 10), 5
@@ -299,20 +290,13 @@ def _presses(
     n)."""
     inner = family.finger.inner.modulus
     member = family.at(ratio * inner, inner)
-    forces, moduli = (
-        np.geomspace(RESPONSE_FORCES_MM2[0], RESPONSE_FORCES_MM2[-1], MOVED_PRESS_GRID[0]),
-        np.geomspace(SPECIMEN_MODULUS_RATIOS[0], SPECIMEN_MODULUS_RATIOS[-1], MOVED_PRESS_GRID[1]),
-    )
-    touching = [replace(specimen, modulus=float(modulus)) for modulus in moduli * inner]
-    presses = press_grid(member, touching, forces * inner, friction)
-    rows, tractions = [], []
-    for (modulus, force), (_, outcome) in zip(product(moduli, forces), presses, strict=True):
-        if not isinstance(outcome, Exception):
-            rows.append((force, modulus, ratio))
-            tractions.append(outcome.traction)
-    if len(rows) < MOVED_PRESS_GRID[0]:
-        raise InputError(f"only {len(rows)} presses of the finger at a modulus ratio of {ratio:.3g} can be made")
-    return np.array(rows), np.array(tractions)
+    ranges = zip((RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS), MOVED_PRESS_GRID, strict=True)
+    grid = (np.geomspace(values[0], values[-1], count) for values, count in ranges)
+    presses = [*scaled_presses(member, inner, specimen, friction, *grid)]
+    if len(presses) < MOVED_PRESS_GRID[0]:
+        raise InputError(f"only {len(presses)} presses of the finger at a modulus ratio of {ratio:.3g} can be made")
+    rows = [(force, modulus, ratio) for force, modulus, *_ in presses]
+    return np.array(rows), np.array([press.traction for *_, press in presses])
 
 
 def _rolling(model: FingerModel, reach: float) -> np.ndarray:

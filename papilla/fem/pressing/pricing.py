@@ -1,20 +1,18 @@
 """Measures errors and costs of each fidelity of a finger at a few forces, and keeps them for `fidelity="auto"`.
 
-`python -m papilla.fem.pressing.pricing` measures the default finger and writes the file that ships with the package.
+`python benchmarks/shipped_tables.py prices` measures the default finger and writes the file that ships.
 """
 
 from contextlib import suppress
-from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
 from papilla.core.errors import ContactRangeError
-from papilla.core.files import write_text
 from papilla.core.progress import Progress, silent
 from papilla.core.units import gf_to_newton
 from papilla.fem import FingerModel, Press, ReducedFinger, prepare, press, press_finite
-from papilla.fem.pressing.prices import PRICED_QUANTITIES, SHIPPED_PRICES, Cost, Loss, Prices, keep
+from papilla.fem.pressing.prices import PRICED_QUANTITIES, Cost, Loss, Prices, keep
 from papilla.mesh import DEFAULT_SIZE_MM, build
 from papilla.model.finger import Finger
 from papilla.model.specimen import THICKNESS_MM, Block
@@ -24,7 +22,6 @@ PRICED_FORCES_N = tuple(float(gf_to_newton(force)) for force in (5, 20, 50, 100)
 
 PRICED_SPECIMEN = Block(0.51, THICKNESS_MM)  # The middle one of the published specimens, as thick as the default
 TIMED_PRESSES = 40  # Presses that the seconds of a scene are the median of
-SHIPPED_DECIMALS = 4  # Of the errors in the file that ships
 
 
 def measure_prices(finger: Finger, *, size_mm: float = DEFAULT_SIZE_MM, progress: Progress = silent) -> Prices:
@@ -93,26 +90,3 @@ def _cost(reduced: ReducedFinger, setup: float, fidelity: str) -> Cost:
     forces = np.geomspace(PRICED_FORCES_N[0], PRICED_FORCES_N[-1], TIMED_PRESSES)
     presses = [press(reduced, PRICED_SPECIMEN, force=force, fidelity=fidelity) for force in forces]
     return Cost(setup, float(np.median([timed.seconds for timed in presses])))
-
-
-def ship() -> None:
-    """Measure the default finger on its reference mesh and write the file that ships with the package."""
-    prices = measure_prices(Finger.default(), progress=print)
-    assert prices.hertz is not None
-    # Further digits than a hundredth of a percent differ from machine to machine
-    hertz, mesh, small_strain = (
-        replace(
-            fidelity_loss,
-            **{
-                name: tuple(round(error, SHIPPED_DECIMALS) for error in getattr(fidelity_loss, name))
-                for name in PRICED_QUANTITIES
-            },
-        )
-        for fidelity_loss in (prices.hertz, prices.mesh, prices.small_strain)
-    )
-    write_text(SHIPPED_PRICES, replace(prices, hertz=hertz, mesh=mesh, small_strain=small_strain).to_json())
-    print(f"{SHIPPED_PRICES.name} written")
-
-
-if __name__ == "__main__":
-    ship()

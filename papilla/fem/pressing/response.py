@@ -8,6 +8,7 @@ and has exact derivatives, and the fit averages out the steps that arise as the 
 
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
@@ -21,6 +22,7 @@ from papilla.core.progress import Progress, silent
 from papilla.core.units import PER_CENT
 from papilla.fem.pressing.fidelity import including_large_strain, press_grid
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, ends_of, is_known, tables_of
+from papilla.fem.pressing.press import Press
 from papilla.fem.reduction.family import MODULUS_RATIO_ENDS as RATIO_LIMITS
 from papilla.fem.reduction.family import FingerFamily
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES
@@ -241,19 +243,26 @@ def response(
     )
 
 
+def scaled_presses(
+    member: ReducedFinger, inner: float, specimen: Specimen, friction: Friction, forces: np.ndarray, moduli: np.ndarray
+) -> Iterator[tuple[float, float, Specimen, Press]]:
+    """The presses that can be made of a finger, whose inner layer has the modulus `inner` (MPa): F / E_inner (mm2),
+    E / E_inner, the specimen and its linear press."""
+    touching = [replace(specimen, modulus=float(modulus)) for modulus in moduli * inner]
+    presses = press_grid(member, touching, forces * inner, friction)
+    for (modulus, force), (touched, outcome) in zip(product(moduli, forces), presses, strict=True):
+        if not isinstance(outcome, Exception):
+            yield force, modulus, touched, outcome
+
+
 def _presses(
     member: ReducedFinger, ratio: float, inner: float, specimen: Specimen, friction: Friction, large: bool
 ) -> list[tuple]:
     """Presses: (F / E_inner, E / E_inner, ratio), whether the mesh resolves it, whether large strain is known, and
     (indentation, values of the gauges)."""
     rows: list[tuple] = []
-    touching = [replace(specimen, modulus=float(modulus)) for modulus in SPECIMEN_MODULUS_RATIOS * inner]
-    presses = press_grid(member, touching, RESPONSE_FORCES_MM2 * inner, friction)
-    for (modulus, force), (touched, outcome) in zip(
-        product(SPECIMEN_MODULUS_RATIOS, RESPONSE_FORCES_MM2), presses, strict=True
-    ):
-        if isinstance(outcome, Exception):
-            continue
+    grid = RESPONSE_FORCES_MM2, SPECIMEN_MODULUS_RATIOS
+    for force, modulus, touched, outcome in scaled_presses(member, inner, specimen, friction, *grid):
         if large:
             try:
                 # Without friction the contact is larger than with stick, and may extend beyond the patch

@@ -159,16 +159,11 @@ def _smooth(patch: Patch, kernel):
         # Lagrange polynomials from Chebyshev's, which are orthogonal on these nodes
         lagrange = [np.linalg.solve(chebvander(nodes, count - 1).T, chebvander(x, count - 1).T).T for x in scaled.T]
         basis = (lagrange[0][:, :, None] * lagrange[1][:, None, :]).reshape(len(points), -1)
-        grid = (
-            np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2) * (high - low) + low + high
-        ) / 2
+        unit_grid = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2)
+        grid = (unit_grid * (high - low) + low + high) / 2
         values = [kernel(grid[:, None] - (grid * image)[None]) for image in patch.images]
         interpolated = [basis[checked] @ value @ basis[checked].T for value in values]
-        scale = np.max(np.abs(exact))
-        if all(
-            np.max(np.abs(approximate - true_kernel)) <= SMOOTH_KERNEL_ERROR * scale
-            for approximate, true_kernel in zip(interpolated, exact, strict=True)
-        ):
+        if np.max(np.abs(np.subtract(interpolated, exact))) <= SMOOTH_KERNEL_ERROR * np.max(np.abs(exact)):
             loaded = hats.multiply(weights[:, None]).T @ basis
             return _by_component(patch, [loaded @ value @ loaded.T for value in values])
     return _weak(patch, kernel, None)
@@ -264,9 +259,8 @@ def linear_moments(points: np.ndarray, corners: np.ndarray, orders: tuple[int, .
         for m in orders:
             # x^m of x = d n + s t, as polynomials in s: (pairs, columns, powers)
             powers = _powers(d, out, along, m)
-            slope = np.stack(
-                [d[:, None] * (gradient @ out[:, :, None])[..., 0], (gradient @ along[:, :, None])[..., 0]], 2
-            )
+            outwards, lengthwise = ((gradient @ axis[:, :, None])[..., 0] for axis in (out, along))
+            slope = np.stack([d[:, None] * outwards, lengthwise], 2)
             integrals = _edge_integrals(d, s, m)
             plain = np.einsum("kcp,kp->kc", powers, integrals[:, : m + 1])
             tilted = np.einsum("kcp,khj,kpj->khc", powers, slope, np.stack([integrals[:, :-1], integrals[:, 1:]], 2))

@@ -17,7 +17,7 @@ from papilla.core import cache, checks
 from papilla.core.errors import InputError
 from papilla.core.progress import Progress, silent
 from papilla.fem.reduction.finger_model import FingerModel
-from papilla.fem.reduction.reduced import ReducedFinger
+from papilla.fem.reduction.reduced import ReducedFinger, fetch_tangential
 from papilla.mesh import DEFAULT_SIZE_MM, LayeredMesh, build
 from papilla.model.finger import Finger, Layer
 
@@ -136,18 +136,15 @@ def family(
         arrays = {name: inner * np.stack([getattr(member, name) for member in reduced]) for name in OF_THE_RATIO}
         return arrays | {f"reduced_{name}": values for name, values in reduced[0].to_arrays().items()}
 
-    def make_tangential() -> dict[str, np.ndarray]:
+    def make_tangential() -> tuple[np.ndarray, np.ndarray]:
         compliance, rows = (inner * np.stack(matrices) for matrices in zip(*members(True), strict=True))
-        return {"compliance": compliance, "rows": rows}
+        return compliance, rows
 
     key = cache.key(__name__, unit.sha256, mesh.sha256, at, nodes)
     arrays = cache.fetch("family", key, make)
     shared = {name.removeprefix("reduced_"): value for name, value in arrays.items() if name.startswith("reduced_")}
 
-    def tangential() -> tuple[np.ndarray, np.ndarray]:
-        cached = cache.fetch("family_tangential", key, make_tangential)
-        return cached["compliance"], cached["rows"]
-
+    tangential = partial(fetch_tangential, "family_tangential", key, make_tangential)
     by_ratio = {name: arrays[name] for name in OF_THE_RATIO}
     member = ReducedFinger.from_arrays(shared)
     return FingerFamily(finger, member, nodes, **by_ratio, tangential_source=tangential, model=model)

@@ -3,49 +3,29 @@
 Mirror planes reduce the cost: any load is split into parts that are symmetric or antisymmetric about each plane, and
 each part is solved on the quarter cell. A press at the apex needs only the symmetric part; one elsewhere needs all
 four, and still uses only a quarter of the mesh.
-
-The tractions of a contact patch load the mesh. Integrals are taken over the skin's own triangles, projected on the
-contact plane. With the hat functions N_j of the patch, the shape functions M_i of the displacement and the cosine c
-between skin and contact plane,
-
-    coupling_ij = int M_i N_j c dA,    mass_j = int N_j c dA,    gap_j = int N_j g c dA,
-
-g being the distance of the exact skin from the contact plane. If the mesh is a quarter of the finger and the patch
-reaches over a mirror plane, each image of the quarter contributes a piece: the same facets, seen from mirrored
-positions. The pieces share their nodes on the mirror planes.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property, partial
 from weakref import WeakValueDictionary
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import BilinearForm, ElementTetP1, FacetBasis, LinearForm
 
 from papilla.core import checks
 from papilla.core.errors import InputError
 from papilla.core.memory import refuse_reduction
 from papilla.fem.discrete.assembly import lame, restricted, scaled
-from papilla.fem.discrete.elements import (
-    DEFAULT_ELEMENT,
-    SYMMETRIC_PARITY,
-    Space,
-    fold,
-    interpolation,
-    parity_signs,
-    space_of,
-)
+from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC_PARITY, fold, interpolation, parity_signs, space_of
 from papilla.fem.discrete.solver import RIGHT_SIDES_AT_ONCE, Factor, factorise
 from papilla.fem.reduction.compliance import half_space_compliance
 from papilla.fem.reduction.gauges import GAUGE_QUANTITIES, PointFunctional, gauge_functionals, gauge_weights
-from papilla.fem.reduction.patch import Frame, Patch, gap_of
+from papilla.fem.reduction.loaded_patch import LoadedPatch, build_patch, image_signs
+from papilla.fem.reduction.patch import Frame
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.mesh.body import facet_deviation, surfaces_of
 from papilla.mesh.layered import BONE_LAYER, INNER_LAYER, OUTER_LAYER, LayeredMesh
-from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger, Layer
 
 INCOMPRESSIBLE_RATIO = 1e-7
@@ -57,12 +37,6 @@ PRESSURE_STABILISATION = 1e-5
 
 WALK_POINTS = 4001
 """Number of points on a line into the finger, at which the layers below the touch-down point are found."""
-
-LOAD_QUADRATURE_ORDER = 4
-"""Quadrature order for products of quadratic displacement, linear pressure and the gap on the skin's triangles."""
-
-SMALLEST_SKIN_COSINE = 0.2
-"""Smallest cosine between skin and contact plane for skin that is part of a patch."""
 
 _LIVING: WeakValueDictionary = WeakValueDictionary()
 _LATEST: list["FingerModel"] = []
@@ -145,12 +119,12 @@ class FingerModel:
         """Parity -> displacement (nodes of the cell, 3) in mm under nodal patch pressures (n,), or pressures and
         tangential tractions (3, n), in MPa."""
         loads = self._loads(traction, at)
-        return {parity: self._solve(parity, load)[:, 0].reshape(-1, 3) for parity, load in loads.items()}
+        return {parity: self._solve(parity, load)[: len(load), 0].reshape(-1, 3) for parity, load in loads.items()}
 
     def cell_pressures(self, traction: np.ndarray, at: tuple[float, float] = (0.0, 0.0)) -> dict:
         """Parity -> pressure unknowns of the cell, in MPa, under tractions as of `cell_displacements`."""
         loads = self._loads(traction, at)
-        return {parity: self._solve_all(parity, load)[len(load) :, 0] for parity, load in loads.items()}
+        return {parity: self._solve(parity, load)[len(load) :, 0] for parity, load in loads.items()}
 
     def _loads(self, traction: np.ndarray, at: tuple[float, float]) -> dict:
         """Parity -> displacement load (3 * nodes, 1): the part of the patch's tractions with this parity."""
@@ -167,18 +141,14 @@ class FingerModel:
     def gauge_adjoints(self) -> dict:
         """Parity -> displacement (nodes of the cell, 3, gauges) whose value at a point is each gauge's strain per
         newton of force there, component by component (reciprocity)."""
-        weights = np.zeros((len(GAUGE_QUANTITIES), len(self.finger.gauges)))
-        weights[list(GAUGE_QUANTITIES).index("strain")] = 1
-        return self._adjoints(weights, self._all_parities())
+        functionals = gauge_functionals(self.finger, self.surfaces["interface"])
+        return self.adjoints(functionals[: len(self.finger.gauges)])  # Strain is the first quantity
 
     def reading_adjoints(self) -> dict:
         """As `gauge_adjoints`, for each gauge's reading (the weighted sum of its quantities, as strain), and only for
         fields that are symmetric in y, which are all that loads symmetric in y excite."""
-        return self._adjoints(gauge_weights(self.finger), [parity for parity in self._all_parities() if parity[1] > 0])
-
-    def _adjoints(self, weights: np.ndarray, parities: list[tuple[int, int]]) -> dict:
-        """Parity -> displacement (nodes of the cell, 3, g) under the quantities of each gauge, weighted by (q, g)."""
-        mixing = sp.hstack([sp.diags(gains) for gains in weights])
+        mixing = sp.hstack([sp.diags(gains) for gains in gauge_weights(self.finger)])
+        parities = [parity for parity in image_signs(self.mesh.mirrors) if parity[1] > 0]
         return self.adjoints(gauge_functionals(self.finger, self.surfaces["interface"]), parities, mixing)
 
     def adjoints(
@@ -189,12 +159,12 @@ class FingerModel:
     ) -> dict:
         """As `gauge_adjoints`, for k functionals of the displacement, or for the combinations of them that the rows of
         `mixing` (k, functionals) give; for all parities by default."""
-        every = self._all_parities()
+        every = image_signs(self.mesh.mirrors)
         by_parity = {}
         for parity in every if parities is None else parities:
             rows = self.rows(functionals, parity)
             load = (rows if mixing is None else mixing @ rows).T.toarray()
-            by_parity[parity] = self._solve(parity, load / len(every)).reshape(-1, 3, load.shape[1])
+            by_parity[parity] = self._solve(parity, load / len(every))[: len(load)].reshape(-1, 3, load.shape[1])
         return by_parity
 
     def factor(self, parity: tuple[int, int] = SYMMETRIC_PARITY) -> tuple[np.ndarray, Factor]:
@@ -235,10 +205,6 @@ class FingerModel:
         return matrix.tocsc() if empty else None
 
     def _solve(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
-        """Displacement (3 * nodes, k) under displacement loads (3 * nodes, k)."""
-        return self._solve_all(parity, load)[: len(load)]
-
-    def _solve_all(self, parity: tuple[int, int], load: np.ndarray) -> np.ndarray:
         """All unknowns (displacements, then pressures, k) under displacement loads (3 * nodes, k)."""
         free, factor = self.factor(parity)
         size = len(load)
@@ -249,19 +215,15 @@ class FingerModel:
         solution[free] = factor.solve(rhs) * self._scale[free, None]
         return solution
 
-    def _patch(self, at: tuple[float, float]) -> "tuple[LoadedPatch, list[tuple[int, int]]]":
+    def _patch(self, at: tuple[float, float]) -> tuple[LoadedPatch, list[tuple[int, int]]]:
         """The loaded patch at a touch-down point and the parities that its loads excite."""
         x, y = checks.place("at", at)
         frame = Frame.at(self.surfaces["skin"], x, y)
         mirrors = self.mesh.mirrors
         symmetric = bool(mirrors) and all(frame.origin["xyz".index(axis)] == 0 for axis in mirrors)
         loaded = build_patch(self.space, self.mesh, self.surfaces["skin"], frame, self.finger.patch_radius, symmetric)
-        return loaded, [SYMMETRIC_PARITY] if symmetric else self._all_parities()
-
-    def _all_parities(self) -> list[tuple[int, int]]:
-        """All parities, into which any field can be split."""
-        signs = [(1, -1) if axis in self.mesh.mirrors else (1,) for axis in "xy"]
-        return [(px, py) for px in signs[0] for py in signs[1]]
+        # Any field can be split into as many parities as there are images of the cell.
+        return loaded, [SYMMETRIC_PARITY] if symmetric else image_signs(mirrors)
 
     def rows(self, functionals: list[PointFunctional], parity: tuple[int, int]) -> sp.csr_matrix:
         """Functionals as rows (k, 3 * nodes) on the cell's displacement of one parity."""
@@ -291,7 +253,7 @@ class FingerModel:
             # In batches of right-hand sides: all responses at once would need too much memory.
             for first in range(0, pushed.shape[1], RIGHT_SIDES_AT_ONCE):
                 block = slice(first, first + RIGHT_SIDES_AT_ONCE)
-                solution = self._solve(parity, pushed[:, block].toarray()) / len(parities)
+                solution = self._solve(parity, pushed[:, block].toarray())[: pushed.shape[0]] / len(parities)
                 # What the patch feels under its own unit tractions: the displacement weighted by the same loads
                 # (reciprocity makes it symmetric).
                 compliance[:, block] += felt @ solution
@@ -334,125 +296,3 @@ def _crossing(down: np.ndarray, level: np.ndarray) -> float:
     if level[k] > 0:
         return np.inf
     return float(np.interp(0.0, -level[k - 1 : k + 1], down[k - 1 : k + 1])) if k else float(down[0])
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedPatch:
-    """A patch with its coupling to the displacement: for each image of the cell, (nodes of the cell, n) integrals of
-    displacement shape function times hat function over the contact plane."""
-
-    patch: Patch
-    frame: Frame
-    couplings: dict[tuple[int, int], sp.csr_matrix]
-
-    def loads(self, parity: tuple[int, int], component: int = 0) -> sp.csc_matrix:
-        """Displacement load (3 * nodes, n) of a unit traction at each patch node, for fields of one parity.
-
-        Component 0 is pressure; 1 and 2 are tangential tractions on the finger along the contact plane's axes.
-        """
-        direction = self.frame.axes[component - 1] if component else -self.frame.axes[2]
-        parts = [
-            sp.kron(coupling, (parity_signs(parity, image) * direction)[:, None])
-            for image, coupling in self.couplings.items()
-        ]
-        return sum(parts[1:], start=parts[0]).tocsc()
-
-
-def build_patch(
-    space: Space, mesh: LayeredMesh, skin: Surface, frame: Frame, radius: float, symmetric: bool
-) -> LoadedPatch:
-    """The patch of `radius` mm around a contact frame.
-
-    `space` lives on the cell of the mesh `whole`; with `symmetric` the patch contains only the cell's part and its
-    mirror images are implied; else it contains all images.
-    """
-    mirrors = ["xyz".index(axis) for axis in mesh.mirrors]
-    flips = [axis for axis in mirrors if not symmetric]
-    images = _sign_pairs(flips)
-    skin_triangles = space.mesh.boundaries["skin"]
-    facets = space.facets(skin_triangles)
-    pieces = [piece for image in images if (piece := _piece(space, skin, frame, radius, facets, image)) is not None]
-    if not pieces:
-        raise InputError(f"no skin within {radius:g} mm of the touch-down point faces the specimen")
-    positions, numbers = _merge_nodes(space.mesh.points, pieces)
-    couplings, triangles = {}, []
-    mass, gap = np.zeros(len(positions)), np.zeros(len(positions))
-    rim = np.zeros(len(positions), dtype=bool)
-    for piece, number in zip(pieces, numbers, strict=True):
-        np.add.at(mass, number, piece.mass)
-        np.add.at(gap, number, piece.gap)
-        rim[number[piece.rim]] = True
-        renumber = np.full(len(space.mesh.points), -1)
-        renumber[piece.vertices] = number
-        triangles.append(renumber[piece.triangles])
-        spread = sp.csr_matrix(
-            (np.ones(len(number)), (np.arange(len(number)), number)), shape=(len(number), len(positions))
-        )
-        couplings[piece.image] = (piece.coupling @ spread).tocsr()
-    local = frame.local(positions)
-    repeat = _sign_pairs(mirrors) if symmetric else [(1, 1)]
-    patch = Patch(local[:, :2], np.concatenate(triangles), mass, gap, rim, np.array(repeat))
-    return LoadedPatch(patch, frame, couplings)
-
-
-@dataclass(frozen=True, eq=False)
-class _Piece:
-    image: tuple[int, int]
-    vertices: np.ndarray
-    triangles: np.ndarray
-    mass: np.ndarray
-    gap: np.ndarray
-    rim: np.ndarray
-    coupling: sp.csr_matrix
-
-
-def _piece(space, skin, frame, radius, facets, image) -> _Piece | None:
-    """The part of a patch in one mirror image of the cell; integrals over the cell's own facets."""
-    mirror = np.array([*image, 1])
-    corners = space.mesh.points * mirror
-    triangles = space.mesh.boundaries["skin"]
-    local = frame.local(corners)
-    # A triangle belongs to the patch if it is near, and not so steep that a pressure along the plane's normal would act
-    # along the skin. Both its own normal and that of the exact skin count: the latter tells the far side of the finger.
-    near = np.hypot(local[:, 0], local[:, 1]) < radius
-    ends = local[triangles]
-    area = np.cross(ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0])
-    facing = np.abs(area[:, 2]) > SMALLEST_SKIN_COSINE * np.linalg.norm(area, axis=1)
-    outward = skin.normal(corners[triangles].mean(axis=1)) @ frame.axes[2] > SMALLEST_SKIN_COSINE
-    chosen = near[triangles].all(axis=1) & facing & outward
-    if not chosen.any():
-        return None
-    moved, loaded = (
-        FacetBasis(space.skmesh, element, facets=facets[chosen], intorder=LOAD_QUADRATURE_ORDER)
-        for element in (space.scalar_element, ElementTetP1())
-    )
-    normal = frame.axes[2] * mirror
-
-    def projected(w):
-        return np.abs(sum(w.n[i] * normal[i] for i in range(3)))
-
-    def distance(w):
-        points = np.stack([w.x[i] for i in range(3)], axis=-1) * mirror
-        return gap_of(skin, frame, points.reshape(-1, 3)).reshape(points.shape[:-1])
-
-    # The facets are those of the cell; positions are mirrored instead, so that one basis serves all images.
-    vertices = np.unique(triangles[chosen])
-    mass = LinearForm(lambda v, w: v * projected(w)).assemble(loaded)[vertices]
-    gap = LinearForm(lambda v, w: v * projected(w) * distance(w)).assemble(loaded)[vertices]
-    coupling = BilinearForm(lambda u, v, w: u * v * projected(w)).assemble(loaded, moved)[:, vertices]
-    # Skin continues beyond these nodes, but the patch does not
-    outside = np.isin(vertices, np.unique(triangles[~chosen]))
-    return _Piece(image, vertices, triangles[chosen], mass, gap, outside, coupling.tocsr())
-
-
-def _sign_pairs(axes: list[int]) -> list[tuple[int, int]]:
-    return [(sx, sy) for sx in ((1, -1) if 0 in axes else (1,)) for sy in ((1, -1) if 1 in axes else (1,))]
-
-
-def _merge_nodes(points: np.ndarray, pieces: list[_Piece]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Positions of the distinct patch nodes and, for each piece, their numbers; nodes on mirror planes are shared."""
-    # Adding zero turns -0.0 into 0.0, so that a mirrored node is the same node
-    places = [points[piece.vertices] * np.array([*piece.image, 1]) + 0.0 for piece in pieces]
-    positions, numbers = np.unique(np.concatenate(places), axis=0, return_inverse=True)
-    ends = np.cumsum([len(place) for place in places])[:-1]
-    return positions, np.split(numbers.ravel(), ends)

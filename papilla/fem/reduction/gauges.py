@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from papilla.fem.reduction.patch import onto
 from papilla.mesh.body import gauge_site
 from papilla.mesh.surfaces import Surface
 from papilla.model.finger import Finger, Gauge
@@ -60,7 +61,7 @@ def strain_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) -> Po
     middles = frame.site + gauge.width_mm * GRID_LINES[:, None] * frame.across
     flat = np.stack([middles - half, middles + half], axis=1)
     # The lines are chords: their ends lie on the interface, which may be curved along them.
-    ends = _onto(interface, flat.reshape(-1, 3), frame.normal).reshape(flat.shape)
+    ends = onto(interface, flat.reshape(-1, 3), frame.normal).reshape(flat.shape)
     chord = ends[:, 1] - ends[:, 0]
     weight = (LINE_SHARES / (chord**2).sum(axis=1))[:, None] * chord
     return PointFunctional(ends.reshape(-1, 3), np.stack([-weight, weight], axis=1).reshape(-1, 3))
@@ -75,7 +76,7 @@ def curvature_functional(gauge: Gauge, frame: GaugeFrame, interface: Surface) ->
     # Least squares fit w = c0 + c1 s + c2 t + c3 s^2 + ...: row 3 of the pseudoinverse gives c3, and w'' = 2 c3.
     monomials = np.stack([np.ones_like(s), s, t, s * s, s * t, t * t], axis=1)
     second_derivative = 2 * np.linalg.pinv(monomials)[3]
-    return PointFunctional(_onto(interface, flat, frame.normal), second_derivative[:, None] * frame.normal)
+    return PointFunctional(onto(interface, flat, frame.normal), second_derivative[:, None] * frame.normal)
 
 
 def elongation(functional: PointFunctional, moved: np.ndarray) -> float:
@@ -121,16 +122,3 @@ def gauge_weights(finger: Finger) -> np.ndarray:
     return np.array(
         [[getattr(g, quantity.weight) for g in finger.gauges] for quantity in GAUGE_QUANTITIES.values()], float
     )
-
-
-def _onto(surface: Surface, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
-    """The points moved along `direction` until they lie on the surface (Newton's method on the signed distance)."""
-    points = points.copy()
-    for _ in range(8):
-        foot = surface.project(points)
-        normal = surface.normal(foot)
-        step = np.einsum("ki,ki->k", foot - points, normal) / (normal @ direction)
-        points = points + step[:, None] * direction
-        if np.abs(step).max() < 1e-12:
-            break
-    return points

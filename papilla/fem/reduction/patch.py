@@ -119,16 +119,22 @@ class Patch:
 
 def gap_of(skin: Surface, frame: Frame, points: np.ndarray) -> np.ndarray:
     """Distance (k,) of the exact skin from the contact plane, along the plane's normal through points (k, 3)."""
-    # Newton's method along the normal: the skin near a point is replaced by the tangent plane at its foot. From a facet
-    # of the mesh, which is close to the skin, three steps reach rounding.
     normal = frame.axes[2]
-    points = points.copy()
-    for _ in range(SKIN_NEWTON_STEPS):
-        foot = skin.project(points)
-        outward = skin.normal(foot)
-        step = np.einsum("ki,ki->k", foot - points, outward) / (outward @ normal)
-        points = points + step[:, None] * normal
-    return -(points - frame.origin) @ normal
+    # From a facet of the mesh, which is close to the skin, three steps reach rounding.
+    return -(onto(skin, points, normal, SKIN_NEWTON_STEPS) - frame.origin) @ normal
+
+
+def onto(surface: Surface, points: np.ndarray, direction: np.ndarray, most_steps: int = 8) -> np.ndarray:
+    """The points (k, 3) moved along `direction` until they lie on the surface, by Newton's method: the surface near a
+    point is replaced by the tangent plane at its foot."""
+    for _ in range(most_steps):
+        foot = surface.project(points)
+        normal = surface.normal(foot)
+        step = np.einsum("ki,ki->k", foot - points, normal) / (normal @ direction)
+        points = points + step[:, None] * direction
+        if np.abs(step).max() < 1e-12:
+            break
+    return points
 
 
 @lru_cache(maxsize=64)

@@ -290,9 +290,7 @@ def _checked(arrays: Mapping[str, np.ndarray], gauges: int) -> dict[str, np.ndar
     checked = {name: _numbers(arrays, name) for name in shapes}
     for name, shape in shapes.items():
         stated = checked[name].shape
-        same = len(stated) == len(shape) and all(
-            a in (b, None) or b is None for a, b in zip(stated, shape, strict=True)
-        )
+        same = len(stated) == len(shape) and all(b in (a, None) for a, b in zip(stated, shape, strict=True))
         if not same or 0 in stated:
             expected = " x ".join("n" if side is None else str(side) for side in shape)
             raise FileFormatError(f"{name} must have the shape {expected}, has {' x '.join(map(str, stated))}")
@@ -315,10 +313,8 @@ def _checked(arrays: Mapping[str, np.ndarray], gauges: int) -> dict[str, np.ndar
         raise FileFormatError("layers must hold numbers above 0")
     for name in ("compliance", "half_space"):
         matrix = checked[name]
-        if (
-            np.abs(matrix - matrix.T).max() > UNLIKE_COMPLIANCE * np.abs(matrix).max()
-            or np.linalg.eigvalsh(matrix)[0] <= 0
-        ):
+        skew = np.abs(matrix - matrix.T).max()
+        if skew > UNLIKE_COMPLIANCE * np.abs(matrix).max() or np.linalg.eigvalsh(matrix)[0] <= 0:
             raise FileFormatError(f"{name} must be symmetric and positive definite")
     return checked
 
@@ -351,6 +347,14 @@ def _of_unit(reduced: ReducedFinger, unit: Specimen, name: str) -> np.ndarray:
                 f"{unit.words}: traction_compliance, which friction needs, does not fit compliance: override both"
             )
     return compliance
+
+
+def fetch_tangential(
+    category: str, key: str, make: Callable[[], tuple[np.ndarray, np.ndarray]]
+) -> tuple[np.ndarray, np.ndarray]:
+    """The compliance and rows of `ReducedFinger.tangential` from an entry of the cache, which `make()` fills."""
+    arrays = cache.fetch(category, key, lambda: dict(zip(("compliance", "rows"), make(), strict=True)))
+    return arrays["compliance"], arrays["rows"]
 
 
 def needs_reduced(finger: object) -> None:

@@ -1,18 +1,16 @@
 """The factorisation: both engines, their checks, and the incompressible limit."""
 
 import dataclasses
-import warnings
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from papilla.core.errors import SolverError
-from papilla.fem import FingerModel, press
+from papilla.fem import FingerModel
 from papilla.fem.discrete.solver import SOLVER_ENGINES, factorise
 from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
 from papilla.model.finger import Finger, Layer
-from papilla.model.specimen import Block
 
 
 @pytest.fixture(scope="module")
@@ -65,12 +63,10 @@ def test_the_environment_names_the_engine(system, monkeypatch):
     assert factorise(*system).engine == "rslab"
 
 
+@pytest.mark.filterwarnings("ignore:rslab did not factor")
 def test_a_singular_matrix_is_an_error():
-    matrix = sp.csc_matrix(np.diag([1.0, 0.0, 2.0]))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with pytest.raises(SolverError, match="SuperLU could not factor the matrix"):
-            factorise(matrix, 0)
+    with pytest.raises(SolverError, match="SuperLU could not factor the matrix"):
+        factorise(sp.csc_matrix(np.diag([1.0, 0.0, 2.0])), 0)
 
 
 @pytest.mark.parametrize("engine", SOLVER_ENGINES)
@@ -87,24 +83,6 @@ def test_a_stabilised_matrix_too_far_away_is_an_error_not_an_answer(system):
     factor = factorise(matrix, negative, stabilised=(0.3 * matrix).tocsc())
     with pytest.raises(SolverError, match="left a relative residual of .*, more than 1e-10"):
         factor.solve(np.ones((matrix.shape[0], 1)))
-
-
-@pytest.mark.parametrize("engine", SOLVER_ENGINES)
-def test_nu_one_half_is_solved_and_is_the_limit(dome, engine, monkeypatch):
-    """The pressure block is empty then: a stabilised matrix is factored, the true one is solved."""
-    monkeypatch.setenv("PAPILLA_SOLVER", engine)
-    mesh, readings = dome(Finger.default(), 5), {}
-    for nu in (0.4999999, 0.5):
-        base = Finger.default()
-        finger = dataclasses.replace(base, outer=Layer(0.136, nu), inner=Layer(0.034, nu))
-        model = FingerModel(finger, mesh)
-        readings[nu] = press(model.reduce(), Block(0.5, 10), force=0.3, fidelity="contact").reading
-        factor = model.factor()[1]
-        assert factor.engine == engine
-        b = np.random.default_rng(4).standard_normal((factor.matrix.shape[0], 1))
-        b[-model.space.pressures :] = 0
-        assert relative_residual(factor.matrix, factor.solve(b), b) <= 1e-10
-    assert readings[0.5] == pytest.approx(readings[0.4999999], rel=1e-4)
 
 
 @pytest.mark.parametrize("stress, length", [(16.0, 1.0), (1.0, 4.0), (2.0**-8, 2.0**-6)])

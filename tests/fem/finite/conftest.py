@@ -17,13 +17,8 @@ def coarse(dome):
 def _density(card, kinematics, pressure, compressibility):
     isochoric = kinematics.deformation / np.cbrt(kinematics.jacobian)[..., None, None]
     invariant = np.linalg.svd(isochoric, compute_uv=False) if isinstance(card, Ogden) else (isochoric**2).sum((-2, -1))
-    change = kinematics.volume_change
-    return (
-        card.energy(invariant)
-        + card.shear_modulus / 3 * change**2
-        - pressure * change
-        - compressibility / 2 * pressure**2
-    )
+    energy, change = card.energy(invariant), kinematics.volume_change
+    return energy + card.shear_modulus / 3 * change**2 - pressure * change - compressibility / 2 * pressure**2
 
 
 @pytest.fixture(scope="session")

@@ -7,45 +7,29 @@ import pytest
 
 from papilla import Finger, fem
 from papilla.core.errors import InputError
-from papilla.fem.finite.strain_tables import (
-    FEW_FORCES,
-    FEW_MODULI,
-    ensure_large_strain,
-    measure_few,
-    measure_large_strain,
-)
+from papilla.fem.finite.strain_tables import FEW_FORCES, FEW_MODULI, ensure_large_strain, measure_large_strain
 from papilla.fem.pressing.contact import contact_press
-from papilla.fem.pressing.fidelity import including_large_strain
 from papilla.fem.pressing.large_strain import LargeStrain, keep, known
 from papilla.fem.reduction.gauges import gauge_weights
-from papilla.mesh import build
 from papilla.model.finger import Dome
 from papilla.model.specimen import Block
 
 OWN = replace(Finger.default(), name="own", shape=Dome((22.0, 22.0, 19.0), (19.5, 19.5, 16.5), (9.0, 9.0, 6.0)))
 
 
-def shipped_as(ratio: float, stuck: bool) -> dict:
-    """The shipped table of the default finger, as if a finger of one's own had it."""
-    tables = known(Finger.default().strain_sha256)
-    table = next(one for one in tables if one.ratio == 4.0 and (one.friction > 0) == stuck)
-    return replace(table, ratio=ratio).to_json()
-
-
 @pytest.fixture
 def kept(monkeypatch, tmp_path):
-    """Tables of one's own finger in a cache of the test's own, without friction and stuck."""
+    """Tables of the default finger as those of one's own, without friction and stuck, in a cache of the test's own."""
+    tables = [table for table in known(Finger.default().strain_sha256) if table.ratio == 4.0]
     monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    tables = [replace(LargeStrain.from_json(shipped_as(4.0, stuck)), ratio=4.0) for stuck in (False, True)]
     keep(OWN.strain_sha256, tables)
 
 
 def few_of(table: LargeStrain) -> LargeStrain:
     """The presses of a table that a finger of one's own gets."""
     forces, moduli = np.unique(table.force)[list(FEW_FORCES)], np.unique(table.modulus)[list(FEW_MODULI)]
-    kept = np.isin(table.force, forces) & np.isin(table.modulus, moduli)
-    rows = {name: getattr(table, name)[kept] for name in ("force", "modulus", "linear", "finite")}
-    return replace(table, **rows)
+    few = np.isin(table.force, forces) & np.isin(table.modulus, moduli)
+    return replace(table, **{name: getattr(table, name)[few] for name in ("force", "modulus", "linear", "finite")})
 
 
 @pytest.mark.parametrize("stuck", [False, True])
@@ -74,17 +58,9 @@ def test_a_press_of_a_prepared_finger_includes_large_strain_by_its_tables(kept):
     assert ensure_large_strain(OWN, (False, True)) == "", "nothing is missing"
 
 
-# ---- Measuring a table
-
-
-@pytest.fixture(scope="module")
-def on_coarse(dome):
-    """The default finger and a very coarse mesh of it."""
-    return Finger.default(), dome(Finger.default(), outer_layers=1, inner_layers=2)
-
-
-def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
-    finger, mesh = on_coarse
+def test_a_table_has_the_presses_that_are_made_one_by_one(dome):
+    finger = Finger.default()
+    mesh = dome(finger, outer_layers=1, inner_layers=2)
     told, inner = [], finger.inner.modulus
     table = measure_large_strain(
         finger, mesh, forces=(1.0, 3.0, 9.0, 18.0), moduli=(0.5, 4.0, 1e4), steps=lambda *one: told.append(one)
@@ -103,26 +79,3 @@ def test_a_table_has_the_presses_that_are_made_one_by_one(on_coarse):
             assert rows[k] == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(one.values).max())
     with pytest.raises(InputError, match="only 2 of 2 presses at finite strain can be made"):
         measure_large_strain(finger, mesh, forces=(1.0, 3.0), moduli=(4.0,))
-
-
-@pytest.mark.slow
-def test_a_table_of_ones_own_tells_presses_at_finite_strain_on_a_finer_mesh(monkeypatch, tmp_path):
-    """What large strain changes in presses between the table's forces and moduli, on another mesh: S_d within 0.5 %,
-    gauges within 1 % of the largest reading, in the middle of the table; 0.7 and 1.2 % where the change turns, between
-    the two largest forces. Both sides are presses on nodes of one mesh, which lose the same to it."""
-    monkeypatch.setenv("PAPILLA_CACHE", str(tmp_path / "cache"))
-    said = []
-    table = LargeStrain.from_json(measure_few(OWN, 4.0, False, said.append))
-    assert len(table.force) == len(said) == 20
-    assert said[-1] == "large strain, layers 1 : 4, without friction: press: 20 of 20"
-    keep(OWN.strain_sha256, [table])
-    mesh = build(OWN, 1.0, variant=3)
-    reduced = fem.prepare(OWN, size_mm=1.0, variant=3)
-    for modulus, force, sd, gauges in ((0.08, 0.3, 0.005, 0.01), (0.4, 0.75, 0.007, 0.012)):
-        block = Block(modulus, thickness=10.0)
-        truth = fem.press_finite(OWN, mesh, block, force=force, friction=0)
-        nodes = contact_press(reduced, block, (force, None), 0.0)
-        found = including_large_strain(reduced, block, nodes)
-        assert found.large_strain and abs(truth.sd / nodes.sd - 1) > 0.01
-        assert found.sd == pytest.approx(truth.sd, rel=sd)
-        assert np.abs(found.reading - truth.reading).max() < gauges * np.abs(truth.reading).max()

@@ -18,10 +18,6 @@ RADIUS = 20.0
 STICK = math.inf
 
 
-def traction_compliance(patch, specimen):
-    return specimen.traction_compliance(PatchSurface(patch))
-
-
 def paraboloid(x, y):
     return (x * x + y * y) / (2 * RADIUS)
 
@@ -36,18 +32,12 @@ def bodies_on(patch, specimen, finger=None) -> ContactProblem:
     """A specimen against a rigid finger, or against one that is a half-space too: turned over, its coupling changes
     sign."""
     n = len(patch.xy)
-    compliance = traction_compliance(patch, specimen)
+    compliance = specimen.traction_compliance(PatchSurface(patch))
     if finger is not None:
         turned = np.repeat([1.0, -1.0, -1.0], n)
-        compliance = compliance + turned[:, None] * traction_compliance(patch, finger) * turned
+        compliance = compliance + turned[:, None] * finger.traction_compliance(PatchSurface(patch)) * turned
     fixed = (patch.xy == 0).T if len(patch.images) == 4 else np.zeros((2, n), dtype=bool)
     return ContactProblem(compliance, patch.mass, patch.gap, fixed)
-
-
-def without_friction(problem, **load):
-    n = len(problem.mass)
-    plain = ContactProblem(problem.compliance[:n, :n], problem.mass, problem.gap)
-    return contact_step(plain, first_touch(plain), **load)
 
 
 def shear_moment(patch, state):
@@ -67,45 +57,34 @@ def check_state(problem, state, friction):
         assert (q <= friction * p * (1 + 1e-8) + 1e-12 * p.max()).all()
 
 
-# ---- Closed forms
-
-
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
-def test_growing_sphere_that_sticks_is_mossakovskii_s(sphere, nu):
-    patch = sphere
-    expected = frictional_punch(dundurs_beta(1.0, nu))
-    force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
-    state = LoadingPath(bodies_on(patch, HalfSpace(1.0, nu)), STICK).at(indentation=depth)
-    assert 4 * state.force == pytest.approx(force, rel=1e-3)
-    assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
-
-
 @pytest.mark.parametrize("friction", [STICK, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.4, 0.2, 0.1))])
 def test_flat_punch_is_mossakovskii_s_and_spence_s(disc, friction):
     """Against the frictionless punch on the same patch, whose edge is as coarse."""
     patch, nu = disc(1.0, 16), 0.3
     problem = bodies_on(patch, HalfSpace(1.0, nu))
-    plain = without_friction(problem, indentation=0.01)
+    n = len(patch.xy)
+    plain = ContactProblem(problem.compliance[:n, :n], patch.mass, patch.gap)
+    smooth = contact_step(plain, first_touch(plain), indentation=0.01)
     state = LoadingPath(problem, friction).at(indentation=0.01)
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
-    assert state.force / (plain.force) == pytest.approx(expected.force_factor, rel=1.5e-3)
+    assert state.force / smooth.force == pytest.approx(expected.force_factor, rel=1.5e-3)
     check_state(problem, state, friction)
 
 
-@pytest.mark.parametrize("friction", [0.2, 0.1])
-def test_growing_sphere_with_coulomb_friction_is_spence_s(sphere, friction):
-    patch, nu = sphere, 0.3
+@pytest.mark.parametrize("friction, nu", [(STICK, 0.0), (STICK, 0.3), (STICK, 0.45), (0.2, 0.3), (0.1, 0.3)])
+def test_growing_sphere_is_mossakovskii_s_and_spence_s(sphere, friction, nu):
+    patch = sphere
     expected = frictional_punch(dundurs_beta(1.0, nu), friction)
     force, depth = expected.sphere(2.0, RADIUS, effective_modulus(1.0, nu))
     problem = bodies_on(patch, HalfSpace(1.0, nu))
     state = LoadingPath(problem, friction).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=1e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=5e-3)
-    r, element = np.hypot(*patch.xy.T), 3.0 / 20
-    sticking = state.active & ~state.slipping
-    assert r[sticking].max() < 2.0 * expected.stick_radius + element
-    assert r[state.slipping].min() > 2.0 * expected.stick_radius - element
     check_state(problem, state, friction)
+    if friction < STICK:
+        r, element = np.hypot(*patch.xy.T), 3.0 / 20
+        assert r[state.active & ~state.slipping].max() < 2.0 * expected.stick_radius + element
+        assert r[state.slipping].min() > 2.0 * expected.stick_radius - element
 
 
 def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
@@ -116,46 +95,6 @@ def test_dissimilar_half_spaces_feel_dundurs_beta_alone(disc):
     state = LoadingPath(problem, 0.2).at(indentation=depth)
     assert 4 * state.force == pytest.approx(force, rel=2e-3)
     assert shear_moment(patch, state) == pytest.approx(expected.shear_moment * 2.0 * force, rel=0.02)
-
-
-def mindlin_displacement(tangential, limit, contact_radius, compliance):
-    """Tangential displacement of a pressed sphere and its stick radius, exact for nu = 0; `limit` where it slides.
-
-    Cattaneo (1938); Mindlin (1949), doi:10.1115/1.4009973.
-    """
-    left = 1 - tangential / limit
-    sliding = 3 * limit / (16 * contact_radius) * compliance
-    return sliding * (1 - left ** (2 / 3)), contact_radius * left ** (1 / 3)
-
-
-def test_tangential_load_is_cattaneo_and_mindlin_s(disc):
-    """Pressed, then pulled along x under the same force; nu = 0, for which their solution is exact."""
-    patch, friction, depth = disc(2.4, 10, paraboloid, quarter=False), 0.5, 0.15
-    body = HalfSpace(1.0, 0.0)
-    problem = bodies_on(patch, body, body)
-    state = LoadingPath(problem, friction).at(indentation=depth)
-    assert np.abs(state.traction[1:]).max() < 1e-9 * state.traction[0].max()
-    force, contact_radius = state.force, math.sqrt(RADIUS * depth)
-    moved, r = 0.0, np.hypot(*patch.xy.T)
-    limit = mindlin_displacement(friction * force, friction * force, contact_radius, 8.0)[0]
-    for share in (0.2, 0.5, 0.8):
-        step = share * limit - moved
-        state = contact_step(problem, state, friction, force=force, slide=(step, 0.0))
-        moved += step
-        pulled = float(patch.mass @ state.traction[1])
-        assert abs(patch.mass @ state.traction[2]) < 1e-6 * pulled
-        found, stick = mindlin_displacement(pulled, friction * force, contact_radius, 8.0)
-        assert found == pytest.approx(moved, rel=0.02)
-        element = 2.4 / 10
-        assert r[state.active & ~state.slipping].max() < stick + element
-        assert r[state.slipping].min() > stick - element
-        check_state(problem, state, friction)
-    state = contact_step(problem, state, friction, force=force, slide=(limit, 0.0))
-    assert patch.mass @ state.traction[1] == pytest.approx(friction * force, rel=1e-9)
-    assert state.slipping[state.active].all()
-
-
-# ---- A second method
 
 
 def gauss_seidel(problem, state, friction, depth, sweeps=20000):
@@ -192,9 +131,6 @@ def test_steps_agree_with_gauss_seidel(disc, friction):
     assert state.slipping.sum() > 0
 
 
-# ---- What holds of any bodies
-
-
 def random_problem(seed, n=9) -> ContactProblem:
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3 * n, 4 * n))
@@ -226,27 +162,6 @@ def test_friction_takes_energy_and_never_gives_it(disc):
     # and no more than the work that was put in
     work = np.trapezoid([knot.force for knot in path.steps.knots], [knot.indentation for knot in path.steps.knots])
     assert last.dissipated < 0.05 * work
-
-
-def test_little_friction_is_none_and_much_is_stick(disc):
-    patch = disc(3.0, 10, paraboloid)
-    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    plain = without_friction(problem, force=0.4)
-    almost = LoadingPath(problem, 1e-7).at(force=0.4)
-    assert almost.traction[0] == pytest.approx(plain.traction[0], abs=1e-6 * plain.traction[0].max())
-    stuck, rough = (LoadingPath(problem, friction).at(force=0.4) for friction in (STICK, 1e3))
-    assert rough.traction == pytest.approx(stuck.traction, abs=1e-9 * stuck.traction.max())
-    assert rough.indentation == pytest.approx(stuck.indentation, rel=1e-9)
-
-
-def test_other_units_give_the_same_answer(disc):
-    patch = disc(3.0, 6, paraboloid)
-    problem = bodies_on(patch, HalfSpace(1.0, 0.2))
-    scaled = ContactProblem(1e-12 * 1e9 * problem.compliance, 1e6 * patch.mass, 1e9 * patch.gap, problem.fixed)
-    one, other = LoadingPath(problem, 0.1), LoadingPath(scaled, 0.1)
-    a, b = one.at(indentation=0.1), other.at(indentation=1e3 * 0.1)
-    assert len(one.steps.knots) == len(other.steps.knots)
-    assert b.traction * 1e-12 == pytest.approx(a.traction, abs=1e-9 * a.traction.max())
 
 
 def test_a_whole_patch_gives_what_its_quarter_does_and_no_net_shear(disc):

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import FileAccessError, FileFormatError
-from papilla.fem import ReducedFinger, press
+from papilla.fem import ReducedFinger
 from papilla.fem.reduction.patch import Patch
-from papilla.model.specimen import Block
 
 
 @pytest.fixture
@@ -23,16 +22,11 @@ def saved(coarse, tmp_path):
 
 def test_saved_and_loaded_is_the_same_to_the_bit(coarse, saved):
     loaded = ReducedFinger.load(saved)
-    for item in fields(ReducedFinger):
-        if item.name in ("patch", "tangential_source"):
-            continue
-        before, after = getattr(coarse, item.name), getattr(loaded, item.name)
-        assert type(before) is type(after) and np.array_equal(before, after), item.name
-    for item in fields(Patch):
-        before, after = getattr(coarse.patch, item.name), getattr(loaded.patch, item.name)
-        assert before.dtype == after.dtype and np.array_equal(before, after), item.name
-    first, second = (press(which, Block(0.5, 10), force=0.3) for which in (coarse, loaded))
-    assert (first.reading == second.reading).all() and first.indentation == second.indentation
+    pairs = [(coarse, loaded, ReducedFinger), (coarse.patch, loaded.patch, Patch)]
+    for before, after, name in ((a, b, item.name) for a, b, kind in pairs for item in fields(kind)):
+        if name not in ("patch", "tangential_source"):
+            one, other = getattr(before, name), getattr(after, name)
+            assert type(one) is type(other) and np.array_equal(one, other), name
 
 
 def refused(path, error, message):
@@ -49,32 +43,20 @@ def test_a_truncated_file_is_refused(saved, keep):
     refused(saved, FileFormatError, "reduced finger .*finger.npz is no file of arrays")
 
 
-@pytest.mark.parametrize("content", [b"", b"hello", b"\x80\x04]\x94.", b"PK\x03\x04 not a zip"])
-def test_a_foreign_file_is_refused(tmp_path, content):
-    path = tmp_path / "finger.npz"
-    path.write_bytes(content)
-    refused(path, FileFormatError, "reduced finger .*finger.npz is no file of arrays")
-
-
 def test_an_npz_of_something_else_is_refused(tmp_path, coarse):
-    path = tmp_path / "finger.npz"
-    np.savez(path, x=np.arange(3))
-    refused(path, FileFormatError, "not a complete file")
-    arrays = coarse.to_arrays()
-    np.savez(path, **{name: array for name, array in arrays.items() if name != "compliance"})
-    refused(path, FileFormatError, "not a complete file.*compliance")
+    path, arrays = tmp_path / "finger.npz", coarse.to_arrays()
     meta = json.loads(str(arrays["meta"])) | {"schema": "papilla.reduced/2"}
-    np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
-    refused(path, FileFormatError, "the schema is not papilla.reduced/3")
-    np.savez(path, **{**arrays, "weights": np.array([1.0, None, 1.0, 1.0, 1.0], dtype=object)})
-    refused(path, FileFormatError, "finger.npz is no file of arrays.*allow_pickle=False")
-    for meta in ({"schema": "papilla.reduced/3"}, {"name": 1}, [], 3, None):
-        np.savez(path, **{**arrays, "meta": np.array(json.dumps(meta))})
-        refused(path, FileFormatError, "the schema is not papilla.reduced/3|key finger_name is missing")
-    np.savez(path, **{**arrays, "meta": np.array("{")})
-    refused(path, FileFormatError, "meta was cut short")
-    np.save(tmp_path / "plain.npy", np.arange(3))
-    refused(tmp_path / "plain.npy", FileFormatError, "is no file of arrays")
+    for content, message in (
+        ({"x": np.arange(3)}, "not a complete file"),
+        ({name: array for name, array in arrays.items() if name != "compliance"}, "not a complete file.*compliance"),
+        ({**arrays, "meta": np.array(json.dumps(meta))}, "the schema is not papilla.reduced/3"),
+        ({**arrays, "meta": np.array(json.dumps({"schema": "papilla.reduced/3"}))}, "key finger_name is missing"),
+        ({**arrays, "meta": np.array("[]")}, "the schema is not papilla.reduced/3"),
+        ({**arrays, "meta": np.array("{")}, "meta was cut short"),
+        ({**arrays, "weights": np.array([1.0, None], dtype=object)}, "finger.npz is no file of arrays"),
+    ):
+        np.savez(path, **content)
+        refused(path, FileFormatError, message)
 
 
 SPOILT = {
@@ -135,7 +117,4 @@ def test_a_missing_file_or_folder_is_named(tmp_path, coarse):
     refused(tmp_path, FileAccessError, "cannot read reduced finger .*: Is a directory")
     with pytest.raises(FileAccessError, match="cannot write .*missing.*: No such file"):
         coarse.save(tmp_path / "missing" / "finger.npz")
-    (tmp_path / "file").write_text("")
-    with pytest.raises(FileAccessError, match="cannot write .*: Not a directory"):
-        coarse.save(tmp_path / "file" / "finger.npz")
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file"]
+    assert not list(tmp_path.iterdir())

@@ -1,13 +1,9 @@
 """A coarse section of the default finger, condensed once."""
 
-from dataclasses import replace
-
 import pytest
 
 from papilla import Finger
 from papilla.fem import prepare_section
-from papilla.fem.sliding.section import SectionModel
-from papilla.mesh.section import build_section
 from papilla.model.parts import Identified
 
 COARSE_MM = 0.3
@@ -23,18 +19,7 @@ def coarse(finger):
     return prepare_section(finger, size_mm=COARSE_MM)
 
 
-@pytest.fixture(scope="session")
-def smooth(finger):
-    return prepare_section(replace(finger, ridges=None), size_mm=COARSE_MM)
-
-
-@pytest.fixture(scope="session")
-def model(finger):
-    return SectionModel(finger, build_section(replace(finger, ridges=None), size_mm=COARSE_MM))
-
-
 def _relaxing(shares, times_s, gauges=5):
-    """What an identification told of a finger: its relaxation alone."""
     nothing = {name: () for name in ("parameters", "logarithmic", "values", "lower", "upper", "covariance")}
     return Identified(
         status="ok", presses=0, specimen="", friction=0.0, zeros_microstrain=(0.0,) * gauges, touch_down_mm=0.0,
@@ -45,5 +30,5 @@ def _relaxing(shares, times_s, gauges=5):
 
 @pytest.fixture(scope="session")
 def relaxing():
-    """Function: what an identification found of a finger, its relaxation alone."""
+    """Function: what an identification tells of a finger whose relaxation alone is known."""
     return _relaxing

@@ -127,17 +127,6 @@ def test_newton_and_relaxation_agree(seed, given):
     assert newton.force[n:].sum() == pytest.approx(1.0) if given == "load" else newton.depth == 1.0
 
 
-@pytest.mark.parametrize("scale", [1e-9, 1e9])
-def test_other_units_give_the_same_states_and_iterations(cylinder, scale):
-    x, C, rise = cylinder
-    n = len(x)
-    plain = rub(laws(C, rise, load=2e-3, friction=0.5, drift=0.01), np.zeros(n, dtype=int))
-    other = rub(laws(C * scale, rise, load=2e-3 / scale, friction=0.5, drift=0.01), np.zeros(n, dtype=int))
-    assert other.iterations == plain.iterations
-    assert (other.state == plain.state).all()
-    np.testing.assert_allclose(other.force * scale, plain.force, atol=1e-9 * np.abs(plain.force).max())
-
-
 def test_what_is_out_of_reach_is_not_touched(cylinder):
     _, C, rise = cylinder
     found = rub(laws(C, rise, depth=-0.01, friction=0.5, drift=1.0), np.ones(len(rise), dtype=int))

@@ -4,25 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import splu
 
 from papilla import Layer, Slab
-from papilla.core.errors import InputError
-from papilla.fem import prepare_section
 from papilla.fem.sliding.section import SectionModel
 from papilla.mesh.layered import INNER_LAYER, OUTER_LAYER
-from papilla.mesh.section import Section, build_section
+from papilla.mesh.section import Section
 from papilla.model.finger import Gauge
 from papilla.references import StackLayer, layered_surface_compliance
-from papilla.verify.sliding import depth_of_a_hump
-
-
-def test_what_has_no_section_is_refused(finger):
-    beside = replace(finger.gauges[0], y_mm=3.0)
-    with pytest.raises(InputError, match="gauge g1 sits at y_mm 3: a sliding scene knows only the section"):
-        build_section(replace(finger, gauges=(beside,)))
-    with pytest.raises(InputError, match="500 at most: take a larger size_mm"):
-        build_section(replace(finger, ridges=None), size_mm=0.01)
 
 
 def strip(width=40.0, across=160, thickness=(1.0, 3.0), rows=(8, 12)):
@@ -72,37 +60,6 @@ def test_an_incompressible_strip_is_the_limit_of_nearly_incompressible_ones(fing
         moved.append(means @ model.solve(means.T.toarray()[:, [20, 55]]))
     change = np.abs(moved[1] - moved[0]).max()
     np.testing.assert_allclose(moved[2] - moved[1], moved[1] - moved[0], atol=0.05 * change)
-
-
-@pytest.mark.slow
-def test_compliance_settles_as_elements_shrink_at_second_order(finger):
-    """Straight edges for the curved skin are a second-order error; that of the elements is less."""
-    found = [depth_of_a_hump(prepare_section(replace(finger, ridges=None), size_mm=size)) for size in (1.0, 0.5, 0.25)]
-    coarse, fine = np.abs(np.diff(found))
-    assert np.log2(coarse / fine) == pytest.approx(2.0, abs=0.4)
-    assert fine < 0.005 * found[2]
-
-
-@pytest.mark.slow
-def test_modes_and_static_rest_answer_a_harmonic_force_as_the_whole_does(model):
-    compliance, _ = model.condense()
-    modes = model.modes(30)
-    means, _ = model.patch_weights
-    n = len(compliance) // 2
-    stiffness, mass = (matrix[model.free][:, model.free] for matrix in model.system)
-    load = np.zeros(len(compliance))
-    load[n // 2], load[n + n // 2] = 0.5, 1.0
-    inside = model.free < 2 * model.nodes
-    full = np.zeros(len(model.free))
-    full[inside] = (means.T @ load)[model.free[inside]]
-    for factor in (0.5, 1.5, 2.6):
-        omega = factor * modes.omega[0]
-        exact = np.zeros(2 * model.nodes)
-        exact[model.free[inside]] = splu((stiffness - omega**2 * mass).tocsc()).solve(full)[inside]
-        square = modes.omega**2
-        share = modes.patch.T @ load
-        found = compliance @ load + modes.patch @ (share / (square - omega**2) - share / square)
-        np.testing.assert_allclose(found, means @ exact, atol=0.015 * np.abs(found).max())
 
 
 def test_the_first_mode_of_a_soft_layer_is_its_shear_wave(finger):

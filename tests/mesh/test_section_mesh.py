@@ -94,6 +94,11 @@ def test_a_dome_is_cut_at_y_0_and_a_surface_file_is_refused(finger):
     cut = section_finger(finger)
     assert cut.shape == Slab(SKIN, INTERFACE, CORE) and replace(cut, shape=finger.shape) == finger
     assert section_finger(cut) == cut
+    beside = replace(finger.gauges[0], y_mm=3.0)
+    with pytest.raises(InputError, match="gauge g1 sits at y_mm 3: a sliding scene knows only the section"):
+        build_section(replace(finger, gauges=(beside,)))
+    with pytest.raises(InputError, match="500 at most: take a larger size_mm"):
+        build_section(replace(finger, ridges=None), size_mm=0.01)
     own = Finger("own", Surfaces("a.stl", "b.stl", "c.stl"), finger.outer, finger.inner, (Gauge("g", x_mm=0.0),))
     with pytest.raises(InputError, match="surface files have no exact section"):
         section_finger(own)
