@@ -88,34 +88,37 @@ class GeometryMap:
             return NOT_INCLUDED
         weights = self.places.weights(finger.gauges, finger.shape)
         tables = at_ratio(known(self.finger.strain_sha256), finger.outer.modulus / finger.inner.modulus, stuck)
-        return max(_table_of(one, weights).sd_error(gains_of(finger)) for one, _ in tables)
+        return max(_table_of(table, weights).sd_error(gains_of(finger)) for table, _ in tables)
 
 
 def gains_of(finger: Finger) -> np.ndarray:
     """(2, g) gains of membrane strain and curvature (mm) of a finger's gauges."""
-    return np.array([[one.membrane_gain for one in finger.gauges], [one.lever_mm for one in finger.gauges]])
+    return np.array([[gauge.membrane_gain for gauge in finger.gauges], [gauge.lever_mm for gauge in finger.gauges]])
 
 
 def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
     """A table whose sites (s) are combined to gauges (g) by weights (s, g)."""
 
-    def gauges(found: np.ndarray) -> np.ndarray:
-        felt = found[:, FIRST_GAUGE:].reshape(len(found), len(GAUGE_QUANTITIES), -1) @ weights
-        return np.hstack([found[:, :FIRST_GAUGE], felt.reshape(len(found), -1)])
+    def gauges(site_values: np.ndarray) -> np.ndarray:
+        felt = site_values[:, FIRST_GAUGE:].reshape(len(site_values), len(GAUGE_QUANTITIES), -1) @ weights
+        return np.hstack([site_values[:, :FIRST_GAUGE], felt.reshape(len(site_values), -1)])
 
     return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
 
 
-def _summed(found: Response, weights: np.ndarray) -> Response:
+def _summed(sites_response: Response, weights: np.ndarray) -> Response:
     """A response whose sites (s) are combined to gauges (g) by weights (s, g)."""
-    first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(GAUGE_QUANTITIES), len(weights))
+    first, sites = (
+        sites_response.coefficients[:, :1],
+        sites_response.coefficients[:, 1:].reshape(-1, len(GAUGE_QUANTITIES), len(weights)),
+    )
     felt = (sites @ weights).reshape(len(first), -1)
-    error = np.sqrt((found.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
+    error = np.sqrt((sites_response.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
     return replace(
-        found,
+        sites_response,
         coefficients=np.hstack([first, felt]),
         gauge_count=weights.shape[1],
-        error=np.append(found.error[0], error),
+        error=np.append(sites_response.error[0], error),
     )
 
 
@@ -186,9 +189,9 @@ def _enlarged(finger: Finger, factor: float) -> Finger:
 
     def times(of: Any, names: Iterable[str]) -> Any:
         """The object with these lengths, or tuples of lengths, enlarged."""
-        given = {name: getattr(of, name) for name in names}
-        sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in given.items()}
-        return replace(of, **{name: tuple(one) if isinstance(one, list) else one for name, one in sizes.items()})
+        lengths = {name: getattr(of, name) for name in names}
+        sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in lengths.items()}
+        return replace(of, **{name: tuple(size) if isinstance(size, list) else size for name, size in sizes.items()})
 
     gauges = tuple(times(gauge, (*FOIL_SIZES, "y_mm")) for gauge in finger.gauges)
     return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), ["patch_radius"])

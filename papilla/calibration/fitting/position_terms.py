@@ -85,11 +85,13 @@ def move_presses(
         np.geomspace(*domain["modulus_MPa"], POSITION_MODULI),
     )
     presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
-    found = [one for _, one in presses if not isinstance(one, Exception)]
-    force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
+    pressed = [press for _, press in presses if not isinstance(press, Exception)]
+    force_N, modulus_MPa = np.array([(press.force, press.modulus) for press in pressed]).reshape(-1, 2).T
     half = POSITION_CELLS * PLACES_PER_CELL // 2
     places = POSITION_REACH_WIDTHS * float(np.ptp(model.mesh.points[:, 0])) / 2 / half * np.arange(-half, half + 1)
-    readings = transported_readings(model, reduced.patch, np.array([one.traction for one in found]), places.tolist())
+    readings = transported_readings(
+        model, reduced.patch, np.array([press.traction for press in pressed]), places.tolist()
+    )
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
 
@@ -104,7 +106,12 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = READING_CHANGE_ER
     free = null_space(basis[[len(places) // 2]])
     across = free @ np.linalg.lstsq(basis @ free, change.reshape(len(places), -1), rcond=None)[0]
     across = across.reshape(-1, *change.shape[1:])
-    coefficients = np.array([[surfaces.surface(row).surface.coefficients for row in part.T] for part in across])
+    coefficients = np.array(
+        [
+            [surfaces.surface(gauge_change).surface.coefficients for gauge_change in basis_change.T]
+            for basis_change in across
+        ]
+    )
     domain = surfaces.force_N, surfaces.modulus_MPa, float(places[-1])
     terms = PositionTerms(*domain, np.moveaxis(coefficients, 0, -1), np.zeros((change.shape[2], POSITION_CELLS + 1)))
     # What the splines miss and the known error of moved presses, per place; a cell's end is every second place.
