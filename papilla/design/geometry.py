@@ -71,14 +71,9 @@ class GeometryMap:
         """The responses for the gauges of a finger of this geometry; raises `InputError` for moduli outside the
         range."""
         ratio = finger.outer.modulus / finger.inner.modulus
-        if (
-            not MODULUS_RATIO_ENDS[0] * (1 - checks.ROUNDING_SHARE)
-            <= ratio
-            <= MODULUS_RATIO_ENDS[1] * (1 + checks.ROUNDING_SHARE)
-        ):
-            raise InputError(
-                f"outer over inner modulus is {ratio:.3g}: a study covers {{:g}} to {{:g}}".format(*MODULUS_RATIO_ENDS)
-            )
+        low, high = MODULUS_RATIO_ENDS
+        if not low * (1 - checks.ROUNDING_SHARE) <= ratio <= high * (1 + checks.ROUNDING_SHARE):
+            raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {low:g} to {high:g}")
         weights = self.places.weights(finger.gauges, finger.shape)
         return _summed(self.ends[0], weights), _summed(self.ends[1], weights)
 
@@ -106,19 +101,17 @@ def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
     return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
 
 
-def _summed(sites_response: Response, weights: np.ndarray) -> Response:
+def _summed(by_site: Response, weights: np.ndarray) -> Response:
     """A response whose sites (s) are combined to gauges (g) by weights (s, g)."""
-    first, sites = (
-        sites_response.coefficients[:, :1],
-        sites_response.coefficients[:, 1:].reshape(-1, len(GAUGE_QUANTITIES), len(weights)),
-    )
+    first, sites = np.split(by_site.coefficients, [1], axis=1)
+    sites = sites.reshape(-1, len(GAUGE_QUANTITIES), len(weights))
     felt = (sites @ weights).reshape(len(first), -1)
-    error = np.sqrt((sites_response.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
+    error = np.sqrt((by_site.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
     return replace(
-        sites_response,
+        by_site,
         coefficients=np.hstack([first, felt]),
         gauge_count=weights.shape[1],
-        error=np.append(sites_response.error[0], error),
+        error=np.append(by_site.error[0], error),
     )
 
 

@@ -78,14 +78,9 @@ def _placed(gauge: Gauge, k: int, count: int, spread: float) -> Gauge:
 
 def _gauges(name: str | None, key: str, finger: Finger, value: float) -> Finger:
     """A value of one gauge, or of all gauges."""
-    changed = {key: value} | ({"x_mm": None} if key == "angle_deg" else {})
-    return replace(
-        finger,
-        gauges=tuple(
-            replace(gauge, **changed) if name in (None, gauge.name) else gauge  # type: ignore[arg-type]
-            for gauge in finger.gauges
-        ),
-    )
+    changed: dict[str, Any] = {key: value} | ({"x_mm": None} if key == "angle_deg" else {})
+    gauges = [replace(gauge, **changed) if name in (None, gauge.name) else gauge for gauge in finger.gauges]
+    return replace(finger, gauges=tuple(gauges))
 
 
 def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change | None]:

@@ -91,12 +91,9 @@ def problem(found: Influence, scene: DesignScene, *, friction: bool = True, plac
     slopes = np.stack([by_modulus, by_force, free, x, y, found.reading], axis=2)
     # A gain error is proportional to the reading; noise averages over the samples; a zero that was measured in the air
     # is known better than one that was not, but drifts.
-    variance = (GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2) * found.reading**2
-    variance = (
-        variance
-        + scene.gauge_noise_microstrain**2 / scene.samples
-        + (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
-    )
+    gain = GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2
+    zero = (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
+    variance = gain * found.reading**2 + scene.gauge_noise_microstrain**2 / scene.samples + zero
     offset = (TOUCH_RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
     force = doubts.force_gain**2 + offset / found.force_N**2
     place_mm = scene.place_mm * place

@@ -189,9 +189,8 @@ class Results:
                 wide = half * float(np.sqrt(noise * inverse[k, k]))
                 ends = [float(slopes[k] + side * wide) for side in (0, -1, 1)]
                 change, low, high = np.exp(ends).tolist() if factor else ends
-                effects.append(
-                    Effect(parameter.name, goal.name, parameter.low, parameter.high, change, (low, high), factor)
-                )
+                span = parameter.low, parameter.high
+                effects.append(Effect(parameter.name, goal.name, *span, change, (low, high), factor))
         return effects
 
 

@@ -140,8 +140,8 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, say: Say) ->
         rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
 
-    presses = cache.fetch("truth", _key(finger, size_mm, friction), make)
-    return presses["presses"], str(presses["laws"])
+    arrays = cache.fetch("truth", _key(finger, size_mm, friction), make)
+    return arrays["presses"], str(arrays["laws"])
 
 
 def worst_law(laws: Sequence[str]) -> str:
@@ -250,11 +250,11 @@ def check(
         low, high = float(answer.lower_MPa), float(answer.upper_MPa)
         bounded = np.isfinite(low + high) or (low > 0) != (high < math.inf)
         passed = bool(bounded and low / slack <= modulus <= high * slack)
-        sentence = (
-            answer.status.sentence if passed or not bounded else f"{answer.status.sentence}; outside the interval"
-        )
+        sentence = answer.status.sentence
         if not bounded:
-            sentence = f"{sentence}: it says nothing about the modulus"
+            sentence += ": it says nothing about the modulus"
+        elif not passed:
+            sentence += "; outside the interval"
         numbers = float(force), float(modulus), float(answer.modulus_MPa), float(answer.sigma_MPa)
         rows.append(CheckedPress(*numbers, low, high, passed, sentence))
     return Check(tuple(rows), tolerance)

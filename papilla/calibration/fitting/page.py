@@ -102,11 +102,8 @@ class AnswerMap:
         if not len(answered):
             return float(self.force_N[middle]), None, np.nan
         hardest = answered[-1]
-        return (
-            float(self.force_N[middle]),
-            float(self.modulus_MPa[hardest]),
-            float(self.relative_sigma[middle, hardest]),
-        )
+        sigma = float(self.relative_sigma[middle, hardest])
+        return float(self.force_N[middle]), float(self.modulus_MPa[hardest]), sigma
 
 
 def write_report(
@@ -160,25 +157,23 @@ def symbols(text: str) -> Markup:
     return Markup(escaped.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
 
 
-def _of_the_model(calibrated: Calibrated, finger: Finger | None, progress: Say | None) -> dict:
+def _of_the_model(job: Calibrated, finger: Finger | None, progress: Say | None) -> dict:
     """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
-    if calibrated.reduced is None or finger is None:
+    if job.reduced is None or finger is None:
         return {"strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(PAGE_MODULUS_MPA)
-    scene = {"force": PAGE_FORCE_N, "friction": calibrated.presses.friction}
-    press = cached_press(view.shown, calibrated.reduced, specimen, **scene)
+    scene = {"force": PAGE_FORCE_N, "friction": job.presses.friction}
+    press = cached_press(view.shown, job.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
-        "strain_picture": either(
-            view.strain_pictures(finger, calibrated.reduced, press, specimen, progress), alt, "png"
-        ),
+        "strain_picture": either(view.strain_pictures(finger, job.reduced, press, specimen, progress), alt, "png"),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
 
 
-def _plots(calibrated: Calibrated, answers: AnswerMap, comparison: PublishedAgreement | None) -> dict[str, Markup]:
+def _plots(job: Calibrated, answers: AnswerMap, comparison: PublishedAgreement | None) -> dict[str, Markup]:
     """The page's diagrams, kept in the cache: to draw them takes longer than the rest of a second calibration."""
-    calibration, recovery, plots = calibrated.calibration, calibrated.recovery, view.plots
+    calibration, recovery, plots = job.calibration, job.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CALIBRATION_CURVE_POINTS)
     force = np.geomspace(*calibration.domain["force_N"], CALIBRATION_CURVE_POINTS)
@@ -188,15 +183,15 @@ def _plots(calibrated: Calibrated, answers: AnswerMap, comparison: PublishedAgre
     if comparison is not None:
         scaled = comparison.published / comparison.scale
         published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
-    curve_modulus = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
-    names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, curve_modulus)
+    modulus_at = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
+    names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, modulus_at)
     by_force = calibration.predict(force[:, None], np.array(moduli))
     by_modulus = calibration.predict(forces[:, None], modulus)
     sigma_map = answers.force_N, answers.modulus_MPa, answers.relative_sigma, answers.identified
     inputs: dict[str, tuple] = {
         "sd_against_force": (force, moduli, by_force, published),
         "sd_against_modulus": (modulus, forces.tolist(), by_modulus),
-        "gauge_readings": (force, names, readings, f"{curve_modulus:.3g} MPa"),
+        "gauge_readings": (force, names, readings, f"{modulus_at:.3g} MPa"),
         "uncertainty_map": (*sigma_map, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
         "recovery_map": (recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
