@@ -69,37 +69,37 @@ def read_calibration(makes: type[Record], path: Path) -> Record:
 
 def to_document(calibration: Any) -> dict[str, Any]:
     """The calibration as plain values under the documented keys, without a checksum."""
-    one, sd, position = calibration, calibration.surface, calibration.position
+    record_fields, sd, position = calibration, calibration.surface, calibration.position
     softness: dict[str, Any] = {
-        "forward": FORWARD_FORM | _values(one.forward),
-        "inverse": INVERSE_FORM | _values(one.inverse),
+        "forward": FORWARD_FORM | _values(record_fields.forward),
+        "inverse": INVERSE_FORM | _values(record_fields.inverse),
         "surface": SD_FORM | _spline(sd) | {"usable_nodes": sd.usable, "twofold": sd.twofold},
-        "gauges": [GAUGE_FORM | _spline(gauge) | {"name": gauge.name} for gauge in one.gauges],
+        "gauges": [GAUGE_FORM | _spline(gauge) | {"name": gauge.name} for gauge in record_fields.gauges],
     }
     # Readers that do not know the optional part ignore it, so the schema is the same with and without it.
-    if one.compact is not None:
-        softness["compact"] = COMPACT_FORM | _values(one.compact)
+    if record_fields.compact is not None:
+        softness["compact"] = COMPACT_FORM | _values(record_fields.compact)
     if position is not None:
         softness["position"] = POSITION_FORM | {"gauges": len(position.coefficients)} | _values(position)
-    whole = {
+    record = {
         "schema": CALIBRATION_SCHEMA,
-        "finger": one.finger,
-        "mesh": one.mesh,
+        "finger": record_fields.finger,
+        "mesh": record_fields.mesh,
         "softness": softness,
-        "domain": one.domain,
+        "domain": record_fields.domain,
     }
-    notes = (*one.notes, one.remark) if one.remark else one.notes
-    return _plain(whole | {"provenance": one.provenance, "notes": notes})
+    notes = (*record_fields.notes, record_fields.remark) if record_fields.remark else record_fields.notes
+    return _plain(record | {"provenance": record_fields.provenance, "notes": notes})
 
 
-def _values(part: Any) -> dict[str, Any]:
+def _values(record: Any) -> dict[str, Any]:
     """The fields of a dataclass; for a spline, also its cells."""
-    cells = {"cells": part.cells} if isinstance(part, Axes) else {}
-    return {item.name: getattr(part, item.name) for item in fields(part)} | cells
+    cells = {"cells": record.cells} if isinstance(record, Axes) else {}
+    return {item.name: getattr(record, item.name) for item in fields(record)} | cells
 
 
-def _spline(part: SdSurface | GaugeSurface) -> dict[str, Any]:
-    return _values(part.surface) | {"uncertainty": {"level": INTERVAL_PROBABILITY} | _values(part.uncertainty)}
+def _spline(channel: SdSurface | GaugeSurface) -> dict[str, Any]:
+    return _values(channel.surface) | {"uncertainty": {"level": INTERVAL_PROBABILITY} | _values(channel.uncertainty)}
 
 
 def _plain(value: Any) -> Any:
@@ -125,12 +125,12 @@ def _numbers(*shape: int, gaps: bool = False, least: float = -math.inf) -> Any:
 
     def array(values: Any) -> np.ndarray:
         """The array of nested lists; raises `InputError`."""
-        found = np.array(values, dtype=object)
-        flat = [math.nan if value is None and gaps else value for value in found.ravel().tolist()]
+        nested = np.array(values, dtype=object)
+        flat = [math.nan if value is None and gaps else value for value in nested.ravel().tolist()]
         if not isinstance(values, list) or not all(type(value) in (int, float) for value in flat):
             raise InputError("must be a list of numbers, each row as long as the others")
         try:
-            numbers = np.array(flat, dtype=float).reshape(found.shape)
+            numbers = np.array(flat, dtype=float).reshape(nested.shape)
         except OverflowError:
             numbers = np.array([math.inf])
         if np.isinf(numbers).any() or (np.isnan(numbers).any() and not gaps):

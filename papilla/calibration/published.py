@@ -140,9 +140,9 @@ def fit_quadratic(force_N: ArrayLike, modulus_MPa: ArrayLike, sd_microstrain: Ar
         raise InputError(f"five coefficients need at least five presses, got {len(sd)}")
     columns = np.column_stack([force**2, force, modulus**2, modulus, np.ones_like(force)])
     lengths = np.sqrt((columns**2).sum(axis=0))
-    left, singular, right = np.linalg.svd(columns / lengths, full_matrices=False)
+    modes, singular, right = np.linalg.svd(columns / lengths, full_matrices=False)
     _refuse_dead_terms(singular, right)
-    coefficients = (right.T @ ((left.T @ sd) / singular)) / lengths
+    coefficients = (right.T @ ((modes.T @ sd) / singular)) / lengths
     residual = sd - columns @ coefficients
     freedom = len(sd) - 5
     variance = float(residual @ residual) / freedom if freedom else np.nan
@@ -316,6 +316,6 @@ def _misfits(difference: np.ndarray, theirs: np.ndarray, force_gf: np.ndarray) -
     from `HEAVY_GF` on (NaN if there are none); and the same for differences relative to their own published values."""
     heavy = force_gf >= HEAVY_GF
     parts = (difference, theirs), (difference[heavy], theirs[heavy])
-    whole = [float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts]
-    each = [float(np.sqrt(np.mean((off / of) ** 2))) if of.size else np.nan for off, of in parts]
-    return whole[0], whole[1], each[0], each[1]
+    overall = [float(np.sqrt((off**2).sum() / (of**2).sum())) if of.size else np.nan for off, of in parts]
+    by_press = [float(np.sqrt(np.mean((off / of) ** 2))) if of.size else np.nan for off, of in parts]
+    return overall[0], overall[1], by_press[0], by_press[1]

@@ -89,8 +89,8 @@ class Uncertainty:
 
     def sigma_at(self, force_N: float) -> float:
         """One sigma of the value at a force and middle moduli, without friction: fit, mesh, strain, and the rest."""
-        known = self.identified or self.form
-        middle = 0.0 if known is None else 0.5 * sum(map(math.log, known.modulus_MPa))
+        surface = self.identified or self.form
+        middle = 0.0 if surface is None else 0.5 * sum(map(math.log, surface.modulus_MPa))
         sigmas = self.sigmas(math.log(force_N), middle)
         return math.hypot(*(sigma for name, sigma in sigmas.items() if name != "friction"))
 
@@ -105,13 +105,15 @@ class Uncertainty:
         distance from the value of the surface to the value without friction.
         """
         surfaces = {"identification": self.identified, "form": self.form}
-        more = {name: own.spline.at(ln_force, ln_modulus) for name, own in surfaces.items() if own is not None}
+        more = {
+            name: surface.spline.at(ln_force, ln_modulus) for name, surface in surfaces.items() if surface is not None
+        }
         return {
             "fit": self.fit_rms,
             "mesh": self.scatter_at(math.exp(ln_force)) * max(self.scatter_factor / NORMAL_FACTOR, 1.0),
             "large strain": self.strain,
             "friction": abs(self.friction_at(ln_force, ln_modulus)) / 2,
-            **{name: max(found.item(0), 0.0) for name, found in more.items()},
+            **{name: max(sigma.item(0), 0.0) for name, sigma in more.items()},
         }
 
     @cached_property
@@ -244,9 +246,9 @@ class PositionTerms(Axes):
         """(..., g) change in microstrain / N at forces, moduli and positions that broadcast; NaN outside the domain."""
         inside, *point = self.domain(force_N, modulus_MPa)
         position = np.asarray(position_mm, float)
-        there = np.abs(position) <= self.reach_mm
-        value = self.spline(*point, np.where(there, position, 0.0))
-        return np.where((inside & there)[..., None], value, np.nan)
+        reached = np.abs(position) <= self.reach_mm
+        value = self.spline(*point, np.where(reached, position, 0.0))
+        return np.where((inside & reached)[..., None], value, np.nan)
 
 
 class CompactStatus(Named):
@@ -308,8 +310,8 @@ class Compact:
         self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0
     ) -> tuple[float, float]:
         """The modulus in MPa and its standard deviation; (NaN, NaN) if the status of `answer` is not ok."""
-        found = self.answer(sd_microstrain, force_N, sd_sigma, force_sigma)
-        return found.modulus_MPa, found.sigma_MPa
+        answer = self.answer(sd_microstrain, force_N, sd_sigma, force_sigma)
+        return answer.modulus_MPa, answer.sigma_MPa
 
     def answer(
         self, sd_microstrain: float, force_N: float, sd_sigma: float = 0.0, force_sigma: float = 0.0

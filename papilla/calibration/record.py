@@ -190,11 +190,11 @@ class Calibration:
         arguments = (sd_microstrain, force_N, sd_sigma, force_sigma)
         if all(np.ndim(value) == 0 for value in arguments):
             return self._invert_one(*map(float, cast(tuple[float, ...], arguments)), interval=interval)
-        given = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
-        rows = zip(*(values.ravel().tolist() for values in given), strict=True)
-        answers = [self._invert_one(*row, interval=interval) for row in rows]
-        columns = ([getattr(one, item.name) for one in answers] for item in fields(Inversion))
-        return Inversion(*(np.array(column).reshape(given[0].shape) for column in columns))
+        inputs = np.broadcast_arrays(*(np.asarray(value, float) for value in arguments))
+        rows = zip(*(values.ravel().tolist() for values in inputs), strict=True)
+        answers = [self._invert_one(*press, interval=interval) for press in rows]
+        columns = ([getattr(answer, item.name) for answer in answers] for item in fields(Inversion))
+        return Inversion(*(np.array(column).reshape(inputs[0].shape) for column in columns))
 
     def _invert_one(self, sd: float, force: float, sd_sigma: float, force_sigma: float, *, interval: bool) -> Inversion:
         """`invert` for single numbers."""
@@ -211,10 +211,10 @@ class Calibration:
             axis, nodes = self.surface.surface.modulus_axis, self.surface.usable_nodes(ln_force)
             at = axis.start + axis.step * nodes[status is SoftnessStatus.HARDER]
         (_, along_modulus), (along_force, _) = self.surface.surface.spline.at(ln_force, at)[..., 0].tolist()
-        known = self.surface.uncertainty
+        doubt = self.surface.uncertainty
         sigmas = {"measurement": math.hypot(sd_sigma / sd, along_force * force_sigma / force)}
-        sigmas |= known.sigmas(ln_force, at)
-        factors = {"fit": known.fit_factor, "friction": 0.0}
+        sigmas |= doubt.sigmas(ln_force, at)
+        factors = {"fit": doubt.fit_factor, "friction": 0.0}
         half = math.hypot(*(factors.get(name, readouts.NORMAL_FACTOR) * sigma for name, sigma in sigmas.items()))
         ends = (-half, half) if interval else ()
         lower, upper = [self._end(ln_force, ln_sd, end, at) for end in ends] or (math.nan, math.nan)
@@ -232,7 +232,7 @@ class Calibration:
         low, high = (np.log(limits) for limits in zip(*self.domain.values(), strict=True))
         grid = np.linspace(low, high, 2 * ERROR_GRID_POINTS + 1)[1::2]
         parts = [self.surface.uncertainty.sigmas(x, y) for x in grid[:, 0].tolist() for y in grid[:, 1].tolist()]
-        return {name: float(np.sqrt(np.mean([part[name] ** 2 for part in parts]))) for name in parts[0]}
+        return {name: float(np.sqrt(np.mean([point[name] ** 2 for point in parts]))) for name in parts[0]}
 
     @property
     def dominant(self) -> str:
@@ -254,9 +254,9 @@ class Calibration:
 
         The effect of friction is evaluated at the end itself, which is found iteratively from `at`.
         """
-        known, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
-        for _ in range(1 if known.friction is None else 3):
-            shift = known.friction_at(ln_force, ln_modulus)
+        doubt, ln_modulus, status = self.surface.uncertainty, at, SoftnessStatus.OK
+        for _ in range(1 if doubt.friction is None else 3):
+            shift = doubt.friction_at(ln_force, ln_modulus)
             reach = math.copysign(readouts.two_ended(abs(half), shift), half)
             # Without friction S_d is larger by `shift`, so the same S_d then belongs to a lower modulus.
             drawn = max(shift, 0.0) if half < 0 else min(shift, 0.0)

@@ -65,12 +65,12 @@ class Spline:
             place = (np.asarray(value) - start) * rate
             cells.append(np.minimum(np.maximum(place.astype(int), 0), last))
             powers.append(power_vector(place - cells[-1], axis == along) * (rate if axis == along else 1.0))
-        found = self.polynomials[tuple(cells)]
-        lead, size = found.shape[: -1 - len(cells)], math.prod(self.polynomials.shape[len(cells) :])
+        coefficients = self.polynomials[tuple(cells)]
+        lead, size = coefficients.shape[: -1 - len(cells)], math.prod(self.polynomials.shape[len(cells) :])
         for power in powers:
             size //= SPLINE_ORDER
-            found = np.einsum("...a,...ab->...b", power, found.reshape(*lead, SPLINE_ORDER, size))
-        return found
+            coefficients = np.einsum("...a,...ab->...b", power, coefficients.reshape(*lead, SPLINE_ORDER, size))
+        return coefficients
 
     def at(self, *point: float) -> np.ndarray:
         """(2, ... 2, c): value [0, ... 0] and slope [.. 1 ..] along each axis, at one point, in plain floats, because
@@ -84,11 +84,11 @@ class Spline:
             t -= cell
             places.append(cell)
             powers += (1.0, t, t * t, t * t * t, 0.0, rate, 2 * rate * t, 3 * rate * t * t)
-        found, lead = self.polynomials[tuple(places)], 1
+        coefficients, lead = self.polynomials[tuple(places)], 1
         for two in np.array(powers).reshape(-1, 2, SPLINE_ORDER):
-            found = np.matmul(two, found.reshape(lead, SPLINE_ORDER, -1))
+            coefficients = np.matmul(two, coefficients.reshape(lead, SPLINE_ORDER, -1))
             lead *= 2
-        return found.reshape(*(2,) * len(places), -1)
+        return coefficients.reshape(*(2,) * len(places), -1)
 
 
 class Axes:

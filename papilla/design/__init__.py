@@ -2,7 +2,7 @@
 
 Shapes are the outer sample: each is a mapped mesh that is reduced for several ratios of the layers' moduli
 (`geometry`). Moduli, places of gauges, gains and levers then need only arithmetic on these results (`places`,
-`in_scene`).
+`presses`, `in_scene`).
 
 Names are imported on first use.
 """

@@ -85,15 +85,15 @@ class Done:
     memory_MB: float
 
 
-def check_done(done: object, batch: Batch) -> None:
+def check_done(report: object, batch: Batch) -> None:
     """Raise `InputError` unless this may be what a worker with this version made of a batch."""
-    if not isinstance(done, Done) or not isinstance(done.version, str):
-        raise InputError(f"a worker sent {short(line(type(done).__name__))}, not the records of a batch")
-    if done.version != version():
-        refuse_version("a worker", done.version)
-    if not isinstance(done.records, tuple) or len(done.records) != len(batch.fingers):
+    if not isinstance(report, Done) or not isinstance(report.version, str):
+        raise InputError(f"a worker sent {short(line(type(report).__name__))}, not the records of a batch")
+    if report.version != version():
+        refuse_version("a worker", report.version)
+    if not isinstance(report.records, tuple) or len(report.records) != len(batch.fingers):
         raise InputError(f"a worker did not send one record for each of {len(batch.fingers)} designs")
-    for record, finger in zip(done.records, batch.fingers, strict=True):
+    for record, finger in zip(report.records, batch.fingers, strict=True):
         if not isinstance(record, JudgedDesign):
             raise InputError(f"a worker sent {short(line(type(record).__name__))} as a record")
         try:
@@ -102,16 +102,15 @@ def check_done(done: object, batch: Batch) -> None:
             raise InputError(f"a worker sent a record that cannot be used: {error}") from error
         if record.finger_sha256 != finger.sha256:
             raise InputError("a worker judged another finger than the one it was sent")
-    for name, seconds in (*dict(done.spent).items(), ("memory_MB", done.memory_MB)):
+    for name, seconds in (*dict(report.spent).items(), ("memory_MB", report.memory_MB)):
         checks.finite(short(line(name)), seconds)
 
 
-def refuse_version(who: str, found: str) -> None:
+def refuse_version(who: str, version_there: str) -> None:
     """Raise `InputError` if a worker has another version."""
-    if found != version():
-        raise InputError(
-            f"{who} has papilla {short(line(found))}, this client has {version()}: install the same on all machines"
-        )
+    if version_there != version():
+        there = short(line(version_there))
+        raise InputError(f"{who} has papilla {there}, this client has {version()}: install the same on all machines")
 
 
 @once
@@ -128,11 +127,11 @@ def evaluate(batch: Batch) -> Done:
     STAGE_SECONDS.clear()
     try:
         first, base = with_sites(batch.fingers[0], batch.places), with_sites(batch.base, batch.places)
-        known = batch.geometry(first, batch.places, base)
+        geometry = batch.geometry(first, batch.places, base)
     except PapillaError as error:
         records = [JudgedDesign.failed(error, finger.sha256) for finger in batch.fingers]
         return Done(tuple(records), version(), dict(STAGE_SECONDS), _memory_MB())
-    records = [judged(DesignInScene(finger, known, batch.scene), batch.asked) for finger in batch.fingers]
+    records = [judged(DesignInScene(finger, geometry, batch.scene), batch.asked) for finger in batch.fingers]
     rest = process_time() - began - sum(STAGE_SECONDS.values())
     return Done(tuple(records), version(), {**STAGE_SECONDS, STAGE_SCENES: rest}, _memory_MB())
 
@@ -140,10 +139,10 @@ def evaluate(batch: Batch) -> Done:
 def judged(design: DesignInScene, asked: Sequence[str]) -> JudgedDesign:
     """The objectives of a design, or the reason for failure."""
     try:
-        found = {name: checks.finite(name, OBJECTIVES_BY_NAME[name].of(design)) for name in asked}
+        values = {name: checks.finite(name, OBJECTIVES_BY_NAME[name].of(design)) for name in asked}
     except PapillaError as error:
         return JudgedDesign.failed(error, design.finger.sha256)
-    return JudgedDesign(found, STATUS_OK, design.finger.sha256)
+    return JudgedDesign(values, STATUS_OK, design.finger.sha256)
 
 
 def _memory_MB() -> float:

@@ -38,22 +38,24 @@ class Scheduler:
     insecure: bool = False
 
     def __post_init__(self) -> None:
-        kind, separator, _ = self.address.partition("://")
-        shown = short(line(self.address))
+        protocol, separator, _ = self.address.partition("://")
+        address = short(line(self.address))
         if not self.address.isprintable() or not 0 < len(self.address) <= ADDRESS_LETTERS:
-            raise InputError(f"--scheduler must be an address such as tls://host:8786, got {shown!r}")
-        if separator and kind not in ("tls", "tcp"):
-            raise InputError(f"--scheduler must be an address that begins with tls://, got {shown}")
+            raise InputError(f"--scheduler must be an address such as tls://host:8786, got {address!r}")
+        if separator and protocol not in ("tls", "tcp"):
+            raise InputError(f"--scheduler must be an address that begins with tls://, got {address}")
         if self.encrypted and self.insecure:
             raise InputError("--insecure is for a scheduler without encryption, and tls:// has it: give one of them")
         if self.encrypted and None in self.files:
-            raise InputError(f"{shown} needs --tls-ca, --tls-cert and --tls-key: certificates that prove who is who")
+            raise InputError(f"{address} needs --tls-ca, --tls-cert and --tls-key: certificates that prove who is who")
         if not self.encrypted and any(self.files):
-            raise InputError(f"--tls-ca, --tls-cert and --tls-key need an address that begins with tls://, got {shown}")
+            raise InputError(
+                f"--tls-ca, --tls-cert and --tls-key need an address that begins with tls://, got {address}"
+            )
         if not self.encrypted and not self.insecure:
             raise InputError(
-                f"{shown} is open: whoever reaches it runs code as you. Give tls://host:port with --tls-ca, --tls-cert "
-                "and --tls-key, or --insecure if you trust everybody in its network"
+                f"{address} is open: whoever reaches it runs code as you. Give tls://host:port with --tls-ca, "
+                "--tls-cert and --tls-key, or --insecure if you trust everybody in its network"
             )
 
     @property
@@ -124,5 +126,5 @@ def _refuse_other_versions(client: Any) -> None:
             return f"{importlib.metadata.version('papilla')} (without studies)"
         return version()
 
-    for worker, found in client.run(theirs, on_error="return").items():
-        refuse_version(f"worker {worker}", str(found))
+    for worker, worker_version in client.run(theirs, on_error="return").items():
+        refuse_version(f"worker {worker}", str(worker_version))

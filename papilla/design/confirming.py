@@ -52,13 +52,13 @@ class Confirmed:
         """The result of the confirmation, as a sentence."""
         if self.failed:
             return f"{self.name}: no calibration: {self.failed}"
-        said = []
+        comparisons = []
         for channel in self.predicted:
             predicted, calibrated = self.both(channel)
             off = predicted / calibrated - 1
             verdict = "within 10 %" if abs(off) <= CONFIRMED_DIFFERENCE else f"off by {PER_CENT * off:+.0f} %"
-            said.append(f"{channel}: predicted {predicted:.3g}, calibrated {calibrated:.3g} ({verdict})")
-        return f"{self.name}: " + "; ".join(said)
+            comparisons.append(f"{channel}: predicted {predicted:.3g}, calibrated {calibrated:.3g} ({verdict})")
+        return f"{self.name}: " + "; ".join(comparisons)
 
 
 def confirm(name: str, design: DesignInScene, processes: int, progress: Progress) -> Confirmed:
@@ -88,8 +88,8 @@ def calibrated_finger(finger: Finger, scene: DesignScene, processes: int, progre
     others = []
     for number, variant in enumerate(SCATTER_VARIANTS, start=1):
         progress(f"mesh scatter, {number} of {len(SCATTER_VARIANTS)} meshes")
-        other = fem.prepare(finger, size_mm=size, variant=variant, progress=progress)
-        others.append(cached_sweep(other, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
+        variant_finger = fem.prepare(finger, size_mm=size, variant=variant, progress=progress)
+        others.append(cached_sweep(variant_finger, moduli[::SCATTER_STEP], forces[::SCATTER_STEP], block, 0.0))
     error = NOT_INCLUDED if doubt else large_strain_error(reduced, friction_coefficient(friction))
     return fit(presses, others, frictionless=free, friction_known=stated is not None, strain=error)
 

@@ -116,8 +116,8 @@ def _of(node: ast.expr, names: list[str], depth: int) -> Step:
             names.append(name)
             return lambda values: float(values[name])
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            one = _step(operand, names, depth)
-            return lambda values: -one(values)
+            negated = _step(operand, names, depth)
+            return lambda values: -negated(values)
         case ast.BinOp(left=left, op=sign, right=right) if operation := FORMULA_OPERATIONS.get(type(sign)):
             first, second = _step(left, names, depth), _step(right, names, depth)
             return lambda values: operation(first(values), second(values))
@@ -125,8 +125,8 @@ def _of(node: ast.expr, names: list[str], depth: int) -> Step:
             function, counts = FORMULA_FUNCTIONS[called]
             if len(given) not in counts:
                 raise InputError(f"{called} takes {counts[0]}{' or more' * (len(counts) > 1)} values, got {len(given)}")
-            each = [_step(argument, names, depth) for argument in given]
-            return lambda values: float(function(*(argument(values) for argument in each)))
+            arguments = [_step(argument, names, depth) for argument in given]
+            return lambda values: float(function(*(argument(values) for argument in arguments)))
     allowed = "numbers, names of parameters, + - * / **, " + " ".join(FORMULA_FUNCTIONS)
     raise InputError(f"{short(line(ast.unparse(node)), 30)!r} may not stand in a formula; allowed are {allowed}")
 

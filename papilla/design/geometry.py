@@ -71,14 +71,9 @@ class GeometryMap:
         """The responses for the gauges of a finger of this geometry; raises `InputError` for moduli outside the
         range."""
         ratio = finger.outer.modulus / finger.inner.modulus
-        if (
-            not MODULUS_RATIO_ENDS[0] * (1 - checks.ROUNDING_SHARE)
-            <= ratio
-            <= MODULUS_RATIO_ENDS[1] * (1 + checks.ROUNDING_SHARE)
-        ):
-            raise InputError(
-                f"outer over inner modulus is {ratio:.3g}: a study covers {{:g}} to {{:g}}".format(*MODULUS_RATIO_ENDS)
-            )
+        low, high = MODULUS_RATIO_ENDS
+        if not low * (1 - checks.ROUNDING_SHARE) <= ratio <= high * (1 + checks.ROUNDING_SHARE):
+            raise InputError(f"outer over inner modulus is {ratio:.3g}: a study covers {low:g} to {high:g}")
         weights = self.places.weights(finger.gauges, finger.shape)
         return _summed(self.ends[0], weights), _summed(self.ends[1], weights)
 
@@ -88,34 +83,35 @@ class GeometryMap:
             return NOT_INCLUDED
         weights = self.places.weights(finger.gauges, finger.shape)
         tables = at_ratio(known(self.finger.strain_sha256), finger.outer.modulus / finger.inner.modulus, stuck)
-        return max(_table_of(one, weights).sd_error(gains_of(finger)) for one, _ in tables)
+        return max(_table_of(table, weights).sd_error(gains_of(finger)) for table, _ in tables)
 
 
 def gains_of(finger: Finger) -> np.ndarray:
     """(2, g) gains of membrane strain and curvature (mm) of a finger's gauges."""
-    return np.array([[one.membrane_gain for one in finger.gauges], [one.lever_mm for one in finger.gauges]])
+    return np.array([[gauge.membrane_gain for gauge in finger.gauges], [gauge.lever_mm for gauge in finger.gauges]])
 
 
 def _table_of(table: LargeStrain, weights: np.ndarray) -> LargeStrain:
     """A table whose sites (s) are combined to gauges (g) by weights (s, g)."""
 
-    def gauges(found: np.ndarray) -> np.ndarray:
-        felt = found[:, FIRST_GAUGE:].reshape(len(found), len(GAUGE_QUANTITIES), -1) @ weights
-        return np.hstack([found[:, :FIRST_GAUGE], felt.reshape(len(found), -1)])
+    def gauges(site_values: np.ndarray) -> np.ndarray:
+        felt = site_values[:, FIRST_GAUGE:].reshape(len(site_values), len(GAUGE_QUANTITIES), -1) @ weights
+        return np.hstack([site_values[:, :FIRST_GAUGE], felt.reshape(len(site_values), -1)])
 
     return replace(table, linear=gauges(table.linear), finite=gauges(table.finite))
 
 
-def _summed(found: Response, weights: np.ndarray) -> Response:
+def _summed(by_site: Response, weights: np.ndarray) -> Response:
     """A response whose sites (s) are combined to gauges (g) by weights (s, g)."""
-    first, sites = found.coefficients[:, :1], found.coefficients[:, 1:].reshape(-1, len(GAUGE_QUANTITIES), len(weights))
+    first, sites = np.split(by_site.coefficients, [1], axis=1)
+    sites = sites.reshape(-1, len(GAUGE_QUANTITIES), len(weights))
     felt = (sites @ weights).reshape(len(first), -1)
-    error = np.sqrt((found.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
+    error = np.sqrt((by_site.error[1:].reshape(len(GAUGE_QUANTITIES), -1) ** 2) @ weights**2).ravel()
     return replace(
-        found,
+        by_site,
         coefficients=np.hstack([first, felt]),
         gauge_count=weights.shape[1],
-        error=np.append(found.error[0], error),
+        error=np.append(by_site.error[0], error),
     )
 
 
@@ -186,9 +182,9 @@ def _enlarged(finger: Finger, factor: float) -> Finger:
 
     def times(of: Any, names: Iterable[str]) -> Any:
         """The object with these lengths, or tuples of lengths, enlarged."""
-        given = {name: getattr(of, name) for name in names}
-        sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in given.items()}
-        return replace(of, **{name: tuple(one) if isinstance(one, list) else one for name, one in sizes.items()})
+        lengths = {name: getattr(of, name) for name in names}
+        sizes = {name: np.round(factor * np.array(value), 9).tolist() for name, value in lengths.items()}
+        return replace(of, **{name: tuple(size) if isinstance(size, list) else size for name, size in sizes.items()})
 
     gauges = tuple(times(gauge, (*FOIL_SIZES, "y_mm")) for gauge in finger.gauges)
     return times(replace(finger, shape=times(finger.shape, vars(finger.shape)), gauges=gauges), ["patch_radius"])

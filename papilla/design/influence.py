@@ -57,10 +57,10 @@ def influence(finger: Finger, scene: DesignScene, progress: Progress = silent) -
     Raises `InputError` if a press of the scene leaves the range of the model.
     """
     foil = foil_of(finger.gauges)
-    whole = replace(Places.whole(foil), turned=True)
-    quarter = [one for one in whole.gauges(finger.shape) if one.direction_deg in INFLUENCE_DIRECTIONS_DEG]
+    everywhere = replace(Places.whole(foil), turned=True)
+    quarter = [gauge for gauge in everywhere.gauges(finger.shape) if gauge.direction_deg in INFLUENCE_DIRECTIONS_DEG]
     first = finger.gauges[0]
-    quarter = [replace(one, membrane_gain=first.membrane_gain, lever_mm=first.lever_mm) for one in quarter]
+    quarter = [replace(gauge, membrane_gain=first.membrane_gain, lever_mm=first.lever_mm) for gauge in quarter]
     meshed = tuple(Gauge(f"g{k}", angle_deg=angle) for k, angle in enumerate(MESHED_DEG))
     size = RELATIVE_ELEMENT_SIZE * narrowest_mm(finger)
     mesh = build(replace(finger, gauges=meshed), size_mm=size, progress=progress)
@@ -70,14 +70,14 @@ def influence(finger: Finger, scene: DesignScene, progress: Progress = silent) -
     tractions = [_tractions(reduced, finger, scene, friction, progress) for friction in FRICTION_ENDS]
     progress(f"gauges at {len(quarter)} places")
     functionals = gauge_functionals(model.finger, model.surfaces["interface"])
-    mixing = sp.hstack([sp.diags(row) for row in gauge_weights(model.finger)])
+    mixing = sp.hstack([sp.diags(weight) for weight in gauge_weights(model.finger)])
     fields = on_each_side(model.adjoints(functionals, None, mixing))
 
     def read(x: float, y: float) -> np.ndarray:
         """(2, n, k) readings over force of touches at (x, y) mm, without friction and stuck."""
         rows = MovedContact.at(model, reduced.patch, (x, y)).rows(fields)
-        found = np.array([np.einsum("kcn,mcn->mk", rows, one, optimize=True) for one in tractions])
-        return to_microstrain(found) / scene.grid[0][:, None]
+        readings = np.array([np.einsum("kcn,mcn->mk", rows, gauge, optimize=True) for gauge in tractions])
+        return to_microstrain(readings) / scene.grid[0][:, None]
 
     return _everywhere(quarter, finger, scene, read, progress)
 
@@ -85,12 +85,12 @@ def influence(finger: Finger, scene: DesignScene, progress: Progress = silent) -
 def _tractions(reduced, finger: Finger, scene: DesignScene, friction, progress) -> np.ndarray:
     """(n, 3, nodes) tractions of the presses of the scene's grid."""
     progress("presses of the scene" + (", stuck" if friction else ""))
-    forces, moduli = (np.unique(part) for part in scene.grid)
-    found = press_grid(reduced, map(finger.bench.specimen, moduli.tolist()), forces, friction)
-    by_modulus = [one for _, one in found]
-    if refused := next((one for one in by_modulus if isinstance(one, Exception)), None):
+    forces, moduli = (np.unique(axis) for axis in scene.grid)
+    presses = press_grid(reduced, map(finger.bench.specimen, moduli.tolist()), forces, friction)
+    by_modulus = [press for _, press in presses]
+    if refused := next((press for press in by_modulus if isinstance(press, Exception)), None):
         raise InputError(f"a press of the scene leaves what the model covers: {refused}")
-    table = np.array([one.traction for one in by_modulus])  # type: ignore[union-attr]
+    table = np.array([press.traction for press in by_modulus])  # type: ignore[union-attr]
     return np.moveaxis(table.reshape(len(moduli), len(forces), *table.shape[1:]), 1, 0).reshape(table.shape)
 
 
@@ -102,7 +102,7 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, 
     # two slopes at the points of the scene.
     polynomial = LogPolynomial(limits, PRESS_DEGREES, PRESS_TOTAL_DEGREE)
     solve = np.linalg.pinv(polynomial.terms((force, modulus))[0])
-    at = [part.ravel() for part in np.meshgrid(*scene.points, indexing="ij")]
+    at = [axis.ravel() for axis in np.meshgrid(*scene.points, indexing="ij")]
     terms = polynomial.terms((at[0], at[1]))
     gauges: list[Gauge] = []
     columns: list[np.ndarray] = []
@@ -110,25 +110,25 @@ def _everywhere(quarter: list[Gauge], finger: Finger, scene: DesignScene, read, 
     for sx, sy in product((1, -1), (1, -1)):
         progress(f"touches seen from quarter {2 * (sx < 0) + (sy < 0) + 1} of 4")
         # A gauge on a plane of symmetry is its own mirror image, and is kept once.
-        kept = [k for k, one in enumerate(quarter) if (sx > 0 or one.angle_deg) and (sy > 0 or one.y_mm)]
+        imaged = [k for k, gauge in enumerate(quarter) if (sx > 0 or gauge.angle_deg) and (sy > 0 or gauge.y_mm)]
         parts = []
         # A gauge in another quarter reads at (x, y) what its image in this quarter reads at (sx x, sy y).
         for x, y in ((0.0, 0.0), (sx * off, sy * off)):
-            centre, right, left, up, down = (
-                np.einsum("tpm,mn,enk->etpk", terms, solve, read(*place)[:, :, kept])
+            centre, east, west, north, south = (
+                np.einsum("tpm,mn,enk->etpk", terms, solve, read(*place)[:, :, imaged])
                 for place in ((x, y), (x + h, y), (x - h, y), (x, y + h), (x, y - h))
             )
             force_N = at[0][:, None]
             value, by_force, by_modulus = centre[1]
             free = centre[0, 0] - value
-            along, across = (sx * (right - left)[1, 0], sy * (up - down)[1, 0])
+            along, across = (sx * (east - west)[1, 0], sy * (north - south)[1, 0])
             # d (f r) / d ln f = f (r + d r / d ln f): the reading is the value r times the force.
             rows = [value, by_modulus, value + by_force, free, along / (2 * h), across / (2 * h)]
             parts.append(force_N * np.array(rows))
         columns.append(np.concatenate(parts, axis=1))
-        gauges += [_mirrored(quarter[k], sx, sy) for k in kept]
+        gauges += [_mirrored(quarter[k], sx, sy) for k in imaged]
     table = np.concatenate(columns, axis=2)
-    gauges = [replace(one, name=f"p{k}") for k, one in enumerate(gauges)]
+    gauges = [replace(gauge, name=f"p{k}") for k, gauge in enumerate(gauges)]
     return Influence(tuple(gauges), _sites(gauges, finger), table[0], table[1:], np.tile(at[0], 2))
 
 
@@ -139,6 +139,6 @@ def _mirrored(gauge: Gauge, sx: int, sy: int) -> Gauge:
 def _sites(gauges: list[Gauge], finger: Finger) -> np.ndarray:
     """(k, 3) places of the gauges, mm."""
     a, c, b = finger.shape.interface[0], finger.shape.interface[-1], half_length(finger.shape)
-    angle, y = np.radians([one.angle_deg or 0.0 for one in gauges]), np.array([one.y_mm for one in gauges])
+    angle, y = np.radians([gauge.angle_deg or 0.0 for gauge in gauges]), np.array([gauge.y_mm for gauge in gauges])
     narrow = np.sqrt(1 - (y / b) ** 2) if len(finger.shape.interface) == 3 else np.ones(len(y))
     return np.column_stack([a * narrow * np.sin(angle), y, c * narrow * np.cos(angle)])

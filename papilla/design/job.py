@@ -72,21 +72,21 @@ def run_study(
     finally:
         store.close()
     names = [f"finger_{rank}.toml" for rank in range(1, len(results.chosen) + 1)]
-    for name, row in zip(names, results.chosen, strict=True):
-        results.save_finger(row, out / name)
+    for name, rank_row in zip(names, results.chosen, strict=True):
+        results.save_finger(rank_row, out / name)
     confirmed = []
-    for rank, (name, row) in enumerate(zip(names, results.chosen[: study.confirm], strict=False), start=1):
+    for rank, (name, rank_row) in enumerate(zip(names, results.chosen[: study.confirm], strict=False), start=1):
         progress(f"confirming design {rank} by a calibration")
-        confirmed.append(confirm(name, study.in_scene(results.finger(row)), workers or 1, progress))
+        confirmed.append(confirm(name, study.in_scene(results.finger(rank_row)), workers or 1, progress))
     if study.confirm:
         progress("calibrating the study's own finger")
         confirmed.append(confirm(short(study.finger.name), study.in_scene(study.finger), workers or 1, progress))
     base = {}
-    for one in study.objectives:
+    for objective in study.objectives:
         try:
-            base[one.name] = one.of(study.in_scene(study.finger))
+            base[objective.name] = objective.of(study.in_scene(study.finger))
         except InputError:
-            base[one.name] = float("nan")
+            base[objective.name] = float("nan")
     page = out / "study.html"
     written = {
         "tables": [*map(str, tables)],
@@ -103,15 +103,15 @@ def write_page(path: Path, outcome: Outcome, progress: Progress = silent, *, fie
     """Write the page of a study, with or without strain fields; raises `FileAccessError`."""
     study, results = outcome.study, outcome.results
     progress("pictures of the page")
-    best = [("finger_1.toml", results.finger(row)) for row in results.chosen[:1]]
-    shown = [*best, (short(study.finger.name), study.finger)]
+    best = [("finger_1.toml", results.finger(index)) for index in results.chosen[:1]]
+    pictured = [*best, (short(study.finger.name), study.finger)]
     figures = {"front": image(front_figure(results, outcome.base), "All designs over the first objectives")}
     if study.finger.gauges[1:]:
         dense = replace(study.scene, forces=MAP_SHAPE[0], moduli=MAP_SHAPE[1])
-        mapped = [(name, replace(study.in_scene(finger), scene=dense)) for name, finger in shown]
+        mapped = [(name, replace(study.in_scene(finger), scene=dense)) for name, finger in pictured]
         try:
-            found = sigma_figure(*dense.points, [(name, one.sigma_gauges) for name, one in mapped])
-            figures["sigma"] = image(found, "Sigma of ln E over force and modulus")
+            picture_of_sigma = sigma_figure(*dense.points, [(name, effect.sigma_gauges) for name, effect in mapped])
+            figures["sigma"] = image(picture_of_sigma, "Sigma of ln E over force and modulus")
         except InputError:
             pass  # The study's own finger may not cover its scene
     rows = np.flatnonzero(results.front)
@@ -122,25 +122,23 @@ def write_page(path: Path, outcome: Outcome, progress: Progress = silent, *, fie
         results=results,
         tally=outcome.tally,
         said=first_words(outcome),
-        chosen=[(row, int(results.numbers[row])) for row in results.chosen],
+        chosen=[(index, int(results.numbers[index])) for index in results.chosen],
         front=rows[:MOST_FRONT_ROWS].tolist(),
         on_front=len(rows),
-        effects=[in_words(one) for one in results.effects if one.sure],
+        effects=[in_words(effect) for effect in results.effects if effect.sure],
         figures=figures,
         own=short(study.finger.name),
-        strains=[(name, picture) 
-            for name, finger in shown
-            if fields and (picture := _strain(finger, outcome, progress))
-        ],
+        strains=[(name, picture) for name, finger in pictured
+                 if fields and (picture := _strain(finger, outcome, progress))],
     )  # fmt: skip
     write_text(path, text)
 
 
-def in_words(one: Effect) -> str:
+def in_words(effect: Effect) -> str:
     """An effect as a sentence."""
-    change, low, high = map(number, (one.change, *one.interval))
-    verb = f"multiplies {one.objective} by" if one.factor else f"changes {one.objective} by"
-    return f"{one.parameter} from {number(one.low)} to {number(one.high)} {verb} {change} ({low} to {high})"
+    change, low, high = map(number, (effect.change, *effect.interval))
+    verb = f"multiplies {effect.objective} by" if effect.factor else f"changes {effect.objective} by"
+    return f"{effect.parameter} from {number(effect.low)} to {number(effect.high)} {verb} {change} ({low} to {high})"
 
 
 def _strain(finger: Finger, outcome: Outcome, progress: Progress) -> Markup | None:
@@ -166,27 +164,27 @@ def front_figure(results: Results, base: dict[str, float]) -> Figure:
     """
     study = results.study
     goal, *others = study.objectives
-    first, own = results.values(goal.name), base[goal.name]
-    other = results.values(others[0].name) if others else results.free[:, 0]
+    first, base_cost = results.values(goal.name), base[goal.name]
+    across = results.values(others[0].name) if others else results.free[:, 0]
     with styled() as figure:
         axes = figure.subplots()
         ok, on = results.feasible, results.front
-        axes.plot(other[~ok], first[~ok], ".", color=FAINT_COLOR, label="breaks a constraint")
-        axes.plot(other[ok], first[ok], ".", color=MUTED_COLOR, label="designs")
+        axes.plot(across[~ok], first[~ok], ".", color=FAINT_COLOR, label="breaks a constraint")
+        axes.plot(across[ok], first[ok], ".", color=MUTED_COLOR, label="designs")
         if others:
-            axes.plot(other[on], first[on], "o", color=ACCENT_COLORS[0], label="Pareto front")
-            axes.plot([base[others[0].name]], [own], "s", color=INK_COLOR, label=short(study.finger.name))
+            axes.plot(across[on], first[on], "o", color=ACCENT_COLORS[0], label="Pareto front")
+            axes.plot([base[others[0].name]], [base_cost], "s", color=INK_COLOR, label=short(study.finger.name))
         else:
-            axes.axhline(own, color=INK_COLOR, linewidth=THIN_PT, label=short(study.finger.name))
+            axes.axhline(base_cost, color=INK_COLOR, linewidth=THIN_PT, label=short(study.finger.name))
         axes.plot(
-            other[results.chosen],
+            across[results.chosen],
             first[results.chosen],
             "*",
             color=ACCENT_COLORS[1],
             markersize=STAR_SIZE_PT,
             label="chosen",
         )
-        for values, axis, scale in ((first, axes.yaxis, axes.set_yscale), (other, axes.xaxis, axes.set_xscale)):
+        for values, axis, scale in ((first, axes.yaxis, axes.set_yscale), (across, axes.xaxis, axes.set_xscale)):
             if (values > 0).all() and values.max() > LOGARITHMIC_AXIS_RATIO * values.min():
                 scale("log")
                 plain_log(axis)
@@ -215,5 +213,5 @@ def sigma_figure(forces: np.ndarray, moduli: np.ndarray, sigmas: Sequence[tuple[
     return figure
 
 
-def _named(one: Objective) -> str:
-    return one.name if one.unit == "1" else f"{one.name} ({one.unit})"
+def _named(objective: Objective) -> str:
+    return objective.name if objective.unit == "1" else f"{objective.name} ({objective.unit})"

@@ -80,7 +80,7 @@ def worst_over_tolerances(design: DesignInScene) -> float:
 
     Gauges are shifted and turned with alternating signs, because a common shift equals a touch at another place.
     """
-    return max(rms_or_worst(design.scene, one.sigma_gauges) for one in (design, *_neighbours(design)))
+    return max(rms_or_worst(design.scene, neighbour.sigma_gauges) for neighbour in (design, *_neighbours(design)))
 
 
 def _neighbours(design: DesignInScene) -> Iterator[DesignInScene]:
@@ -102,8 +102,8 @@ def _neighbours(design: DesignInScene) -> Iterator[DesignInScene]:
     # A thicker and a thinner skin are other geometries
     for change in (limits.thickness_mm, -limits.thickness_mm) if limits.thickness_mm else ():
         skin = {"shape.skin_mm": float(finger.shape.outer[-1]) - float(finger.shape.interface[-1]) + change}
-        other = geometry_map(made(geometry.finger, skin), geometry.places, geometry.finger)
-        yield replace(design, finger=made(finger, skin), geometry=other)
+        geometry_of_skin = geometry_map(made(geometry.finger, skin), geometry.places, geometry.finger)
+        yield replace(design, finger=made(finger, skin), geometry=geometry_of_skin)
 
 
 def _over_scene(channel: str) -> Callable[[DesignInScene], float]:

@@ -27,16 +27,16 @@ def _shaped(finger: Finger, values: Mapping[str, float]) -> Finger:
     """
     shape: Any = finger.shape
     factor, skin = values.get("shape.scale", 1.0), values.get("shape.skin_mm")
-    axes = {name: [factor * one for one in getattr(shape, name)] for name in FINGER_SURFACES}
+    axes = {name: [factor * length for length in getattr(shape, name)] for name in FINGER_SURFACES}
     for name in FINGER_SURFACES:
         if name == "interface" and skin is not None:
-            axes[name] = [one - skin for one in axes["outer"]]
+            axes[name] = [length - skin for length in axes["outer"]]
         letters = _axes_of(finger)
-        axes[name] = [values.get(f"shape.{name}.{x}_mm", one) for x, one in zip(letters, axes[name], strict=True)]
-    lengths: dict[str, Any] = {name: tuple(found) for name, found in axes.items()}
+        axes[name] = [values.get(f"shape.{name}.{x}_mm", length) for x, length in zip(letters, axes[name], strict=True)]
+    lengths: dict[str, Any] = {name: tuple(lengths_of_axes) for name, lengths_of_axes in axes.items()}
     if isinstance(shape, Slab):
         lengths["depth"] = values.get("shape.depth_mm", factor * shape.depth)
-    gauges = tuple(replace(one, y_mm=factor * one.y_mm) for one in finger.gauges)
+    gauges = tuple(replace(length, y_mm=factor * length.y_mm) for length in finger.gauges)
     ridges = finger.ridges and replace(
         finger.ridges, **{key: factor * value for key, value in vars(finger.ridges).items()}
     )
@@ -68,7 +68,7 @@ def _row(finger: Finger, count: float) -> Finger:
 
 def _spread(finger: Finger, spread: float) -> Finger:
     count = len(finger.gauges)
-    return replace(finger, gauges=tuple(_placed(one, k, count, spread) for k, one in enumerate(finger.gauges)))
+    return replace(finger, gauges=tuple(_placed(gauge, k, count, spread) for k, gauge in enumerate(finger.gauges)))
 
 
 def _placed(gauge: Gauge, k: int, count: int, spread: float) -> Gauge:
@@ -78,14 +78,9 @@ def _placed(gauge: Gauge, k: int, count: int, spread: float) -> Gauge:
 
 def _gauges(name: str | None, key: str, finger: Finger, value: float) -> Finger:
     """A value of one gauge, or of all gauges."""
-    changed = {key: value} | ({"x_mm": None} if key == "angle_deg" else {})
-    return replace(
-        finger,
-        gauges=tuple(
-            replace(one, **changed) if name in (None, one.name) else one  # type: ignore[arg-type]
-            for one in finger.gauges
-        ),
-    )
+    changed: dict[str, Any] = {key: value} | ({"x_mm": None} if key == "angle_deg" else {})
+    gauges = [replace(gauge, **changed) if name in (None, gauge.name) else gauge for gauge in finger.gauges]
+    return replace(finger, gauges=tuple(gauges))
 
 
 def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change | None]:
@@ -97,18 +92,18 @@ def parameters_of(finger: Finger, more: Iterable[str] = ()) -> dict[str, Change 
     of_shape = ["scale", "skin_mm", *(f"{name}.{x}_mm" for name in FINGER_SURFACES for x in _axes_of(finger))]
     if isinstance(finger.shape, Slab):
         of_shape.append("depth_mm")
-    found: dict[str, Change | None] = {f"shape.{name}": None for name in of_shape}
+    changes: dict[str, Change | None] = {f"shape.{name}": None for name in of_shape}
     for layer in ("outer", "inner"):
-        found |= {
+        changes |= {
             f"{layer}.nu": partial(_layer, layer, "nu"),
             f"{layer}.modulus_MPa": partial(_layer, layer, "modulus"),
         }
-    found |= {"gauges.count": _row, "gauges.spread_deg": _spread}
-    found |= {f"gauges.{key}": partial(_gauges, None, key) for key in ("membrane_gain", "lever_mm")}
+    changes |= {"gauges.count": _row, "gauges.spread_deg": _spread}
+    changes |= {f"gauges.{key}": partial(_gauges, None, key) for key in ("membrane_gain", "lever_mm")}
     names = [gauge.name for gauge in finger.gauges]
     names += [f"g{k + 1}" for k in range(MOST_ROW_GAUGES) if "gauges.count" in more and f"g{k + 1}" not in names]
-    found |= {f"gauges.{name}.{key}": partial(_gauges, name, key) for name in names for key in OF_GAUGE}
-    return found
+    changes |= {f"gauges.{name}.{key}": partial(_gauges, name, key) for name in names for key in OF_GAUGE}
+    return changes
 
 
 def of_geometry(name: str) -> bool:
@@ -128,9 +123,9 @@ def made(base: Finger, values: Mapping[str, float]) -> Finger:
     return replace(finger, identified=None)
 
 
-def refuse_unknown(name: str, known: Iterable[str], where: str) -> None:
+def refuse_unknown(name: str, allowed: Iterable[str], where: str) -> None:
     """Raise `InputError` for a name that is not known, with the nearest one."""
-    known = list(known)
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4) if len(name) <= MOST_PRINTED_LETTERS else ()
+    allowed = list(allowed)
+    if name not in allowed:
+        near = difflib.get_close_matches(name, allowed, n=1, cutoff=0.4) if len(name) <= MOST_PRINTED_LETTERS else ()
         raise InputError(f"{where}: unknown {short(name)!r}" + (f", did you mean {near[0]!r}?" if near else ""))

@@ -91,10 +91,9 @@ def problem(found: Influence, scene: DesignScene, *, friction: bool = True, plac
     slopes = np.stack([by_modulus, by_force, free, x, y, found.reading], axis=2)
     # A gain error is proportional to the reading; noise averages over the samples; a zero that was measured in the air
     # is known better than one that was not, but drifts.
-    own = (GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2) * found.reading**2
-    own = (
-        own + scene.gauge_noise_microstrain**2 / scene.samples + (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
-    )
+    gain = GAUGE_ERROR**2 + CONTINUED_GAUGE**2 + doubts.gauge_gain**2
+    zero = (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
+    variance = gain * found.reading**2 + scene.gauge_noise_microstrain**2 / scene.samples + zero
     offset = (TOUCH_RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / scene.samples
     force = doubts.force_gain**2 + offset / found.force_N**2
     place_mm = scene.place_mm * place
@@ -104,34 +103,34 @@ def problem(found: Influence, scene: DesignScene, *, friction: bool = True, plac
     sigmas[:, 1] = np.sqrt(force)
     prior = np.einsum("pi,ij->pij", 1 / np.maximum(sigmas, KNOWN_SIGMA) ** 2, np.eye(sigmas.shape[1]))
     apart = np.linalg.norm(found.sites[:, None] - found.sites, axis=2)
-    return PlacementProblem(slopes, own, prior, apart < found.gauges[0].backing_mm[0] - TOUCHING_MM)
+    return PlacementProblem(slopes, variance, prior, apart < found.gauges[0].backing_mm[0] - TOUCHING_MM)
 
 
-def place(one: PlacementProblem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
+def place(posed: PlacementProblem, count: int, among: np.ndarray | None = None) -> list[list[int]]:
     """The chosen candidates for 1 to `count` gauges, or as many as fit. among : (k,) allowed candidates."""
-    allowed = np.ones(one.overlap.shape[0], bool) if among is None else among
+    allowed = np.ones(posed.overlap.shape[0], bool) if among is None else among
     chosen: list[int] = []
-    found = []
+    sets = []
     for _ in range(count):
-        after = np.where(allowed, one.better(chosen), np.inf)
+        after = np.where(allowed, posed.better(chosen), np.inf)
         if not np.isfinite(after).any():
             break
         starts = [
             k for k in after.argsort(kind="stable")[:: max(1, len(after) // EXCHANGE_STARTS)] if np.isfinite(after[k])
         ]
-        tried = [exchanged(one, [*chosen, int(k)], allowed) for k in starts]
-        chosen = min(tried, key=one.sigma)
-        found.append(sorted(chosen))
-    return found
+        tried = [exchanged(posed, [*chosen, int(k)], allowed) for k in starts]
+        chosen = min(tried, key=posed.sigma)
+        sets.append(sorted(chosen))
+    return sets
 
 
-def exchanged(one: PlacementProblem, chosen: list[int], allowed: np.ndarray) -> list[int]:
+def exchanged(posed: PlacementProblem, chosen: list[int], allowed: np.ndarray) -> list[int]:
     """A choice after every gauge in turn was moved to its best place, until none moves."""
     for _ in range(MOST_EXCHANGES):
         before = list(chosen)
         for k in range(len(chosen)):
             others = chosen[:k] + chosen[k + 1 :]
-            after = np.where(allowed, one.better(others), np.inf)
+            after = np.where(allowed, posed.better(others), np.inf)
             best = int(after.argmin())
             if after[best] < after[chosen[k]] * (1 - 1e-12):
                 chosen = [*chosen[:k], best, *chosen[k + 1 :]]
@@ -164,14 +163,14 @@ class Placed:
     @property
     def sentences(self) -> list[str]:
         """The results of the placement, as sentences."""
-        both, *known = UNKNOWN_SCENES
-        anywhere, row = self.sigma["anywhere"], self.sigma["in a row"][both]
+        both, *easier = UNKNOWN_SCENES
+        anywhere, in_row = self.sigma["anywhere"], self.sigma["in a row"][both]
         best = anywhere[both]
-        most = min(len(best), len(row))
+        most = min(len(best), len(in_row))
         return [
             f"{len(best)} gauges anywhere give sigma {best[-1]:.3g} of ln E (rms over the scene), one {best[0]:.3g}",
-            f"{most} gauges anywhere leave {best[most - 1]:.3g}, {most} in a row at y = 0 leave {row[most - 1]:.3g}",
-            *(f"the same {len(best)} gauges with {name}: {anywhere[name][-1]:.3g}" for name in known),
+            f"{most} gauges anywhere leave {best[most - 1]:.3g}, {most} in a row at y = 0 leave {in_row[most - 1]:.3g}",
+            *(f"the same {len(best)} gauges with {name}: {anywhere[name][-1]:.3g}" for name in easier),
         ]
 
 
@@ -182,22 +181,23 @@ def place_gauges(study: Study, count: int, out: Path, progress: Progress = silen
     if bad := next((name for name in study.fixed if name.startswith(placing)), None):
         raise InputError(f"--place decides where gauges sit: {bad} cannot be fixed")
     check_writable(out)
-    finger = study.finger_of({one.name: one.at(0.5) for one in study.free if not one.name.startswith("gauges.")})
-    found = influence(finger, study.scene, progress)
-    row = np.array([one.y_mm == 0 and one.direction_deg == 0 for one in found.gauges])
+    middle = {name: value for name, value in study.middle.items() if not name.startswith("gauges.")}
+    finger = study.finger_of(middle)
+    candidates = influence(finger, study.scene, progress)
+    in_row = np.array([gauge.y_mm == 0 and gauge.direction_deg == 0 for gauge in candidates.gauges])
     progress("choosing places")
-    unknown = {name: problem(found, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN_SCENES.items()}
+    unknown = {name: problem(candidates, study.scene, friction=f, place=p) for name, (f, p) in UNKNOWN_SCENES.items()}
     hardest = next(iter(unknown.values()))
-    sets, rows = place(hardest, count), place(hardest, count, row)
+    sets, rows = place(hardest, count), place(hardest, count, in_row)
     sigma = {
-        kind: {name: [one.sigma(chosen) for chosen in some] for name, one in unknown.items()}
-        for kind, some in (("anywhere", sets), ("in a row", rows))
+        layout: {name: [posed.sigma(chosen) for chosen in some] for name, posed in unknown.items()}
+        for layout, some in (("anywhere", sets), ("in a row", rows))
     }
     files = [out / "placement.csv", out / "placement.html", out / f"placed_{len(sets)}.toml"]
-    placed = Placed(finger, found, sets, rows, sigma, list(map(str, files)))
+    placed = Placed(finger, candidates, sets, rows, sigma, list(map(str, files)))
     columns: dict[str, list] = {"gauges": list(range(1, len(sets) + 1))}
-    for kind, by in sigma.items():
-        columns |= {f"{kind}, {name}": [*v, *[float("nan")] * (len(sets) - len(v))] for name, v in by.items()}
+    for layout, by in sigma.items():
+        columns |= {f"{layout}, {name}": [*v, *[float("nan")] * (len(sets) - len(v))] for name, v in by.items()}
     write_table(files[0], columns)
     best = placed.of(sets[-1])
     page = environment("papilla.design").get_template("placement.html")
@@ -215,8 +215,8 @@ def sigma_figure(placed: Placed) -> Figure:
     with styled() as figure:
         axes = figure.subplots()
         for color, name in zip(ACCENT_COLORS, UNKNOWN_SCENES, strict=False):
-            for kind, style, label in (("anywhere", "o-", name), ("in a row", "o--", None)):
-                values = placed.sigma[kind][name]
+            for layout, style, label in (("anywhere", "o-", name), ("in a row", "o--", None)):
+                values = placed.sigma[layout][name]
                 axes.plot(range(1, len(values) + 1), values, style, color=color, label=label)
         axes.plot([], [], "--", color=MUTED_COLOR, label="in a row at y = 0")
         axes.set(xlabel="gauges", ylabel="sigma of ln E (rms over the scene)", ylim=(0, None))

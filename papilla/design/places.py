@@ -59,8 +59,8 @@ class Places:
     def of(cls, finger: Finger) -> "Places":
         """The gauges of a finger at their own places."""
         shape = finger.shape
-        own = ((angle_of(g, shape), g.y_mm / half_length(shape), g.direction_deg) for g in finger.gauges)
-        return cls((), (), True, foil_of(finger.gauges), tuple(own))
+        sites = ((angle_of(g, shape), g.y_mm / half_length(shape), g.direction_deg) for g in finger.gauges)
+        return cls((), (), True, foil_of(finger.gauges), tuple(sites))
 
     @property
     def directions(self) -> tuple[float, ...]:
@@ -81,7 +81,7 @@ class Places:
         gauge beyond the outermost site."""
         if self.own:
             return np.eye(len(self.own))
-        found = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
+        weights = np.zeros((len(self.angles), len(self.shares), len(self.directions), len(gauges)))
         for k, gauge in enumerate(gauges):
             angle, share = angle_of(gauge, shape), gauge.y_mm / half_length(shape)
             if abs(angle) > self.angles[-1] or abs(share) > self.shares[-1] + checks.ROUNDING_SHARE:
@@ -94,11 +94,11 @@ class Places:
             (even, odd), (wide, across) = (
                 _cardinal(nodes, at) for nodes, at in ((self.angles, angle), (self.shares, share))
             )
-            whole, shear = np.outer(even, wide), 2 * s * c * np.outer(odd, across)
-            found[:, :, 0, k] = c * c * whole - (shear / 2 if self.turned else 0.0)
+            mean, shear = np.outer(even, wide), 2 * s * c * np.outer(odd, across)
+            weights[:, :, 0, k] = c * c * mean - (shear / 2 if self.turned else 0.0)
             if self.turned:
-                found[:, :, 1, k], found[:, :, 2, k] = shear, s * s * whole - shear / 2
-        return found.reshape(-1, len(gauges))
+                weights[:, :, 1, k], weights[:, :, 2, k] = shear, s * s * mean - shear / 2
+        return weights.reshape(-1, len(gauges))
 
 
 def half_length(shape: Shape) -> float:
@@ -156,5 +156,5 @@ def _cardinal(nodes: tuple[float, ...], at: float) -> tuple[np.ndarray, np.ndarr
     if len(nodes) == 1:
         return np.ones(1), np.ones(1)
     weights = _spline(nodes)(at)
-    right, left = weights[len(nodes) - 1 :], np.append(0.0, weights[: len(nodes) - 1][::-1])
-    return right + left, right - left
+    right, mirrored = weights[len(nodes) - 1 :], np.append(0.0, weights[: len(nodes) - 1][::-1])
+    return right + mirrored, right - mirrored

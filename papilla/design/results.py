@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.util import find_spec
-from itertools import islice
+from itertools import compress, islice
 from pathlib import Path
 
 import numpy as np
@@ -83,14 +83,14 @@ class Results:
                 failures[number] = record.status
                 continue
             asked = [record.found[name] for name in study.asked]
-            given, kept = [free[one.name] for one in study.free], study.feasible(record.found)
-            rows.append((number, given, asked, kept, record.finger_sha256))
+            point = [free[name] for name in study.free_names]
+            rows.append((number, point, asked, study.feasible(record.found), record.finger_sha256))
         if not rows:
             first = next(iter(failures.values()), "nothing was run")
             raise InputError(f"none of the {len(failures)} designs of the study has an answer; the first says: {first}")
         *columns, fingers = zip(*rows, strict=True)
-        numbers, values, found, feasible = map(np.array, columns)
-        return cls(study, numbers, values, found, feasible, fingers, failures)
+        numbers, values, objectives, feasible = map(np.array, columns)
+        return cls(study, numbers, values, objectives, feasible, fingers, failures)
 
     def values(self, objective: str) -> np.ndarray:
         """(n,) values of an objective."""
@@ -99,90 +99,99 @@ class Results:
     @cached_property
     def costs(self) -> np.ndarray:
         """(n, o) values of the study's objectives, with the sign that makes less better."""
-        return np.column_stack([one.sign * self.values(one.name) for one in self.study.objectives])
+        return np.column_stack([goal.sign * self.values(goal.name) for goal in self.study.objectives])
 
     @cached_property
     def front(self) -> np.ndarray:
         """(n,) whether a design meets all limits and no other such design is better in one objective and at least as
         good in all."""
-        found = np.zeros(len(self.numbers), bool)
+        on_front = np.zeros(len(self.numbers), bool)
         rows = np.flatnonzero(self.feasible)
-        kept = np.zeros((0, self.costs.shape[1]))
-        for row in rows[np.lexsort(self.costs[rows].T)]:
-            cost = self.costs[row]
-            if not ((kept <= cost).all(axis=1) & (kept < cost).any(axis=1)).any():
-                found[row] = True
-                kept = np.vstack([kept, cost])
-        return found
+        front_costs = np.zeros((0, self.costs.shape[1]))
+        for design in rows[np.lexsort(self.costs[rows].T)]:
+            cost = self.costs[design]
+            if not ((front_costs <= cost).all(axis=1) & (front_costs < cost).any(axis=1)).any():
+                on_front[design] = True
+                front_costs = np.vstack([front_costs, cost])
+        return on_front
 
     @cached_property
     def chosen(self) -> list[int]:
         """Rows of the best designs in the first objective that meet all limits, each different from the others."""
         rows = np.flatnonzero(self.feasible)
-        shares = np.array([[one.share(v) for one, v in zip(self.study.free, row, strict=True)] for row in self.free])
-        found: list[int] = []
-        for row in rows[np.argsort(self.costs[rows, 0], kind="stable")].tolist():
-            if all(np.abs(shares[row] - shares[other]).max() > DISTINCT_RANGE_SHARE for other in found):
-                found.append(row)
-            if len(found) == CHOSEN_DESIGNS:
+        shares = self._shares
+        chosen: list[int] = []
+        for design in rows[np.argsort(self.costs[rows, 0], kind="stable")].tolist():
+            if all(np.abs(shares[design] - shares[better]).max() > DISTINCT_RANGE_SHARE for better in chosen):
+                chosen.append(design)
+            if len(chosen) == CHOSEN_DESIGNS:
                 break
-        return found
+        return chosen
 
-    def finger(self, row: int) -> Finger:
+    def finger(self, design: int) -> Finger:
         """The finger of a row."""
-        return self.study.finger_of(
-            dict(zip((one.name for one in self.study.free), self.free[row].tolist(), strict=True))
-        )
+        return self.study.finger_of(self.free_of(design))
+
+    def free_of(self, design: int) -> dict[str, float]:
+        """Values of the free parameters of a row, by name."""
+        return dict(zip(self.study.free_names, self.free[design].tolist(), strict=True))
+
+    @cached_property
+    def _shares(self) -> np.ndarray:
+        """(n, p) shares of the ranges at which the values of free parameters lie."""
+        columns = zip(self.study.free, self.free.T, strict=True)
+        return np.array([[free.share(value) for value in values] for free, values in columns]).T
 
     def check_chosen(self, store: Store) -> None:
         """Judge the chosen designs again; raises `FileFormatError` for a design that has another finger or other values
         than its record, which papilla then did not write."""
-        for row in self.chosen:
-            number, finger = int(self.numbers[row]), self.finger(row)
-            if finger.sha256 != self.fingers[row]:
+        for design in self.chosen:
+            number, finger = int(self.numbers[design]), self.finger(design)
+            if finger.sha256 != self.fingers[design]:
                 raise store.fault(number, "its record is of another finger than its parameters make")
             again = judged(self.study.in_scene(finger), self.study.asked)
-            for name, stored in zip(self.study.asked, self.found[row].tolist(), strict=True):
+            for name, stored in zip(self.study.asked, self.found[design].tolist(), strict=True):
                 if again.status != STATUS_OK or not math.isclose(
                     again.found[name], stored, rel_tol=REJUDGED_DIFFERENCE
                 ):
                     now = f"{again.found[name]:.7g}" if again.status == STATUS_OK else f"no value ({again.status})"
                     raise store.fault(number, f"{name} is {stored:.7g} there, and {now} when it is judged again")
 
-    def save_finger(self, row: int, path: Path) -> None:
+    def save_finger(self, design: int, path: Path) -> None:
         """Write the design file of a row; raises `SolverError`, and writes nothing, if it would hold another finger
         than the one that was judged."""
         with replacing(path) as temporary:
-            self.finger(row).save(temporary)
-            if Finger.load(temporary).sha256 != self.fingers[row]:
+            self.finger(design).save(temporary)
+            if Finger.load(temporary).sha256 != self.fingers[design]:
                 raise SolverError(f"{path} was not written: it would hold another finger than design "
-                                  f"{self.numbers[row]}, which was judged")  # fmt: skip
+                                  f"{self.numbers[design]}, which was judged")  # fmt: skip
 
     @cached_property
     def effects(self) -> list[Effect]:
         """Main effects of all parameters on all objectives, by least squares over all designs; empty if there are too
         few."""
-        free = [one for one in self.study.free if len(set(self.free[:, self.study.free.index(one)])) > 1]
-        shares = np.array([[one.share(row[self.study.free.index(one)]) for one in free] for row in self.free])
+        varied = (self.free != self.free[0]).any(axis=0)
+        free, shares = list(compress(self.study.free, varied)), self._shares[:, varied]
         freedom = len(shares) - len(free) - 1
         if freedom < 3 or not free:
             return []
         terms = np.column_stack([np.ones(len(shares)), shares])
         inverse = np.linalg.pinv(terms.T @ terms)
         half = float(stdtrit(freedom, 0.5 + INTERVAL_PROBABILITY / 2))
-        found = []
+        effects = []
         for goal in self.study.objectives:
             values = self.values(goal.name)
             factor = bool((values > 0).all())
             y = np.log(values) if factor else values
             slopes = inverse @ terms.T @ y
             noise = float(np.sum((y - terms @ slopes) ** 2)) / freedom
-            for k, one in enumerate(free, start=1):
+            for k, parameter in enumerate(free, start=1):
                 wide = half * float(np.sqrt(noise * inverse[k, k]))
                 ends = [float(slopes[k] + side * wide) for side in (0, -1, 1)]
                 change, low, high = np.exp(ends).tolist() if factor else ends
-                found.append(Effect(one.name, goal.name, one.low, one.high, change, (low, high), factor))
-        return found
+                span = parameter.low, parameter.high
+                effects.append(Effect(parameter.name, goal.name, *span, change, (low, high), factor))
+        return effects
 
 
 def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -> list[Path]:
@@ -190,21 +199,21 @@ def write_tables(path: Path, study: Study, store: Store, front: Sequence[int]) -
 
     front : numbers of the designs on the front. Rows are written in blocks. Returns the files that were written.
     """
-    free_names = [one.name for one in study.free]
+    free_names = study.free_names
     names = ["design", *free_names, *study.asked, "feasible", "front", "finger_sha256", "status"]
     on_front, rows = set(front), store.rows(study)
 
     def cells(number: int, free: dict[str, float], record: JudgedDesign) -> list:
-        found = [record.found.get(name, float("nan")) for name in study.asked]
+        values = [record.found.get(name, float("nan")) for name in study.asked]
         feasible = record.status == STATUS_OK and study.feasible(record.found)
-        given = [free[name] for name in free_names]
-        return [number, *given, *found, feasible, number in on_front, record.finger_sha256, record.status]
+        point = [free[name] for name in free_names]
+        return [number, *point, *values, feasible, number in on_front, record.finger_sha256, record.status]
 
     paths = [path, path.with_suffix(".parquet")][: 1 + bool(find_spec("pyarrow"))]
     with ExitStack() as opened:
-        writes = [opened.enter_context(estimates_writer(one, names)) for one in paths]
+        writes = [opened.enter_context(estimates_writer(table, names)) for table in paths]
         while block := list(islice(rows, ROWS_AT_ONCE)):
-            *numbers, fingers, status = zip(*(cells(*row) for row in block), strict=True)
+            *numbers, fingers, status = zip(*(cells(*design) for design in block), strict=True)
             columns = [np.array(column) * 1 for column in numbers]
             for write in writes:
                 write([*columns, fingers, status])
@@ -232,13 +241,12 @@ class Outcome:
 def summary(outcome: Outcome) -> dict:
     """A study as plain values, the keys of `papilla design --json`."""
     study, results, tally = outcome.study, outcome.results, outcome.tally
-    goals = [one.name for one in study.objectives]
+    goals = [goal.name for goal in study.objectives]
     best = []
-    for row, file in zip(results.chosen, outcome.written["fingers"], strict=True):
-        free = dict(zip((one.name for one in study.free), results.free[row].tolist(), strict=True))
-        found = {name: float(results.values(name)[row]) for name in study.asked}
-        best.append({"design": int(results.numbers[row]), "finger": file, "finger_sha256": results.fingers[row],
-                     "free": free, "objectives": found})  # fmt: skip
+    for index, file in zip(results.chosen, outcome.written["fingers"], strict=True):
+        values = {name: float(results.values(name)[index]) for name in study.asked}
+        best.append({"design": int(results.numbers[index]), "finger": file, "finger_sha256": results.fingers[index],
+                     "free": results.free_of(index), "objectives": values})  # fmt: skip
     return {
         "study": study.name,
         "designs": len(results.numbers) + len(results.failures),
@@ -251,22 +259,22 @@ def summary(outcome: Outcome) -> dict:
         "best": best,
         "effects": [
             {
-                "parameter": one.parameter,
-                "objective": one.objective,
-                "from": one.low,
-                "to": one.high,
-                "factor" if one.factor else "difference": one.change,
-                "interval": list(one.interval),
+                "parameter": effect.parameter,
+                "objective": effect.objective,
+                "from": effect.low,
+                "to": effect.high,
+                "factor" if effect.factor else "difference": effect.change,
+                "interval": list(effect.interval),
             }
-            for one in results.effects
+            for effect in results.effects
         ],
         "confirmed": [
-            {"finger": one.name, "failed": one.failed}
+            {"finger": confirmation.name, "failed": confirmation.failed}
             | {
-                channel: dict(zip(("predicted", "calibrated"), one.both(channel), strict=True))
-                for channel in one.predicted
+                channel: dict(zip(("predicted", "calibrated"), confirmation.both(channel), strict=True))
+                for channel in confirmation.predicted
             }
-            for one in outcome.confirmed
+            for confirmation in outcome.confirmed
         ],
         "cost": {
             "seconds": tally.seconds,
@@ -285,18 +293,18 @@ def first_words(outcome: Outcome) -> list[str]:
     """First sentences on a study: failures if there are many, then the result."""
     study, results = outcome.study, outcome.results
     total = len(results.numbers) + len(results.failures)
-    said = []
+    sentences = []
     if outcome.failed_share > MANY_FAILED:
         reasons, counts = np.unique(list(results.failures.values()), return_counts=True)
-        said.append(
+        sentences.append(
             f"{len(results.failures)} of {total} designs failed ({PER_CENT * outcome.failed_share:.0f} %), most often: "
             f"{reasons[counts.argmax()]}"
         )
     if not results.chosen:
-        said.append(f"no design of {total} keeps all constraints")
-        return said
-    for one in study.objectives:
-        best, own = float(results.values(one.name)[results.chosen[0]]), outcome.base[one.name]
-        unit = "" if one.unit == "1" else f" {one.unit}"
-        said.append(f"{one.words}: best {best:.4g}{unit}, {short(study.finger.name)} {own:.4g}{unit}")
-    return said
+        sentences.append(f"no design of {total} keeps all constraints")
+        return sentences
+    for goal in study.objectives:
+        best, base = float(results.values(goal.name)[results.chosen[0]]), outcome.base[goal.name]
+        unit = "" if goal.unit == "1" else f" {goal.unit}"
+        sentences.append(f"{goal.words}: best {best:.4g}{unit}, {short(study.finger.name)} {base:.4g}{unit}")
+    return sentences

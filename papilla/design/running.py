@@ -99,9 +99,9 @@ def run(
     began, tally = perf_counter(), Tally()
     if note := measure_base(with_sites(study.finger, study.places), 1, progress):
         tally.notes.append(note)
-    with pool(workers, scheduler) as found:
-        tally.workers, tally.how = found.workers, found.how
-        runner = _Runner(study, store, tally, progress, found)
+    with pool(workers, scheduler) as running_pool:
+        tally.workers, tally.how = running_pool.workers, running_pool.how
+        runner = _Runner(study, store, tally, progress, running_pool)
         if study.sampler.kind == "optimise":
             sampling.optimised(study, runner.scores)
         else:
@@ -114,12 +114,12 @@ class _Here(Executor):
     """This process as an executor."""
 
     def submit(self, fn, /, *args, **kwargs):
-        made: Future = Future()
+        future: Future = Future()
         try:
-            made.set_result(fn(*args, **kwargs))
+            future.set_result(fn(*args, **kwargs))
         except BaseException as error:
-            made.set_exception(error)
-        return made
+            future.set_exception(error)
+        return future
 
 
 @dataclass
@@ -166,8 +166,8 @@ class _Runner:
                 scores.append(sampling.FAILED_SCORE)
                 continue
             beyond = sum(
-                max(one.least - record.found[name], record.found[name] - one.most, 0.0)
-                for name, one in self.study.limits.items()
+                max(limit.least - record.found[name], record.found[name] - limit.most, 0.0)
+                for name, limit in self.study.limits.items()
             )
             scores.append(
                 goal.sign * record.found[goal.name] if not beyond else sampling.FAILED_SCORE / 1000 * (1 + beyond)
@@ -177,8 +177,8 @@ class _Runner:
     def _interleaved(self, groups: Iterable[list[Values]]) -> Iterator[tuple[list[Row], Batch]]:
         """The batches to run; batches of as many geometries as there are workers alternate, so that each worker starts
         with another geometry."""
-        left = iter(groups)
-        while turn := list(islice(left, self.pool.workers)):
+        waiting = iter(groups)
+        while turn := list(islice(waiting, self.pool.workers)):
             for batches in zip_longest(*map(self._batches, turn)):
                 yield from filter(None, batches)
 
@@ -200,50 +200,50 @@ class _Runner:
                 continue
             key = hashlib.sha256(f"{finger.sha256} {self.shared}".encode()).hexdigest()
             tried.append(((number, free, key), finger))
-        known = self.store.known({row[2]: row[0] for row, _ in tried}, study.asked)
+        stored = self.store.known({design[2]: design[0] for design, _ in tried}, study.asked)
         for (number, _, key), finger in tried:
-            if key in known and known[key].finger_sha256 != finger.sha256:
+            if key in stored and stored[key].finger_sha256 != finger.sha256:
                 raise self.store.fault(number, "its record is of another finger")
-        reused = [(*row, known[row[2]]) for row, _ in tried if row[2] in known]
+        reused = [(*design, stored[design[2]]) for design, _ in tried if design[2] in stored]
         self.tally.reused += len(reused)
         self._store(reused + failed)
-        if left := [(row, finger) for row, finger in tried if row[2] not in known]:
-            rows, fingers = zip(*left, strict=True)
+        if fresh := [(design, finger) for design, finger in tried if design[2] not in stored]:
+            rows, fingers = zip(*fresh, strict=True)
             batch = Batch(fingers, study.finger, self.place, study.scene, study.asked, version(), study.geometry)
             yield list(rows), batch
 
     def _take(self, flight: dict[Future, tuple[list[Row], Batch]]) -> None:
         """Store the finished batches."""
-        done, _ = wait(flight, return_when=FIRST_COMPLETED)
-        for future in done:
+        finished, _ = wait(flight, return_when=FIRST_COMPLETED)
+        for future in finished:
             rows, batch = flight.pop(future)
             try:
-                made: Done = future.result()
+                report: Done = future.result()
             except Exception as error:
                 # By its name: the error of Dask, which may not be installed
                 if not isinstance(error, WorkerKilledError) and type(error).__name__ != "KilledWorker":
                     raise
                 why = f"its worker was killed {MOST_TRIES} times"
                 records = [JudgedDesign.failed(why, finger.sha256) for finger in batch.fingers]
-                made = Done(tuple(records), version(), {}, 0.0)
-            check_done(made, batch)
-            self._store([(*row, record) for row, record in zip(rows, made.records, strict=True)])
-            for name, seconds in made.spent.items():
+                report = Done(tuple(records), version(), {}, 0.0)
+            check_done(report, batch)
+            self._store([(*design, record) for design, record in zip(rows, report.records, strict=True)])
+            for name, seconds in report.spent.items():
                 self.tally.spent[name] += seconds
-            self.tally.memory_MB = max(self.tally.memory_MB, made.memory_MB)
+            self.tally.memory_MB = max(self.tally.memory_MB, report.memory_MB)
 
     def _store(self, rows: list) -> None:
         if not rows:
             return
         self.store.add(self.study.sha256, rows)
         if self.records is not None:
-            self.records |= {row[0]: row[3] for row in rows}
+            self.records |= {design[0]: design[3] for design in rows}
         self.tally.designs += len(rows)
-        self.tally.failed += sum(row[3].status != STATUS_OK for row in rows)
-        done, fresh = self.tally.designs, self.tally.designs - self.tally.reused
-        left = (perf_counter() - self.began) * max(self.total - done, 0) / max(fresh, 1)
-        rest = f", about {left:.0f} s left" if fresh and done < self.total else ""
-        self.progress(CountedStep(f"designs, {done} of {self.total}{rest}", done, self.total))
+        self.tally.failed += sum(design[3].status != STATUS_OK for design in rows)
+        finished, fresh = self.tally.designs, self.tally.designs - self.tally.reused
+        seconds = (perf_counter() - self.began) * max(self.total - finished, 0) / max(fresh, 1)
+        rest = f", about {seconds:.0f} s left" if fresh and finished < self.total else ""
+        self.progress(CountedStep(f"designs, {finished} of {self.total}{rest}", finished, self.total))
 
 
 @dataclass(frozen=True)
@@ -273,11 +273,11 @@ def price(study: Study, progress: Progress) -> Price:
     began = perf_counter()
     tried = [study.finger_of(free) for free in islice(probes(study), PRICED_DESIGNS)]
     first = with_sites(tried[0], places)
-    known = study.geometry(first, places, base)
+    geometry = study.geometry(first, places, base)
     took = perf_counter() - began
     cached = took < 1.0
     began = perf_counter()
     for finger in tried:
-        judged(DesignInScene(finger, known, study.scene), study.asked)
-    each = (perf_counter() - began) / len(tried)
-    return Price(designs, geometries, len(first.gauges), each, took, cached)
+        judged(DesignInScene(finger, geometry, study.scene), study.asked)
+    seconds = (perf_counter() - began) / len(tried)
+    return Price(designs, geometries, len(first.gauges), seconds, took, cached)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from papilla.design.study import Free, Study
+from papilla.design.study import Free, Study, at_shares
 
 Values = dict[str, float]
 LARGEST_RANGE_SHARE = 1 - 1e-12
@@ -17,8 +17,8 @@ FAILED_SCORE = 1e9
 
 def groups(study: Study) -> Iterator[list[Values]]:
     """The designs of a grid or a Sobol sample, with those of one geometry together; generated on demand."""
-    outer, names = study.outer, {one.name for one in study.outer}
-    inner = [one for one in study.free if one.name not in names]
+    outer, names = study.outer, {parameter.name for parameter in study.outer}
+    inner = [parameter for parameter in study.free if parameter.name not in names]
     if study.sampler.kind == "grid":
         for shape in _grid(outer):
             yield [shape | rest for rest in _grid(inner)]
@@ -35,8 +35,8 @@ def count(study: Study) -> tuple[int, int]:
     """Number of designs, and of geometries, in a study (the maximum, with an optimiser)."""
     sampler, outer = study.sampler, study.outer
     if sampler.kind == "grid":
-        sizes = {one.name: len(one.grid) for one in study.free}
-        return math.prod(sizes.values()), math.prod(sizes[one.name] for one in outer)
+        sizes = {parameter.name: len(parameter.grid) for parameter in study.free}
+        return math.prod(sizes.values()), math.prod(sizes[parameter.name] for parameter in outer)
     if sampler.kind == "optimise":
         return sampler.designs, sampler.designs if outer else 1
     shapes = min(sampler.geometries, sampler.designs) if outer else 1
@@ -47,29 +47,33 @@ def optimised(study: Study, score: Callable[[list[Values]], Sequence[float]]) ->
     """Minimise the score with SciPy's differential evolution; whole generations are evaluated together."""
     from scipy.optimize import differential_evolution
 
-    free, left = study.free, study.sampler.designs
-    size = max(5, min(16, left // 8))
+    free, budget = study.free, study.sampler.designs
+    size = max(5, min(16, budget // 8))
+
+    starts = [
+        [parameter.share(start[parameter.name]) for parameter in free]
+        for start in _sobol(free, size, study.sampler.seed)
+    ]
 
     def of(shares: np.ndarray) -> np.ndarray:
         columns = np.atleast_2d(shares.T).T
-        return np.array(score([{one.name: one.at(u) for one, u in zip(free, row, strict=True)} for row in columns.T]))
+        return np.array(score([at_shares(free, point) for point in columns.T]))
 
     differential_evolution(
         of,
         [(0.0, LARGEST_RANGE_SHARE)] * len(free),
-        init=np.array([[one.share(value) for one, value in zip(free, row.values(), strict=True)]
-                       for row in _sobol(list(free), size, study.sampler.seed)]).clip(0, LARGEST_RANGE_SHARE),
-        maxiter=max(1, left // size - 1),
+        init=np.array(starts).clip(0, LARGEST_RANGE_SHARE),
+        maxiter=max(1, budget // size - 1),
         rng=study.sampler.seed,
         polish=False,
         updating="deferred",
         vectorized=True,
-    )  # fmt: skip
+    )
 
 
 def _grid(free: Sequence[Free]) -> Iterator[Values]:
-    for values in itertools.product(*(one.grid for one in free)):
-        yield {one.name: value for one, value in zip(free, values, strict=True)}
+    for values in itertools.product(*(parameter.grid for parameter in free)):
+        yield {parameter.name: value for parameter, value in zip(free, values, strict=True)}
 
 
 def _sobol(free: Sequence[Free], size: int, seed: int) -> Iterator[Values]:
@@ -80,5 +84,5 @@ def _sobol(free: Sequence[Free], size: int, seed: int) -> Iterator[Values]:
     from scipy.stats import qmc
 
     points = qmc.Sobol(len(free), rng=seed).random_base2(max(0, math.ceil(math.log2(size))))[:size]
-    for row in points.tolist():
-        yield {one.name: one.at(share) for one, share in zip(free, row, strict=True)}
+    for point in points.tolist():
+        yield at_shares(free, point)

@@ -109,8 +109,8 @@ class DesignScene:
         """Forces (n,) and moduli (n,) of the presses to which surfaces are fitted."""
         axes = zip((self.force_N, self.modulus_MPa), GRID_MARGINS, (GRID_FORCES, GRID_MODULI), strict=True)
         forces, moduli = (np.geomspace(low / margin, high * margin, n) for (low, high), margin, n in axes)
-        each = np.meshgrid(forces, moduli, indexing="ij")
-        return each[0].ravel(), each[1].ravel()
+        points = np.meshgrid(forces, moduli, indexing="ij")
+        return points[0].ravel(), points[1].ravel()
 
     @property
     def swept_N(self) -> tuple[float, ...]:
@@ -148,7 +148,7 @@ def sigma_from_sd(calibration: Any, scene: DesignScene) -> np.ndarray:
     try:
         surface = SdReading(calibration)
     except InputError:
-        return np.full([len(part) for part in scene.points], PRIOR_SIGMA_LN_MODULUS)
+        return np.full([len(axis) for axis in scene.points], PRIOR_SIGMA_LN_MODULUS)
     return _over(scene, surface, scene.gauge_noise_microstrain / root, doubts)
 
 
@@ -183,13 +183,13 @@ def _at(fitter: Fitter, ln_force: float, ln_modulus: float, samples: int) -> flo
     cell = min(int(place), len(curve.cubics) - 1)
     u, (p, q, r, s) = place - cell, curve.cubics[cell]
     h = p + u * (q + u * (r + u * s))
-    state = fitter.prior(TOUCH_RULES.air_share)
-    mean = state.mean.copy()
+    belief = fitter.prior(TOUCH_RULES.air_share)
+    mean = belief.mean.copy()
     mean[0] = h
-    state = state._replace(mean=mean, ln_force=ln_force, anchor=h)
+    belief = belief._replace(mean=mean, ln_force=ln_force, anchor=h)
     rows = np.arange(fitter.channels + 1)
     y = fitter.linear(ln_force, 0.0, h).expected / fitter.whiten
-    _, learnt = fitter.learn(y, rows, state, fitter.noise_fit(y, rows, state, samples))
+    _, learnt = fitter.learn(y, rows, belief, fitter.noise_fit(y, rows, belief, samples))
     prior, after = (PRIOR_REACH * fitter.top) ** 2, float(learnt.covariance[0, 0])
     # What the touch added to the filter's own prior of h, in units of ln E, with this module's prior instead.
     information = max(1 / after - 1 / prior, 0.0) * fitter.ln_modulus(h)[1] ** 2

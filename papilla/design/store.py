@@ -83,7 +83,7 @@ class Store:
         with self._faults(), self._transaction():
             self._connection.executemany(
                 "INSERT OR IGNORE INTO records VALUES (?, ?, ?, ?)",
-                [(key, _text(one.found), one.status, one.finger_sha256) for _, _, key, one in rows],
+                [(key, _text(record.found), record.status, record.finger_sha256) for _, _, key, record in rows],
             )
             self._connection.executemany(
                 "INSERT OR REPLACE INTO designs VALUES (?, ?, ?, ?)",
@@ -120,12 +120,12 @@ class Store:
 
     def _record(self, number: int, cells: Sequence[object], asked: Sequence[str]) -> JudgedDesign:
         """A record of its cells: values, status, sha256 of the finger."""
-        found, *texts = cells
+        values, *texts = cells
         try:
-            if found is None:
+            if values is None:
                 raise InputError("its record is missing")
             status, sha256 = (_string(cell) for cell in texts)
-            record = JudgedDesign(_value(found, "its values of objectives"), status, sha256)
+            record = JudgedDesign(_value(values, "its values of objectives"), status, sha256)
             record.check(asked)
         except InputError as error:
             raise self.fault(number, error) from error
@@ -160,9 +160,9 @@ class Store:
         except FileAccessError:
             raise
         except (sqlite3.Error, OSError) as error:
-            said = reason(error) if isinstance(error, OSError) else short(line(error), 200)
+            why = reason(error) if isinstance(error, OSError) else short(line(error), 200)
             raise FileAccessError(
-                f"cannot use the store {self.path}: {said}; what was stored before is kept, --resume goes on from it"
+                f"cannot use the store {self.path}: {why}; what was stored before is kept, --resume goes on from it"
             ) from error
 
 

@@ -3,7 +3,7 @@
 import hashlib
 import math
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -56,7 +56,7 @@ class Free:
 
     def share(self, value: float) -> float:
         """The share of the range at which a value lies."""
-        low, high, at = (math.log(one) if self.log else one for one in (self.low, self.high, value))
+        low, high, at = (math.log(number) if self.log else number for number in (self.low, self.high, value))
         return (at - low) / (high - low) if high > low else 0.0
 
     @property
@@ -70,6 +70,11 @@ class Free:
             return value in self.values
         beyond = ROUNDING_SHARE * max(abs(self.low), abs(self.high))
         return self.low - beyond <= value <= self.high + beyond
+
+
+def at_shares(free: Sequence[Free], shares: Iterable[float]) -> dict[str, float]:
+    """Values of free parameters at shares of their ranges, by name."""
+    return {parameter.name: parameter.at(share) for parameter, share in zip(free, shares, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -114,36 +119,45 @@ class Study:
     geometry: MakesMap = geometry_map
 
     @property
+    def free_names(self) -> list[str]:
+        """Names of the free parameters."""
+        return [parameter.name for parameter in self.free]
+
+    @property
+    def middle(self) -> dict[str, float]:
+        """Values of the free parameters in the middle of their ranges."""
+        return at_shares(self.free, [0.5] * len(self.free))
+
+    @property
     def outer(self) -> list[Free]:
         """Free parameters that change the geometry, directly or by a coupling."""
-        names = {one.name for one in self.free if of_geometry(one.name)}
+        names = {parameter.name for parameter in self.free if of_geometry(parameter.name)}
         for name, formula in self.couplings.items():
             if of_geometry(name):
                 names |= set(names_of(formula, name))
-        return [one for one in self.free if one.name in names]
+        return [parameter for parameter in self.free if parameter.name in names]
 
     @property
     def most_designs(self) -> int:
         """Number of designs of a grid or sample, or the most that an optimiser may try."""
         if self.sampler.kind == "grid":
-            return math.prod(len(one.values) or one.levels for one in self.free)
+            return math.prod(len(parameter.values) or parameter.levels for parameter in self.free)
         # An optimiser needs two generations of five designs at least
         return max(self.sampler.designs, 10) if self.sampler.kind == "optimise" else self.sampler.designs
 
     def check_free(self, free: Mapping[str, float]) -> None:
         """Raise `InputError` unless the values are those of the free parameters, inside their ranges."""
-        if set(free) != {one.name for one in self.free}:
-            raise InputError(
-                f"its free parameters are not those of the study, {', '.join(one.name for one in self.free)}"
-            )
-        for one in self.free:
-            if not one.holds(free[one.name]):
-                raise InputError(f"{one.name} = {free[one.name]:g} is outside the study's {one.low:g} to {one.high:g}")
+        if set(free) != set(self.free_names):
+            raise InputError(f"its free parameters are not those of the study, {', '.join(self.free_names)}")
+        for varied in self.free:
+            value, low, high = free[varied.name], varied.low, varied.high
+            if not varied.holds(value):
+                raise InputError(f"{varied.name} = {value:g} is outside the study's {low:g} to {high:g}")
 
     @property
     def asked(self) -> tuple[str, ...]:
         """Names of all objectives that are computed, including those of constraints; sorted."""
-        return tuple(sorted({one.name for one in self.objectives} | set(self.limits)))
+        return tuple(sorted({objective.name for objective in self.objectives} | set(self.limits)))
 
     def finger_of(self, free: Mapping[str, float]) -> Finger:
         """The finger with these values of the free parameters, with fixed and coupled ones; raises `InputError`."""
@@ -152,24 +166,24 @@ class Study:
     @property
     def places(self) -> Places:
         """The places of gauges that the study needs: those of its gauges, a row, or the whole interface."""
-        names = [*(one.name for one in self.free), *self.couplings]
+        names = [*self.free_names, *self.couplings]
         places = (".angle_deg", ".y_mm", ".direction_deg", "gauges.count", "gauges.spread_deg")
         if "worst_over_tolerances" not in self.asked and not any(name.endswith(places) for name in names):
-            return Places.of(self.finger_of({one.name: one.at(0.5) for one in self.free}))
+            return Places.of(self.finger_of(self.middle))
         foil, names = foil_of(self.finger.gauges), [*names, *self.fixed]
-        beside = any(gauge.y_mm or gauge.direction_deg for gauge in self.finger.gauges)
+        off_row = any(gauge.y_mm or gauge.direction_deg for gauge in self.finger.gauges)
         varied = any(name.endswith((".y_mm", ".direction_deg")) and name.startswith("gauges") for name in names)
-        return Places.whole(foil) if beside or varied else Places.row(foil)
+        return Places.whole(foil) if off_row or varied else Places.row(foil)
 
     def in_scene(self, finger: Finger) -> DesignInScene:
         """A finger in the scene of the study, with the study's places."""
         places = self.places
-        base, own = with_sites(self.finger, places), with_sites(finger, places)
-        return DesignInScene(finger, self.geometry(own, places, base), self.scene)
+        base, with_places = with_sites(self.finger, places), with_sites(finger, places)
+        return DesignInScene(finger, self.geometry(with_places, places, base), self.scene)
 
     def feasible(self, found: Mapping[str, float]) -> bool:
         """Whether values of objectives meet all limits."""
-        return all(one.least <= found[name] <= one.most for name, one in self.limits.items())
+        return all(limit.least <= found[name] <= limit.most for name, limit in self.limits.items())
 
 
 class _Model(BaseModel):
@@ -250,10 +264,10 @@ def _check_names(content: dict) -> None:
 def _study(file: _File, path: Path) -> Study:
     finger = Finger.load(file.finger if file.finger in SHIPPED_FINGERS else path.parent / file.finger)
     names = [*file.free, *file.fixed, *file.couplings]
-    known = parameters_of(finger, names)
+    parameters = parameters_of(finger, names)
     for where in ("free", "fixed", "couplings"):
         for name in getattr(file, where):
-            refuse_unknown(name, known, where)
+            refuse_unknown(name, parameters, where)
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise InputError(f"{twice!r} stands in two of free, fixed and couplings")
     values = _values_of(finger)
@@ -265,7 +279,7 @@ def _study(file: _File, path: Path) -> Study:
         raise InputError(f"objectives must differ, got {', '.join(map(short, file.objectives))}")
     for name in (*file.objectives, *file.constraints):
         refuse_unknown(name, OBJECTIVES_BY_NAME, "objectives" if name in file.objectives else "constraints")
-    free = tuple(_free(name, given) for name, given in file.free.items())
+    free = tuple(_free(name, stated) for name, stated in file.free.items())
     needed = {name for formula in file.couplings.values() for name in names_of(formula, "couplings")}
     fixed = {name: values[name] for name in needed if name not in names} | file.fixed
     text = repr((file, finger.sha256))
@@ -289,14 +303,14 @@ def _study(file: _File, path: Path) -> Study:
 
 def _values_of(finger: Finger) -> dict[str, float]:
     """Values of a finger that couplings may use although the study does not set them."""
-    found = {f"{name}.modulus_MPa": getattr(finger, name).modulus for name in ("outer", "inner")}
-    found |= {f"{name}.nu": getattr(finger, name).nu for name in ("outer", "inner")}
+    values = {f"{name}.modulus_MPa": getattr(finger, name).modulus for name in ("outer", "inner")}
+    values |= {f"{name}.nu": getattr(finger, name).nu for name in ("outer", "inner")}
     for surface in ("outer", "interface", "bone"):
         axes = getattr(finger.shape, surface)
-        found |= {
+        values |= {
             f"shape.{surface}.{a}_mm": value for a, value in zip("xyz" if len(axes) == 3 else "xz", axes, strict=True)
         }
-    return found
+    return values
 
 
 def _scene(file: _File, finger: Finger) -> DesignScene:
@@ -308,25 +322,25 @@ def _scene(file: _File, finger: Finger) -> DesignScene:
     return replace(file.scene, unknown=Unknowns(friction, doubts), tolerances=file.tolerances)
 
 
-def _free(name: str, given: "list[float] | _Range") -> Free:
+def _free(name: str, stated: "list[float] | _Range") -> Free:
     """A free parameter of `[low, high]`, or of a table with low and high, or with values."""
-    one = (
-        _Range(low=given[0], high=given[1], levels=DEFAULT_GRID_LEVELS, values=None)
-        if isinstance(given, list) and len(given) == 2
-        else given
+    span = (
+        _Range(low=stated[0], high=stated[1], levels=DEFAULT_GRID_LEVELS, values=None)
+        if isinstance(stated, list) and len(stated) == 2
+        else stated
     )
-    if isinstance(one, list):
+    if isinstance(span, list):
         raise InputError(
-            f"free.{name!r} must be [low, high] or a table, got {one!r}; some values are {{ values = ... }}"
+            f"free.{name!r} must be [low, high] or a table, got {span!r}; some values are {{ values = ... }}"
         )
-    if one.values:
-        return Free(name, min(one.values), max(one.values), False, len(one.values), tuple(one.values))
-    if one.low is None or one.high is None or not one.low < one.high:
-        raise InputError(f"free.{name!r} has an empty range, {one.low} to {one.high}: low must be below high")
-    log = one.low > 0 and name.endswith("modulus_MPa") if one.log is None else one.log
-    if log and one.low <= 0:
-        raise InputError(f"free.{name!r}: log = true needs a range above 0, got {one.low} to {one.high}")
-    return Free(name, one.low, one.high, log, one.levels)
+    if span.values:
+        return Free(name, min(span.values), max(span.values), False, len(span.values), tuple(span.values))
+    if span.low is None or span.high is None or not span.low < span.high:
+        raise InputError(f"free.{name!r} has an empty range, {span.low} to {span.high}: low must be below high")
+    log = span.low > 0 and name.endswith("modulus_MPa") if span.log is None else span.log
+    if log and span.low <= 0:
+        raise InputError(f"free.{name!r}: log = true needs a range above 0, got {span.low} to {span.high}")
+    return Free(name, span.low, span.high, log, span.levels)
 
 
 def _check(study: Study) -> None:
@@ -340,26 +354,26 @@ def _check(study: Study) -> None:
         ("number of designs of the grid", study.most_designs, 1, MOST_DESIGNS),
     ):
         if not least <= value <= most:
-            shown = value if abs(value) < 10**20 else f"{math.log10(abs(value)):.0f} digits"
-            raise InputError(f"{name} must be from {least} to {most}, got {shown}")
+            size = value if abs(value) < 10**20 else f"{math.log10(abs(value)):.0f} digits"
+            raise InputError(f"{name} must be from {least} to {most}, got {size}")
     for free in probes(study):
-        finger, said = None, ", ".join(f"{name} = {value:.4g}" for name, value in free.items())
+        finger, words = None, ", ".join(f"{name} = {value:.4g}" for name, value in free.items())
         try:
             finger = study.finger_of(free)
             study.places.weights(finger.gauges, finger.shape)
         except InputError as error:
-            raise InputError(f"the design {said}: {error}") from error
+            raise InputError(f"the design {words}: {error}") from error
         if poor := next(
             (OBJECTIVES_BY_NAME[name] for name in study.asked if OBJECTIVES_BY_NAME[name].gauges > len(finger.gauges)),
             None,
         ):
-            raise InputError(f"{poor.name} needs {poor.gauges} gauges, the design {said} has {len(finger.gauges)}")
+            raise InputError(f"{poor.name} needs {poor.gauges} gauges, the design {words} has {len(finger.gauges)}")
 
 
 def probes(study: Study) -> Iterator[dict[str, float]]:
     """The middle design, and those with one parameter at an end of its range."""
-    middle = {one.name: one.at(0.5) for one in study.free}
+    middle = study.middle
     yield middle
-    for one in study.free:
+    for parameter in study.free:
         for end in (0.0, 1.0):
-            yield middle | {one.name: one.at(end)}
+            yield middle | {parameter.name: parameter.at(end)}

@@ -1,11 +1,9 @@
 """From a sweep to a calibration: recovery between the points, missing presses, mesh scatter, what it confesses."""
 
-import json
-
 import numpy as np
 import pytest
 
-from papilla.calibration import Calibration, SoftnessStatus, fit
+from papilla.calibration import SoftnessStatus, fit
 from papilla.core.errors import InputError
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES
 
@@ -19,19 +17,6 @@ def test_gauges_follow_their_readings(calibration, truth):
     assert found.shape == (300, 5)
     np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
     assert np.isfinite([gauge.uncertainty.fit_rms for gauge in calibration.gauges]).all()
-
-
-def test_the_record_says_where_it_comes_from(calibration, made_up, tmp_path):
-    assert calibration.finger == {"name": "made up", "sha256": "0" * 64}
-    assert calibration.mesh["sha256"] == "1" * 64
-    assert calibration.provenance["presses"] == len(made_up)
-    assert {"papilla", "numpy", "scipy"} <= set(calibration.provenance["versions"])
-    assert calibration.provenance["specimen"] == made_up.specimen
-    assert any("do not include mesh scatter" in note for note in calibration.notes)
-    calibration.save(tmp_path / "c.json")
-    assert json.loads((tmp_path / "c.json").read_text())["domain"]["force_N"] == pytest.approx([0.05, 1.0])
-    loaded = Calibration.load(tmp_path / "c.json")
-    np.testing.assert_array_equal(loaded.predict(RNG_FORCE, RNG_MODULUS), calibration.predict(RNG_FORCE, RNG_MODULUS))
 
 
 def test_presses_without_readings_are_neither_dropped_nor_bridged(truth):

@@ -1,14 +1,12 @@
 """From a finger to its calibration, on coarse meshes: what its intervals hold, and what it says about itself."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from papilla.calibration import SoftnessStatus, calibrate_finger, fit, sweep
 from papilla.core.errors import InputError
 from papilla.fem import prepare, press
-from papilla.model.finger import Bench, Finger
+from papilla.model.finger import Finger
 from papilla.model.specimen import Block
 
 FORCES, MODULI = np.geomspace(0.1, 1, 9).tolist(), np.geomspace(0.05, 1, 8).tolist()
@@ -68,16 +66,6 @@ def test_the_record_says_what_it_is_of(quick):
     assert calibration.surface.uncertainty.meshes == len(calibration.mesh["scatter_sha256"]) == 1
     assert calibration.domain["force_N"] == pytest.approx((0.1, 1)) and calibration.position is None
     assert any(note.startswith("quick: one other mesh") for note in calibration.notes) and quick.truth is None
-
-
-def test_the_bench_of_a_design_says_block_and_friction(stuck):
-    finger = replace(FINGER, bench=Bench(thickness=20.0, friction="stick"))
-    thick = calibrate_finger(finger, **COARSE, quick=True)
-    assert thick.presses.friction_told and "thickness=20" in thick.presses.specimen
-    assert thick.presses.friction == stuck.presses.friction == "stick"
-    at = (thick.presses.force_N == FORCES[4]) & thick.presses.valid & stuck.presses.valid
-    # A thicker block on the same rigid base gives way more
-    assert (thick.presses.indentation_mm[at] > stuck.presses.indentation_mm[at]).all()
 
 
 def test_large_strain_that_is_not_included_widens_every_interval(stuck):

@@ -166,14 +166,16 @@ def test_the_report_of_the_default_finger_shows_its_field(read, tmp_path, monkey
 
 
 def test_slopes_are_those_of_the_surface(calibration):
-    force, rows = slopes(calibration)
+    surface = calibration.surface
+    scattered = replace(surface.uncertainty, scatter=np.full_like(surface.uncertainty.scatter, 0.01))
+    force, rows = slopes(replace(calibration, surface=replace(surface, uncertainty=scattered)))
     assert force == pytest.approx(0.4903, abs=1e-4)
     assert [modulus for modulus, *_ in rows] == [0.05, 0.089, 0.2, 0.51, 0.72, 2.0, 5.0]
     step = 1e-5
     for modulus, slope, scatter, cost in rows[:-1]:
         rise = np.log(calibration.predict(force, modulus * (1 + step)) / calibration.predict(force, modulus)) / step
         assert slope == pytest.approx(rise, rel=1e-3)
-        assert (scatter, cost) == (0, 0)
+        assert scatter == pytest.approx(0.01) and cost == pytest.approx(0.01 / slope)
 
 
 def test_the_cost_of_force_is_slope_over_slope(calibration):

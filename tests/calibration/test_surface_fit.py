@@ -100,5 +100,11 @@ def test_scatter_is_what_other_meshes_differ_by():
     assert here.sigma_at(0.12) == pytest.approx(np.hypot(0.001, 0.03 * 3.182 / 1.96), rel=1e-3)
     assert known.scatter_at(0.12) == pytest.approx(0.03, rel=1e-6)
     assert known.scatter_at(0.9) == pytest.approx(0.01, rel=1e-6)
+    # Bins without a press are left out, and the others keep theirs
+    light = force < 0.1 * 10 ** (3 / 8)
+    some = uncertainty(Fitted(surface, 0.001, 2.0, np.full(3, 0.002)), [[part[light][:50] for part in others[0]]])
+    assert some.scatter == pytest.approx([0.03] * 3) and some.scatter_force_N == pytest.approx(
+        known.scatter_force_N[:3]
+    )
     with pytest.raises(InputError, match="share no force and modulus"):
         uncertainty(Fitted(surface, 0.0, 2.0, np.zeros(3)), [(force + 5, modulus, modulus)])

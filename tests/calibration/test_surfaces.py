@@ -114,17 +114,6 @@ def test_the_smallest_surface_is_one_cell_and_ranges_rise_above_zero():
         BicubicSurface(FORCE, MODULUS, np.pad([[math.nan]], ((3, 0), (3, 0))))
 
 
-@pytest.mark.parametrize("cubic", [(0, 1, 0, 0), (0, 0, 0, 1), (0, 3, -3, 1), (-2, 0.01, 0, 5), (1, 1e-12, 1, 0)])
-def test_cubics_are_solved_to_rounding(cubic):
-    p, q, r, s = map(float, cubic)
-    for u in (0.0, 1e-9, 0.1, 0.5, 0.9, 1.0):
-        value = p + u * (q + u * (r + u * s))
-        found = solve_cubic((p, q, r, s), value)
-        assert 0 <= found <= 1
-        assert p + found * (q + found * (r + found * s)) == pytest.approx(value, abs=4e-16 * max(abs(p), 1))
-    assert solve_cubic((p, q, r, s), p - 1) == 0.0 and solve_cubic((p, q, r, s), p + q + r + s + 1) == 1.0
-
-
 def test_inside_allows_for_rounding_alone():
     assert inside(1.0, 1.0, 2.0) and inside(2.0, 1.0, 2.0) and inside(2 + 4e-15, 1.0, 2.0)
     assert inside(-2 - 4e-15, -2.0, 1.0) and inside(-1e-16, 0.0, 0.5)
@@ -155,11 +144,6 @@ def test_usable_part_and_its_sides(surface):
 def test_statuses_have_numbers_and_sentences_of_their_own():
     assert [int(status) for status in SoftnessStatus] == list(range(12))
     assert len({status.sentence for status in SoftnessStatus}) == 12
-
-
-def test_scatter_is_linear_in_the_logarithm_of_the_force():
-    known = Uncertainty(0.0, 2.0, 0.0, np.array([0.1, 0.4]), np.array([0.01, 0.03]), 2.0, 4)
-    assert [known.scatter_at(f) for f in (0.05, 0.1, 0.2, 0.4, 0.9)] == pytest.approx([0.01, 0.01, 0.02, 0.03, 0.03])
 
 
 # ---- Contacts beside the apex

@@ -6,8 +6,6 @@ import pytest
 from command_fixtures import papilla as papilla
 from command_fixtures import refused as refused
 
-from papilla.core.errors import InputError
-from papilla.design.cluster import Scheduler
 from papilla.model.finger import Finger
 
 OWN = '"gauges.spread_deg" = { low = 20.0, high = 50.0 }', '"gauges.lever_mm" = [-1.0, 0.0]'
@@ -41,12 +39,6 @@ def test_a_bad_study_is_one_line(refused, study_file, tmp_path):
     assert "absent.toml" in refused("design", tmp_path / "absent.toml")
     fixed = study_file(("[couplings]", '[fixed]\n"gauges.count" = 3\n[couplings]'), OWN)
     assert "--place decides where gauges sit" in refused("design", fixed, "--place", 3)
-
-
-def test_a_scheduler_needs_certificates_or_trust():
-    assert Scheduler("tcp://host:1", insecure=True).files == (None, None, None)
-    with pytest.raises(InputError, match="whoever reaches it runs code as you"):
-        Scheduler("tcp://host:1")
 
 
 @pytest.mark.slow

@@ -10,10 +10,10 @@ from papilla.design import sampling
 from papilla.design.confirming import Confirmed
 from papilla.design.geometry import with_sites
 from papilla.design.in_scene import DesignInScene
-from papilla.design.places import Places, foil_of, half_length
+from papilla.design.places import Places, foil_of
 from papilla.design.scene import DesignScene
 from papilla.design.study import read_study
-from papilla.model.finger import Finger, Gauge
+from papilla.model.finger import Finger
 
 FINGER = Finger.default()
 SPREAD = "{ low = 20.0, high = 50.0 }"
@@ -27,17 +27,14 @@ SPREAD = "{ low = 20.0, high = 50.0 }"
         ('name = "made up"', 'name = "made up"\nconfirm = 10', False),
         ('name = "made up"', 'name = "made up"\nconfirm = 11', True),
         ('name = "made up"', 'name = "made up"\nconfirm = -1', True),
-        ('name = "made up"', 'name = "made up"\nconfirm = 1.0', True),
         ('["sigma_sd", "signal_over_noise"]', "[]", True),
         ('["sigma_sd", "signal_over_noise"]', '["sigma_sd"]', False),
         (f'"gauges.spread_deg" = {SPREAD}', "", False),
-        (SPREAD, "{ low = 20.0, high = 50.0, levels = 2 }", False),
         (SPREAD, "{ low = 20.0, high = 50.0, levels = 1 }", True),
         (SPREAD, "{ values = [] }", True),
         (SPREAD, "{ values = [30.0] }", False),
         (SPREAD, "[20.0, nan]", True),
         (SPREAD, "{ low = 20.0, high = inf }", True),
-        (SPREAD, "[20, 50]", False),
         (SPREAD, '["20", "50"]', True),
         ("[sampler]", "[scene]\nforces = 2\nmoduli = 40\n[sampler]", False),
         ("[sampler]", "[scene]\nforces = 1\n[sampler]", True),
@@ -45,31 +42,22 @@ SPREAD = "{ low = 20.0, high = 50.0 }"
         ("[sampler]", "[scene]\nsamples = 0\n[sampler]", True),
         ("designs = 12", "designs = 10000000", False),
         ("designs = 12", "designs = 10000001", True),
-        ("designs = 12", "designs = 1" + 300 * "0", True),
         ("designs = 12", "designs = 12\nseed = 4294967295", False),
         ("designs = 12", "designs = 12\nseed = 4294967296", True),
-        ("designs = 12", "designs = 12\nseed = -1", True),
         ("designs = 12", "designs = 12\ngeometries = 10001", True),
-        (SPREAD, "{ low = 20.0, high = 50.0, levels = 1000 }", False),
         (SPREAD, "{ low = 20.0, high = 50.0, levels = 1001 }", True),
         (SPREAD, "{ values = [" + "30.0, " * 1001 + "] }", True),
         ("[sampler]", "[scene]\nsamples = 1000001\n[sampler]", True),
         ('["sigma_sd", "signal_over_noise"]', '["sigma_sd", "sigma_sd"]', True),
-        ('["sigma_sd", "signal_over_noise"]', '["' + "x" * 100_000 + '"]', True),
         ('name = "made up"', f'name = "{"x" * 200}"', False),
         ('name = "made up"', f'name = "{"x" * 201}"', True),
-        ('name = "made up"', f'name = "{"x" * 100_000}"', True),
         ('name = "made up"', 'name = "two\\nlines"', True),
         ('name = "made up"', 'name = "\\u202Egnp.exe"', True),
         ('name = "made up"', f'name = "made up"\nstore = "{"x" * 1001}"', True),
-        ('name = "made up"', 'name = "made up"\nstore = ""', True),
         ('name = "made up"', f'name = "made up"\nfinger = "{"x" * 1001}"', True),
         ("[couplings]", "[couplings]\n" + f'"{"x" * 100_000}" = "1"', True),
-        ("[couplings]", "[couplings]\n" + '"two\\nlines" = "1"', True),
         ("[couplings]", "\n".join(["[fixed]", *(f"k{k} = 1.0" for k in range(201)), "[couplings]"]), True),
         ("[couplings]", "\n".join([*(f"k{k} = [1.0, 2.0]" for k in range(51)), "[couplings]"]), True),
-        ("outer.modulus_MPa / 4", "4000000**4000000", True),
-        ("outer.modulus_MPa / 4", "0.03 + 0.04 * rand()", True),
         ("outer.modulus_MPa / 4", " + ".join(["outer.modulus_MPa"] * 20_000), True),
     ],
 )
@@ -130,6 +118,7 @@ def test_the_grid_of_a_scene_extends_beyond_it():
     assert np.unique(force) == pytest.approx(np.geomspace(0.2 / 1.25, 0.8 * 1.25, 10))
     assert np.unique(modulus) == pytest.approx(np.geomspace(0.1 / 1.05, 0.4 * 1.05, 14))
     assert len(force) == len(modulus) == 140 and force[0] == force[13] < force[14] and modulus[0] < modulus[1]
+    assert DesignScene((0.2, 0.5)).swept_N[-1] == pytest.approx(0.525) and DesignScene().swept_N[-1] == 1.0
     for parts in ({"forces": 2}, {"moduli": 40}):
         assert DesignScene(**parts).points[0][0] == pytest.approx(0.2)
     for name in ("samples", "gauge_noise_microstrain", "force_noise_N", "depth_noise_mm", "depth_mm", "place_mm"):
@@ -156,15 +145,3 @@ def test_a_design_needs_two_gauges_that_differ_and_a_press_inside_the_model(made
     k = int(np.flatnonzero(~inside)[0])
     with pytest.raises(InputError, match=rf"contact patch or table\): {force[k]:.3g} N on {modulus[k]:.3g} MPa"):
         _ = design.ends
-
-
-def test_gauges_at_the_outermost_sites_are_inside():
-    whole = Places.whole(foil_of(FINGER.gauges))
-    b = half_length(FINGER.shape)
-    weights = whole.weights(
-        [Gauge("g", angle_deg=64.0, y_mm=0.6 * b), Gauge("h", angle_deg=-64.0, y_mm=-0.6 * b)], FINGER.shape
-    )
-    assert weights.sum(axis=0) == pytest.approx([1.0, 1.0])
-    for far in (Gauge("g", angle_deg=64.01), Gauge("g", angle_deg=0.0, y_mm=0.6001 * b)):
-        with pytest.raises(InputError, match="outside the places that a study covers"):
-            whole.weights([far], FINGER.shape)

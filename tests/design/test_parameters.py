@@ -8,7 +8,7 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.design import sampling
-from papilla.design.parameters import made, parameters_of, refuse_unknown
+from papilla.design.parameters import made
 from papilla.design.places import Places, angle_of, foil_of, half_length, moved
 from papilla.design.study import Free, probes, read_study
 from papilla.model.finger import Finger, Gauge, Ridges, Slab
@@ -53,16 +53,6 @@ def test_a_scale_is_for_everything_but_gauges():
     thick = made(FINGER, {"shape.skin_mm": 5.0, "shape.outer.x_mm": 30.0, "shape.interface.y_mm": 22.0})
     assert thick.shape.outer == (30.0, *FINGER.shape.outer[1:])
     assert thick.shape.interface == (25.0, 22.0, FINGER.shape.outer[2] - 5.0)
-
-
-def test_names_of_parameters():
-    known = parameters_of(FINGER)
-    assert "shape.depth_mm" not in known and "shape.bone.y_mm" in known and "gauges.g6.y_mm" not in known
-    assert "gauges.g16.lever_mm" in parameters_of(FINGER, ["gauges.count"])
-    with pytest.raises(InputError, match="free: unknown 'outer.modulus', did you mean 'outer.modulus_MPa'"):
-        refuse_unknown("outer.modulus", known, "free")
-    with pytest.raises(InputError, match="^free: unknown 'qqqq'$"):
-        refuse_unknown("qqqq", known, "free")
 
 
 def test_a_row_is_of_the_first_gauge_and_ridges_grow_with_the_body():

@@ -1,15 +1,17 @@
 """Places of gauges: greedy choice and exchange against all sets, and the rows of influence against presses."""
 
+import math
 from itertools import combinations
 
 import numpy as np
 import pytest
 
 from papilla import fem
-from papilla.design.influence import influence
-from papilla.design.placement import PlacementProblem, place, problem
+from papilla.design.influence import Influence, influence
+from papilla.design.placement import UNKNOWN_SCENES, Placed, PlacementProblem, place, problem
 from papilla.design.scene import DesignScene
-from papilla.model.finger import Finger
+from papilla.estimators.softness.touch import TOUCH_RULES
+from papilla.model.finger import Finger, Gauge
 
 
 def made_up(seed: int, k: int = 14) -> PlacementProblem:
@@ -49,6 +51,53 @@ def test_there_are_as_many_gauges_as_there_is_room_for():
     one = made_up(0)
     among = np.arange(14) < 3
     assert [len(chosen) for chosen in place(one, 5, among)] == [1, 2]
+
+
+def drawn_influence(sites) -> Influence:
+    """Random readings of gauges at some sites in touches at 0.2 and 0.8 N."""
+    rng, k = np.random.default_rng(4), len(sites)
+    gauges = tuple(Gauge(f"p{k}", angle_deg=x, y_mm=y, backing_mm=(5.0, 2.0)) for k, (x, y, _) in enumerate(sites))
+    reading, slopes = rng.normal(0, 900, (2, k)), rng.normal(0, 500, (5, 2, k))
+    return Influence(gauges, np.array(sites, float), reading, slopes, np.array([0.2, 0.8]))
+
+
+def test_a_problem_has_the_doubts_of_its_scene():
+    """Variances of independent errors add; a quantity that is known has no variance; foils that touch fit."""
+    scene = DesignScene(place_mm=1.5, samples=25)
+    doubts = scene.unknown.doubts
+    found = drawn_influence([(0, 0.0, 0), (0, 4.9, 0), (0, 9.9, 0), (0, 14.9, 0)])
+    one = problem(found, scene)
+    assert one.slopes[1, 2] == pytest.approx([*found.slopes[:, 1, 2], found.reading[1, 2]])
+    noise = scene.gauge_noise_microstrain**2 / 25 + (TOUCH_RULES.air_share * doubts.zero_microstrain) ** 2
+    share = (one.variance - noise) / found.reading**2
+    assert share == pytest.approx(np.full((2, 4), 0.004**2 + 0.03**2 + doubts.gauge_gain**2))
+    assert one.overlap[0, 0] and one.overlap[0, 1] and not one.overlap[1, 2]
+    sigmas = np.sqrt(1 / np.diagonal(one.prior, axis1=1, axis2=2))
+    offset = (TOUCH_RULES.air_share * doubts.force_offset_N) ** 2 + scene.force_noise_N**2 / 25
+    for sigma, force in zip(sigmas, found.force_N, strict=True):
+        ln_force = math.sqrt(doubts.force_gain**2 + offset / force**2)
+        assert sigma == pytest.approx([1.0, ln_force, 0.5, 1.5, 1.5, doubts.creep])
+    sure = problem(found, scene, friction=False, place=False)
+    assert (np.sqrt(1 / np.diag(sure.prior[0]))[2:5] < 1e-8).all() and sure.sigma([0, 2]) <= one.sigma([0, 2])
+
+
+def test_placed_gauges_are_numbered_along_x_and_then_y():
+    found = drawn_influence([(3, 0.0, 1), (-3, 2.0, 1), (3, -3.0, 1)])
+    sigma = {
+        layout: {name: [start / (n + k) for k in range(count)] for n, name in enumerate(UNKNOWN_SCENES, start=1)}
+        for layout, start, count in (("anywhere", 0.6, 3), ("in a row", 0.9, 2))
+    }
+    placed = Placed(Finger.default(), found, [[0], [0, 1], [0, 1, 2]], [[0], [0, 1]], sigma, [])
+    gauges = placed.of([0, 1, 2]).gauges
+    assert [(gauge.name, gauge.angle_deg, gauge.y_mm) for gauge in gauges] == [
+        ("g1", -3.0, 2.0), ("g2", 3.0, -3.0), ("g3", 3.0, 0.0)
+    ]  # fmt: skip
+    assert placed.sentences == [
+        "3 gauges anywhere give sigma 0.2 of ln E (rms over the scene), one 0.6",
+        "2 gauges anywhere leave 0.3, 2 in a row at y = 0 leave 0.45",
+        *(f"the same 3 gauges with {name}: {value}" for name, value in
+          (("place unknown", 0.15), ("friction unknown", 0.12), ("neither", 0.1))),
+    ]  # fmt: skip
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ class Truth(Recovery):
         """The check of a calibration by the `presses` of `press_truth`; presses outside of its domain are left out."""
         force, modulus = presses[:, 1], presses[:, 2]
         predicted = calibration.predict(force, modulus)
-        friction, force, modulus, sd, predicted = (part[np.isfinite(predicted)] for part in (*presses.T, predicted))
+        friction, force, modulus, sd, predicted = (column[np.isfinite(predicted)] for column in (*presses.T, predicted))
         answer = calibration.invert(sd, force)
         inside = (answer.lower_MPa <= modulus) & (modulus <= answer.upper_MPa)
         return cls(force, modulus, np.asarray(answer.modulus_MPa), friction, sd, predicted / sd - 1, inside)
@@ -107,8 +107,8 @@ class Truth(Recovery):
 
     def by(self, friction: Friction) -> "Truth":
         """The presses of one friction."""
-        kept = self.friction == friction_coefficient(friction)
-        return Truth(**{name: part[kept] for name, part in vars(self).items()})
+        rows = self.friction == friction_coefficient(friction)
+        return Truth(**{name: column[rows] for name, column in vars(self).items()})
 
     def to_json(self) -> dict:
         """Presses, largest errors of S_d and of E by friction, and the share inside the interval, as plain values."""
@@ -118,8 +118,8 @@ class Truth(Recovery):
         return {
             "presses": len(self.force_N),
             "inside_interval": float(self.inside.mean()),
-            "sd_max_error": {name: part.max_sd_error for name, part in parts.items()},
-            "max_error": {name: part.max_error for name, part in parts.items()},
+            "sd_max_error": {name: presses.max_sd_error for name, presses in parts.items()},
+            "max_error": {name: presses.max_error for name, presses in parts.items()},
         }
 
 
@@ -134,20 +134,20 @@ def press_truth(finger: Finger, size_mm: float, friction: Friction, progress: Pr
     def make() -> dict[str, np.ndarray]:
         mesh = build(finger, size_mm, variant=UNSEEN_VARIANT, progress=mesh_number(UNSEEN_VARIANT, progress))
         words = "stuck" if friction == STICK_WORD else f"friction {friction:g}"
-        presses = counted(progress, f"against physics, {words}: press")
-        found = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, presses))
-        laws = [said for one in found for said in one.status.split("; ") if "law" in said]
-        rows = [(friction_coefficient(friction), one.force, one.modulus, one.sd) for one in found]
+        steps = counted(progress, f"against physics, {words}: press")
+        presses = list(finite_presses(finger, mesh, CHECKED_FORCES_N, CHECKED_MODULI_MPA, friction, steps))
+        laws = [remark for press in presses for remark in press.status.split("; ") if "law" in remark]
+        rows = [(friction_coefficient(friction), press.force, press.modulus, press.sd) for press in presses]
         return {"presses": np.array(rows).reshape(-1, 4), "laws": np.array(worst_law(laws))}
 
-    found = cache.fetch("truth", _key(finger, size_mm, friction), make)
-    return found["presses"], str(found["laws"])
+    arrays = cache.fetch("truth", _key(finger, size_mm, friction), make)
+    return arrays["presses"], str(arrays["laws"])
 
 
 def worst_law(laws: Sequence[str]) -> str:
     """The remark on the layers' material laws that is shown if there are several: the last that says "unstable", or the
     last of all; "" if there are none."""
-    return next((said for said in reversed(laws) if "unstable" in said), laws[-1] if laws else "")
+    return next((remark for remark in reversed(laws) if "unstable" in remark), laws[-1] if laws else "")
 
 
 def mesh_number(variant: int, progress: Progress) -> Progress:
@@ -194,12 +194,12 @@ class Check:
     @property
     def answered(self) -> int:
         """Presses for which a modulus was found."""
-        return sum(math.isfinite(one.recovered_MPa) for one in self.presses)
+        return sum(math.isfinite(press.recovered_MPa) for press in self.presses)
 
     @property
     def missed(self) -> int:
         """Presses that did not pass."""
-        return sum(not one.passed for one in self.presses)
+        return sum(not press.passed for press in self.presses)
 
     @property
     def passed(self) -> bool:
@@ -238,23 +238,25 @@ def check(
     """
     wanted = len(calibration.gauges)
     if presses.stated_sd is None and len(presses.gauge_names) != wanted:
-        own = ", ".join(presses.gauge_names)
-        raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({own}), the calibration of {wanted}")
+        names = ", ".join(presses.gauge_names)
+        raise InputError(f"the presses are of {len(presses.gauge_names)} gauges ({names}), the calibration of {wanted}")
     slack = 1 + checks.within("tolerance", tolerance, 0, 1e6)
     noise = checks.within("gauge_sigma (microstrain)", gauge_sigma, 0, math.inf) / math.sqrt(wanted)
     off = checks.within("force_error", force_error, 0, 1)
     rows = []
     for force, modulus, sd in zip(presses.force_N, presses.modulus_MPa, presses.sd_microstrain, strict=True):
-        found = calibration.invert(float(sd), float(force), sd_sigma=noise, force_sigma=off * float(force))
-        assert isinstance(found.status, SoftnessStatus)
-        low, high = float(found.lower_MPa), float(found.upper_MPa)
-        known = np.isfinite(low + high) or (low > 0) != (high < math.inf)
-        passed = bool(known and low / slack <= modulus <= high * slack)
-        sentence = found.status.sentence if passed or not known else f"{found.status.sentence}; outside the interval"
-        if not known:
-            sentence = f"{sentence}: it says nothing about the modulus"
-        given = float(force), float(modulus), float(found.modulus_MPa), float(found.sigma_MPa)
-        rows.append(CheckedPress(*given, low, high, passed, sentence))
+        answer = calibration.invert(float(sd), float(force), sd_sigma=noise, force_sigma=off * float(force))
+        assert isinstance(answer.status, SoftnessStatus)
+        low, high = float(answer.lower_MPa), float(answer.upper_MPa)
+        bounded = np.isfinite(low + high) or (low > 0) != (high < math.inf)
+        passed = bool(bounded and low / slack <= modulus <= high * slack)
+        sentence = answer.status.sentence
+        if not bounded:
+            sentence += ": it says nothing about the modulus"
+        elif not passed:
+            sentence += "; outside the interval"
+        numbers = float(force), float(modulus), float(answer.modulus_MPa), float(answer.sigma_MPa)
+        rows.append(CheckedPress(*numbers, low, high, passed, sentence))
     return Check(tuple(rows), tolerance)
 
 

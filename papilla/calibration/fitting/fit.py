@@ -71,9 +71,9 @@ def fit(
     """
     if frictionless is not None and (frictionless.reading.shape != sweep.reading.shape):
         raise InputError("the sweep without friction must be of the same presses and gauges")
-    for other in scatter:
-        if other.reading.shape[1] != sweep.reading.shape[1]:
-            raise InputError(f"a scatter sweep has {other.reading.shape[1]} gauges, not {sweep.reading.shape[1]}")
+    for thin in scatter:
+        if thin.reading.shape[1] != sweep.reading.shape[1]:
+            raise InputError(f"a scatter sweep has {thin.reading.shape[1]} gauges, not {sweep.reading.shape[1]}")
     friction_known = sweep.friction_told if friction_known is None else friction_known
     strain = sweep.strain if strain is None else strain
     friction_missing = bool(sweep.friction) and not friction_known and frictionless is None
@@ -91,12 +91,12 @@ def fit(
     table = (np.unique(axis) for axis in (sweep.force_N, sweep.modulus_MPa))
     usable, twofold = usable_part(surface, sweep.force_N[missing], sweep.modulus_MPa[missing], *table)
     doubts = ComparedSweeps(sweep, scatter, frictionless, friction_known, strain)
-    made = Calibration(
+    calibration = Calibration(
         finger={"name": sweep.finger_name, "sha256": sweep.finger_sha256},
         mesh={
             "sha256": sweep.mesh_sha256,
             "size_mm": sweep.mesh_size_mm if np.isfinite(sweep.mesh_size_mm) else None,
-            "scatter_sha256": [other.mesh_sha256 for other in scatter],
+            "scatter_sha256": [thin.mesh_sha256 for thin in scatter],
         },
         forward=forward,
         inverse=forward.inverse,
@@ -113,7 +113,7 @@ def fit(
         ),
         notes=(*forward.notes, *_doubts(sweep, surface, usable, lacks)),
     )
-    return with_compact(made)
+    return with_compact(calibration)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,10 +139,10 @@ class ComparedSweeps:
         if self.frictionless is None:
             return replace(uncertainty(fitted, others, one_site=one_site), strain=strain)
         change = value(self.frictionless) - value(self.sweep)
-        known = np.isfinite(change)
-        solver = SurfaceFit(self.sweep.force_N[known], self.sweep.modulus_MPa[known], FRICTION_CELLS)
-        friction = solver.surface(change[known]).surface
-        others = [(force, modulus, found - friction(force, modulus)) for force, modulus, found in others]
+        finite = np.isfinite(change)
+        solver = SurfaceFit(self.sweep.force_N[finite], self.sweep.modulus_MPa[finite], FRICTION_CELLS)
+        friction = solver.surface(change[finite]).surface
+        others = [(force, modulus, values - friction(force, modulus)) for force, modulus, values in others]
         left_open = None if self.friction_known else friction
         return replace(uncertainty(fitted, others, one_site=one_site), strain=strain, friction=left_open)
 
@@ -171,8 +171,8 @@ def provenance(source: str, **facts) -> dict:
 def _refuse_no_spread(force: np.ndarray, modulus: np.ndarray, sd: np.ndarray) -> None:
     """ln S_d needs S_d > 0: it is zero for a finger with one gauge, or with gauges that all read the same."""
     if (sd <= 0).any():
-        row = int(np.argmax(sd <= 0))
-        where = f"{force[row]:g} N on {modulus[row]:g} MPa"
+        press = int(np.argmax(sd <= 0))
+        where = f"{force[press]:g} N on {modulus[press]:g} MPa"
         raise InputError(f"S_d is 0 at {where}: a calibration needs at least two gauges whose readings differ")
 
 
@@ -206,26 +206,26 @@ def fit_compact(calibration: Calibration) -> Compact:
     """
     force = _inside(calibration.domain["force_N"], COMPACT_FORCE_N, "forces")
     modulus = _inside(calibration.domain["modulus_MPa"], CHECKED_MODULUS_MPA, "moduli")
-    x, y = (part.ravel() for part in np.meshgrid(np.log(force), np.log(modulus), indexing="ij"))
-    known = np.log(calibration.predict(np.exp(x), np.exp(y)))
-    x, y, known = (part[np.isfinite(known)] for part in (x, y, known))
+    x, y = (axis.ravel() for axis in np.meshgrid(np.log(force), np.log(modulus), indexing="ij"))
+    target = np.log(calibration.predict(np.exp(x), np.exp(y)))
+    x, y, target = (axis[np.isfinite(target)] for axis in (x, y, target))
 
-    first = least_squares(lambda values: ln_sd(values, x, y) - known, (float(known.mean()), *COMPACT_START))
+    first = least_squares(lambda values: ln_sd(values, x, y) - target, (float(target.mean()), *COMPACT_START))
     weights = 1 / np.maximum(_slope(first.x, x, y), SMALLEST_WEIGHT_SLOPE)
-    found = least_squares(lambda values: weights * (ln_sd(values, x, y) - known), first.x)
-    if not found.success or not np.isfinite(found.x).all():
-        raise InputError(f"the compact form was not fitted: {found.message}")
+    fitted = least_squares(lambda values: weights * (ln_sd(values, x, y) - target), first.x)
+    if not fitted.success or not np.isfinite(fitted.x).all():
+        raise InputError(f"the compact form was not fitted: {fitted.message}")
     forces, moduli = (float(force[0]), float(force[-1])), (float(modulus[0]), float(modulus[-1]))
-    sd_rms = float(np.sqrt(np.mean((ln_sd(found.x, x, y) - known) ** 2)))
+    sd_rms = float(np.sqrt(np.mean((ln_sd(fitted.x, x, y) - target) ** 2)))
     doubts = [value for name, value in calibration.sigmas.items() if name not in ("measurement", "fit")]
     # Moduli beyond the fitted range count as errors of the form, so they are not refused here
-    wide = Compact(found.x, forces, (0.0, np.inf), 0.0, 0.0, sd_rms)
-    recovered = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(known, x, strict=True)])
+    wide = Compact(fitted.x, forces, (0.0, np.inf), 0.0, 0.0, sd_rms)
+    recovered = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(target, x, strict=True)])
     error = recovered / np.exp(y) - 1
     if not np.isfinite(error).all():
         raise InputError("the calibration's S_d does not follow the compact form: it has no inverse there")
     rms, largest = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
-    return Compact(found.x, forces, moduli, rms, largest, sd_rms, float(np.hypot.reduce(doubts)))
+    return Compact(fitted.x, forces, moduli, rms, largest, sd_rms, float(np.hypot.reduce(doubts)))
 
 
 def _slope(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -243,8 +243,8 @@ def with_compact(calibration: Calibration) -> Calibration:
         return calibration
 
 
-def _inside(own: tuple[float, float], wanted: tuple[float, float], what: str) -> np.ndarray:
-    low, high = max(own[0], wanted[0]), min(own[1], wanted[1])
+def _inside(covered: tuple[float, float], wanted: tuple[float, float], what: str) -> np.ndarray:
+    low, high = max(covered[0], wanted[0]), min(covered[1], wanted[1])
     if not high > LEAST_SPAN * low:
         raise InputError(f"the calibration covers too little of the {what} that the compact form is for")
     return np.clip(np.geomspace(low, high, COMPACT_GRID), low, high)

@@ -138,7 +138,7 @@ def calibrate_finger(
         raise InputError("the finger was identified: papilla.calibrate also adds the uncertainty of that")
     friction = finger.bench.friction if friction is None else friction
     size = size_mm or DEFAULT_SIZE_MM
-    block, known = finger.bench.specimen, friction is not None
+    block, stated = finger.bench.specimen, friction is not None
     pressed: tuple[Friction, ...] = (STICK_WORD, 0.0) if friction is None else (friction,)
     against: tuple[Friction, ...] = () if quick else pressed
     cold = not all(truth_is_known(finger, size, one) for one in against)
@@ -162,8 +162,8 @@ def calibrate_finger(
             progress(f"mesh scatter: {number} of {len(scatter)} meshes")
             others.append(swept())
         progress("fitting")
-        calibration = fit(presses, others, frictionless=free, friction_known=known, strain=error)
-        calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(known, doubt)))
+        calibration = fit(presses, others, frictionless=free, friction_known=stated, strain=error)
+        calibration = replace(calibration, notes=(*calibration.notes, *_friction_notes(stated, doubt)))
         calibration = replace(calibration, finger=calibration.finger | {"ridge_pitch_mm": finger.ridge_pitch_mm})
         calibration = identified(calibration, finger, progress, size_mm) if identified else calibration
         if not quick:
@@ -181,16 +181,18 @@ def calibrate_finger(
 
 def _scatter(finger: Finger, size_mm: float, variant: int, forces, moduli, progress: Progress) -> Sweep:
     """A thin sweep without friction on another mesh."""
-    other = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, progress))
-    return cached_sweep(other, moduli, forces, finger.bench.specimen, 0.0)
+    reduced = fem.prepare(finger, size_mm=size_mm, variant=variant, progress=mesh_number(variant, progress))
+    return cached_sweep(reduced, moduli, forces, finger.bench.specimen, 0.0)
 
 
-def _friction_notes(known: bool, doubt: str) -> list[str]:
+def _friction_notes(stated: bool, doubt: str) -> list[str]:
     """Notes on what a calibration's intervals contain of large strain and friction."""
     if doubt:
-        own = "" if known else ", and friction is not known, which lowers S_d by as much as large strain raises it"
-        return [f"{doubt}: intervals hold {2 * PER_CENT * NOT_INCLUDED:.2g} % for it{own}"]
-    if known:
+        unstated = (
+            "" if stated else ", and friction is not known, which lowers S_d by as much as large strain raises it"
+        )
+        return [f"{doubt}: intervals hold {2 * PER_CENT * NOT_INCLUDED:.2g} % for it{unstated}"]
+    if stated:
         return []
     return [
         "friction is not known: stick is assumed, intervals contain presses without friction (--friction states it)"

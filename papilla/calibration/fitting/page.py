@@ -97,12 +97,13 @@ class AnswerMap:
     def hardest(self) -> tuple[float, float | None, float]:
         """A force (N) in the middle of the domain, the hardest modulus (MPa) that can be determined there, and its
         relative sigma."""
-        row = len(self.force_N) // 2
-        answered = np.flatnonzero(self.identified[row])
+        middle = len(self.force_N) // 2
+        answered = np.flatnonzero(self.identified[middle])
         if not len(answered):
-            return float(self.force_N[row]), None, np.nan
+            return float(self.force_N[middle]), None, np.nan
         hardest = answered[-1]
-        return float(self.force_N[row]), float(self.modulus_MPa[hardest]), float(self.relative_sigma[row, hardest])
+        sigma = float(self.relative_sigma[middle, hardest])
+        return float(self.force_N[middle]), float(self.modulus_MPa[hardest]), sigma
 
 
 def write_report(
@@ -152,27 +153,27 @@ def write_report(
 
 def symbols(text: str) -> Markup:
     """A sentence of the calibration with symbols formatted as on the page."""
-    said = str(escape(text))
-    return Markup(said.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
+    escaped = str(escape(text))
+    return Markup(escaped.replace("S_d", "S<sub>d</sub>").replace("f2", "f²").replace("E2", "E²"))
 
 
-def _of_the_model(done: Calibrated, finger: Finger | None, progress: Progress) -> dict:
+def _of_the_model(job: Calibrated, finger: Finger | None, progress: Progress) -> dict:
     """Content that needs the finger's model: the picture of its strain field, and whether it is the default finger."""
-    if done.reduced is None or finger is None:
+    if job.reduced is None or finger is None:
         return {"strain_picture": None, "default_finger": False}
     specimen = finger.bench.specimen(PAGE_MODULUS_MPA)
-    scene = {"force": PAGE_FORCE_N, "friction": done.presses.friction}
-    press = cached_press(view.shown, done.reduced, specimen, **scene)
+    scene = {"force": PAGE_FORCE_N, "friction": job.presses.friction}
+    press = cached_press(view.shown, job.reduced, specimen, **scene)
     alt = "strain field of a press, with gauges and contact"
     return {
-        "strain_picture": either(view.strain_pictures(finger, done.reduced, press, specimen, progress), alt, "png"),
+        "strain_picture": either(view.strain_pictures(finger, job.reduced, press, specimen, progress), alt, "png"),
         "default_finger": finger.sha256 == Finger.load(DEFAULT_FINGER).sha256,
     }
 
 
-def _plots(done: Calibrated, answers: AnswerMap, comparison: PublishedAgreement | None) -> dict[str, Markup]:
+def _plots(job: Calibrated, answers: AnswerMap, comparison: PublishedAgreement | None) -> dict[str, Markup]:
     """The page's diagrams, kept in the cache: to draw them takes longer than the rest of a second calibration."""
-    calibration, recovery, plots = done.calibration, done.recovery, view.plots
+    calibration, recovery, plots = job.calibration, job.recovery, view.plots
     low, high = calibration.domain["modulus_MPa"]
     modulus = np.geomspace(low, high, CALIBRATION_CURVE_POINTS)
     force = np.geomspace(*calibration.domain["force_N"], CALIBRATION_CURVE_POINTS)
@@ -182,26 +183,30 @@ def _plots(done: Calibrated, answers: AnswerMap, comparison: PublishedAgreement 
     if comparison is not None:
         scaled = comparison.published / comparison.scale
         published = gf_to_newton(comparison.force_gf), SPECIMENS_MPA, scaled
-    shown = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
-    names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, shown)
+    modulus_at = PAGE_MODULUS_MPA if low <= PAGE_MODULUS_MPA <= high else (low * high) ** 0.5
+    names, readings = [gauge.name for gauge in calibration.gauges], calibration.predict_readings(force, modulus_at)
     by_force = calibration.predict(force[:, None], np.array(moduli))
     by_modulus = calibration.predict(forces[:, None], modulus)
-    found = answers.force_N, answers.modulus_MPa, answers.relative_sigma, answers.identified
+    sigma_map = answers.force_N, answers.modulus_MPa, answers.relative_sigma, answers.identified
     inputs: dict[str, tuple] = {
         "sd_against_force": (force, moduli, by_force, published),
         "sd_against_modulus": (modulus, forces.tolist(), by_modulus),
-        "gauge_readings": (force, names, readings, f"{shown:.3g} MPa"),
-        "uncertainty_map": (*found, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
+        "gauge_readings": (force, names, readings, f"{modulus_at:.3g} MPa"),
+        "uncertainty_map": (*sigma_map, (*CHECKED_FORCE_N, *CHECKED_MODULUS_MPA)),
         "recovery_map": (recovery.force_N, recovery.modulus_MPa, recovery.error),
     }
 
     def draw() -> dict[str, np.ndarray]:
         both = {name: both_widths(getattr(plots, name)(*values)) for name, values in inputs.items()}
-        return {f"{name} {k}": np.frombuffer(one, np.uint8) for name, two in both.items() for k, one in enumerate(two)}
+        return {
+            f"{name} {k}": np.frombuffer(picture, np.uint8)
+            for name, two in both.items()
+            for k, picture in enumerate(two)
+        }
 
-    kept = cache.fetch("picture", cache.key(__name__, inputs, STYLE_SHEET), draw)
+    pictures = cache.fetch("picture", cache.key(__name__, inputs, STYLE_SHEET), draw)
     return {
-        name: either([kept[f"{name} {k}"].tobytes() for k in (0, 1)], alt, "svg+xml")
+        name: either([pictures[f"{name} {k}"].tobytes() for k in (0, 1)], alt, "svg+xml")
         for name, alt in DIAGRAM_ALT_TEXTS.items()
     }
 
@@ -211,8 +216,8 @@ def share_with_known_friction(calibration: Calibration) -> float | None:
     surface = calibration.surface
     if surface.uncertainty.friction is None:
         return None
-    known = replace(surface, uncertainty=replace(surface.uncertainty, friction=None))
-    return AnswerMap.of(replace(calibration, surface=known)).share
+    certain = replace(surface, uncertainty=replace(surface.uncertainty, friction=None))
+    return AnswerMap.of(replace(calibration, surface=certain)).share
 
 
 def force_cost(calibration: Calibration) -> tuple[float, list[tuple[float, float]]]:
@@ -233,10 +238,10 @@ def slopes(calibration: Calibration) -> tuple[float, list[tuple[float, float, fl
     low, high = calibration.domain["force_N"]
     force = SLOPE_FORCE_N if low <= SLOPE_FORCE_N <= high else (low * high) ** 0.5
     scatter = calibration.surface.uncertainty.scatter_at(force)
-    found = [(modulus, float(calibration.surface.surface.slopes(force, modulus)[1])) for modulus in SLOPE_MODULI]
+    by_modulus = [(modulus, float(calibration.surface.surface.slopes(force, modulus)[1])) for modulus in SLOPE_MODULI]
     return force, [
         (modulus, slope, scatter, scatter / slope if slope > 0 else None)
-        for modulus, slope in found
+        for modulus, slope in by_modulus
         if np.isfinite(slope)
     ]
 
@@ -275,8 +280,11 @@ def quadratic_error(calibration: Calibration) -> dict[str, float]:
     force = np.geomspace(*form.force_N, COMPACT_GRID)[:, None]
     modulus = np.geomspace(*form.modulus_MPa, COMPACT_GRID)[None, :]
     errors = calibration.inverse(calibration.predict(force, modulus), newton_to_gf(force)) / modulus - 1
-    known = errors[np.isfinite(errors)]
-    return {"rms": float(np.sqrt(np.mean(known**2))) if known.size else math.nan, "answered": known.size / errors.size}
+    finite = errors[np.isfinite(errors)]
+    return {
+        "rms": float(np.sqrt(np.mean(finite**2))) if finite.size else math.nan,
+        "answered": finite.size / errors.size,
+    }
 
 
 _IN_TABLES = (slopes, force_cost, large_strain, largest_reading, provenance)

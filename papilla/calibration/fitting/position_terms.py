@@ -80,16 +80,15 @@ def move_presses(
     A press outside the range of the model is left out. Raises `InputError` if a contact beside the apex would leave the
     skin.
     """
-    forces, moduli = (
-        np.geomspace(*domain["force_N"], POSITION_FORCES),
-        np.geomspace(*domain["modulus_MPa"], POSITION_MODULI),
-    )
+    forces = np.geomspace(*domain["force_N"], POSITION_FORCES)
+    moduli = np.geomspace(*domain["modulus_MPa"], POSITION_MODULI)
     presses = press_grid(reduced, map(model.finger.bench.specimen, moduli.tolist()), forces, friction)
-    found = [one for _, one in presses if not isinstance(one, Exception)]
-    force_N, modulus_MPa = np.array([(one.force, one.modulus) for one in found]).reshape(-1, 2).T
+    pressed = [press for _, press in presses if not isinstance(press, Exception)]
+    force_N, modulus_MPa = np.array([(press.force, press.modulus) for press in pressed]).reshape(-1, 2).T
     half = POSITION_CELLS * PLACES_PER_CELL // 2
     places = POSITION_REACH_WIDTHS * float(np.ptp(model.mesh.points[:, 0])) / 2 / half * np.arange(-half, half + 1)
-    readings = transported_readings(model, reduced.patch, np.array([one.traction for one in found]), places.tolist())
+    tractions = np.array([press.traction for press in pressed])
+    readings = transported_readings(model, reduced.patch, tractions, places.tolist())
     return {"force_N": force_N, "modulus_MPa": modulus_MPa, "place_mm": places, "reading": readings}
 
 
@@ -104,7 +103,7 @@ def fit_positions(moved: dict[str, np.ndarray], error: float = READING_CHANGE_ER
     free = null_space(basis[[len(places) // 2]])
     across = free @ np.linalg.lstsq(basis @ free, change.reshape(len(places), -1), rcond=None)[0]
     across = across.reshape(-1, *change.shape[1:])
-    coefficients = np.array([[surfaces.surface(row).surface.coefficients for row in part.T] for part in across])
+    coefficients = np.array([[surfaces.surface(gauge).surface.coefficients for gauge in term.T] for term in across])
     domain = surfaces.force_N, surfaces.modulus_MPa, float(places[-1])
     terms = PositionTerms(*domain, np.moveaxis(coefficients, 0, -1), np.zeros((change.shape[2], POSITION_CELLS + 1)))
     # What the splines miss and the known error of moved presses, per place; a cell's end is every second place.

@@ -193,7 +193,7 @@ def usable_part(
     for force, modulus in zip(np.asarray(missing_force), np.asarray(missing_modulus), strict=True):
         # Between a missing press and its neighbours the surface is a guess.
         supported[_around(surface.force_axis, forces, force), _around(surface.modulus_axis, moduli, modulus)] = False
-    usable = np.array([_longest_run(row) for row in rising & supported])
+    usable = np.array([_longest_run(cells) for cells in rising & supported])
     # A value that also occurs where S_d falls has two moduli: the ranges of these cells are kept, to refuse it.
     bounds = _value_bounds(surface)
     falling = ~rising & supported
@@ -219,13 +219,13 @@ def uncertainty(
         return Uncertainty(*residuals, np.array(surface.force_N), np.zeros(2), 0.0, 0)
     force, modulus, value = (np.concatenate(parts) for parts in zip(*others, strict=True))
     difference = value - surface(force, modulus)
-    known = np.isfinite(difference)
-    if not known.any():
+    shared = np.isfinite(difference)
+    if not shared.any():
         raise InputError("the sweeps on other meshes share no force and modulus with this one")
     bins = Axis.between(*surface.force_N, SCATTER_BINS)
-    number, _, _ = bins.locate(force[known])
+    number, _, _ = bins.locate(force[shared])
     counts = np.bincount(number, minlength=SCATTER_BINS)
-    squares = np.bincount(number, weights=difference[known] ** 2, minlength=SCATTER_BINS)
+    squares = np.bincount(number, weights=difference[shared] ** 2, minlength=SCATTER_BINS)
     filled = counts > 0
     middles = np.exp(bins.start + bins.step * (np.arange(SCATTER_BINS) + 0.5))
     factor = float(stdtrit(len(others) * (1 if one_site else filled.sum()), 0.5 + INTERVAL_PROBABILITY / 2))
@@ -252,17 +252,17 @@ def _slope_bounds(surface: BicubicSurface) -> np.ndarray:
 def _around(axis: Axis, values: ArrayLike, value: float) -> slice:
     """The cells that overlap the open interval between the neighbours of one of the rising values, or between the value
     and its neighbour at an end."""
-    known = np.asarray(values)
-    place = int(np.searchsorted(known, value))
-    ends = known[[max(place - 1, 0), min(place + 1, len(known) - 1)]]
+    nodes = np.asarray(values)
+    place = int(np.searchsorted(nodes, value))
+    ends = nodes[[max(place - 1, 0), min(place + 1, len(nodes) - 1)]]
     first, last = ((np.log(end) - axis.start) / axis.step for end in ends)
     begin, end = int(np.floor(first + checks.ROUNDING_SHARE)), int(np.ceil(last - checks.ROUNDING_SHARE))
     return slice(*np.clip((begin, end), 0, axis.cells).tolist())
 
 
-def _longest_run(row: np.ndarray) -> tuple[int, int]:
+def _longest_run(cells: np.ndarray) -> tuple[int, int]:
     """First and last node of the longest run of true cells; equal if there is none."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(int), [0]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], cells.astype(int), [0]])))
     starts, ends = edges[::2], edges[1::2]
     if not len(starts):
         return 0, 0

@@ -122,7 +122,7 @@ class Sweep:
 
     def _repr_html_(self) -> str:
         """S_d at five forces and five moduli as a table, for notebooks."""
-        force, modulus = ((one := np.unique(of))[np.linspace(0, len(one) - 1, 5).round().astype(int)] for of in
+        force, modulus = ((values := np.unique(of))[np.linspace(0, len(values) - 1, 5).round().astype(int)] for of in
                           (self.force_N, self.modulus_MPa))  # fmt: skip
         rows = []
         for f in np.unique(force).tolist():
@@ -195,19 +195,19 @@ def sweep(
     large_strain = large_strain and is_known(reduced, rubbing) and first.curvature == (0.0, 0.0)
     rows: list[tuple] = []
     scenes = itertools.product(moduli, forces)
-    for (modulus, force), (touched, found) in zip(
+    for (modulus, force), (touched, pressed) in zip(
         scenes, press_grid(reduced, specimens, forces, friction), strict=True
     ):
         try:
-            if isinstance(found, Exception):
-                raise found
-            found = corrected(reduced, touched, found) if large_strain else found
+            if isinstance(pressed, Exception):
+                raise pressed
+            pressed = corrected(reduced, touched, pressed) if large_strain else pressed
         except ContactRangeError as error:
             blank = [float("nan")] * len(reduced.gauge_names)
             rows.append((force, modulus, blank, *[float("nan")] * len(NUMBER_COLUMNS[2:]), False, str(error)))
         else:
-            measures = (found.sd, found.indentation, found.contact_area, found.peak_pressure)
-            rows.append((force, modulus, found.reading.tolist(), *measures, found.resolved, found.status))
+            measures = (pressed.sd, pressed.indentation, pressed.contact_area, pressed.peak_pressure)
+            rows.append((force, modulus, pressed.reading.tolist(), *measures, pressed.resolved, pressed.status))
         progress(CountedStep("sweeping over force and modulus", len(rows), len(moduli) * len(forces)))
     *columns, status = zip(*rows, strict=True)
     names = (*NUMBER_COLUMNS[:2], "reading", *NUMBER_COLUMNS[2:], "resolved")
@@ -231,23 +231,23 @@ def cached_press(press: Callable[..., Press], reduced: ReducedFinger, specimen: 
     """
 
     def make() -> dict[str, np.ndarray]:
-        made = press(reduced, specimen, **scene)
-        found = {item.name: getattr(made, item.name) for item in fields(Press)}
-        return {name: np.asarray(value) for name, value in found.items() if value is not None}
+        pressed = press(reduced, specimen, **scene)
+        values_by_name = {item.name: getattr(pressed, item.name) for item in fields(Press)}
+        return {name: np.asarray(value) for name, value in values_by_name.items() if value is not None}
 
     tables = [table.to_json() for table in known(reduced.strain_key)]
     key = cache.key(press.__module__, press.__name__, reduced.to_arrays(), repr(specimen), scene, tables)
-    found = cache.fetch("press", key, make)
-    values: dict[str, Any] = {name: value if value.ndim else value.item() for name, value in found.items()}
+    values_by_name = cache.fetch("press", key, make)
+    values: dict[str, Any] = {name: value if value.ndim else value.item() for name, value in values_by_name.items()}
     return Press(**values)
 
 
-def corrected(reduced: ReducedFinger, specimen: Specimen, found: Press) -> Press:
+def corrected(reduced: ReducedFinger, specimen: Specimen, linear: Press) -> Press:
     """A linear press with the change by large strain; the same press if no table of it is known for the finger, or if
     the specimen is curved. Raises `ContactRangeError` outside of the table."""
-    if not is_known(reduced, found.friction) or specimen.curvature != (0.0, 0.0):
-        return found
-    with_it = including_large_strain(reduced, specimen, found)
+    if not is_known(reduced, linear.friction) or specimen.curvature != (0.0, 0.0):
+        return linear
+    with_it = including_large_strain(reduced, specimen, linear)
     if with_it is None:
         raise ContactRangeError("large strain is not known here: the press is outside of the measured range")
     return with_it
@@ -258,7 +258,7 @@ def _rising(name: str, values: Sequence[float]) -> list[float]:
     numbers = sorted(checks.positive(name, value) for value in values)
     if not numbers:
         raise InputError(f"a sweep needs at least one {name}")
-    twice = [one for one, other in itertools.pairwise(numbers) if one == other]
+    twice = [number for number, following in itertools.pairwise(numbers) if number == following]
     if twice:
         raise InputError(f"{name} {twice[0]:g} occurs twice in the sweep")
     return numbers

@@ -17,7 +17,7 @@ import numpy as np
 
 from papilla.core.errors import ContactRangeError, InputError, SolverError
 from papilla.core.progress import CountedStep, Progress, counted, silent
-from papilla.core.workers import Start, counted, workers
+from papilla.core.workers import Start, workers
 from papilla.fem.finite.newton import Linearisation
 from papilla.fem.finite.pressing import PressProblem, press_path, result
 from papilla.fem.finite.touching import STICK_FRICTION, Touching
