@@ -61,7 +61,7 @@ class MaterialTests:
     @classmethod
     def join(cls, parts: Sequence["MaterialTests"]) -> "MaterialTests":
         """All points of several tests."""
-        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+        return cls(*(np.concatenate([getattr(test, item.name) for test in parts]) for item in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,18 +113,18 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
         return (model_stress(cls(*(x * unit)), data) - data.stress) / scale
 
     tight = dict.fromkeys(("xtol", "ftol", "gtol"), MATERIAL_FIT_TOLERANCE)
-    found = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
-    if found.status <= 0:
-        raise SolverError(f"the {kind} fit did not converge: {found.message}")
-    return _with_doubts(cls, names, data, found, start, unit, scale)
+    fit = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
+    if fit.status <= 0:
+        raise SolverError(f"the {kind} fit did not converge: {fit.message}")
+    return _with_doubts(cls, names, data, fit, start, unit, scale)
 
 
 def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
     """Nominal stress (n,) in MPa of a material in the tests of `data`."""
     stress = np.empty(len(data.stretch))
     for mode in TEST_MODES:
-        here = data.mode == mode
-        stress[here] = material.nominal_stress(data.stretch[here], mode)
+        of_mode = data.mode == mode
+        stress[of_mode] = material.nominal_stress(data.stretch[of_mode], mode)
     return stress
 
 
@@ -137,17 +137,17 @@ def _shear_modulus(data: MaterialTests) -> float:
     return scale
 
 
-def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> MaterialFit:
+def _with_doubts(cls, names, data: MaterialTests, fit, start, unit, scale) -> MaterialFit:
     """Uncertainty and doubts of a least-squares result in scaled parameters."""
-    length = np.linalg.norm(found.jac, axis=0)
+    length = np.linalg.norm(fit.jac, axis=0)
     dead = length <= SMALLEST_JACOBIAN_COLUMN * length.max()
     seen = np.flatnonzero(~dead)
-    scaled = found.jac[:, seen] / length[seen]
+    scaled = fit.jac[:, seen] / length[seen]
     singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     covariance = np.full((len(names), len(names)), np.nan)
     if np.isfinite(condition):
-        variance = 2 * found.cost / (len(data.stretch) - len(names))
+        variance = 2 * fit.cost / (len(data.stretch) - len(names))
         inverse = np.linalg.pinv(scaled.T @ scaled)
         size = unit[seen] / length[seen]
         covariance[np.ix_(seen, seen)] = variance * inverse * np.outer(size, size)
@@ -155,22 +155,22 @@ def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> 
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(stderr, stderr)
     notes = [f"the data do not determine {names[k]}" for k in np.flatnonzero(dead)]
-    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(found.active_mask)]
-    notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(found.x == start)]
+    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(fit.active_mask)]
+    notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(fit.x == start)]
     for i, j in zip(*np.tril_indices(len(names), -1), strict=True):
         if abs(correlation[i, j]) > STRONG_CORRELATION:
             notes.append(f"{names[j]} and {names[i]} are correlated by {correlation[i, j]:.3f}")
     if condition > ILL_CONDITIONED:
         notes.append(f"the problem is ill-conditioned ({condition:.1e}): the parameters are not determined apart")
     return MaterialFit(
-        material=cls(*(float(value) for value in found.x * unit)),
+        material=cls(*(float(value) for value in fit.x * unit)),
         names=names,
-        values=found.x * unit,
+        values=fit.x * unit,
         stderr=stderr,
         covariance=covariance,
         correlation=correlation,
         condition=condition,
-        rms=float(np.sqrt(2 * found.cost / len(data.stretch)) * scale),
+        rms=float(np.sqrt(2 * fit.cost / len(data.stretch)) * scale),
         points=len(data.stretch),
         stretch_range=(float(data.stretch.min()), float(data.stretch.max())),
         modes=tuple(mode for mode in TEST_MODES if (data.mode == mode).any()),
