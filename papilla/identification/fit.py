@@ -11,9 +11,9 @@ from functools import cached_property
 from operator import itemgetter
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError
+from papilla.core.least_squares import least_squares
 from papilla.core.short_repr import html_table
 from papilla.core.workers import Say
 from papilla.fem.reduction.family import with_moduli
@@ -239,21 +239,11 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
         vector = problem.solved(start)
         return float((problem.residuals(vector) ** 2).sum()), vector
     low, high = (side[~problem.linear] for side in problem.bounds)
-    # `least_squares` asks for residuals and Jacobian in two calls; both come from one evaluation.
-    evaluation: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
-
-    def at(outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if outside.tobytes() not in evaluation:
-            evaluation.clear()
-            evaluation[outside.tobytes()] = problem.projected(outside)
-        return evaluation[outside.tobytes()]
-
     margin = START_BOUND_MARGIN * (high - low)
+    limits: dict = dict.fromkeys(("xtol", "ftol", "gtol"), DESCENT_TOLERANCE) | {"max_nfev": MOST_DESCENT_EVALUATIONS}
     begin = np.clip(start, low + margin, high - margin)
-    how: dict = dict.fromkeys(("xtol", "ftol", "gtol"), DESCENT_TOLERANCE)
-    how |= {"x_scale": (high - low) / 4, "max_nfev": MOST_DESCENT_EVALUATIONS}
-    descent = least_squares(lambda outside: at(outside)[0], begin, lambda outside: at(outside)[1], (low, high), **how)
-    return 2 * float(descent.cost), problem.solved(descent.x)
+    descent = least_squares(problem.projected, begin, both=True, bounds=(low, high), x_scale=(high - low) / 4, **limits)
+    return descent.cost, problem.solved(descent.vector)
 
 
 def _distinct(fits: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
-from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from papilla.calibration import INTERVAL_PROBABILITY
 from papilla.calibration.fitting.sweep import Sweep
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.least_squares import least_squares
 from papilla.logs import PressLog
 from papilla.logs.presses import loading, touches
 from papilla.references import Prony, bonded_layer_sphere
@@ -149,18 +149,16 @@ def fit_indentation(
 
     try:
         first = least_squares(lacking, (start, float(np.min(indentation - depth(math.exp(start), force)))))
-        weights = stiffness(first.x)
-        best = least_squares(lambda values: weights * lacking(values), first.x)
+        weights = stiffness(first.vector)
+        best = least_squares(lambda values: weights * lacking(values), first.vector)
     except ValueError as error:
         raise InputError("the series leaves the range of the indentation model") from error
     freedom = len(force) - 2
-    variance = float(best.fun @ best.fun) / freedom
-    covariance = variance * np.linalg.inv(best.jac.T @ best.jac)
-    modulus, relative = math.exp(best.x[0]), math.sqrt(covariance[0, 0])
+    relative, offset_sigma = np.sqrt(np.diag(best.covariance)).tolist()
+    modulus, rms = math.exp(best.vector[0]), math.sqrt(best.cost / freedom)
     reach = float(stdtrit(freedom, 0.5 + INTERVAL_PROBABILITY / 2)) * relative
     interval = modulus * math.exp(-reach), modulus * math.exp(reach)
-    offset = float(best.x[1]), math.sqrt(covariance[1, 1])
-    return IndentationModulus(modulus, relative * modulus, interval, *offset, math.sqrt(variance), freedom)
+    return IndentationModulus(modulus, relative * modulus, interval, float(best.vector[1]), offset_sigma, rms, freedom)
 
 
 @dataclass(frozen=True)
@@ -234,24 +232,26 @@ def fit_relaxation(
         return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
 
     fits = []
-    for starts in combinations(START_RELAXATION_TIMES, terms):
-        begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(starts)), [start]])
+    for times in combinations(START_RELAXATION_TIMES, terms):
+        begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(times)), [start]])
         fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
     best = min(fits, key=lambda fit: fit.cost)
-    # With `wide` the residuals are dimensionless; their scatter is the noise: s^2 = 2 cost / (n - unknowns).
-    freedom = len(time) - unknowns
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * 2 * best.cost / freedom
-    sigma = np.sqrt(np.diag(covariance))
-    taus = np.exp(best.x[terms : 2 * terms]) * _APART[:terms]
+    # The residuals are dimensionless; their scatter is the noise. Two terms of one relaxation are determined together
+    # only: the pseudo-inverse leaves their difference out.
+    inverse = np.linalg.pinv(best.jacobian.T @ best.jacobian)
+    sigma = np.sqrt(np.diag(inverse * best.cost / (len(time) - unknowns)))
+    taus = np.exp(best.vector[terms : 2 * terms]) * _APART[:terms]
     order = np.argsort(taus)
+    sigmas = sigma[: 2 * terms].reshape(2, terms)
+    shares, taus, share_sigma, time_sigma = (part[order] for part in (best.vector[:terms], taus, *sigmas))
     return Relaxation(
-        Prony(tuple(best.x[:terms][order].tolist()), tuple(taus[order].tolist())),
-        tuple(sigma[:terms][order].tolist()),
-        tuple(sigma[terms : 2 * terms][order].tolist()),
-        float(best.x[-1]),
-        float(np.sqrt(2 * best.cost / len(time))),
+        Prony(tuple(shares.tolist()), tuple(taus.tolist())),
+        tuple(share_sigma.tolist()),
+        tuple(time_sigma.tolist()),
+        float(best.vector[-1]),
+        float(np.sqrt(best.cost / len(time))),
         _rates(time, force),
-        _doubts(best.x[:terms][order], taus[order], sigma[:terms][order], time),
+        _doubts(shares, taus, share_sigma, time),
     )
 
 
