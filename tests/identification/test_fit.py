@@ -5,31 +5,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_finger import BLOCK, SIZE_MM, made
+from drawn_finger import SIZE_MM, made
 from spring_calibration import calibration
 
 from papilla.calibration import Calibration
 from papilla.core.errors import InputError
-from papilla.fem.pressing.response import response
-from papilla.identification import PressNoise, compare, diagnose, fit_relaxation, identify, record, suggest_presses
+from papilla.identification import PressNoise, diagnose, fit_relaxation, identify, record, suggest_presses
 from papilla.identification.diagnosis import influence_by_parameter
 from papilla.identification.fit import solve
 from papilla.identification.identified_finger import Change, PressAgreement, with_identification
 from papilla.identification.noise import estimated_noise
 from papilla.identification.one_touch import crept, fit_touch
 from papilla.identification.page import weighted_residuals, write_identification
-from papilla.identification.posing import family_of, free_parameters, problem_of, specimens_of
+from papilla.identification.posing import free_parameters, problem_of, specimens_of
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.references import Prony
 
 FINGER, STUCK = Finger.default(), {"size_mm": SIZE_MM, "friction": "stick"}
 MODULI = ("outer_modulus_MPa", "inner_modulus_MPa")
-
-
-@pytest.fixture(scope="module")
-def smooth():
-    return response(family_of(FINGER, size_mm=SIZE_MM), BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -160,29 +154,23 @@ def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d(stored):
     assert wider.sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
 
 
-def test_a_design_that_was_changed_since_is_refused(stored):
+def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_is_refused(stored, tmp_path):
+    stored.save(tmp_path / "finger.toml")
+    assert Finger.load(tmp_path / "finger.toml") == stored
     changed = replace(stored, outer=replace(stored.outer, modulus=2 * stored.outer.modulus))
     with pytest.raises(InputError, match="outer_modulus_MPa is .* the design was changed since"):
         with_identification(calibration(), changed, size_mm=SIZE_MM)
 
 
-def test_a_finger_is_another_below_one_per_cent(pressed, stored):
-    same = compare(stored, pressed[0], size_mm=SIZE_MM)
-    assert same.same and same.presses == len(pressed[0]) and same.verdict.startswith("fine: chi-square")
-    readings = pressed[0].readings.copy()
-    readings[:, 1] *= 0.5
-    other = compare(stored, replace(pressed[0], readings=readings), size_mm=SIZE_MM)
-    assert not other.same and other.chi_square > same.chi_square
-    assert other.changes[0].name == "reading of g2" and other.changes[0].change == pytest.approx(-0.5, abs=0.1)
-    explained = [one.chi_square for one in other.changes]
-    assert explained == sorted(explained, reverse=True) and explained[0] <= other.chi_square
-    for probability, rise, is_same, named in ((0.01, 9.0, True, False), (0.0099, 6.7, False, True),
-                                              (0.0099, 6.5, False, False)):  # fmt: skip
-        told = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
-        assert told.same == is_same and ("touch_down_mm -0.12 +- 0.02 mm" in told.verdict) == named
+@pytest.mark.parametrize(
+    "probability, rise, same, named",
+    [(0.01, 9.0, True, False), (0.0099, 6.7, False, True), (0.0099, 6.5, False, False)],
+)
+def test_a_finger_is_another_below_one_per_cent(probability, rise, same, named):
+    agreement = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
+    assert agreement.same == same and ("touch_down_mm -0.12 +- 0.02 mm" in agreement.verdict) == named
 
 
-@pytest.mark.slow
 def test_the_page_has_the_numbers(found, tmp_path):
     write_identification(tmp_path / "i.html", found, diagnose(found))
     page = (tmp_path / "i.html").read_text()
@@ -205,6 +193,23 @@ def test_the_press_that_is_suggested_beats_every_other_one(found):
     assert more.sigma_before == best.sigma_before > best.sigma_after > more.sigma_after
     determinant = suggest_presses(found, 4, moduli, forces=forces, criterion="D", size_mm=SIZE_MM)
     assert determinant.criterion == "D" and more.sigma_after <= determinant.sigma_after * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "count, moduli, options, message",
+    [
+        (0, (0.1,), {}, "number of presses to suggest must be at least 1, got 0"),
+        (True, (0.1,), {}, "at least 1, got True"),
+        (2, (), {}, "at least one force and one modulus"),
+        (2, (0.1, -1.0), {}, r"modulus \(MPa\) to press must be greater than 0"),
+        (2, (0.1,), {"forces": (0.0,)}, r"force \(N\) to press must be greater than 0"),
+        (2, (0.1,), {"places": ()}, "at least one place"),
+        (2, (0.1,), {"criterion": "A"}, "criterion must be I or D, got 'A'"),
+    ],
+)
+def test_what_cannot_be_suggested_is_refused(count, moduli, options, message):
+    with pytest.raises(InputError, match=message):
+        suggest_presses(FINGER, count, moduli, **options)
 
 
 # ---- Noise of repeats, and creep
