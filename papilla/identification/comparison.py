@@ -148,11 +148,8 @@ def _row(entry: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Say
     answer = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
         relative = np.nan_to_num(np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa), nan=np.inf)
-    answers = _timed(
-        lambda: calibration.invert(
-            float(sd[MODULUS_MAP_POINTS // 2, MODULUS_MAP_POINTS // 2]), float(force[MODULUS_MAP_POINTS // 2])
-        )
-    )
+    middle = MODULUS_MAP_POINTS // 2
+    answers = _timed(lambda: calibration.invert(float(sd[middle, middle]), float(force[middle])))
     return CandidateFigures(
         name=entry.name,
         gauges=len(calibration.gauges),
@@ -202,19 +199,14 @@ def _reach(finger: Finger, progress: Say) -> tuple[GaugeReach, ...]:
 
 def _verdicts(rows: Sequence[CandidateFigures]) -> list[str]:
     """Verdicts: which candidate is better in which quantity, a sentence each."""
-    verdicts = [
-        _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
-        _best(rows, "Share of the domain where E is identified", "identified", _percent),
-        _best(
-            rows,
-            f"S_d at {SHOWN_PRESS[0]:g} N on {SHOWN_PRESS[1]:g} MPa",
-            "sd_microstrain",
-            "{:,.0f} µε".format,
-            win=LARGER_WORDS,
-        ),
-        _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
-        _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
+    compared: list[tuple[str, str, Callable[[float], str], bool, tuple[str, str]]] = [
+        ("Standard deviation of E, median over the domain", "sigma", _percent, True, BETTER_WORDS),
+        ("Share of the domain where E is identified", "identified", _percent, False, BETTER_WORDS),
+        ("S_d at {:g} N on {:g} MPa".format(*SHOWN_PRESS), "sd_microstrain", "{:,.0f} µε".format, False, LARGER_WORDS),
+        ("Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format, False, BETTER_WORDS),
+        ("Gauges that it needs", "gauges", "{:g}".format, True, BETTER_WORDS),
     ]
+    verdicts = [_best(rows, *quantity) for quantity in compared]
     for a, b in combinations(rows, 2):
         better = float((a.relative_sigma < b.relative_sigma).mean())
         verdicts.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
@@ -236,9 +228,8 @@ def _best(
     what: str,
     key: str,
     words: Callable[[float], str],
-    *,
-    low: bool = False,
-    win=BETTER_WORDS,
+    low: bool,
+    win: tuple[str, str],
 ) -> str:
     """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
     and of more."""
@@ -249,11 +240,8 @@ def _best(
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)
     if not ordered:
         return f"{what}: none of them has one."
-    near = [
-        name
-        for name in ordered
-        if abs(values[name] - values[ordered[0]]) <= ALIKE_VALUE_DIFFERENCE * abs(values[ordered[0]])
-    ]
+    best = values[ordered[0]]
+    near = [name for name in ordered if abs(values[name] - best) <= ALIKE_VALUE_DIFFERENCE * abs(best)]
     if len(near) > 1:
         return f"{what}: {' and '.join(near)} are alike ({listed})."
     return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."

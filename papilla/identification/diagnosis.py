@@ -115,13 +115,9 @@ def diagnose(found: Identification) -> Diagnosis:
         for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
         if not linear and sigma > POORLY_KNOWN_SIGMA and name != "stick_share"
     )
-    intervals = {
-        name: (
-            physical(name, value - INTERVAL_HALF_WIDTH_SIGMAS * sigma),
-            physical(name, value + INTERVAL_HALF_WIDTH_SIGMAS * sigma),
-        )
-        for name, value, sigma in zip(found.names, found.vector.tolist(), found.sigma.tolist(), strict=True)
-    }
+    half = INTERVAL_HALF_WIDTH_SIGMAS * found.sigma
+    ends = zip(found.names, (found.vector - half).tolist(), (found.vector + half).tolist(), strict=True)
+    intervals = {name: (physical(name, low), physical(name, high)) for name, low, high in ends}
     intervals |= {interval.name: (interval.lower, interval.upper) for interval in profiles}
     if "stick_share" in intervals:
         low, high = intervals["stick_share"]

@@ -98,13 +98,9 @@ def estimated_noise(problem: "Problem", vector: np.ndarray) -> PressNoise:
     # The estimate is of S_d or of a gauge, whichever was measured; the noise is stated for a gauge.
     readings = float(sigma[0]) * problem.noise.readings_microstrain / problem.reading_noise
     depth = float(sigma[2]) if deep else problem.noise.indentation_mm
-    changes: dict = {
-        "readings_microstrain": readings,
-        "force": float(sigma[1]),
-        "indentation_mm": depth,
-        "repeats": freedom,
-    }
-    return replace(problem.noise, **changes)
+    return replace(
+        problem.noise, readings_microstrain=readings, force=float(sigma[1]), indentation_mm=depth, repeats=freedom
+    )
 
 
 def _groups(problem: "Problem") -> list[np.ndarray]:

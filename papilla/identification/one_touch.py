@@ -211,14 +211,10 @@ def fit_relaxation(
     unknowns = (2 * terms + 1) + 2
     if len(time) < (least := unknowns + SPARE_ROWS):
         raise InputError(f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {least}")
-    span, (softest, start, stiffest) = (
-        float(time[-1] - time[0]),
-        FORCE_EXPONENT_LIMITS if elastic is None else MODEL_FACTOR_LIMITS,
-    )
-    (briefest, longest), (begin_share, most) = (
-        np.log(np.multiply(RELAXATION_TIME_LIMITS, span)),
-        np.divide(SHARE_SUMS, terms),
-    )
+    span = float(time[-1] - time[0])
+    softest, start, stiffest = FORCE_EXPONENT_LIMITS if elastic is None else MODEL_FACTOR_LIMITS
+    briefest, longest = np.log(np.multiply(RELAXATION_TIME_LIMITS, span))
+    begin_share, most = np.divide(SHARE_SUMS, terms)
     low = np.array([LEAST_SHARE] * terms + [briefest] * terms + [softest])
     high = np.array([most] * terms + [longest] * terms + [stiffest])
     wide = float(np.ptp(seen)) or 1.0
@@ -341,10 +337,8 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
     doubts = []
-    shortest, longest = (
-        RESOLVED_TIME_RATIO * float(np.median(np.diff(time))),
-        float(time[-1] - time[0]) / RESOLVED_TIME_RATIO,
-    )
+    shortest = RESOLVED_TIME_RATIO * float(np.median(np.diff(time)))
+    longest = float(time[-1] - time[0]) / RESOLVED_TIME_RATIO
     for share, tau, share_sigma in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
             doubts.append(
