@@ -10,7 +10,15 @@ from spring_calibration import calibration
 
 from papilla.calibration import Calibration
 from papilla.core.errors import InputError
-from papilla.identification import PressNoise, diagnose, fit_relaxation, identify, record, suggest_presses
+from papilla.identification import (
+    PARAMETERS_BY_NAME,
+    PressNoise,
+    diagnose,
+    fit_relaxation,
+    identify,
+    record,
+    suggest_presses,
+)
 from papilla.identification.diagnosis import influence_by_parameter
 from papilla.identification.fit import solve
 from papilla.identification.identified_finger import Change, PressAgreement, with_identification
@@ -124,7 +132,35 @@ def test_what_a_log_has_says_what_is_free():
     }  # fmt: skip
 
 
+def test_priors_and_bounds_are_those_of_their_sources():
+    """A factor of 2 between batches; levers anywhere from -2 to 1 times the gain; a hand that glues to 1 mm."""
+    double, lever, hand, tilt = (np.log(2), 1.6, 1.6), 3 / np.sqrt(12), (1.0, 1.5, 1.5), (1.5, 3.0, 3.0)
+    expected = {
+        "outer_modulus_MPa": double, "inner_modulus_MPa": double, "thickness_mm": (0.03, 0.25, 0.25),
+        "gain": (2.0, 20, 20), "lever_mm": (lever, 20, 20), "zero_microstrain": (1e3, 1e5, 1e5),
+        "touch_down_mm": (0.5, 2, 2), "row_along_mm": hand, "row_across_mm": hand, "place_mm": hand,
+        "tilt_x_deg": tilt, "tilt_y_deg": tilt, "stick_share": (0.5, 0.5, 0.5), "common_lever_mm": (lever, 2.0, 1.0),
+        "common_gain": (3.0, np.log(1e4), np.log(1e4)), "specimen_modulus": (0.1, 0.5, 0.5),
+    }  # fmt: skip
+    stated = {name: (one.sigma, -one.low, one.high) for name, one in PARAMETERS_BY_NAME.items()}
+    assert stated.keys() == expected.keys()
+    for name, numbers in stated.items():
+        assert numbers == pytest.approx(expected[name], rel=0.02), name
+    assert {name for name, one in PARAMETERS_BY_NAME.items() if one.linear} == {
+        "gain", "lever_mm", "zero_microstrain", "touch_down_mm",
+    }  # fmt: skip
+
+
 # ---- The identified finger
+
+
+def test_gauges_of_the_identified_finger_are_moved_by_the_row_and_their_own_place(found):
+    moves = {"row_along_mm": 0.3, "row_across_mm": -0.2, "place_mm.g2": 0.1}
+    moved = replace(found, problem=replace(found.problem, held={**found.problem.held, **moves})).finger
+    for gauge, other in zip(found.finger.gauges, moved.gauges, strict=True):
+        along = 0.3 + 0.1 * (gauge.name == "g2")
+        assert np.subtract(other.moved_mm, gauge.moved_mm) == pytest.approx([along, -0.2])
+        assert (other.membrane_gain, other.lever_mm) == (gauge.membrane_gain, gauge.lever_mm)
 
 
 def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_path):

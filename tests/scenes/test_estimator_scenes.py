@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
+from papilla.estimators import Pipeline
 from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import SCENE_HARMONICS, common_period, profile_amplitudes, sheared
 from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, scene
-
-FELT = [pytest.param(name, marks=pytest.mark.slow) if "FEM" in name else name for name in SCENES_BY_NAME]
-"""Scenes of the finite elements take seconds."""
 
 
 @pytest.mark.parametrize("wavelength", WAVELENGTHS_MM)
@@ -67,9 +65,8 @@ def test_the_bound_is_that_of_the_signal_s_own_derivative():
     others = np.column_stack([waves.real, waves.imag, np.ones(at.size)])
     rest = slope - others @ np.linalg.lstsq(others, slope, rcond=None)[0]
     expected = made.noise_sd / np.linalg.norm(rest) / 1.8
-    assert wavelength_bound(at, 1.8, profile_amplitudes(1.8), made.noise_sd, present) == pytest.approx(
-        expected, rel=1e-6
-    )
+    bound = wavelength_bound(at, 1.8, profile_amplitudes(1.8), made.noise_sd, present)
+    assert bound == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -122,14 +119,13 @@ def test_the_amplifier_passes_harmonics_below_its_band(draft):
         assert found[0, 1] / found[0, 0] == pytest.approx(np.exp(-2j * np.pi * 0.3 / 1.25))
 
 
+SINE_50_HZ = {"rms": 1.5, "frequency_Hz": 50.0, "phase": 0.3}
+
+
 @pytest.mark.parametrize(
     "part, options, expected",
     [
-        (
-            "motor",
-            {"rms": 1.5, "frequency_Hz": 50.0, "phase": 0.3},
-            lambda t: 1.5 * 2**0.5 * np.sin(100 * np.pi * t + 0.3),
-        ),
+        ("motor", SINE_50_HZ, lambda t: 1.5 * 2**0.5 * np.sin(100 * np.pi * t + 0.3)),
         ("ripple", {"size": 6.0, "wavelength_mm": 20.0}, lambda t: 6 * np.sin(2 * np.pi * 100 * t / 20)),
         ("drift", {"rate_Hz": 0.5, "phase": 0.2, "size": 2.0}, lambda t: 2 * np.sin(np.pi * t + 0.2)),
         ("friction", {"size": 3.0, "turn_mm_s": 100.0}, lambda t: np.full(t.size, 3 * math.tanh(1))),
@@ -191,11 +187,7 @@ def test_a_surface_without_a_line_has_no_truth():
         assert np.isfinite(made.wavelength_mm).all() == recipe.lined, name
         assert np.isnan(made.signal).any() == ("dropped" in name), name
     assert not SCENES_BY_NAME["const, hum only"].lined and SCENES_BY_NAME["const, hum"].lined
-    assert (
-        SCENES_BY_NAME["act2"].clean
-        and not SCENES_BY_NAME["harsh"].clean
-        and not SCENES_BY_NAME["const, rounded"].clean
-    )
+    assert [SCENES_BY_NAME[name].clean for name in ("act2", "harsh", "const, rounded")] == [True, False, False]
 
 
 def test_hum_keeps_its_frequency_and_its_size():
@@ -239,3 +231,18 @@ def test_two_lines_are_both_right_and_a_step_has_two_truths():
     first, second, between = (abs(np.mean(two.signal[:, 0] * np.exp(turns / x))) for x in (1.8, *two.others_mm, 1.4))
     assert two.others_mm == pytest.approx([0.62 * 1.8]) and first > 0.3 < second and between < 0.05
     assert step.wavelength_mm[0] == 1.8 and step.wavelength_mm[-1] == 0.7
+
+
+@pytest.mark.slow
+def test_estimators_tell_a_felt_grating_and_single_edges_apart():
+    """The grating has its wavelength and unit power; edges are not taken for the ridges that feel them."""
+    for name in ("const, felt by FEM", "const, edges felt by FEM"):
+        made = scene(name, 1.2, snr_dB=40, seed=1, seconds=1.0)
+        pipeline = Pipeline(None, gauges=made.readings.shape[1], columns=("velocity_mm_s",))
+        answers = pipeline.process(np.column_stack([made.time_s, made.readings, made.known_mm_s]))
+        ok = np.array([words.startswith("ok") for words in answers.wavelength_status])
+        near = ok & (np.abs(np.asarray(answers.wavelength_mm) / 1.2 - 1) < 0.01 + 0.04 * ("edges" in name))
+        if "edges" in name:
+            assert np.isnan(made.wavelength_mm).all() and not near.any()
+        else:
+            assert made.signal.std() == pytest.approx(1.0, rel=1e-6) and near[-1]
