@@ -181,13 +181,21 @@ def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_pa
     assert sharper.sigmas["identification"] == pytest.approx(0.1 * wider.sigmas["identification"], rel=1e-6)
 
 
-def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d(stored):
-    kept = stored.identified
-    gains = np.array([value if name.startswith(("gain", "lever")) else 0.0
-                      for name, value in zip(kept.parameters, kept.values, strict=True)])  # fmt: skip
-    together = replace(kept, covariance=tuple(map(tuple, (0.01 * np.outer(gains, gains)).tolist())))
-    wider = with_identification(calibration(), replace(stored, identified=together), size_mm=SIZE_MM)
-    assert wider.sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
+def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d_and_zeros_a_microstrain(stored):
+    kept, forces = stored.identified, (0.2, 0.4, 0.8)
+
+    def wider(diagonal, *, together):
+        covariance = np.outer(diagonal, diagonal) if together else np.diag(np.square(diagonal))
+        changed = replace(kept, covariance=tuple(map(tuple, covariance.tolist())))
+        return with_identification(calibration(), replace(stored, identified=changed), size_mm=SIZE_MM)
+
+    gains = [0.1 * value * name.startswith(("gain", "lever"))
+             for name, value in zip(kept.parameters, kept.values, strict=True)]  # fmt: skip
+    assert wider(gains, together=True).sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
+    zeros = wider([float(name.startswith("zero")) for name in kept.parameters], together=False)
+    for gauge in zeros.gauges:
+        sigmas = [gauge.uncertainty.sigmas(np.log(force), np.log(0.3))["identification"] for force in forces]
+        assert sigmas == pytest.approx([1 / force for force in forces], rel=0.02), "of a reading over its force"
 
 
 def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_is_refused(stored, tmp_path):
@@ -205,6 +213,44 @@ def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_i
 def test_a_finger_is_another_below_one_per_cent(probability, rise, same, named):
     agreement = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
     assert agreement.same == same and ("touch_down_mm -0.12 +- 0.02 mm" in agreement.verdict) == named
+
+
+def test_a_diagnosis_states_intervals_influence_and_each_doubt_once(found):
+    told = diagnose(found)
+    assert told.doubts[0].startswith("the presses do not separate lever and gain of g1") and len(told.doubts) == 2
+    assert told.doubts[1].startswith("g2 reads backwards")
+    (profiled,) = told.profiles
+    assert profiled.name == MODULI[0] and told.intervals[MODULI[0]] == (profiled.lower, profiled.upper)
+    assert told.status == (
+        "doubtful, but 1 of 5 gauges read backwards: identified from 12 presses, "
+        f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
+    )
+    for place, name in list(enumerate(found.names))[1:]:
+        ends = found.vector[place] + np.array([-1.959964, 1.959964]) * found.sigma[place]
+        assert told.intervals[name] == pytest.approx(np.exp(ends) if name in MODULI else ends)
+    assert told.influence == pytest.approx(np.max(list(influence_by_parameter(found).values()), axis=0))
+    rows = found.problem.jacobian(found.vector)[: -len(found.names) - 1]
+    assert told.condition == pytest.approx(np.linalg.cond(rows / np.linalg.norm(rows, axis=0)))
+    zeros = [found.values[f"zero_microstrain.g{k}"] for k in range(1, 6)]
+    assert found.measured_sd == pytest.approx((found.problem.log.readings - zeros).std(axis=1))
+
+
+def test_what_is_wrong_with_a_fit_is_named(found):
+    close, n = found.covariance.copy(), len(found.names)
+    close[0, 1] = close[1, 0] = 0.97 * found.sigma[0] * found.sigma[1]
+    at_bound = np.where(np.arange(n) == 0, found.problem.bounds[1][0], found.vector)
+    outside = np.where(np.arange(n) == 0, found.vector[1] + np.log(16) + 0.05, found.vector)
+    for change, doubt in (
+        ({"chi_square": 2 * found.freedom}, "the model does not fit: chi-square is 2 times its freedom"),
+        ({"rival": 3.8}, "another finger fits as well, chi-square only 3.8 more"),
+        ({"covariance": close}, r"outer_modulus_MPa and inner_modulus_MPa are determined together only .* 0.970"),
+        ({"vector": at_bound}, "outer_modulus_MPa ended at its bound"),
+        ({"vector": outside}, "the ratio of the moduli is 5 % outside of 1 to 16"),
+    ):
+        doubts = diagnose(replace(found, **change)).doubts
+        assert sum(re.match(doubt, told) is not None for told in doubts) == 1, doubts
+    for change in ({"chi_square": 1.4 * found.freedom}, {"rival": 3.9}):
+        assert not re.search("does not fit|fits as well", " ".join(diagnose(replace(found, **change)).doubts))
 
 
 def test_the_page_has_the_numbers(found, tmp_path):

@@ -1,6 +1,7 @@
 """The scenes, and their Cramér-Rao bound."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,6 +68,30 @@ def test_the_bound_is_that_of_the_signal_s_own_derivative():
     expected = made.noise_sd / np.linalg.norm(rest) / 1.8
     bound = wavelength_bound(at, 1.8, profile_amplitudes(1.8), made.noise_sd, present)
     assert bound == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_bound_of_a_scene_is_that_of_its_windows():
+    """At a constant speed all windows are alike; four gauges halve it, and a longer path lowers it by its cube."""
+    made = scene("const", 1.8, seed=2)
+    rows = slice(2000, 2500)
+    present = made.frequency_Hz[rows, None] * np.arange(1, SCENE_HARMONICS + 1) < 0.4 * made.sample_rate_Hz
+    one = wavelength_bound(made.position_mm[rows], 1.8, profile_amplitudes(1.8), made.noise_sd, present)
+    assert made.bound(0.5) == pytest.approx(one, rel=0.02)
+    assert made.bound(path_mm=0.5 * made.velocity_mm_s[0]) == pytest.approx(one, rel=0.02)
+    four = scene("const", 1.8, seed=2, gauge_positions_mm=(0.0, 1.0, 2.0, 3.0))
+    assert four.bound(0.5) == pytest.approx(one / 2, rel=0.02)
+    assert made.bound(1.0) == pytest.approx(one / 2**1.5, rel=0.02)
+
+
+def test_a_line_near_a_harmonic_of_the_mains_is_not_tellable():
+    made = without_noise("const")
+    speed, path = made.velocity_mm_s[0], np.full(made.time_s.size, 10.0)
+    for off, told in ((0.5, False), (1.5, True)):
+        # Lines at the third harmonic of 50 Hz, and this number of resolutions v / path beyond it
+        near = replace(made, wavelength_mm=np.full(made.time_s.size, speed / (150 - off * speed / 10)))
+        assert (near.tellable(path) == told).all()
+        assert (replace(near, mains_Hz=50.0).tellable(path) == False).all()  # noqa: E712 - hum is louder
+    assert without_noise("strokes, hum only").tellable(path).all()
 
 
 @pytest.mark.parametrize(
