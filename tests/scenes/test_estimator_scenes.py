@@ -11,7 +11,7 @@ from papilla.estimators import Pipeline
 from papilla.references.bounds import frequency_bound, wavelength_bound
 from papilla.scenes import parts as parts
 from papilla.scenes.parts import SCENE_HARMONICS, common_period, profile_amplitudes, sheared
-from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, scene
+from papilla.scenes.scenes import SCENES_BY_NAME, WAVELENGTHS_MM, Part, scene
 
 
 @pytest.mark.parametrize("wavelength", WAVELENGTHS_MM)
@@ -187,6 +187,38 @@ def test_spikes_steps_and_a_slow_force(draft):
     waver = draft.added / 6
     assert waver.std() == pytest.approx(1) and np.abs(np.diff(waver)).max() < 0.05
     assert draft.texture[:, 0] == pytest.approx(np.maximum(1 + 0.3 * waver, 0.1))
+
+
+def test_a_rough_surface_is_one_surface_for_all_gauges_and_averaged_by_the_skin(draft):
+    parts.rough(draft, 0.1, 1.0, 0.02, 1.0, 10.0)
+    assert draft.texture.std() == pytest.approx(1) and np.isnan(draft.wavelength).all()
+    assert draft.texture[:-3, 1] == pytest.approx(draft.texture[3:, 0], abs=1e-6), "0.3 mm are 3 samples"
+    power = np.abs(np.fft.rfft(draft.texture[:, 0] * np.hanning(1000))) ** 2
+    assert power[400:].mean() < 1e-3 * power[5:50].mean(), "waves of 0.25 mm, and of 2 to 20 mm"
+
+
+def test_a_hand_swings_and_a_surface_sticks_and_slips(draft):
+    parts.hand(draft, 2.0, 0.0, 3.0, 0.0, 5.0, 0.0, 1.0, 0.0)
+    assert draft.position == pytest.approx(5 - 5 * np.cos(4 * np.pi * draft.time_s))
+    parts.hand(draft, 0.0, 0.0, 3.0, 0.0, 5.0, 2.0, 7.0, 0.4)
+    assert draft.position == pytest.approx(2 * np.sin(7 * draft.time_s + 0.4))
+    assert draft.velocity[1:-1] == pytest.approx(14 * np.cos(7 * draft.time_s + 0.4)[1:-1], abs=0.01)
+    parts.hand(draft, 0.0, 0.8, 4 * np.pi, 0.3, 5.0, 0.0, 1.0, 0.0)
+    assert np.ptp(draft.position) > 1 and draft.position[500:] == pytest.approx(draft.position[:500]), (
+        "a swing of 0.5 s"
+    )
+    parts.constant(draft, -100.0, 0.0)
+    parts.stick_slip(draft, 5.0, 0.0, 2.0)
+    tooth = (0.1 * np.arange(1000) / 5) % 1 - 0.5
+    inside = np.abs(np.abs(tooth) - 0.5) > 1e-6
+    assert draft.added[inside] == pytest.approx(-2 * math.sqrt(12) * tooth[inside])
+
+
+def test_a_number_in_place_of_a_rule_is_what_it_draws_about(draft):
+    Part("strokes", {"peak_mm_s": 55.0})(draft)
+    assert np.abs(draft.velocity).max() == pytest.approx(55, rel=0.01)
+    Part("strokes", {"peak_mm_s": {"about": 66.0}})(draft)
+    assert np.abs(draft.velocity).max() == pytest.approx(66, rel=0.01)
 
 
 def test_errors_of_the_clock_and_of_the_velocity(draft):
