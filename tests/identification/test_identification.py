@@ -35,8 +35,11 @@ def test_without_noise_the_finger_comes_back(smooth):
     assert [gauge.lever_mm for gauge in found.finger.gauges] == [found.values[f"lever_mm.g{k}"] for k in range(1, 6)]
 
 
-def test_the_jacobian_is_that_of_the_residuals(smooth):
+@pytest.mark.parametrize("sd_alone", [False, True])
+def test_the_jacobian_is_that_of_the_residuals(smooth, sd_alone):
     log, _ = made(smooth, 4)
+    if sd_alone:
+        log = replace(log, stated_sd=log.sd_microstrain, readings=np.zeros((len(log), 0)), gauge_names=())
     problem = problem_of(log, Finger.default(), **STUCK).weighted()
     rng = np.random.default_rng(1)
     vector = problem.solved(problem.start[~problem.linear] + 0.1 * rng.normal(size=(~problem.linear).sum()))
@@ -119,7 +122,7 @@ def test_an_outlier_hardly_moves_the_finger(smooth):
         ({}, {"free": ("common_gain",)}, "common_gain needs gain and lever_mm to be fixed"),
         ({"stated_sd": np.ones(8)}, {"free": ("gain.g1",)}, "gain.g1 needs readings, and the log has S_d alone"),
         ({"indentation_mm": None}, {"free": ("touch_down_mm",)}, "touch_down_mm needs indentations"),
-        ({}, {"free": ("outer_modulus",)}, "'outer_modulus', did you mean outer_modulus_MPa"),
+        ({}, {"free": ("outer_modulus",)}, "did you mean outer_modulus_MPa. There are outer.*common_lever_mm$"),
         ({}, {"free": ("gain.g1",), "fix": {"gain": 1.0}}, "gain.g1 cannot be both free and fixed"),
         ({}, {"fix": {"inner_modulus_MPa": -1.0}}, "inner_modulus_MPa must be greater than 0"),
         ({"force_N": np.full(8, 40.0)}, {"friction": "stick"}, "is force_N in N"),
