@@ -59,21 +59,23 @@ def calibrate_bench(
     Arguments as of `identify` and `calibrate`, which receives `table` (forces, moduli, quick); raises what these
     raise, and `InputError` for presses beside the apex, whose moduli a calibration at the apex cannot recover.
     """
-    if (beside := places(log).any(axis=1)).any():
+    if (off_apex := places(log).any(axis=1)).any():
         raise InputError(
-            f"press {int(beside.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
+            f"press {int(off_apex.argmax()) + 1} is beside the apex, where S_d differs: papilla identify takes it, "
             "and papilla calibrate --finger the finger that it writes"
         )
-    found = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
+    fit = identify(log, finger, friction=friction, size_mm=size_mm, processes=processes, progress=progress)
     progress("what to doubt")
-    diagnosis = diagnose(found)
-    identified = found.with_record(record(found, diagnosis, found.problem.shapes[0].responses[0].specimen))
-    done = calibrate(identified, friction=friction, size_mm=size_mm, progress=progress, processes=processes, **table)
-    noise = found.problem.noise
-    noise_sd = noise.readings_microstrain / np.sqrt(len(found.problem.gauges))
-    answer = done.calibration.invert(
-        found.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
+    diagnosis = diagnose(fit)
+    identified = fit.with_record(record(fit, diagnosis, fit.problem.shapes[0].responses[0].specimen))
+    calibrated = calibrate(
+        identified, friction=friction, size_mm=size_mm, progress=progress, processes=processes, **table
+    )
+    noise = fit.problem.noise
+    noise_sd = noise.readings_microstrain / np.sqrt(len(fit.problem.gauges))
+    answer = calibrated.calibration.invert(
+        fit.measured_sd, log.force_N, sd_sigma=noise_sd, force_sigma=noise.force * log.force_N
     )
     inside = (answer.lower_MPa <= log.modulus_MPa) & (log.modulus_MPa <= answer.upper_MPa)
     recovery = Recovery(log.force_N, log.modulus_MPa, np.asarray(answer.modulus_MPa))
-    return replace(done, bench=BenchPresses(identified, found, diagnosis, recovery, inside))
+    return replace(calibrated, bench=BenchPresses(identified, fit, diagnosis, recovery, inside))

@@ -120,17 +120,17 @@ def compare(candidates: Sequence[Candidate], progress: Progress = silent) -> Com
     """Compare the candidates. Raises `InputError` for fewer than two, or if their calibrations share no domain."""
     if len(candidates) < 2:
         raise InputError("a comparison needs at least two designs or calibrations")
-    names = [one.name for one in candidates]
+    names = [entry.name for entry in candidates]
     if len({*names}) < len(names):
         raise InputError(f"{next(name for name in names if names.count(name) > 1)} is given twice")
     force, modulus = (_shared(candidates, key) for key in ("force_N", "modulus_MPa"))
-    rows = [_row(one, force, modulus, progress) for one in candidates]
+    rows = [_row(entry, force, modulus, progress) for entry in candidates]
     return Comparison(tuple(rows), force, modulus, tuple(_verdicts(rows)))
 
 
 def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
     """Points, evenly spaced in the logarithm, over the range that all calibrations cover."""
-    lows, highs = zip(*(one.calibration.domain[key] for one in candidates), strict=True)
+    lows, highs = zip(*(entry.calibration.domain[key] for entry in candidates), strict=True)
     if max(lows) >= min(highs):
         ranges = ", ".join(f"{low:g}-{high:g}" for low, high in zip(lows, highs, strict=True))
         raise InputError(f"the calibrations share no {key}: they cover {ranges}")
@@ -138,31 +138,28 @@ def _shared(candidates: Sequence[Candidate], key: str) -> np.ndarray:
     return inside[1::2]
 
 
-def _row(one: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Progress) -> CandidateFigures:
-    progress(f"comparing {one.name}")
-    calibration = one.calibration
+def _row(entry: Candidate, force: np.ndarray, modulus: np.ndarray, progress: Progress) -> CandidateFigures:
+    progress(f"comparing {entry.name}")
+    calibration = entry.calibration
     forces, moduli = np.meshgrid(force, modulus, indexing="ij")
     sd = calibration.predict(forces, moduli)
     slope = np.log(calibration.predict(forces, moduli / SLOPE_MODULUS_RATIO) / sd) / -np.log(SLOPE_MODULUS_RATIO)
     noise = {"sd_sigma": COMPARED_NOISE / np.sqrt(len(calibration.gauges)), "force_sigma": FORCE_ERROR * forces}
-    found = calibration.invert(sd, forces, interval=False, **noise)
+    answer = calibration.invert(sd, forces, interval=False, **noise)
     with np.errstate(invalid="ignore"):
-        relative = np.nan_to_num(np.asarray(found.sigma_MPa) / np.asarray(found.modulus_MPa), nan=np.inf)
-    answers = _timed(
-        lambda: calibration.invert(
-            float(sd[MODULUS_MAP_POINTS // 2, MODULUS_MAP_POINTS // 2]), float(force[MODULUS_MAP_POINTS // 2])
-        )
-    )
+        relative = np.nan_to_num(np.asarray(answer.sigma_MPa) / np.asarray(answer.modulus_MPa), nan=np.inf)
+    middle = MODULUS_MAP_POINTS // 2
+    answers = _timed(lambda: calibration.invert(float(sd[middle, middle]), float(force[middle])))
     return CandidateFigures(
-        name=one.name,
+        name=entry.name,
         gauges=len(calibration.gauges),
         sd_microstrain=float(calibration.predict(*SHOWN_PRESS)),
         slope=float(np.nanmedian(slope)),
         sigma=float(np.median(relative)),
         identified=float((relative <= IDENTIFIABLE_SIGMA).mean()),
         answer_us=US_PER_S * answers,
-        press_ms=None if one.finger is None else MS_PER_S * _press_time(one.finger),
-        reach=() if one.finger is None else _reach(one.finger, progress),
+        press_ms=None if entry.finger is None else MS_PER_S * _press_time(entry.finger),
+        reach=() if entry.finger is None else _reach(entry.finger, progress),
         relative_sigma=relative,
     )
 
@@ -188,43 +185,38 @@ def _reach(finger: Finger, progress: Progress) -> tuple[GaugeReach, ...]:
     points, triangles = fields.mesh.points, fields.mesh.boundaries["skin"]
     corners = points[triangles]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
-    found = []
+    reaches = []
     for gauge, felt in zip(finger.gauges, fields.strain_per_newton, strict=True):
-        whole = np.zeros(len(points))
-        whole[fields.vertices] = felt
-        strongest = int(np.abs(whole).argmax())
-        share = np.abs(whole[triangles]).mean(axis=1) >= abs(whole[strongest]) / 2
+        response = np.zeros(len(points))
+        response[fields.vertices] = felt
+        strongest = int(np.abs(response).argmax())
+        share = np.abs(response[triangles]).mean(axis=1) >= abs(response[strongest]) / 2
         x, y, _ = points[strongest].tolist()
-        per_mN = N_PER_MN * float(to_microstrain(whole[strongest]))
-        found.append(GaugeReach(gauge.name, per_mN, x, y, float(areas[share].sum())))
-    return tuple(found)
+        per_mN = N_PER_MN * float(to_microstrain(response[strongest]))
+        reaches.append(GaugeReach(gauge.name, per_mN, x, y, float(areas[share].sum())))
+    return tuple(reaches)
 
 
 def _verdicts(rows: Sequence[CandidateFigures]) -> list[str]:
     """Verdicts: which candidate is better in which quantity, a sentence each."""
-    said = [
-        _best(rows, "Standard deviation of E, median over the domain", "sigma", _percent, low=True),
-        _best(rows, "Share of the domain where E is identified", "identified", _percent),
-        _best(
-            rows,
-            f"S_d at {SHOWN_PRESS[0]:g} N on {SHOWN_PRESS[1]:g} MPa",
-            "sd_microstrain",
-            "{:,.0f} µε".format,
-            win=LARGER_WORDS,
-        ),
-        _best(rows, "Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format),
-        _best(rows, "Gauges that it needs", "gauges", "{:g}".format, low=True),
+    compared: list[tuple[str, str, Callable[[float], str], bool, tuple[str, str]]] = [
+        ("Standard deviation of E, median over the domain", "sigma", _percent, True, BETTER_WORDS),
+        ("Share of the domain where E is identified", "identified", _percent, False, BETTER_WORDS),
+        ("S_d at {:g} N on {:g} MPa".format(*SHOWN_PRESS), "sd_microstrain", "{:,.0f} µε".format, False, LARGER_WORDS),
+        ("Change of S_d with the modulus, d ln S_d / d ln E", "slope", "{:.2g}".format, False, BETTER_WORDS),
+        ("Gauges that it needs", "gauges", "{:g}".format, True, BETTER_WORDS),
     ]
+    verdicts = [_best(rows, *quantity) for quantity in compared]
     for a, b in combinations(rows, 2):
         better = float((a.relative_sigma < b.relative_sigma).mean())
-        said.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
-    wide = [(row, median(reach.area_mm2 for reach in row.reach)) for row in rows if row.reach]
+        verdicts.append(f"{a.name} determines the modulus better than {b.name} in {_percent(better)} of the domain.")
+    wide = [(figures, median(reach.area_mm2 for reach in figures.reach)) for figures in rows if figures.reach]
     if len(wide) > 1:
-        listed = ", ".join(f"{row.name} {area:.0f} mm²" for row, area in wide)
-        said.append(
+        listed = ", ".join(f"{figures.name} {area:.0f} mm²" for figures, area in wide)
+        verdicts.append(
             f"Median area in which a gauge has at least half of its largest response: {listed}; a smaller one is finer."
         )
-    return said
+    return verdicts
 
 
 def _percent(share: float) -> str:
@@ -236,22 +228,20 @@ def _best(
     what: str,
     key: str,
     words: Callable[[float], str],
-    *,
-    low: bool = False,
-    win=BETTER_WORDS,
+    low: bool,
+    win: tuple[str, str],
 ) -> str:
     """Sentence comparing one quantity, of which less (`low`) or more is better; win : the words for the best of two,
     and of more."""
-    values = {row.name: getattr(row, key) for row in rows if np.isfinite(getattr(row, key))}
-    listed = ", ".join(f"{row.name} {words(values[row.name]) if row.name in values else 'none'}" for row in rows)
+    values = {figures.name: getattr(figures, key) for figures in rows if np.isfinite(getattr(figures, key))}
+    listed = ", ".join(
+        f"{figures.name} {words(values[figures.name]) if figures.name in values else 'none'}" for figures in rows
+    )
     ordered = sorted(values, key=lambda name: values[name], reverse=not low)
     if not ordered:
         return f"{what}: none of them has one."
-    near = [
-        name
-        for name in ordered
-        if abs(values[name] - values[ordered[0]]) <= ALIKE_VALUE_DIFFERENCE * abs(values[ordered[0]])
-    ]
+    best = values[ordered[0]]
+    near = [name for name in ordered if abs(values[name] - best) <= ALIKE_VALUE_DIFFERENCE * abs(best)]
     if len(near) > 1:
         return f"{what}: {' and '.join(near)} are alike ({listed})."
     return f"{what}: {near[0]} {win[len(rows) > 2]} ({listed})."
@@ -260,29 +250,30 @@ def _best(
 def write_comparison(path: str | Path, found: Comparison, candidates: Sequence[Candidate]) -> None:
     """Write the page of a comparison as one HTML file: no script, no link; raises `FileAccessError`."""
     axes = found.force_N, found.modulus_MPa
-    sigmas = [row.relative_sigma for row in found.rows]
+    sigmas = [figures.relative_sigma for figures in found.rows]
     maps = [view.plots.uncertainty_map(*axes, sigma, sigma <= IDENTIFIABLE_SIGMA) for sigma in sigmas]
+    names = [figures.name for figures in found.rows]
     text = environment("papilla.identification").get_template("comparison.html").render(
         rows=found.rows, verdicts=found.verdicts, scene=SHOWN_PRESS, noise=COMPARED_NOISE, force_error=FORCE_ERROR,
         force_N=found.force_N, modulus_MPa=found.modulus_MPa,
-        maps=[image(figure, f"Uncertainty of E of {row.name}") for figure, row in zip(maps, found.rows, strict=True)],
-        fields=[one.finger and _fields(one.finger, one.name) for one in candidates],
+        maps=[image(drawn, f"Uncertainty of E of {name}") for drawn, name in zip(maps, names, strict=True)],
+        fields=[entry.finger and _fields(entry.finger, entry.name) for entry in candidates],
     )  # fmt: skip
     write_text(path, text)
 
 
 def _fields(finger: Finger, name: str) -> Markup:
     """Receptive fields of a finger's gauges."""
-    found = receptive_of(finger)
-    pictures = (view.png(view.receptive_fields_figure(found, finger, small=small), 120) for small in (False, True))
+    fields = receptive_of(finger)
+    pictures = (view.png(view.receptive_fields_figure(fields, finger, small=small), 120) for small in (False, True))
     return either(pictures, f"Receptive fields of {name}", "png")
 
 
 def write_comparison_table(path: str | Path, found: Comparison) -> None:
     """Write the figures of each candidate as CSV, a row each; raises `FileAccessError`."""
-    rows = [row.to_json() for row in found.rows]
-    columns = {key: [row[key] for row in rows] for key in rows[0] if key != "reach"}
+    rows = [figures.to_json() for figures in found.rows]
+    columns = {key: [figures[key] for figures in rows] for key in rows[0] if key != "reach"}
     columns["press_ms"] = [np.nan if value is None else value for value in columns["press_ms"]]
-    areas = [[reach.area_mm2 for reach in row.reach] for row in found.rows]
+    areas = [[reach.area_mm2 for reach in figures.reach] for figures in found.rows]
     columns["median_field_mm2"] = [float(np.median(of)) if of else np.nan for of in areas]
     write_table(path, columns)

@@ -82,14 +82,14 @@ class ParameterProfile:
     @property
     def doubts(self) -> list[str]:
         """Doubts about the interval, a sentence each."""
-        known, said = f"{self.lower:.3g} to {self.upper:.3g}", []
+        interval, doubts = f"{self.lower:.3g} to {self.upper:.3g}", []
         if self.verdict != "bounded":
             where = "on one side alone" if self.verdict == "one-sided" else "on neither side"
-            said.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {known}")
+            doubts.append(f"the presses bound {self.name} {where}: its prior decides, and makes it {interval}")
         if self.cut_off_by:
             names = " and ".join(self.cut_off_by)
-            said.append(f"the interval of {self.name}, {known}, is cut off where {names} comes to its bound")
-        return said
+            doubts.append(f"the interval of {self.name}, {interval}, is cut off where {names} comes to its bound")
+        return doubts
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,19 +115,15 @@ def diagnose(found: Identification) -> Diagnosis:
         for name, sigma, linear in zip(found.names, found.sigma, found.problem.linear, strict=True)
         if not linear and sigma > POORLY_KNOWN_SIGMA and name != "stick_share"
     )
-    intervals = {
-        name: (
-            physical(name, value - INTERVAL_HALF_WIDTH_SIGMAS * sigma),
-            physical(name, value + INTERVAL_HALF_WIDTH_SIGMAS * sigma),
-        )
-        for name, value, sigma in zip(found.names, found.vector.tolist(), found.sigma.tolist(), strict=True)
-    }
-    intervals |= {one.name: (one.lower, one.upper) for one in profiles}
+    half = INTERVAL_HALF_WIDTH_SIGMAS * found.sigma
+    ends = zip(found.names, (found.vector - half).tolist(), (found.vector + half).tolist(), strict=True)
+    intervals = {name: (physical(name, low), physical(name, high)) for name, low, high in ends}
+    intervals |= {interval.name: (interval.lower, interval.upper) for interval in profiles}
     if "stick_share" in intervals:
         low, high = intervals["stick_share"]
         intervals["stick_share"] = max(low, 0.0), min(high, 1.0)
     moved = influence_by_parameter(found)
-    largest = np.array([max(each) for each in zip(*moved.values(), strict=True)])
+    largest = np.array([max(changes) for changes in zip(*moved.values(), strict=True)])
     doubts = (
         *([found.asked] if found.asked else []),
         *found.problem.log.notes,
@@ -135,12 +131,12 @@ def diagnose(found: Identification) -> Diagnosis:
         *_of_the_presses(found),
         *_of_the_fit(found, profiles),
         *_of_gauges(found),
-        *(sentence for one in profiles for sentence in one.doubts),
+        *(sentence for interval in profiles for sentence in interval.doubts),
     )
     if largest.size and largest.max() > INFLUENTIAL_PRESS_SIGMAS:
-        row = int(largest.argmax())
-        name = max(moved, key=lambda one: moved[one][row])
-        doubts += (f"press {row + 1} alone moves {name} by about {largest[row]:.2g} of its standard deviations",)
+        press = int(largest.argmax())
+        name = max(moved, key=lambda parameter: moved[parameter][press])
+        doubts += (f"press {press + 1} alone moves {name} by about {largest[press]:.2g} of its standard deviations",)
     good = "ok" if not doubts else "doubtful"
     if turned := _backwards(found):
         good += f", but {len(turned)} of {len(found.problem.gauges)} gauges read backwards"
@@ -182,15 +178,19 @@ def record(found: Identification, diagnosis: Diagnosis, specimen: str) -> Identi
     )
 
 
-def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+def _recorded(fit: Identification) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     """What the design file records of an identification: names and values (p,), and derivatives (p, f) by the free
     parameters."""
-    every = dict(zip(found.names, np.eye(len(found.names)), strict=True))
-    rows = {name: row for name, row in every.items() if kind(name) not in ("specimen_modulus", *IN_EACH_GAUGE)}
-    values = {name: found.values[name] for name in rows}
-    none = np.zeros(len(found.names))
+    every = dict(zip(fit.names, np.eye(len(fit.names)), strict=True))
+    rows = {
+        name: derivatives
+        for name, derivatives in every.items()
+        if kind(name) not in ("specimen_modulus", *IN_EACH_GAUGE)
+    }
+    values = {name: fit.values[name] for name in rows}
+    none = np.zeros(len(fit.names))
     if any(name in every for name in IN_EACH_GAUGE):
-        for gauge in found.finger.gauges:
+        for gauge in fit.finger.gauges:
             for name, value, by_lever in (
                 (f"gain.{gauge.name}", gauge.membrane_gain, 0.0),
                 (f"lever_mm.{gauge.name}", gauge.lever_mm, gauge.membrane_gain),
@@ -200,145 +200,149 @@ def _recorded(found: Identification) -> tuple[tuple[str, ...], np.ndarray, np.nd
     return tuple(rows), np.array([values[name] for name in rows]), np.array(list(rows.values()))
 
 
-def influence_by_parameter(found: Identification) -> dict[str, np.ndarray]:
+def influence_by_parameter(fit: Identification) -> dict[str, np.ndarray]:
     """(n,) change of each parameter other than the gauges', in standard deviations, when each press is left out.
 
     One Gauss-Newton step from the fit with the weights of all presses (Cook and Weisberg, Residuals and Influence in
     Regression, 1982, chapter 5). A new fit without the press also finds new weights and follows the curvature of the
     model: for one log 0.45 instead of 0.93 standard deviations.
     """
-    problem = found.problem
-    which = np.array([not PARAMETERS_BY_NAME[kind(name)].each_gauge for name in found.names])
+    problem = fit.problem
+    which = np.array([not PARAMETERS_BY_NAME[kind(name)].each_gauge for name in fit.names])
     n, channels = problem.measured.shape
     if not which.any() or n < 2:
         return {}
-    residuals, jacobian = problem.linearised(found.vector)
+    residuals, jacobian = problem.linearised(fit.vector)
     size = np.linalg.norm(jacobian, axis=0)
     scaled = jacobian / size
     information = scaled.T @ scaled
     spread = np.sqrt(np.diag(np.linalg.inv(information)))[which]
     moved = np.zeros((n, int(which.sum())))
-    for row in range(n):
-        part = slice(row * channels, (row + 1) * channels)
+    for press in range(n):
+        own_rows = slice(press * channels, (press + 1) * channels)
         # Information without this press, and the step that its missing residuals cause.
-        without = information - scaled[part].T @ scaled[part]
-        shift = np.linalg.lstsq(without, scaled[part].T @ residuals[part])[0]
-        moved[row] = np.abs(shift[which] / spread)
-    names = [name for name, counts in zip(found.names, which, strict=True) if counts]
+        without = information - scaled[own_rows].T @ scaled[own_rows]
+        shift = np.linalg.lstsq(without, scaled[own_rows].T @ residuals[own_rows])[0]
+        moved[press] = np.abs(shift[which] / spread)
+    names = [name for name, counts in zip(fit.names, which, strict=True) if counts]
     return dict(zip(names, moved.T, strict=True))
 
 
-def _condition(found: Identification) -> float:
+def _condition(fit: Identification) -> float:
     # Without the priors' rows: what do the presses alone determine?
-    rows = found.problem.jacobian(found.vector)[: -(len(found.names) + 1)]
+    rows = fit.problem.jacobian(fit.vector)[: -(len(fit.names) + 1)]
     values = np.linalg.svd(rows / np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny), compute_uv=False)
     return float(values[0] / max(values[-1], np.finfo(float).tiny))
 
 
-def _of_the_presses(found: Identification) -> list[str]:
+def _of_the_presses(fit: Identification) -> list[str]:
     """Doubts that follow from the choice of presses."""
-    problem, log = found.problem, found.problem.log
-    said = []
-    inner, outer = found.values["inner_modulus_MPa"], found.values["outer_modulus_MPa"]
+    problem, log = fit.problem, fit.problem.log
+    doubts = []
+    inner, outer = fit.values["inner_modulus_MPa"], fit.values["outer_modulus_MPa"]
     if len(log) < 2 or (np.ptp(log.force_N) == 0 and np.ptp(log.modulus_MPa) == 0):
-        said.append("all presses are one and the same scene: priors decide most results")
+        doubts.append("all presses are one and the same scene: priors decide most results")
     elif np.ptp(log.modulus_MPa) == 0:
-        said.append(
+        doubts.append(
             "all presses are on one modulus: a specimen of another one, far from it, would separate moduli from gains"
         )
     if log.stated_sd is not None:
-        said.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
+        doubts.append("S_d alone: ratios of the gauges' gains are assumed to be the design's, and their zeros to be 0")
     if hard := int(problem.strained(inner).sum()):
-        said.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
+        doubts.append(f"{hard} of {len(log)} presses strain this finger more than was measured at finite strain")
     outside = np.zeros(len(log), bool)
     for shape in problem.shapes:
-        loads = log.force_N[shape.rows], problem.moduli(found.values)[shape.rows]
+        loads = log.force_N[shape.rows], problem.moduli(fit.values)[shape.rows]
         outside[shape.rows] = ~shape.responses[0].inside(*loads, outer, inner)
     if outside.any():
-        said.append(f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger")
+        doubts.append(
+            f"{int(outside.sum())} of {len(log)} presses lie outside of what the model covers for this finger"
+        )
     if not problem.shapes[0].responses[0].large_strain:
-        said.append(
+        doubts.append(
             "large strain is not known for this geometry, friction or specimen, and not included: 2 to 4 % of S_d"
         )
-    return said
+    return doubts
 
 
-def _of_the_fit(found: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
+def _of_the_fit(fit: Identification, profiles: tuple[ParameterProfile, ...]) -> list[str]:
     """Doubts about the fit: bounds, priors that decide, specimens, correlations, misfit, swapped gauges, rivals."""
-    problem, ended = found.problem, at_bounds(found.problem, found.vector)
-    said = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
-    if beyond := problem.beyond(found.vector):
-        said.append(
+    problem, ended = fit.problem, at_bounds(fit.problem, fit.vector)
+    doubts = [f"{name} ended at its bound, beyond what is known of silicones" for name in ended if name != RATIO_WORDS]
+    if beyond := problem.beyond(fit.vector):
+        doubts.append(
             f"the ratio of the moduli is {PER_CENT * abs(beyond):.1g} % outside of 1 to 16, where fingers are known"
         )
-    for name, sigma, linear in zip(found.names, found.sigma, problem.linear, strict=True):
-        explained = name in problem.specimens or any(one.name == name and one.verdict != "bounded" for one in profiles)
+    for name, sigma, linear in zip(fit.names, fit.sigma, problem.linear, strict=True):
+        explained = name in problem.specimens or any(
+            interval.name == name and interval.verdict != "bounded" for interval in profiles
+        )
         if not (linear or explained or name == "stick_share") and sigma > PRIOR_DECIDES * problem.priors[name][1]:
-            said.append(f"the presses do not determine {name}: its prior decides")
-    for name, known in problem.specimens.items():
-        off = np.log(found.values[name] / problem.held[name]) / known.sigma
+            doubts.append(f"the presses do not determine {name}: its prior decides")
+    for name, specimen in problem.specimens.items():
+        off = np.log(fit.values[name] / problem.held[name]) / specimen.sigma
         if abs(off) > INTERVAL_HALF_WIDTH_SIGMAS:
-            said.append(
-                f"the specimen of {problem.held[name]:g} MPa came out at {found.values[name]:.3g}, {abs(off):.2g} of "
+            doubts.append(
+                f"the specimen of {problem.held[name]:g} MPa came out at {fit.values[name]:.3g}, {abs(off):.2g} of "
                 "the standard deviations that modulus_sigma_MPa states"
             )
     outside = np.flatnonzero(~problem.linear)
-    for one, other in combinations(outside.tolist(), 2):
-        together = found.covariance[one, other] / (found.sigma[one] * found.sigma[other])
+    for a, b in combinations(outside.tolist(), 2):
+        together = fit.covariance[a, b] / (fit.sigma[a] * fit.sigma[b])
         if abs(together) > CORRELATED_PARAMETERS:
-            names = found.names[one], found.names[other]
+            names = fit.names[a], fit.names[b]
             wide = (
-                ": take their intervals 1.5 times as wide" if {kind(one) for one in names} <= {*CONTACT_MOVES} else ""
+                ": take their intervals 1.5 times as wide" if {kind(name) for name in names} <= {*CONTACT_MOVES} else ""
             )
-            said.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
-    if found.freedom > 0 and found.chi_square / found.freedom > MISFIT_CHI_SQUARE:
-        excess = found.chi_square / found.freedom
-        said.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
-    said += _swapped(found)
-    if found.rival is not None and found.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
-        said.append(f"another finger fits as well, chi-square only {found.rival:.2g} more: press other specimens too")
-    return said
+            doubts.append(f"{names[0]} and {names[1]} are determined together only (correlation {together:.3f}){wide}")
+    if fit.freedom > 0 and fit.chi_square / fit.freedom > MISFIT_CHI_SQUARE:
+        excess = fit.chi_square / fit.freedom
+        doubts.append(f"the model does not fit: chi-square is {excess:.3g} times its freedom; all sigmas are widened")
+    doubts += _swapped(fit)
+    if fit.rival is not None and fit.rival < INTERVAL_HALF_WIDTH_SIGMAS**2:
+        doubts.append(f"another finger fits as well, chi-square only {fit.rival:.2g} more: press other specimens too")
+    return doubts
 
 
-def _swapped(found: Identification) -> list[str]:
+def _swapped(fit: Identification) -> list[str]:
     """The pair of gauges, if any, whose readings fit far better swapped."""
-    problem, names, costs = found.problem, found.problem.gauges, {}
-    if found.chi_square < SWAPPED_CHI_SQUARE:
+    problem, names, costs = fit.problem, fit.problem.gauges, {}
+    if fit.chi_square < SWAPPED_CHI_SQUARE:
         return []
-    for one, other in combinations(range(len(problem.reading_names)), 2):
+    for a, b in combinations(range(len(problem.reading_names)), 2):
         order = np.arange(len(names))
-        order[[one, other]] = other, one
+        order[[a, b]] = b, a
         # Fit the log with two columns exchanged, from the moduli that were found.
         turned = replace(problem, log=replace(problem.log, readings=problem.log.readings[:, order])).weighted()
-        _, vector = descend(turned, found.vector[~problem.linear])
-        costs[names[one], names[other]], _ = descend(turned.weighted(vector), vector[~problem.linear])
+        _, vector = descend(turned, fit.vector[~problem.linear])
+        costs[names[a], names[b]], _ = descend(turned.weighted(vector), vector[~problem.linear])
     if not costs:
         return []
     (first, second), least = min(costs.items(), key=lambda pair: pair[1])
-    if found.chi_square - least < SWAPPED_CHI_SQUARE * max(1.0, least / max(found.freedom, 1.0)):
+    if fit.chi_square - least < SWAPPED_CHI_SQUARE * max(1.0, least / max(fit.freedom, 1.0)):
         return []
-    return [f"{first} and {second} look swapped: chi-square would be {least:.3g} instead of {found.chi_square:.3g}"]
+    return [f"{first} and {second} look swapped: chi-square would be {least:.3g} instead of {fit.chi_square:.3g}"]
 
 
-def _of_gauges(found: Identification) -> list[str]:
+def _of_gauges(fit: Identification) -> list[str]:
     """Doubts about single gauges: those that hardly respond, or whose gain and lever are not determined separately."""
-    said: list[str] = []
-    problem = found.problem
+    doubts: list[str] = []
+    problem = fit.problem
     if problem.log.stated_sd is not None:
-        return said
+        return doubts
     gains = [np.inf] * len(problem.gauges) if problem.gains is None else problem.gains.tolist()
     for name, moved, gain in zip(problem.gauges, np.ptp(problem.log.readings, axis=0), gains, strict=True):
         lever = f"lever_mm.{name}"
         if moved < DEAD_GAUGE_SIGMAS * problem.noise.readings_microstrain:
-            said.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
-        elif lever in found.names and found[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
-            said.append(f"the presses do not separate lever and gain of {name}: the prior decides")
-    return said
+            doubts.append(f"{name} hardly follows the presses ({moved:.3g} µε in all): dead, loose, or far away")
+        elif lever in fit.names and fit[lever][1] > PRIOR_DECIDES * PARAMETERS_BY_NAME["lever_mm"].sigma * gain:
+            doubts.append(f"the presses do not separate lever and gain of {name}: the prior decides")
+    return doubts
 
 
-def _backwards(found: Identification) -> list[str]:
+def _backwards(fit: Identification) -> list[str]:
     """Gauges with negative gain. This is a note, not a doubt, because their leads may be swapped."""
-    gains = [(name.split(".")[1], *found[name]) for name in found.names if kind(name) == "gain"]
+    gains = [(name.split(".")[1], *fit[name]) for name in fit.names if kind(name) == "gain"]
     return [
         f"{gauge} reads backwards (gain {gain:.3g})"
         for gauge, gain, sigma in gains
@@ -346,14 +350,14 @@ def _backwards(found: Identification) -> list[str]:
     ]
 
 
-def _rubbing(found: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
+def _rubbing(fit: Identification, intervals: dict[str, tuple[float, float]]) -> list[str]:
     """The share of stick if the friction was not stated. This is a note, not a doubt, because all intervals contain
     it."""
-    if "stick_share" not in found.names:
+    if "stick_share" not in fit.names:
         return []
     low, high = intervals["stick_share"]
     return [
-        f"friction was not stated: the presses have {PER_CENT * found['stick_share'][0]:.0f} % of the effect of stick "
+        f"friction was not stated: the presses have {PER_CENT * fit['stick_share'][0]:.0f} % of the effect of stick "
         f"({PER_CENT * low:.0f} to {PER_CENT * high:.0f}), which intervals contain; --friction states it"
     ]
 
@@ -375,7 +379,7 @@ def profile(found: Identification, name: str) -> ParameterProfile:
         for k in range(1, MOST_PROFILE_STEPS + 1):
             value = sign * min(sign * (best + sign * PROFILE_STEP_SIGMAS * k * sigma), sign * limit)
             if curve(value, anywhere=True) - least > level:
-                end = brentq(lambda one: curve(one) - least - level, end, value, xtol=PROFILE_END_ACCURACY * sigma)
+                end = brentq(lambda x: curve(x) - least - level, end, value, xtol=PROFILE_END_ACCURACY * sigma)
                 break
             end = value
             if value == limit:
@@ -397,10 +401,10 @@ def profile(found: Identification, name: str) -> ParameterProfile:
 class _Curve:
     """Least chi-square with one parameter held at a value in the scale of the fit; results are kept."""
 
-    def __init__(self, found: Identification, name: str):
-        self._problem, self._name = found.problem, name
-        self._place = found.names.index(name)
-        self.others = np.delete(found.vector, self._place)
+    def __init__(self, fit: Identification, name: str):
+        self._problem, self._name = fit.problem, name
+        self._place = fit.names.index(name)
+        self.others = np.delete(fit.vector, self._place)
         self.without_prior: dict[float, float] = {}
         self.at_bounds: dict[float, list[str]] = {}
 
@@ -408,12 +412,12 @@ class _Curve:
         """Chi-square including all priors. The fit starts where the last one ended and, with `anywhere`, also at the
         start values of a whole fit, because far out there may be another minimum."""
         if value not in self.without_prior:
-            free = tuple(one for one in self._problem.free if one != self._name)
-            held = {**self._problem.held, self._name: physical(self._name, value)}
-            rest = replace(self._problem, free=free, held=held)
+            free = tuple(name for name in self._problem.free if name != self._name)
+            values = {**self._problem.held, self._name: physical(self._name, value)}
+            rest = replace(self._problem, free=free, held=values)
             starts = (self.others[~rest.linear], *(starts_of(rest) if anywhere else ()))
-            found = (descend(rest, start) for start in starts)
-            self.without_prior[value], self.others = min(found, key=lambda one: one[0])
+            fits = (descend(rest, start) for start in starts)
+            self.without_prior[value], self.others = min(fits, key=lambda fit: fit[0])
             self.at_bounds[value] = at_bounds(rest, self.others)
         middle, sigma = self._problem.priors[self._name]
         return self.without_prior[value] + ((value - middle) / sigma) ** 2

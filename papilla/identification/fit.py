@@ -11,9 +11,9 @@ from functools import cached_property
 from operator import itemgetter
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError
+from papilla.core.least_squares import least_squares
 from papilla.core.progress import Progress, silent
 from papilla.core.short_repr import html_table
 from papilla.fem.reduction.family import with_moduli
@@ -94,10 +94,10 @@ class Identification:
     asked: str = ""
 
     def __repr__(self) -> str:
-        shown = ", ".join(
+        listed = ", ".join(
             f"{name} {self[name][0]:.4g}" for name in self.names if not PARAMETERS_BY_NAME[kind(name)].each_gauge
         )
-        return f"<Identification from {len(self.problem.log)} presses: {shown}>"
+        return f"<Identification from {len(self.problem.log)} presses: {listed}>"
 
     def _repr_html_(self) -> str:
         """Parameters with their standard deviations as a table, for notebooks."""
@@ -129,15 +129,15 @@ class Identification:
     def finger(self) -> Finger:
         """The design with the identified moduli, gains, levers and places of the gauges."""
         values = self.values
-        found = with_moduli(self.problem.finger, values["outer_modulus_MPa"], values["inner_modulus_MPa"])
+        finger = with_moduli(self.problem.finger, values["outer_modulus_MPa"], values["inner_modulus_MPa"])
         gauges = []
-        for gauge in found.gauges:
+        for gauge in finger.gauges:
             gain = values["common_gain"] * values[f"gain.{gauge.name}"]
             lever = values["common_gain"] * values[f"lever_mm.{gauge.name}"] + gain * values["common_lever_mm"]
             along, across = moved_by(values, gauge.name)
             moved = gauge.moved_mm[0] + along, gauge.moved_mm[1] + across
             gauges.append(replace(gauge, membrane_gain=gain, lever_mm=lever, moved_mm=moved))
-        return replace(found, gauges=tuple(gauges))
+        return replace(finger, gauges=tuple(gauges))
 
     def with_record(self, record: Identified) -> Finger:
         """The identified finger with the record of its identification, and its bench."""
@@ -197,26 +197,26 @@ def identify(
         rubbing = finger.bench.friction if friction is None else friction
         ensure_physics(finger, rubbing, processes=processes, progress=progress)
     problem = problem_of(log, finger, free, fix or {}, specimen, noise, friction, size_mm, progress)
-    held = checked_values(fix or {}, finger)
-    return freed(solve(problem, progress), tuple(held), size_mm, progress)
+    fixed = checked_values(fix or {}, finger)
+    return freed(solve(problem, progress), tuple(fixed), size_mm, progress)
 
 
 def solve(problem: Problem, progress: Progress = silent) -> Identification:
     """Fit a problem from several starts; each fit is repeated with the weights that follow from it."""
     progress("identifying")
     first = problem.weighted()
-    found = sorted((descend(first, start) for start in starts_of(first)), key=itemgetter(0))
+    fits = sorted((descend(first, start) for start in starts_of(first)), key=itemgetter(0))
     # Repeated presses tell the noise, but only with a model that already fits.
-    first = replace(first, noise=estimated_noise(first, found[0][1]))
-    ends = [_followed(first, vector) for _, vector in _distinct(found)[:CONTINUED_FITS]]
+    first = replace(first, noise=estimated_noise(first, fits[0][1]))
+    ends = [_followed(first, vector) for _, vector in _distinct(fits)[:CONTINUED_FITS]]
     ends.sort(key=itemgetter(0))
     cost, last, vector = ends[0]
     # Another minimum counts only if its nonlinear parameters differ; else it is the same finger found twice.
     outside = ~problem.linear
     rivals = [
-        one[0] - cost
-        for one in ends[1:]
-        if np.abs(one[2] - vector)[outside].max(initial=0.0) > ANOTHER_MINIMUM_DISTANCE
+        end[0] - cost
+        for end in ends[1:]
+        if np.abs(end[2] - vector)[outside].max(initial=0.0) > ANOTHER_MINIMUM_DISTANCE
     ]
     return _judged(last, vector, min(rivals, default=None))
 
@@ -227,8 +227,8 @@ def starts_of(problem: Problem) -> list[np.ndarray]:
     middle = problem.start[outside]
     kinds = [kind(name) for name, linear in zip(problem.free, problem.linear, strict=True) if not linear]
     # A parameter that is known well, or has a small effect, starts only at its prior
-    widths = np.diag([PARAMETERS_BY_NAME[one].sigma for one in kinds])
-    widths = widths[[one not in (*CONTACT_MOVES, *OF_THE_LOG, "common_gain") for one in kinds]]
+    widths = np.diag([PARAMETERS_BY_NAME[name].sigma for name in kinds])
+    widths = widths[[name not in (*CONTACT_MOVES, *OF_THE_LOG, "common_gain") for name in kinds]]
     return [middle, *(middle + widths), *(middle - widths)]
 
 
@@ -238,30 +238,20 @@ def descend(problem: Problem, start: np.ndarray) -> tuple[float, np.ndarray]:
         vector = problem.solved(start)
         return float((problem.residuals(vector) ** 2).sum()), vector
     low, high = (side[~problem.linear] for side in problem.bounds)
-    # `least_squares` asks for residuals and Jacobian in two calls; both come from one evaluation.
-    known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
-
-    def at(outside: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        if outside.tobytes() not in known:
-            known.clear()
-            known[outside.tobytes()] = problem.projected(outside)
-        return known[outside.tobytes()]
-
     margin = START_BOUND_MARGIN * (high - low)
+    limits: dict = dict.fromkeys(("xtol", "ftol", "gtol"), DESCENT_TOLERANCE) | {"max_nfev": MOST_DESCENT_EVALUATIONS}
     begin = np.clip(start, low + margin, high - margin)
-    how: dict = dict.fromkeys(("xtol", "ftol", "gtol"), DESCENT_TOLERANCE)
-    how |= {"x_scale": (high - low) / 4, "max_nfev": MOST_DESCENT_EVALUATIONS}
-    done = least_squares(lambda outside: at(outside)[0], begin, lambda outside: at(outside)[1], (low, high), **how)
-    return 2 * float(done.cost), problem.solved(done.x)
+    descent = least_squares(problem.projected, begin, both=True, bounds=(low, high), x_scale=(high - low) / 4, **limits)
+    return descent.cost, problem.solved(descent.vector)
 
 
-def _distinct(found: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:
+def _distinct(fits: list[tuple[float, np.ndarray]]) -> list[tuple[float, np.ndarray]]:
     """Fits in order of rising cost, without those that ended in a minimum that is already in the list."""
-    kept: list[tuple[float, np.ndarray]] = []
-    for cost, vector in found:
-        if all(abs(cost - other) > SAME_COST * (1 + other) for other, _ in kept):
-            kept.append((cost, vector))
-    return kept
+    distinct: list[tuple[float, np.ndarray]] = []
+    for cost, vector in fits:
+        if all(abs(cost - earlier) > SAME_COST * (1 + earlier) for earlier, _ in distinct):
+            distinct.append((cost, vector))
+    return distinct
 
 
 def _followed(problem: Problem, vector: np.ndarray) -> tuple[float, Problem, np.ndarray]:
@@ -302,50 +292,52 @@ def _judged(problem: Problem, vector: np.ndarray, rival: float | None) -> Identi
     return Identification(problem, vector, covariance, chi_square, freedom, rival)
 
 
-def freed(found: Identification, held: tuple[str, ...], size_mm: float | None, progress: Progress) -> Identification:
+def freed(fit: Identification, fixed: tuple[str, ...], size_mm: float | None, progress: Progress) -> Identification:
     """The identification after freeing further parameters, if the model did not fit before and fits then.
 
-    held : parameters that must not be freed.
+    fixed : parameters that must not be freed.
     """
-    if not _misfit(found) or found.problem.log.stated_sd is not None:
-        return found
+    if not _misfit(fit) or fit.problem.log.stated_sd is not None:
+        return fit
     try:
-        best = replace(found, problem=_moving(found.problem, size_mm, progress))
+        best = replace(fit, problem=_moving(fit.problem, size_mm, progress))
     except InputError:
-        return found  # Neither contacts nor gauges of this finger can be moved that far
+        return fit  # Neither contacts nor gauges of this finger can be moved that far
     names: list[str] = []
     alike: list[str] = []
     while _misfit(best) and len(names) < MOST_FREED:
         # Score test first: a whole fit for each candidate would take minutes.
-        gains = {name: _gain(best, name) for name in _candidates(best.problem, held)}
+        gains = {name: _gain(best, name) for name in _candidates(best.problem, fixed)}
         likely = sorted(gains, key=lambda name: -gains[name])[:TRIED_PARAMETERS]
         progress(f"the model does not fit: with {', '.join(likely) or 'nothing more'} free")
         tried = {name: _with_free(best, name) for name in likely}
-        name = min(tried, key=lambda one: tried[one].chi_square, default="")
+        name = min(tried, key=lambda candidate: tried[candidate].chi_square, default="")
         if not name or tried[name].chi_square > (1 - LEAST_FALL) * best.chi_square:
             break
         best = tried.pop(name)
         names.append(name)
-        alike = [one for one in tried if tried[one].chi_square < best.chi_square + ALIKE_CHI_SQUARE]
+        alike = [candidate for candidate in tried if tried[candidate].chi_square < best.chi_square + ALIKE_CHI_SQUARE]
     # Only if the model then fits: otherwise the freed parameter would only hide another error.
     if not names or _misfit(best):
-        return found
+        return fit
     named = " and ".join(f"{name} ({best[name][0]:+.2g} {PARAMETERS_BY_NAME[kind(name)].unit})" for name in names)
-    fell = f"chi-square fell from {found.chi_square:.3g} to {best.chi_square:.3g}"
+    fell = f"chi-square fell from {fit.chi_square:.3g} to {best.chi_square:.3g}"
     others = f"; {' or '.join(alike)} instead of {names[-1]} does as well" if alike else ""
     return replace(best, asked=f"{named} was freed because the presses do not fit otherwise: {fell}{others}")
 
 
-def _with_free(found: Identification, name: str) -> Identification:
+def _with_free(fit: Identification, name: str) -> Identification:
     """The fit with one more parameter free, started from the earlier fit."""
-    free = linear_last((*found.names, name))
-    at = dict(zip(found.names, found.vector.tolist(), strict=True))
-    _, last, vector = _followed(replace(found.problem, free=free), np.array([at.get(one, 0.0) for one in free]))
+    free = linear_last((*fit.names, name))
+    at = dict(zip(fit.names, fit.vector.tolist(), strict=True))
+    _, last, vector = _followed(
+        replace(fit.problem, free=free), np.array([at.get(parameter, 0.0) for parameter in free])
+    )
     return _judged(last, vector, None)
 
 
-def _misfit(found: Identification) -> bool:
-    return found.freedom > 0 and found.chi_square > MISFIT_CHI_SQUARE * found.freedom
+def _misfit(fit: Identification) -> bool:
+    return fit.freedom > 0 and fit.chi_square > MISFIT_CHI_SQUARE * fit.freedom
 
 
 def _moving(problem: Problem, size_mm: float | None, progress: Progress) -> Problem:
@@ -356,11 +348,11 @@ def _moving(problem: Problem, size_mm: float | None, progress: Progress) -> Prob
     return replace(problem, shapes=with_moves(problem.shapes, relatives, progress))
 
 
-def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
+def _candidates(problem: Problem, fixed: tuple[str, ...]) -> list[str]:
     """Places and tilts that are neither free nor held, and that these presses could determine."""
-    found = []
+    names = []
     for name in names_of(problem.finger):
-        if kind(name) not in CONTACT_MOVES or name in problem.free or name in held:
+        if kind(name) not in CONTACT_MOVES or name in problem.free or name in fixed:
             continue
         off_apex = problem.shapes[0].off_apex
         assert off_apex is not None
@@ -370,14 +362,14 @@ def _candidates(problem: Problem, held: tuple[str, ...]) -> list[str]:
         except InputError:
             continue
         if flat or not name.startswith("tilt"):
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
-def _gain(found: Identification, name: str) -> float:
+def _gain(fit: Identification, name: str) -> float:
     """Fall of chi-square plus priors with one more parameter free, to first order (Rao's score test)."""
-    problem = replace(found.problem, free=(*found.names, name))
-    vector = np.append(found.vector, 0.0)
+    problem = replace(fit.problem, free=(*fit.names, name))
+    vector = np.append(fit.vector, 0.0)
     residuals, jacobian = problem.linearised(vector)
     others = np.linalg.qr(jacobian[:, :-1])[0]
     column = jacobian[:, -1] - others @ (others.T @ jacobian[:, -1])

@@ -53,8 +53,8 @@ def problem_of_record(
     values = {name: value for name, value in zip(record.parameters, record.values, strict=True) if name in free}
     design = unmoved(finger, values)
     shapes = shapes_of(log, bench.specimen(1.0), design, (), values, bench.friction, size_mm, progress)
-    held = start_of(design, bench.thickness) | {"touch_down_mm": record.touch_down_mm} | values
-    return Problem(log, design, shapes, held, free, noise)
+    start = start_of(design, bench.thickness) | {"touch_down_mm": record.touch_down_mm} | values
+    return Problem(log, design, shapes, start, free, noise)
 
 
 def unmoved(finger: Finger, values: Mapping[str, float]) -> Finger:
@@ -89,10 +89,10 @@ def with_identification(
     by_ln_sd = np.einsum("ng,ngf->nf", shares, by) / sd[:, None]
     force, modulus = problem.log.force_N, problem.log.modulus_MPa
 
-    def wider(part, slopes: np.ndarray):
+    def wider(channel, slopes: np.ndarray):
         sigma = np.sqrt(np.maximum(np.einsum("nf,fe,ne->n", slopes, covariance, slopes), 0.0))
         surface = SurfaceFit(force, modulus, (AGREEMENT_RESOLUTION, AGREEMENT_RESOLUTION)).surface(sigma).surface
-        return replace(part, uncertainty=replace(part.uncertainty, identified=surface))
+        return replace(channel, uncertainty=replace(channel.uncertainty, identified=surface))
 
     bench: dict[str, Any] = {"zeros_microstrain": list(record.zeros_microstrain), "touch_down_mm": record.touch_down_mm}
     if record.crept:
@@ -101,7 +101,7 @@ def with_identification(
     return replace(
         calibration,
         surface=wider(calibration.surface, by_ln_sd),
-        gauges=tuple(wider(one, by[:, k] / force[:, None]) for k, one in enumerate(calibration.gauges)),
+        gauges=tuple(wider(gauge, by[:, k] / force[:, None]) for k, gauge in enumerate(calibration.gauges)),
         finger=calibration.finger | bench | {"identified": record.status},
         notes=(*calibration.notes, *(f"identification: {note}" for note in record.notes)),
     )
@@ -124,13 +124,13 @@ def _problem(
     force, modulus = (
         np.geomspace(*calibration.domain[key], AGREEMENT_GRID_PRESSES) for key in ("force_N", "modulus_MPa")
     )
-    force, modulus = (one.ravel() for one in np.meshgrid(force, modulus))
+    force, modulus = (axis.ravel() for axis in np.meshgrid(force, modulus))
     deep = np.ones(len(force)) if "touch_down_mm" in values else None
     log = unread(finger, force, modulus, indentation_mm=deep)
-    kept = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
-    free = tuple(record.parameters[place] for place in kept)
+    places = [place for place, name in enumerate(record.parameters) if kind(name) not in OF_THE_BENCH]
+    free = tuple(record.parameters[place] for place in places)
     problem = problem_of_record(finger, log, free, PressNoise(), size_mm, progress)
-    return problem, np.array(record.covariance)[np.ix_(kept, kept)]
+    return problem, np.array(record.covariance)[np.ix_(places, places)]
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ class PressAgreement:
         about = f"chi-square {self.chi_square:.3g} of {self.freedom} measured values"
         if self.same:
             return f"fine: {about} is what a finger that has not changed shows"
-        named = [one for one in self.changes if one.chi_square > CLEAR_CHI_SQUARE_RISE]
+        named = [change for change in self.changes if change.chi_square > CLEAR_CHI_SQUARE_RISE]
         moved = f"; the single change that explains it best: {named[0].words}" if named else ""
         return f"recalibrate: {about} has a probability of {self.probability:.1g}{moved}"
 
@@ -221,14 +221,14 @@ def _against(problem: Problem, vector: np.ndarray, covariance) -> PressAgreement
     for gauge in problem.finger.gauges:
         # A gauge that comes loose responds less to every load
         parts = [f"{key}.{gauge.name}" for key in ("gain", "lever_mm")]
-        by_name[f"reading of {gauge.name}"] = sum(problem.held[part] * by_name.pop(part) for part in parts)
+        by_name[f"reading of {gauge.name}"] = sum(problem.held[name] * by_name.pop(name) for name in parts)
     changes = []
     for name, column in by_name.items():
         information = float(column @ precision @ column)
         if information > 0:
-            found = float(column @ precision @ off) / information
-            changes.append(Change(name, found, information**-0.5, found**2 * information))
-    changes.sort(key=lambda one: -one.chi_square)
+            size = float(column @ precision @ off) / information
+            changes.append(Change(name, size, information**-0.5, size**2 * information))
+    changes.sort(key=lambda change: -change.chi_square)
     return PressAgreement(len(problem.log), total, len(off), float(chdtrc(len(off), total)), tuple(changes))
 
 

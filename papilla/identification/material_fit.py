@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from papilla.core.errors import InputError, SolverError
+from papilla.core.least_squares import least_squares
 from papilla.core.short_repr import short_repr
 from papilla.model.materials import TEST_MODES, Material, NeoHookean, material_class, principal_pair
 
@@ -28,10 +28,6 @@ ILL_CONDITIONED = 1e6
 
 MATERIAL_FIT_TOLERANCE = 1e-14
 """Relative tolerances of the search: the data may be exact."""
-
-SMALLEST_JACOBIAN_COLUMN = 1e-10
-"""Size of a column of the scaled Jacobian, relative to the largest, below which the data do not determine its
-parameter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +57,7 @@ class MaterialTests:
     @classmethod
     def join(cls, parts: Sequence["MaterialTests"]) -> "MaterialTests":
         """All points of several tests."""
-        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+        return cls(*(np.concatenate([getattr(test, item.name) for test in parts]) for item in fields(cls)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +92,7 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     """Least-squares fit of a material of `kind` ("neo-hookean", "yeoh" or "ogden") to unweighted nominal stresses.
 
     The problem is solved in units of the data's own shear modulus, so that units of stress do not matter. Standard
-    errors use the scatter of the residuals as noise: s^2 = sum r^2/(n - k) (Bates and Watts 1988, section 2.1). Raises
+    errors use the scatter of the residuals as noise. Raises
     `InputError` if there are too few points or their stiffness is not positive, `SolverError` if the search does not
     converge.
     """
@@ -112,19 +108,44 @@ def fit_material(kind: str, data: MaterialTests) -> MaterialFit:
     def residual(x):
         return (model_stress(cls(*(x * unit)), data) - data.stress) / scale
 
-    tight = dict.fromkeys(("xtol", "ftol", "gtol"), MATERIAL_FIT_TOLERANCE)
-    found = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
-    if found.status <= 0:
-        raise SolverError(f"the {kind} fit did not converge: {found.message}")
-    return _with_doubts(cls, names, data, found, start, unit, scale)
+    tight: dict = dict.fromkeys(("xtol", "ftol", "gtol"), MATERIAL_FIT_TOLERANCE)
+    fit = least_squares(residual, start, jac="3-point", bounds=(low, high), x_scale="jac", **tight)
+    if not fit.converged:
+        raise SolverError(f"the {kind} fit did not converge: {fit.message}")
+    covariance = fit.covariance * np.outer(unit, unit)
+    stderr = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / np.outer(stderr, stderr)
+    notes = [f"the data do not determine {names[k]}" for k in np.flatnonzero(~fit.determined)]
+    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(fit.at_bound)]
+    notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(fit.vector == start)]
+    for i, j in zip(*np.tril_indices(len(names), -1), strict=True):
+        if abs(correlation[i, j]) > STRONG_CORRELATION:
+            notes.append(f"{names[j]} and {names[i]} are correlated by {correlation[i, j]:.3f}")
+    if fit.condition > ILL_CONDITIONED:
+        notes.append(f"the problem is ill-conditioned ({fit.condition:.1e}): the parameters are not determined apart")
+    return MaterialFit(
+        material=cls(*(fit.vector * unit).tolist()),
+        names=names,
+        values=fit.vector * unit,
+        stderr=stderr,
+        covariance=covariance,
+        correlation=correlation,
+        condition=fit.condition,
+        rms=float(np.sqrt(fit.cost / len(data.stretch)) * scale),
+        points=len(data.stretch),
+        stretch_range=(float(data.stretch.min()), float(data.stretch.max())),
+        modes=tuple(mode for mode in TEST_MODES if (data.mode == mode).any()),
+        notes=tuple(notes),
+    )
 
 
 def model_stress(material: Material, data: MaterialTests) -> np.ndarray:
     """Nominal stress (n,) in MPa of a material in the tests of `data`."""
     stress = np.empty(len(data.stretch))
     for mode in TEST_MODES:
-        here = data.mode == mode
-        stress[here] = material.nominal_stress(data.stretch[here], mode)
+        of_mode = data.mode == mode
+        stress[of_mode] = material.nominal_stress(data.stretch[of_mode], mode)
     return stress
 
 
@@ -135,44 +156,3 @@ def _shear_modulus(data: MaterialTests) -> float:
     if not scale > 0:
         raise InputError(f"the data have no positive stiffness: a neo-Hookean fit gives mu = {scale:.3g} MPa")
     return scale
-
-
-def _with_doubts(cls, names, data: MaterialTests, found, start, unit, scale) -> MaterialFit:
-    """Uncertainty and doubts of a least-squares result in scaled parameters."""
-    length = np.linalg.norm(found.jac, axis=0)
-    dead = length <= SMALLEST_JACOBIAN_COLUMN * length.max()
-    seen = np.flatnonzero(~dead)
-    scaled = found.jac[:, seen] / length[seen]
-    singular = np.linalg.svd(scaled, compute_uv=False)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    covariance = np.full((len(names), len(names)), np.nan)
-    if np.isfinite(condition):
-        variance = 2 * found.cost / (len(data.stretch) - len(names))
-        inverse = np.linalg.pinv(scaled.T @ scaled)
-        size = unit[seen] / length[seen]
-        covariance[np.ix_(seen, seen)] = variance * inverse * np.outer(size, size)
-    stderr = np.sqrt(np.diag(covariance))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        correlation = covariance / np.outer(stderr, stderr)
-    notes = [f"the data do not determine {names[k]}" for k in np.flatnonzero(dead)]
-    notes += [f"{names[k]} stopped at its bound" for k in np.flatnonzero(found.active_mask)]
-    notes += [f"{names[k]} did not move from its start value" for k in np.flatnonzero(found.x == start)]
-    for i, j in zip(*np.tril_indices(len(names), -1), strict=True):
-        if abs(correlation[i, j]) > STRONG_CORRELATION:
-            notes.append(f"{names[j]} and {names[i]} are correlated by {correlation[i, j]:.3f}")
-    if condition > ILL_CONDITIONED:
-        notes.append(f"the problem is ill-conditioned ({condition:.1e}): the parameters are not determined apart")
-    return MaterialFit(
-        material=cls(*(float(value) for value in found.x * unit)),
-        names=names,
-        values=found.x * unit,
-        stderr=stderr,
-        covariance=covariance,
-        correlation=correlation,
-        condition=condition,
-        rms=float(np.sqrt(2 * found.cost / len(data.stretch)) * scale),
-        points=len(data.stretch),
-        stretch_range=(float(data.stretch.min()), float(data.stretch.max())),
-        modes=tuple(mode for mode in TEST_MODES if (data.mode == mode).any()),
-        notes=tuple(notes),
-    )

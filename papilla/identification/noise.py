@@ -82,29 +82,25 @@ def estimated_noise(problem: "Problem", vector: np.ndarray) -> PressNoise:
         """Minus twice the log likelihood, as a function of the logarithms of the variances: readings, force and, if
         measured, indentation."""
         variance = np.exp(ln_variance)
-        own = np.full(problem.measured.shape[1], variance[0])
-        own[len(problem.reading_names) :] = variance[-1]
+        diagonal = np.full(problem.measured.shape[1], variance[0])
+        diagonal[len(problem.reading_names) :] = variance[-1]
         # The stated variances as so many earlier repeats: a few presses cannot move the noise far.
         total = STATED_FREEDOM * float((ln_variance + stated**2 / variance).sum())
         for contrasts, slope in parts:
-            covariance = np.diag(own) + variance[1] * np.outer(slope, slope)
+            covariance = np.diag(diagonal) + variance[1] * np.outer(slope, slope)
             total += len(contrasts) * float(np.linalg.slogdet(covariance)[1])
             total += float(np.einsum("kc,cd,kd->", contrasts, np.linalg.inv(covariance), contrasts))
         return total
 
     start, reach = 2 * np.log(stated), 2 * np.log(AT_MOST)
-    sides = [(one - reach, one + reach) for one in start]
-    found = np.exp(minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", bounds=sides).x / 2)
+    sides = [(middle - reach, middle + reach) for middle in start]
+    sigma = np.exp(minimize(minus_twice_log_likelihood, start, method="L-BFGS-B", bounds=sides).x / 2)
     # The estimate is of S_d or of a gauge, whichever was measured; the noise is stated for a gauge.
-    readings = float(found[0]) * problem.noise.readings_microstrain / problem.reading_noise
-    depth = float(found[2]) if deep else problem.noise.indentation_mm
-    given: dict = {
-        "readings_microstrain": readings,
-        "force": float(found[1]),
-        "indentation_mm": depth,
-        "repeats": freedom,
-    }
-    return replace(problem.noise, **given)
+    readings = float(sigma[0]) * problem.noise.readings_microstrain / problem.reading_noise
+    depth = float(sigma[2]) if deep else problem.noise.indentation_mm
+    return replace(
+        problem.noise, readings_microstrain=readings, force=float(sigma[1]), indentation_mm=depth, repeats=freedom
+    )
 
 
 def _groups(problem: "Problem") -> list[np.ndarray]:
@@ -113,15 +109,15 @@ def _groups(problem: "Problem") -> list[np.ndarray]:
     on = np.zeros(len(log)) if log.on is None else log.on
     keys = np.column_stack([log.modulus_MPa, places(log), on])
     _, which = np.unique(keys, axis=0, return_inverse=True)
-    found: list[list[int]] = []
+    groups: list[list[int]] = []
     for key in range(which.max() + 1):
         rows = np.flatnonzero(which == key)
         rows = rows[np.argsort(log.force_N[rows], kind="stable")]
         group = [int(rows[0])]
-        for row in rows[1:].tolist():
-            if log.force_N[row] > SAME_FORCE * log.force_N[group[0]]:
-                found.append(group)
+        for press in rows[1:].tolist():
+            if log.force_N[press] > SAME_FORCE * log.force_N[group[0]]:
+                groups.append(group)
                 group = []
-            group.append(row)
-        found.append(group)
-    return [np.array(group) for group in found if len(group) > 1]
+            group.append(press)
+        groups.append(group)
+    return [np.array(group) for group in groups if len(group) > 1]

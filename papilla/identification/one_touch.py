@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import RectBivariateSpline
-from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from papilla.calibration import INTERVAL_PROBABILITY
 from papilla.calibration.fitting.sweep import Sweep
 from papilla.core import checks
 from papilla.core.errors import InputError
+from papilla.core.least_squares import least_squares
 from papilla.logs import PressLog
 from papilla.logs.presses import loading, touches
 from papilla.references import Prony, bonded_layer_sphere
@@ -90,8 +90,8 @@ def on_half_space(radius_mm: float, nu: float = 0.5) -> Depth:
 def on_bonded_layer(radius_mm: float, thickness_mm: float, deepest_mm: float, nu: float = 0.5) -> Depth:
     """A rigid ball on a layer bonded to a rigid table (exact solution), up to an indentation of `deepest_mm`."""
     depth = np.geomspace(1e-3 * checks.positive("deepest_mm", deepest_mm), deepest_mm, 60)
-    force = [bonded_layer_sphere(float(one), radius_mm, thickness_mm, 1.0, nu).force for one in depth]
-    return lambda modulus, given: np.exp(np.interp(np.log(given / modulus), np.log(force), np.log(depth)))
+    force = [bonded_layer_sphere(float(indentation), radius_mm, thickness_mm, 1.0, nu).force for indentation in depth]
+    return lambda modulus, load: np.exp(np.interp(np.log(load / modulus), np.log(force), np.log(depth)))
 
 
 def on_finger(sweep: Sweep) -> Depth:
@@ -99,9 +99,9 @@ def on_finger(sweep: Sweep) -> Depth:
     forces, moduli = np.unique(sweep.force_N), np.unique(sweep.modulus_MPa)
     order = np.lexsort((sweep.modulus_MPa, sweep.force_N))
     depth = sweep.indentation_mm[order].reshape(len(forces), len(moduli))
-    whole = np.isfinite(depth).all(axis=0)
-    spline = RectBivariateSpline(np.log(forces), np.log(moduli[whole]), np.log(depth[:, whole]))
-    low, high = moduli[whole][0], moduli[whole][-1]
+    complete = np.isfinite(depth).all(axis=0)
+    spline = RectBivariateSpline(np.log(forces), np.log(moduli[complete]), np.log(depth[:, complete]))
+    low, high = moduli[complete][0], moduli[complete][-1]
 
     def depth_at(modulus: float, force: np.ndarray) -> np.ndarray:
         inside = (force >= forces[0]) & (force <= forces[-1]) & (low <= modulus <= high)
@@ -125,18 +125,20 @@ def fit_indentation(
     The interval uses Student's t and the linearised fit. Raises `InputError` for a series that is too short or that the
     model does not explain.
     """
-    force, found = np.asarray(force_N, float), np.asarray(indentation_mm, float)
-    whole = force.ndim == 1 and force.shape == found.shape and np.isfinite([force, found]).all()
-    if not whole:
-        raise InputError(f"force and indentation must be two equal finite columns, got {force.shape} and {found.shape}")
+    force, indentation = np.asarray(force_N, float), np.asarray(indentation_mm, float)
+    usable = force.ndim == 1 and force.shape == indentation.shape and np.isfinite([force, indentation]).all()
+    if not usable:
+        raise InputError(
+            f"force and indentation must be two equal finite columns, got {force.shape} and {indentation.shape}"
+        )
     touching = force > 0
-    force, found = force[touching], found[touching]
+    force, indentation = force[touching], indentation[touching]
     if len(force) < FEWEST_SERIES_POINTS:
         raise InputError(f"a series needs {FEWEST_SERIES_POINTS} points in contact at least, got {len(force)}")
     start = math.log(checks.positive("start_MPa", start_MPa))
 
     def lacking(values: np.ndarray) -> np.ndarray:
-        return found - values[1] - depth(math.exp(values[0]), force)
+        return indentation - values[1] - depth(math.exp(values[0]), force)
 
     def stiffness(values: np.ndarray) -> np.ndarray:
         less, middle, more = (
@@ -146,19 +148,17 @@ def fit_indentation(
         return 1 / np.where(np.isfinite(forward), forward, backward)
 
     try:
-        first = least_squares(lacking, (start, float(np.min(found - depth(math.exp(start), force)))))
-        weights = stiffness(first.x)
-        best = least_squares(lambda values: weights * lacking(values), first.x)
+        first = least_squares(lacking, (start, float(np.min(indentation - depth(math.exp(start), force)))))
+        weights = stiffness(first.vector)
+        best = least_squares(lambda values: weights * lacking(values), first.vector)
     except ValueError as error:
         raise InputError("the series leaves the range of the indentation model") from error
     freedom = len(force) - 2
-    variance = float(best.fun @ best.fun) / freedom
-    covariance = variance * np.linalg.inv(best.jac.T @ best.jac)
-    modulus, relative = math.exp(best.x[0]), math.sqrt(covariance[0, 0])
+    relative, offset_sigma = np.sqrt(np.diag(best.covariance)).tolist()
+    modulus, rms = math.exp(best.vector[0]), math.sqrt(best.cost / freedom)
     reach = float(stdtrit(freedom, 0.5 + INTERVAL_PROBABILITY / 2)) * relative
     interval = modulus * math.exp(-reach), modulus * math.exp(reach)
-    offset = float(best.x[1]), math.sqrt(covariance[1, 1])
-    return IndentationModulus(modulus, relative * modulus, interval, *offset, math.sqrt(variance), freedom)
+    return IndentationModulus(modulus, relative * modulus, interval, float(best.vector[1]), offset_sigma, rms, freedom)
 
 
 @dataclass(frozen=True)
@@ -204,21 +204,17 @@ def fit_relaxation(
         raise InputError(f"terms of relaxation must be 1 or 2, got {terms!r}")
     if not (time.shape == force.shape == seen.shape and time.ndim == 1):
         raise InputError("time_s, force_N and observed must be (n,) of one length")
-    if not all(np.isfinite(part).all() for part in (time, force, seen)) or (force <= 0).any():
+    if not all(np.isfinite(column).all() for column in (time, force, seen)) or (force <= 0).any():
         raise InputError("time_s, force_N and observed must be finite, and forces greater than 0")
-    time, force, seen = (part[: _growing(seen)] for part in (time, force, seen))
+    time, force, seen = (column[: _growing(seen)] for column in (time, force, seen))
     # Shares, times and the exponent (or k), and the linear factor and zero
     unknowns = (2 * terms + 1) + 2
     if len(time) < (least := unknowns + SPARE_ROWS):
         raise InputError(f"{len(time)} rows while the contact grows are too few for {terms} terms: at least {least}")
-    span, (softest, start, stiffest) = (
-        float(time[-1] - time[0]),
-        FORCE_EXPONENT_LIMITS if elastic is None else MODEL_FACTOR_LIMITS,
-    )
-    (briefest, longest), (begin_share, most) = (
-        np.log(np.multiply(RELAXATION_TIME_LIMITS, span)),
-        np.divide(SHARE_SUMS, terms),
-    )
+    span = float(time[-1] - time[0])
+    softest, start, stiffest = FORCE_EXPONENT_LIMITS if elastic is None else MODEL_FACTOR_LIMITS
+    briefest, longest = np.log(np.multiply(RELAXATION_TIME_LIMITS, span))
+    begin_share, most = np.divide(SHARE_SUMS, terms)
     low = np.array([LEAST_SHARE] * terms + [briefest] * terms + [softest])
     high = np.array([most] * terms + [longest] * terms + [stiffest])
     wide = float(np.ptp(seen)) or 1.0
@@ -232,24 +228,26 @@ def fit_relaxation(
         return (seen - columns @ np.linalg.lstsq(columns, seen)[0]) / wide
 
     fits = []
-    for starts in combinations(START_RELAXATION_TIMES, terms):
-        begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(starts)), [start]])
+    for times in combinations(START_RELAXATION_TIMES, terms):
+        begin = np.concatenate([[begin_share] * terms, np.log(span * np.array(times)), [start]])
         fits.append(least_squares(residuals, begin, bounds=(low, high), x_scale=np.maximum(np.abs(begin), 0.1)))
-    best = min(fits, key=lambda one: one.cost)
-    # With `wide` the residuals are dimensionless; their scatter is the noise: s^2 = 2 cost / (n - unknowns).
-    freedom = len(time) - unknowns
-    covariance = np.linalg.pinv(best.jac.T @ best.jac) * 2 * best.cost / freedom
-    sigma = np.sqrt(np.diag(covariance))
-    taus = np.exp(best.x[terms : 2 * terms]) * _APART[:terms]
+    best = min(fits, key=lambda fit: fit.cost)
+    # The residuals are dimensionless; their scatter is the noise. Two terms of one relaxation are determined together
+    # only: the pseudo-inverse leaves their difference out.
+    inverse = np.linalg.pinv(best.jacobian.T @ best.jacobian)
+    sigma = np.sqrt(np.diag(inverse * best.cost / (len(time) - unknowns)))
+    taus = np.exp(best.vector[terms : 2 * terms]) * _APART[:terms]
     order = np.argsort(taus)
+    sigmas = sigma[: 2 * terms].reshape(2, terms)
+    shares, taus, share_sigma, time_sigma = (part[order] for part in (best.vector[:terms], taus, *sigmas))
     return Relaxation(
-        Prony(tuple(best.x[:terms][order].tolist()), tuple(taus[order].tolist())),
-        tuple(sigma[:terms][order].tolist()),
-        tuple(sigma[terms : 2 * terms][order].tolist()),
-        float(best.x[-1]),
-        float(np.sqrt(2 * best.cost / len(time))),
+        Prony(tuple(shares.tolist()), tuple(taus.tolist())),
+        tuple(share_sigma.tolist()),
+        tuple(time_sigma.tolist()),
+        float(best.vector[-1]),
+        float(np.sqrt(best.cost / len(time))),
         _rates(time, force),
-        _doubts(best.x[:terms][order], taus[order], sigma[:terms][order], time),
+        _doubts(shares, taus, share_sigma, time),
     )
 
 
@@ -320,8 +318,8 @@ def crept(prony: Prony, log: PressLog) -> tuple[float, float]:
     for rows in touches(log.modulus_MPa):
         ratio = prony.strained(log.t_s[rows], log.force_N[rows]) / log.force_N[rows]
         ratios.append(ratio[loads[rows]])
-    found = np.concatenate(ratios)
-    return float(found.min()), float(found.max())
+    all_ratios = np.concatenate(ratios)
+    return float(all_ratios.min()), float(all_ratios.max())
 
 
 def _growing(seen: np.ndarray) -> int:
@@ -338,14 +336,14 @@ def _rates(time: np.ndarray, force: np.ndarray) -> tuple[float, float]:
 
 def _doubts(shares: np.ndarray, taus: np.ndarray, sigma: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Sentences on times outside of the range that the log resolves, and on shares that may be zero."""
-    said = []
-    shortest, longest = (
-        RESOLVED_TIME_RATIO * float(np.median(np.diff(time))),
-        float(time[-1] - time[0]) / RESOLVED_TIME_RATIO,
-    )
-    for share, tau, one in zip(shares, taus, sigma, strict=True):
+    doubts = []
+    shortest = RESOLVED_TIME_RATIO * float(np.median(np.diff(time)))
+    longest = float(time[-1] - time[0]) / RESOLVED_TIME_RATIO
+    for share, tau, share_sigma in zip(shares, taus, sigma, strict=True):
         if not shortest <= tau <= longest:
-            said.append(f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s")
-        if one > share / 2:
-            said.append(f"the share at {tau:.3g} s, {share:.2g}, may be zero (sigma {one:.2g})")
-    return tuple(said)
+            doubts.append(
+                f"a time of {tau:.3g} s is outside of what the log resolves, {shortest:.3g} to {longest:.3g} s"
+            )
+        if share_sigma > share / 2:
+            doubts.append(f"the share at {tau:.3g} s, {share:.2g}, may be zero (sigma {share_sigma:.2g})")
+    return tuple(doubts)

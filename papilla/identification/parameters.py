@@ -75,11 +75,11 @@ from -2 to 1 mm."""
 def names_of(finger: Finger) -> tuple[str, ...]:
     """The names of all parameters of a finger and its bench, with one name per gauge where each gauge has its own."""
     gauges = [gauge.name for gauge in finger.gauges]
-    found: list[str] = []
-    for key, one in PARAMETERS_BY_NAME.items():
+    names: list[str] = []
+    for key, parameter in PARAMETERS_BY_NAME.items():
         if key not in OF_THE_LOG:
-            found += [f"{key}.{gauge}" for gauge in gauges] if one.each_gauge else [key]
-    return tuple(found)
+            names += [f"{key}.{gauge}" for gauge in gauges] if parameter.each_gauge else [key]
+    return tuple(names)
 
 
 def linear_last(names: Iterable[str]) -> tuple[str, ...]:
@@ -99,7 +99,7 @@ def plain_value(name: str, value: float) -> bool:
 
 def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, float]:
     """Start value of each parameter of a finger, from its design, in the parameter's unit."""
-    found = {
+    values = {
         "outer_modulus_MPa": finger.outer.modulus,
         "inner_modulus_MPa": finger.inner.modulus,
         "thickness_mm": thickness_mm,
@@ -107,37 +107,37 @@ def start_of(finger: Finger, thickness_mm: float = THICKNESS_MM) -> dict[str, fl
         "common_gain": 1.0,
     }
     for gauge in finger.gauges:
-        found[f"gain.{gauge.name}"] = gauge.membrane_gain
-        found[f"lever_mm.{gauge.name}"] = gauge.lever_mm
-        found[f"zero_microstrain.{gauge.name}"] = 0.0
-    return {name: found.get(name, 0.0) for name in names_of(finger)}
+        values[f"gain.{gauge.name}"] = gauge.membrane_gain
+        values[f"lever_mm.{gauge.name}"] = gauge.lever_mm
+        values[f"zero_microstrain.{gauge.name}"] = 0.0
+    return {name: values.get(name, 0.0) for name in names_of(finger)}
 
 
 def expanded(asked: Sequence[str], finger: Finger) -> list[str]:
     """The parameters that `asked` stands for ("gain" for those of all gauges). Raises `InputError` for unknown
     names."""
-    known, found = names_of(finger), []
+    names, parameters = names_of(finger), []
     for name in asked:
-        if name in known:
-            found.append(name)
+        if name in names:
+            parameters.append(name)
         elif name in PARAMETERS_BY_NAME and name not in OF_THE_LOG:
-            found += [one for one in known if kind(one) == name]
+            parameters += [parameter for parameter in names if kind(parameter) == name]
         else:
             every = [key for key in PARAMETERS_BY_NAME if key not in OF_THE_LOG]
-            meant = closest(name, [*every, *known])
+            meant = closest(name, [*every, *names])
             hint = f", did you mean {meant}?" if meant else "."
             raise InputError(f"no parameter is called {name!r}{hint} There are {', '.join(every)}")
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(parameters))
 
 
 def checked_values(fix: Mapping[str, float], finger: Finger) -> dict[str, float]:
     """The values at which parameters are held, by their full names; raises `InputError`."""
-    found = {}
+    values = {}
     for asked, value in fix.items():
         for name in expanded([asked], finger):
             number = checks.finite(asked, value)
-            found[name] = checks.positive(asked, number) if PARAMETERS_BY_NAME[kind(name)].logarithmic else number
-    return found
+            values[name] = checks.positive(asked, number) if PARAMETERS_BY_NAME[kind(name)].logarithmic else number
+    return values
 
 
 def scaled(name: str, value: float) -> float:

@@ -56,21 +56,21 @@ def problem_of(
 ) -> Problem:
     """The problem that `identify` solves, not yet weighted; for the arguments see there."""
     refuse(log, finger)
-    held = checked_values(fix or {}, finger)
+    fixed = checked_values(fix or {}, finger)
     touched = finger.bench.specimen(1.0) if specimen is None else specimen
     # Several specimens: the one with the most presses defines the parameter thickness.
     if log.on is not None:
         touched = log.specimens[int(np.bincount(log.on).argmax())]
-    if isinstance(touched, Block) and "thickness_mm" in held:
-        touched = replace(touched, thickness=held["thickness_mm"])
+    if isinstance(touched, Block) and "thickness_mm" in fixed:
+        touched = replace(touched, thickness=fixed["thickness_mm"])
     specimens = specimens_of(log)
-    wanted = linear_last((*free_parameters(log, finger, free, held), *specimens))
+    wanted = linear_last((*free_parameters(log, finger, free, fixed), *specimens))
     friction = finger.bench.friction if friction is None else friction
-    shapes = shapes_of(log, touched, finger, wanted, held, friction, size_mm, progress)
+    shapes = shapes_of(log, touched, finger, wanted, fixed, friction, size_mm, progress)
     opened = {"stick_share": PRIOR_MEANS["stick_share"]} if any(shape.friction_open for shape in shapes) else {}
     wanted = linear_last((*wanted, *opened))
-    start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | held | opened
-    start |= {name: float(log.modulus_MPa[known.rows[0]]) for name, known in specimens.items()}
+    start = start_of(finger, touched.thickness if isinstance(touched, Block) else THICKNESS_MM) | fixed | opened
+    start |= {name: float(log.modulus_MPa[specimen_modulus.rows[0]]) for name, specimen_modulus in specimens.items()}
     problem = Problem(log, finger, shapes, start, wanted, noise or PressNoise(), specimens=specimens)
     refuse_beyond(problem)
     return problem
@@ -81,10 +81,10 @@ def specimens_of(log: PressLog) -> dict[str, Known]:
     if log.modulus_sigma_MPa is None:
         return {}
     on = np.zeros(len(log)) if log.on is None else log.on
-    each, which = np.unique(np.column_stack([log.modulus_MPa, on]), axis=0, return_inverse=True)
-    found: dict[str, Known] = {}
-    for number, (modulus, _) in enumerate(each.tolist()):
-        alike = int((each[: number + 1, 0] == modulus).sum())
+    conditions, which = np.unique(np.column_stack([log.modulus_MPa, on]), axis=0, return_inverse=True)
+    by_name: dict[str, Known] = {}
+    for number, (modulus, _) in enumerate(conditions.tolist()):
+        alike = int((conditions[: number + 1, 0] == modulus).sum())
         rows = np.flatnonzero(which == number)
         sigma = log.modulus_sigma_MPa[rows]
         if np.ptp(sigma) > 0:
@@ -98,8 +98,8 @@ def specimens_of(log: PressLog) -> dict[str, Known]:
             )
         if sigma[0] > 0:
             name = f"specimen_modulus.{modulus:g}{f'#{alike}' if alike > 1 else ''}"
-            found[name] = Known(float(sigma[0]) / modulus, rows)
-    return found
+            by_name[name] = Known(float(sigma[0]) / modulus, rows)
+    return by_name
 
 
 def moved_by(values: Mapping[str, float], gauge: str) -> tuple[float, float]:
@@ -129,26 +129,26 @@ def ensure_physics(
         begin_large_strain(finger, ends, start, ratios=SPANNING_LAYER_RATIOS, progress=progress)()
 
 
-def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], held: Mapping[str, float]) -> tuple[str, ...]:
+def free_parameters(log: PressLog, finger: Finger, free: Sequence[str], fixed: Mapping[str, float]) -> tuple[str, ...]:
     """The parameters that a fit varies, in the order of the table. Raises `InputError` for parameters that the presses
     cannot determine."""
     of_gauges, common = ("gain", "lever_mm", "zero_microstrain"), ("common_gain", "common_lever_mm")
     usual = ["outer_modulus_MPa", "inner_modulus_MPa", *(of_gauges if log.stated_sd is None else common)]
     asked = expanded(free, finger)
-    fixed = {"gain", "lever_mm"} <= {kind(one) for one in held}
+    gains_fixed = {"gain", "lever_mm"} <= {kind(name) for name in fixed}
     for name in asked:
         if log.stated_sd is not None and kind(name) in (*of_gauges, "place_mm"):
             raise InputError(f"{name} needs readings, and the log has S_d alone, which determines common_gain")
-        if log.stated_sd is None and kind(name) in common and not fixed:
+        if log.stated_sd is None and kind(name) in common and not gains_fixed:
             raise InputError(f"{name} needs gain and lever_mm to be fixed: otherwise it is part of each of them")
     if log.indentation_mm is not None:
         usual.append("touch_down_mm")
     elif "touch_down_mm" in asked:
         raise InputError("touch_down_mm needs indentations, and the log has no indentation_mm")
-    both = [name for name in asked if name in held]
+    both = [name for name in asked if name in fixed]
     if both:
         raise InputError(f"{both[0]} cannot be both free and fixed")
-    wanted = {*expanded(usual, finger), *asked} - {*held}
+    wanted = {*expanded(usual, finger), *asked} - {*fixed}
     return linear_last(name for name in names_of(finger) if name in wanted)
 
 
@@ -157,7 +157,7 @@ def shapes_of(
     touched: Specimen,
     finger: Finger,
     free: tuple[str, ...],
-    held: Mapping[str, float],
+    fixed: Mapping[str, float],
     friction: Friction | None,
     size_mm: float | None,
     progress: Progress,
@@ -174,42 +174,42 @@ def shapes_of(
             f"thickness_mm is the thickness of one block, but the presses are on {len(log.specimens)} specimens"
         )
     relatives = family_of(finger, size_mm=size_mm, progress=progress)
-    if any(one.curvature == (0.0, 0.0) for one in log.specimens or (touched,)):
+    if any(pressed.curvature == (0.0, 0.0) for pressed in log.specimens or (touched,)):
         ensure_physics(finger, friction, progress=progress)
-    moving = needs_places(log, free, held)
+    moving = needs_places(log, free, fixed)
     if moving:
         refuse_far(log, MoveLimits.of(relatives), free)
     shapes = []
-    for number, kept in enumerate(log.specimens or (touched,)):
-        made: tuple[Specimen, ...] = (kept,)
+    for number, specimen in enumerate(log.specimens or (touched,)):
+        variants: tuple[Specimen, ...] = (specimen,)
         thicknesses: tuple[float, ...] = ()
-        if isinstance(kept, Block) and "thickness_mm" in free:
+        if isinstance(specimen, Block) and "thickness_mm" in free:
             thicknesses = tuple(touched.thickness * THICKNESS_FACTOR**k for k in (-1, 0, 1))  # type: ignore[attr-defined]
-            made = tuple(replace(kept, thickness=one) for one in thicknesses)
-        if any(kind(name).startswith("tilt") for name in free) and kept.curvature != (0.0, 0.0):
+            variants = tuple(replace(specimen, thickness=variant) for variant in thicknesses)
+        if any(kind(name).startswith("tilt") for name in free) and specimen.curvature != (0.0, 0.0):
             raise InputError(
-                f"a tilt moves the contact with a {kept.words} by what it turns about: only flat ones tell it"
+                f"a tilt moves the contact with a {specimen.words} by what it turns about: only flat ones tell it"
             )
-        responses = tuple(response(relatives, one, friction=friction, progress=progress) for one in made)
+        responses = tuple(response(relatives, variant, friction=friction, progress=progress) for variant in variants)
         # Friction not stated: stick and no friction, between which a share is fitted.
         if friction is None and responses[0].friction:
-            responses += tuple(response(relatives, one, friction=0.0, progress=progress) for one in made)
+            responses += tuple(response(relatives, variant, friction=0.0, progress=progress) for variant in variants)
         rows = np.arange(len(log)) if log.on is None else np.flatnonzero(log.on == number)
-        shapes.append(PressedShape(rows, kept, responses, thicknesses))
-    found = tuple(sorted(shapes, key=lambda one: -len(one.rows)))
-    return with_moves(found, relatives, progress) if moving else found
+        shapes.append(PressedShape(rows, specimen, responses, thicknesses))
+    ordered = tuple(sorted(shapes, key=lambda shape: -len(shape.rows)))
+    return with_moves(ordered, relatives, progress) if moving else ordered
 
 
 def with_moves(
     shapes: tuple[PressedShape, ...], relatives: FingerFamily, progress: Progress = silent
 ) -> tuple[PressedShape, ...]:
     """The shapes with the changes by contacts beside the apex and by moved gauges, for the presses on each of them."""
-    found = []
+    moved_shapes = []
     for shape in shapes:
         friction = friction_words(shape.responses[0].friction)
         moved = shape.off_apex or off_apex_change(relatives, shape.specimen, friction, progress=progress)
-        found.append(replace(shape, off_apex=moved))
-    return tuple(found)
+        moved_shapes.append(replace(shape, off_apex=moved))
+    return tuple(moved_shapes)
 
 
 def refuse(log: PressLog, finger: Finger) -> None:
@@ -252,12 +252,11 @@ def refuse_beyond(problem: Problem) -> None:
             loads = log.force_N[shape.rows], log.modulus_MPa[shape.rows]
             inside[shape.rows] |= shape.responses[0].inside(*loads, *moduli)
     if not inside.all():
-        row = int(np.argmin(inside))
-        inner = values["inner_modulus_MPa"]
+        press = int(np.argmin(inside))
         raise InputError(
-            f"press {row + 1}, {log.force_N[row]:g} N on {log.modulus_MPa[row]:g} MPa, is beyond the model of a finger "
-            f"of {inner:g} MPa inside: is force_N in N (1 gf is 0.0098 N), modulus_MPa in MPa? Leave it out otherwise"
-            f"{_sizes(log)}"
+            f"press {press + 1}, {log.force_N[press]:g} N on {log.modulus_MPa[press]:g} MPa, is beyond the model of a "
+            f"finger of {values['inner_modulus_MPa']:g} MPa inside: is force_N in N (1 gf is 0.0098 N), modulus_MPa in "
+            f"MPa? Leave it out otherwise{_sizes(log)}"
         )
 
 

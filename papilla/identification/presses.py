@@ -89,13 +89,13 @@ def felt_by(
     ratio = float(np.clip(outer / inner, *RATIO_LIMITS))
     shape_of = (len(log), len(GAUGE_QUANTITIES), len(gauges))
     felt, depth = np.zeros(shape_of), np.zeros(len(log))
-    found = FeltBy(felt, depth, np.zeros(shape_of))
+    pressed = FeltBy(felt, depth, np.zeros(shape_of))
     for name in LOAD_QUANTITIES:
-        found.slopes[name], found.depth_slopes[name] = np.zeros(shape_of), np.zeros(len(log))
+        pressed.slopes[name], pressed.depth_slopes[name] = np.zeros(shape_of), np.zeros(len(log))
     for shape in shapes:
         rows = shape.rows
         loads = log.force_N[rows], moduli[rows], ratio * inner, inner
-        felts = [one.felt(*loads) for one in shape.responses]
+        felts = [response.felt(*loads) for response in shape.responses]
         # Each response belongs to one thickness, and to stick or to no friction. Their weights are products of a
         # polynomial in ln thickness and of the share of stick, which is linear.
         weight, steep = _between(shape.thicknesses, values["thickness_mm"])
@@ -106,26 +106,26 @@ def felt_by(
             by_share = np.kron([1.0, -1.0], weight)
             weight, steep = np.kron(share, weight), np.kron(share, steep)
         parts = (
-            (felt, found.slopes, [one.values for one in felts], [one.slope_values for one in felts]),
-            (depth, found.depth_slopes, [one.indentation for one in felts], [one.slope_indentation for one in felts]),
+            (felt, pressed.slopes, [a.values for a in felts], [a.slope_values for a in felts]),
+            (depth, pressed.depth_slopes, [a.indentation for a in felts], [a.slope_indentation for a in felts]),
         )
         for value, slope, of_all, slopes_of_all in parts:
             value[rows] = np.tensordot(weight, of_all, 1)
             force, modulus, by_ratio = np.tensordot(weight, slopes_of_all, 1)
             # Responses depend on F / E_inner, E / E_inner and E_outer / E_inner: E_inner stands below in all three.
-            by_thickness, by_stick = (np.tensordot(one, of_all, 1) for one in (steep, by_share))
+            by_thickness, by_stick = (np.tensordot(weights, of_all, 1) for weights in (steep, by_share))
             by = (force, modulus, by_ratio, -force - modulus - by_ratio, by_thickness, by_stick)
-            for name, one in zip(LOAD_QUANTITIES, by, strict=True):
-                slope[name][rows] = one
+            for name, derivative in zip(LOAD_QUANTITIES, by, strict=True):
+                slope[name][rows] = derivative
         if shape.off_apex is not None:
-            _move(found, shape, loads, log, values, gauges)
-    return found
+            _move(pressed, shape, loads, log, values, gauges)
+    return pressed
 
 
 def places(log: PressLog) -> np.ndarray:
     """(n, 2) touch-down points in mm; the apex if the log states none."""
     at = [getattr(log, axis) for axis in ("x_mm", "y_mm")]
-    return np.column_stack([np.zeros(len(log)) if one is None else one for one in at])
+    return np.column_stack([np.zeros(len(log)) if coordinate is None else coordinate for coordinate in at])
 
 
 def rolled(limits: MoveLimits, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
@@ -141,7 +141,7 @@ def rolled(limits: MoveLimits, values: Mapping[str, float]) -> tuple[np.ndarray,
 
 
 def _move(
-    found: FeltBy,
+    felt: FeltBy,
     shape: PressedShape,
     loads: tuple[np.ndarray, np.ndarray, float, float],
     log: PressLog,
@@ -155,40 +155,40 @@ def _move(
     along = [values["row_along_mm"] + values[f"place_mm.{gauge}"] for gauge in gauges]
     shift = np.array([along, [values["row_across_mm"]] * len(gauges)])
     changed = off_apex.changed(*loads, places(log)[rows] + offset, shift)
-    found.values[rows] += changed.values
-    found.changed[rows] = changed.values
+    felt.values[rows] += changed.values
+    felt.changed[rows] = changed.values
     by = changed.slopes
     parts = by["force"], by["modulus"], by["ratio"], -by["force"] - by["modulus"] - by["ratio"]
     for name, slope in zip(LOAD_QUANTITIES, parts, strict=False):
-        found.slopes[name][rows] += slope
+        felt.slopes[name][rows] += slope
     steep = np.where(np.isfinite(per_degree), per_degree, 0.0)
     moves = {"row_along_mm": by["along"], "row_across_mm": by["across"]}
     moves |= {"tilt_y_deg": steep[0] * by["x"], "tilt_x_deg": steep[1] * by["y"]}
     moves |= {f"place_mm.{gauge}": by["along"] * (np.arange(len(gauges)) == k) for k, gauge in enumerate(gauges)}
     for name, slope in moves.items():
-        found.slopes.setdefault(name, np.zeros_like(found.values))[rows] = slope
-        found.depth_slopes.setdefault(name, np.zeros_like(found.depth))
+        felt.slopes.setdefault(name, np.zeros_like(felt.values))[rows] = slope
+        felt.depth_slopes.setdefault(name, np.zeros_like(felt.depth))
 
 
-def needs_places(log: PressLog, free: tuple[str, ...], held: Mapping[str, float]) -> bool:
+def needs_places(log: PressLog, free: tuple[str, ...], fixed: Mapping[str, float]) -> bool:
     """Whether the log and the parameters require contacts or gauges to be moved."""
-    moved = any(value != 0 for name, value in held.items() if name.split(".")[0] in CONTACT_MOVES)
+    moved = any(value != 0 for name, value in fixed.items() if name.split(".")[0] in CONTACT_MOVES)
     return moved or bool(places(log).any()) or any(name.split(".")[0] in CONTACT_MOVES for name in free)
 
 
 def refuse_far(log: PressLog, limits: MoveLimits, free: tuple[str, ...]) -> None:
     """Raise `InputError` for contacts too far from the apex, or for a tilt that no press could determine."""
-    left = np.full(2, limits.reach)
+    room = np.full(2, limits.reach)
     for axis, name in enumerate(("tilt_y_deg", "tilt_x_deg")):
         if name in free:
             if not np.isfinite(limits.rolling[axis]):
                 raise InputError(f"{name} cannot be free: the skin is straight along {'xy'[axis]}")
-            left[axis] -= np.radians(PARAMETERS_BY_NAME[name].high) * limits.rolling[axis]
-    if (far := np.abs(places(log)) > left + checks.ROUNDING_SHARE).any():
-        row, axis = (int(one) for one in np.argwhere(far)[0])
+            room[axis] -= np.radians(PARAMETERS_BY_NAME[name].high) * limits.rolling[axis]
+    if (far := np.abs(places(log)) > room + checks.ROUNDING_SHARE).any():
+        press, axis = (int(index) for index in np.argwhere(far)[0])
         raise InputError(
-            f"{'xy'[axis]}_mm is {places(log)[row, axis]:g} in press {row + 1}: contacts are known within "
-            f"{max(left[axis], 0.0):.3g} mm of the apex{', tilt included' if left[axis] < limits.reach else ''}"
+            f"{'xy'[axis]}_mm is {places(log)[press, axis]:g} in press {press + 1}: contacts are known within "
+            f"{max(room[axis], 0.0):.3g} mm of the apex{', tilt included' if room[axis] < limits.reach else ''}"
         )
 
 

@@ -139,24 +139,24 @@ class Problem:
     def priors(self) -> dict[str, tuple[float, float]]:
         """Mean and standard deviation of each free parameter's prior, in the scale of the fit. The mean of a
         logarithmic parameter is its start value; the prior of a lever is on its ratio to the gain."""
-        found = {}
+        priors = {}
         for name in self.free:
-            one = PARAMETERS_BY_NAME[kind(name)]
-            middle = scaled(name, self.held[name]) if one.logarithmic else PRIOR_MEANS.get(kind(name), 0.0)
-            found[name] = middle, self.specimens[name].sigma if name in self.specimens else one.sigma
-        return found
+            parameter = PARAMETERS_BY_NAME[kind(name)]
+            middle = scaled(name, self.held[name]) if parameter.logarithmic else PRIOR_MEANS.get(kind(name), 0.0)
+            priors[name] = middle, self.specimens[name].sigma if name in self.specimens else parameter.sigma
+        return priors
 
     def moduli(self, values: Mapping[str, float]) -> np.ndarray:
         """(n,) moduli of the specimens in MPa."""
-        found = self.log.modulus_MPa.astype(float)
-        for name, known in self.specimens.items():
-            found[known.rows] = values[name]
-        return found
+        moduli = self.log.modulus_MPa.astype(float)
+        for name, specimen in self.specimens.items():
+            moduli[specimen.rows] = values[name]
+        return moduli
 
     def values(self, vector: np.ndarray) -> dict[str, float]:
         """All parameters in their units, the free ones from a vector (f,) in the scale of the fit."""
-        found = zip(self.free, vector.tolist(), strict=True)
-        return {**self.held, **{name: physical(name, value) for name, value in found}}
+        pairs = zip(self.free, vector.tolist(), strict=True)
+        return {**self.held, **{name: physical(name, value) for name, value in pairs}}
 
     def of(self, force_N: np.ndarray, modulus_MPa: np.ndarray, place_mm: np.ndarray | None = None) -> "Problem":
         """The problem of other presses (n,) on the first shape of specimen, at the apex or at places (n, 2); nothing is
@@ -164,7 +164,7 @@ class Problem:
         deep = None if self.log.indentation_mm is None else np.ones(len(force_N))
         log = unread(self.finger, force_N, modulus_MPa, place_mm, deep)
         shape = replace(self.shapes[0], rows=np.arange(len(log)))
-        nobody = {name: replace(known, rows=np.zeros(0, int)) for name, known in self.specimens.items()}
+        nobody = {name: replace(specimen, rows=np.zeros(0, int)) for name, specimen in self.specimens.items()}
         return replace(self, log=log, shapes=(shape,), specimens=nobody, candidates=True, weights=None, robust=None)
 
     # ---- what presses measure
@@ -188,8 +188,8 @@ class Problem:
     @property
     def reading_noise(self) -> float:
         """Standard deviation of one reading, in microstrain."""
-        one = self.noise.readings_microstrain
-        return one if self.log.stated_sd is None else one / len(self.gauges) ** 0.5
+        of_a_gauge = self.noise.readings_microstrain
+        return of_a_gauge if self.log.stated_sd is None else of_a_gauge / len(self.gauges) ** 0.5
 
     def modelled(self, vector: np.ndarray) -> Modelled:
         """Modelled measurements for a parameter vector (f,) in the scale of the fit."""
@@ -204,14 +204,14 @@ class Problem:
         def channels(parts: np.ndarray, deep: np.ndarray) -> np.ndarray:
             return np.column_stack([np.einsum("nqg,qg->ng", parts, mix), deep])
 
-        found = channels(felt.values, felt.depth + values["touch_down_mm"])
-        found[:, :g] += self.each("zero_microstrain", values)
+        measurements = channels(felt.values, felt.depth + values["touch_down_mm"])
+        measurements[:, :g] += self.each("zero_microstrain", values)
         by = {name: channels(felt.slopes[name], felt.depth_slopes[name]) for name in felt.slopes}
-        for name, known in self.specimens.items():
-            by[name] = by["modulus"] * np.isin(np.arange(len(self.log)), known.rows)[:, None]
+        for name, specimen in self.specimens.items():
+            by[name] = by["modulus"] * np.isin(np.arange(len(self.log)), specimen.rows)[:, None]
         # Derivative of every measurement by each free parameter: what the finger feels (moduli, places, friction), the
         # zero of the stage, common factors, or one gauge's own factors.
-        columns = np.zeros((*found.shape, len(self.free)))
+        columns = np.zeros((*measurements.shape, len(self.free)))
         for place, name in enumerate(self.free):
             which, _, gauge = name.partition(".")
             if name in by:
@@ -237,7 +237,7 @@ class Problem:
         size = np.hypot(size, moved)
         aside = (places(self.log) ** 2).sum(axis=1) * ASIDE_PER_MM2
         unsure = np.column_stack([np.sqrt(((size * mix) ** 2).sum(axis=1)), np.hypot(errors[:, 0], aside) * felt.depth])
-        return self._measurable(Modelled(found, columns, by["force"], by["modulus"], unsure))
+        return self._measurable(Modelled(measurements, columns, by["force"], by["modulus"], unsure))
 
     @cached_property
     def _together(self) -> np.ndarray:
@@ -254,7 +254,7 @@ class Problem:
 
     def each(self, name: str, values: Mapping[str, float]) -> np.ndarray:
         """(g,) values of a parameter that each gauge has, such as "gain"."""
-        return np.array([values[f"{name}.{one}"] for one in self.gauges])
+        return np.array([values[f"{name}.{gauge}"] for gauge in self.gauges])
 
     def _measurable(self, every: Modelled) -> Modelled:
         """The channels that the log has: S_d in place of the gauges, or no indentation."""
@@ -262,11 +262,14 @@ class Problem:
         parts = [every.values, every.by_free, every.by_ln_force, every.by_ln_modulus, every.unsure]
         if log.stated_sd is not None:
             sd, share = sd_and_shares(every.values[:, :g])
-            slopes = [np.einsum("ng,ng...->n...", share, one[:, :g])[:, None] for one in parts[1:4]]
+            slopes = [np.einsum("ng,ng...->n...", share, channels[:, :g])[:, None] for channels in parts[1:4]]
             read = [sd[:, None], *slopes, np.sqrt(((share * every.unsure[:, :g]) ** 2).sum(axis=1, keepdims=True))]
-            parts = [np.concatenate([one, whole[:, g:]], axis=1) for one, whole in zip(read, parts, strict=True)]
+            parts = [
+                np.concatenate([channels, all_channels[:, g:]], axis=1)
+                for channels, all_channels in zip(read, parts, strict=True)
+            ]
         if log.indentation_mm is None:
-            parts = [one[:, : len(self.reading_names)] for one in parts]
+            parts = [channels[:, : len(self.reading_names)] for channels in parts]
         return Modelled(*parts)
 
     # ---- residuals
@@ -326,11 +329,11 @@ class Problem:
             # the fit could satisfy it by shrinking gain and lever.
             gain = sizes[self.gauges.index(gauge)]
             rows[place, place] = 1 / (sigma * gain)
-            other = f"gain.{gauge}"
-            if other in self.free:
-                rows[place, self.free.index(other)] = -LEVER_PER_GAIN_MM / (sigma * gain)
+            gain_name = f"gain.{gauge}"
+            if gain_name in self.free:
+                rows[place, self.free.index(gain_name)] = -LEVER_PER_GAIN_MM / (sigma * gain)
             else:
-                target[place] = LEVER_PER_GAIN_MM * self.held[other] / (sigma * gain)
+                target[place] = LEVER_PER_GAIN_MM * self.held[gain_name] / (sigma * gain)
         return rows, target
 
     def _prior(self, vector: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -359,8 +362,8 @@ class Problem:
             # them.
             slope = FIRST_EXPONENT * np.nan_to_num(self.measured)
             weights = self._whitener(slope, self.noise.model * np.abs(np.nan_to_num(self.measured)))
-            held, robust = dict(self.held), np.ones(self.measured.shape)
-            return replace(self, weights=weights, robust=robust, gains=self._most_gain(self.felt(held).values))
+            values, robust = dict(self.held), np.ones(self.measured.shape)
+            return replace(self, weights=weights, robust=robust, gains=self._most_gain(self.felt(values).values))
         modelled, values = self.modelled(vector), self.values(vector)
         gains = np.maximum(np.abs(self.each("gain", values)), self._most_gain(self.felt(values).values))
         return replace(self, weights=self._whitener(modelled.by_ln_force, modelled.unsure), gains=gains)
@@ -397,18 +400,18 @@ class Problem:
         strain."""
         most = np.full(len(self.log), np.inf)
         for shape in self.shapes:
-            most[shape.rows] = min(one.strained for one in shape.responses)
+            most[shape.rows] = min(response.strained for response in shape.responses)
         return self.log.force_N / inner > most
 
     def _model_errors(self, inner: float) -> np.ndarray:
         """(n, 1 + q g) relative errors of the model for each press: indentation, then the gauges' values."""
-        found = np.zeros((len(self.log), 1 + 2 * len(self.gauges)))
+        errors = np.zeros((len(self.log), 1 + 2 * len(self.gauges)))
         alike = 1.0 if self.candidates else max(1.0, len(self.log) / MODEL_ERROR_PATTERNS) ** 0.5
         felt = np.repeat(self.noise.model * np.array([1.0, CURVATURE_RELATIVE_ERROR]), len(self.gauges))
         model = alike * np.append(self.noise.depth, felt)
         for shape in self.shapes:
-            found[shape.rows] = np.hypot(model, shape.responses[0].error)
-        return np.hypot(found, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
+            errors[shape.rows] = np.hypot(model, shape.responses[0].error)
+        return np.hypot(errors, np.where(self.strained(inner), self.noise.beyond, 0.0)[:, None])
 
     def downweighted(self, vector: np.ndarray) -> "Problem":
         """The problem in which a weighted reading counts less if it exceeds `OUTLYING_RESIDUAL` (Cauchy's weights)."""

@@ -123,23 +123,27 @@ def suggest_presses(
     ]
     if not all(len(axis) for axis in grid):
         raise InputError("suggesting presses needs at least one force and one modulus")
-    spots = np.array(sorted({checks.place("place to press", one) for one in places})).reshape(-1, 2)
+    spots = np.array(sorted({checks.place("place to press", place_mm) for place_mm in places})).reshape(-1, 2)
     if not len(spots):
         raise InputError("suggesting presses needs at least one place")
     index = np.meshgrid(*(np.arange(len(axis)) for axis in (*grid, spots)), indexing="ij")
-    force, modulus, place = (axis[one.ravel()] for axis, one in zip((*grid, spots), index, strict=True))
+    force, modulus, place = (axis[axis_index.ravel()] for axis, axis_index in zip((*grid, spots), index, strict=True))
     candidates = force, modulus, place
     if isinstance(known, Identification):
         # Presses made count with their own weights; priors are those of the problem.
-        made = known.problem.jacobian(known.vector)
+        jacobian = known.problem.jacobian(known.vector)
         problem = _able(known.problem, candidates, size_mm)
-        fingers = [_finger(problem, known.vector, candidates, made.T @ made)]
+        fingers = [_finger(problem, known.vector, candidates, jacobian.T @ jacobian)]
     else:
         problem, vectors = _from_nothing(known, candidates, specimen, noise or PressNoise(), seed, size_mm)
         fingers = [_finger(problem, vector, candidates, None) for vector in vectors]
     chosen = _exchanged(fingers, _greedy(fingers, count, criterion), criterion)
     spread = [
-        float(np.exp(np.mean([one.log_variance(one.known + one.each[rows].sum(axis=0)) for one in fingers]) / 2))
+        float(
+            np.exp(
+                np.mean([finger.log_variance(finger.known + finger.each[rows].sum(axis=0)) for finger in fingers]) / 2
+            )
+        )
         for rows in ([], chosen)
     ]
     spots_chosen = tuple((x, y) for x, y in place[chosen].tolist())
@@ -163,11 +167,11 @@ def _from_nothing(
     empty = unread(design, *candidates)
     touched = specimen or design.bench.specimen(1.0)
     shapes = shapes_of(empty, touched, design, (), {}, None, size_mm, silent)
-    held = start_of(design)
-    problem = Problem(empty, design, shapes, held, free_parameters(empty, design, (), {}), noise)
+    start = start_of(design)
+    problem = Problem(empty, design, shapes, start, free_parameters(empty, design, (), {}), noise)
     random, vectors = np.random.default_rng(seed), []
     for _ in range(PRIOR_DRAWS):
-        drawn = dict(held)
+        drawn = dict(start)
         inner = drawn["inner_modulus_MPa"] * LARGEST_MODULUS_FACTOR ** random.uniform(-1, 1)
         ratio = (
             drawn["outer_modulus_MPa"] / drawn["inner_modulus_MPa"] * LARGEST_MODULUS_FACTOR ** random.uniform(-1, 1)
@@ -181,13 +185,13 @@ def _from_nothing(
     return problem, vectors
 
 
-def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np.ndarray | None) -> _Finger:
-    """Information of the candidates for the finger of a vector (f,); known (f, f) : existing information, None for the
+def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, earlier: np.ndarray | None) -> _Finger:
+    """Information of the candidates for the finger of a vector (f,); earlier (f, f) : of earlier presses, None for the
     priors alone."""
     pressed = _pressed(problem, vector, candidates)
     jacobian = pressed.jacobian(vector)
     priors = len(problem.free) + 1
-    each = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
+    by_candidate = jacobian[:-priors].reshape(len(candidates[0]), -1, len(problem.free))
     prior = jacobian[-priors:]
     grid = np.meshgrid(
         np.geomspace(*CHECKED_FORCE_N, DOMAIN_GRID_POINTS), np.geomspace(*CHECKED_MODULUS_MPA, DOMAIN_GRID_POINTS)
@@ -201,9 +205,9 @@ def _finger(problem: Problem, vector: np.ndarray, candidates: Presses, known: np
     slope = (by * modelled.by_ln_modulus[:, :g]).sum(axis=1)
     of_sd = np.einsum("mg,mgf->mf", by, modelled.by_free[:, :g])
     # Each candidate adds the outer products of its rows: information is additive over presses.
-    information = np.einsum("ncf,nch->nfh", each, each)
+    information = np.einsum("ncf,nch->nfh", by_candidate, by_candidate)
     by_modulus = of_sd / np.maximum(np.abs(slope), LEAST_CRITERION_SLOPE)[:, None]
-    return _Finger(prior.T @ prior if known is None else known, information, by_modulus)
+    return _Finger(prior.T @ prior if earlier is None else earlier, information, by_modulus)
 
 
 def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
@@ -220,9 +224,9 @@ def _pressed(problem: Problem, vector: np.ndarray, presses: Presses) -> Problem:
 def _score(fingers: list[_Finger], rows: list[int], criterion: Criterion) -> np.ndarray:
     """The criterion (n,), lower is better, with each candidate added to the chosen rows."""
     total = np.zeros(len(fingers[0].each))
-    for one in fingers:
-        information = one.known + one.each[rows].sum(axis=0) + one.each
-        total = total + (-np.linalg.slogdet(information)[1] if criterion == "D" else one.log_variance(information))
+    for finger in fingers:
+        information = finger.known + finger.each[rows].sum(axis=0) + finger.each
+        total = total + (-np.linalg.slogdet(information)[1] if criterion == "D" else finger.log_variance(information))
     return total
 
 

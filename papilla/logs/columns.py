@@ -255,14 +255,8 @@ def by_name(path: Path, header: Sequence[str], wanted: Callable[[str], bool]) ->
             both = f"{columns[column].column} and {name}"
             raise FileFormatError(f"{path}: {both} are both {column}: say which one is in a map (papilla log map)")
         if column not in columns or column == name:
-            columns[column] = Column(name, unit if column != name and unit else _own_unit(column))
+            columns[column] = Column(name, unit if column != name and unit else quantity_of(column).own_unit)
     return columns
-
-
-def _own_unit(column: str) -> str:
-    """The unit of papilla's column; for a column of text the only one in its list."""
-    units = quantity_of(column).units
-    return next((unit for unit, factor in units.items() if factor == 1), next(iter(units)))
 
 
 def _instants(block: Table, name: str, cells: np.ndarray) -> np.ndarray:

@@ -85,7 +85,7 @@ def estimates_writer(path: Path, names: Sequence[str]) -> Iterator[Callable[[Seq
     schema = pyarrow.schema([(name, pyarrow.string() if name in texts else pyarrow.float64()) for name in names])
     with replacing(path) as temporary, ParquetWriter(temporary, schema) as stream:
         yield lambda columns: stream.write_batch(
-            pyarrow.record_batch([pyarrow.array(own, from_pandas=True) for own in columns], schema=schema)
+            pyarrow.record_batch([pyarrow.array(column, from_pandas=True) for column in columns], schema=schema)
         )
 
 

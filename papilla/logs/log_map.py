@@ -67,6 +67,11 @@ class ColumnMeaning:
     units: Mapping[str, float]
     words: tuple[str, ...]
 
+    @property
+    def own_unit(self) -> str:
+        """The unit of papilla's column; for a column of text the only one in its list."""
+        return next((unit for unit, factor in self.units.items() if factor == 1), next(iter(self.units)))
+
 
 LOG_QUANTITIES = {
     "t_s": ColumnMeaning(_TIMES | {ISO_TIME: 1.0}, ("t", "time", "timestamp", "stamp", "elapsed", "zeit")),

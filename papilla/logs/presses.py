@@ -4,7 +4,7 @@ Silicone dissipates energy, so a finger is calibrated on loading alone. In a log
 specimen are one touch. A row belongs to loading if its force exceeds that of the row before.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -245,12 +245,9 @@ def loaded_part(log: PressLog) -> PressLog:
         f"{PER_CENT * loop.share:.2g} % of the work of loading"
         for loop in closed
     ]
-    names = (
-        *("force_N", "modulus_MPa", "readings", "indentation_mm", "x_mm", "y_mm", "t_s"),
-        *("on", "modulus_sigma_MPa", "stated_sd"),
-    )
-    rows = {name: column[loaded] for name in names if (column := getattr(log, name)) is not None}
-    return replace(log, **rows, notes=(*log.notes, note, *lost), loops=closed)
+    values = {item.name: getattr(log, item.name) for item in fields(log)}
+    columns = {name: value[loaded] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(log, **columns, notes=(*log.notes, note, *lost), loops=closed)
 
 
 def touches(modulus_MPa: np.ndarray) -> list[np.ndarray]:
@@ -279,7 +276,6 @@ def loops(force_N: np.ndarray, modulus_MPa: np.ndarray, indentation_mm: np.ndarr
         taken = float(np.trapezoid(force[: top + 1], depth[: top + 1]))
         returned = -float(np.trapezoid(force[top:], depth[top:]))
         if taken > 0:
-            closed.append(
-                Loop(float(modulus_MPa[rows[0]]), float(force[top]), taken - returned, (taken - returned) / taken)
-            )
+            lost = taken - returned
+            closed.append(Loop(float(modulus_MPa[rows[0]]), float(force[top]), lost, lost / taken))
     return tuple(closed)

@@ -99,9 +99,9 @@ class Proposal:
         name = _comment(self.path.name)
         lines = [f"# What the columns of {name} seem to be: check each line, then", "#"]
         lines += [f"#     papilla estimate {name} --map log_map.toml --out estimates.csv", ""]
-        lines += [f"delimiter = {toml_value(self.delimiter)}"] if self.delimiter != "," else []
-        lines += ['decimal = ","'] if self.decimal == "," else []
-        lines += [f"header_line = {self.header_line}"] if self.header_line != 1 else []
+        usual = {"delimiter": ",", "decimal": ".", "header_line": 1}
+        dialect = {name: getattr(self, name) for name in usual if getattr(self, name) != usual[name]}
+        lines += [f"{name} = {toml_value(value)}" for name, value in dialect.items()]
         lines += ["# speed_mm_s = 50.0    # a constant speed, where no column has one"]
         lines += ["# air_s = [0.0, 1.0]   # seconds before the touch: the zero of gauges and force", "", "[columns]"]
         columns = {guess.meant: self._entry(guess) for guess in self.guesses if guess.meant}
@@ -112,23 +112,16 @@ class Proposal:
         lines += [f"# not used, because they were not recognised: {', '.join(rest)}"] if rest else []
         text = "\n".join([*lines, *(f"# ? {_comment(question)}" for question in self.open_questions)]) + "\n"
         read_back = LogMap.of(toml(text, f"the map of {self.path}"), self.path)
-        expected = LogMap(
-            {meant: Column(**entry) for meant, entry in columns.items()},
-            delimiter=self.delimiter if self.delimiter != "," else None,
-            decimal="," if self.decimal == "," else None,
-            header_line=self.header_line,
-            path=self.path,
-        )
-        if read_back != expected:
+        if read_back != LogMap({meant: Column(**columns[meant]) for meant in columns}, path=self.path, **dialect):
             raise FileFormatError(f"{self.path}: a map cannot express its columns: rename them")
         return text
 
     def _entry(self, guess: Guess) -> dict[str, Any]:
         """The table of a column in a map, with examples of the numbers of an amplifier."""
-        topic, _, column = (
-            guess.name.partition(":") if is_bag(self.path) and ":" in guess.name else ("", "", guess.name)
-        )
-        entry: dict[str, Any] = ({"topic": topic} if topic else {}) | {"column": column, "unit": guess.unit}
+        topic, separator, column = guess.name.partition(":")
+        in_bag = is_bag(self.path) and bool(separator)
+        entry: dict[str, Any] = {"topic": topic, "column": column} if in_bag and topic else {"column": guess.name}
+        entry |= {"unit": guess.unit}
         if guess.unit in BRIDGE_UNITS:
             entry |= {"gauge_factor": 2.0, "active_arms": 1}
         if guess.unit in BRIDGE_UNITS[1:]:
@@ -255,7 +248,7 @@ def _unit_by_size(meant: str, values: np.ndarray) -> tuple[str, str]:
         return larger, f"up to {largest:.3g}, too much in {meant.split('_')[1]}"
     if meant == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
         return "m/s", f"up to {largest:.3g}, too slow in mm/s"
-    return next(unit for unit, factor in LOG_QUANTITIES[meant].units.items() if factor == 1), f"up to {largest:.3g}"
+    return quantity_of(meant).own_unit, f"up to {largest:.3g}"
 
 
 def _unique(guesses: list[Guess]) -> tuple[Guess, ...]:

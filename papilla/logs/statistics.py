@@ -75,12 +75,12 @@ def white_noise(samples: np.ndarray | Sequence[float]) -> float:
     sigma = median |second difference| / (0.6745 sqrt(6)): 0.6745 is the median of |N(0, 1)|, and the second difference
     of white noise has 6 times its variance. A ramp does not change the median, and a few steps change it little.
     """
-    noise = Noise()
+    noise = WhiteNoise()
     noise.add(np.asarray(samples, float)[:, None])
     return noise.sigma[0]
 
 
-class Noise:
+class WhiteNoise:
     """Standard deviation of the white noise of columns that arrive block by block."""
 
     def __init__(self) -> None:
@@ -125,18 +125,14 @@ class Sizes:
         log's own names of columns, if they differ."""
         gauges = self._largest[: self._gauges].max(initial=0)
         if 0 < gauges < STRAIN_BELOW:
-            yield f"no reading is above {gauges:.2g}: this looks like strain, not microstrain" + _mend(
-                "g1", "strain", called
-            )
+            yield _remark(f"no reading is above {gauges:.2g}", "strain, not microstrain", "g1", "strain", called)
         elif self._whole and gauges >= SUSPECTED_COUNTS_FROM:
-            yield f"readings are whole numbers up to {gauges:.0f}: this looks like counts" + _mend(
-                "g1", "counts", called
-            )
+            yield _remark(f"readings are whole numbers up to {gauges:.0f}", "counts", "g1", "counts", called)
         for name, largest in zip(self._names[self._gauges :], self._largest[self._gauges :], strict=True):
             if name in ("force_N", "tangential_N") and largest > self._force_above:
-                yield f"{name} comes to {largest:.3g}: this looks like gf" + _mend(name, "gf", called)
+                yield _remark(f"{name} comes to {largest:.3g}", "gf", name, "gf", called)
             if name == "velocity_mm_s" and 0 < largest < SPEED_BELOW_MM_S:
-                yield f"velocity_mm_s stays below {largest:.2g}: this looks like m/s" + _mend(name, "m/s", called)
+                yield _remark(f"velocity_mm_s stays below {largest:.2g}", "m/s", name, "m/s", called)
 
 
 def of_presses(
@@ -150,17 +146,15 @@ def of_presses(
     sizes = Sizes((*(f"g{number + 1}" for number in range(readings.shape[1])), "force_N"), readings.shape[1])
     sizes.add(np.column_stack([readings, force_N]))
     yield from sizes.remarks(called)
-    if modulus_MPa.min() > MODULUS_ABOVE_MPA:
-        yield f"no modulus_MPa is below {modulus_MPa.min():.3g}: this looks like kPa" + _mend(
-            "modulus_MPa", "kPa", called
-        )
-    if indentation_mm is not None and indentation_mm.max() > DEPTH_ABOVE_MM:
-        deepest = f"indentation_mm comes to {indentation_mm.max():.3g}"
-        yield f"{deepest}: this looks like micrometres" + _mend("indentation_mm", "um", called)
+    if (least := modulus_MPa.min()) > MODULUS_ABOVE_MPA:
+        yield _remark(f"no modulus_MPa is below {least:.3g}", "kPa", "modulus_MPa", "kPa", called)
+    if indentation_mm is not None and (deepest := indentation_mm.max()) > DEPTH_ABOVE_MM:
+        yield _remark(f"indentation_mm comes to {deepest:.3g}", "micrometres", "indentation_mm", "um", called)
 
 
-def _mend(column: str, unit: str, called: Mapping[str, str]) -> str:
-    return f' (if so: --map with {column} = {{ column = "{called.get(column, column)}", unit = "{unit}" }})'
+def _remark(what: str, looks: str, column: str, unit: str, called: Mapping[str, str]) -> str:
+    mend = f'{column} = {{ column = "{called.get(column, column)}", unit = "{unit}" }}'
+    return f"{what}: this looks like {looks} (if so: --map with {mend})"
 
 
 class Thinned:

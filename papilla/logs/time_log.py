@@ -17,7 +17,7 @@ from papilla.core.rows import Reader, Table
 from papilla.core.short_repr import short_repr
 from papilla.logs.columns import TORQUE_COLUMN, check_finite, open_log
 from papilla.logs.log_map import LogMap
-from papilla.logs.statistics import Magnitudes, Noise, Sizes
+from papilla.logs.statistics import Magnitudes, Sizes, WhiteNoise
 
 TIME_OPTIONAL = ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
 """Optional columns of a log. `TORQUE` may stand instead of tangential_N."""
@@ -90,7 +90,7 @@ class _Scan:
         self._reader, self._steps, self._lever = reader, Magnitudes(), lever_mm
         present = {*reader.names, *(["tangential_N"] if lever_mm else [])}
         self.used = (*gauges, *(name for name in TIME_OPTIONAL if name in present), *more)
-        self.noise, self.sizes = Noise(), Sizes(self.used, len(gauges), covered_N)
+        self.noise, self.sizes = WhiteNoise(), Sizes(self.used, len(gauges), covered_N)
         self.counts: Counter[str] = Counter()
         self._last = math.nan
 

@@ -371,10 +371,14 @@ def force(draft: Draft, size: float, depth: float, slowness_s: float, least: flo
     draft.added += draft.about(size) * waver
 
 
+def delayed(values: np.ndarray, samples: int) -> np.ndarray:
+    """Values (n,) this number of samples later; the first one is repeated."""
+    return np.concatenate([np.full(samples, values[0]), values[: len(values) - samples]])
+
+
 def late(draft: Draft, ms: float) -> None:
     """The encoder is late; the first velocity is repeated."""
-    samples = max(round(ms * draft.rate_Hz / MS_PER_S), 1)
-    draft.known = np.concatenate([np.full(samples, draft.known[0]), draft.known[:-samples]])
+    draft.known = delayed(draft.known, max(round(ms * draft.rate_Hz / MS_PER_S), 1))
 
 
 def scaled(draft: Draft, percent: float) -> None:

@@ -159,18 +159,13 @@ class Scene:
         harmonics = np.concatenate([np.arange(mains, 0.5 * self.sample_rate_Hz, mains) for mains in SCENE_MAINS_HZ])
         apart = np.abs(line - harmonics).min(axis=1, initial=math.inf) > resolution
         if not math.isnan(self.mains_Hz):
-            apart &= (
-                np.abs(line / np.arange(1, HIDDEN_HARMONICS + 1) - self.mains_Hz).min(axis=1)
-                > SEPARATE_RESOLUTIONS * resolution
-            )
+            hidden = np.abs(line / np.arange(1, HIDDEN_HARMONICS + 1) - self.mains_Hz).min(axis=1)
+            apart &= hidden > SEPARATE_RESOLUTIONS * resolution
         return without_line | apart
 
     def block(self, delay_samples: int = 0, gain: float = 1.0) -> np.ndarray:
         """(n, g + 1): readings, then the velocity as it is stated: `gain` times that, `delay_samples` later still."""
-        velocity = gain * self.known_mm_s
-        if delay_samples:
-            velocity = np.concatenate([np.full(delay_samples, velocity[0]), velocity[:-delay_samples]])
-        return np.column_stack([self.readings, velocity])
+        return np.column_stack([self.readings, parts.delayed(gain * self.known_mm_s, delay_samples)])
 
     def bound(self, window_s: float | None = None, path_mm: float | None = None, count: int = 50) -> float:
         """Relative Cramér-Rao bound of the wavelength (a fraction) of a clean grating, groove = ridge.
@@ -188,10 +183,8 @@ class Scene:
         bounds = []
         for end in ends[:: max(1, len(ends) // count)]:
             rows = slice(int(np.searchsorted(along, along[end] - (size or 0.0) - 1e-9)), int(end))
-            wavelength = float(self.wavelength_mm[end])
-            bounds.append(
-                wavelength_bound(self.position_mm[rows], wavelength, amplitudes, self.noise_sd, present[rows])
-            )
+            path, wavelength = self.position_mm[rows], float(self.wavelength_mm[end])
+            bounds.append(wavelength_bound(path, wavelength, amplitudes, self.noise_sd, present[rows]))
         return float(np.median(bounds)) / math.sqrt(self.signal.shape[1])
 
 

@@ -5,31 +5,33 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_finger import BLOCK, SIZE_MM, made
+from drawn_finger import SIZE_MM, made
 from spring_calibration import calibration
 
 from papilla.calibration import Calibration
 from papilla.core.errors import InputError
-from papilla.fem.pressing.response import response
-from papilla.identification import PressNoise, compare, diagnose, fit_relaxation, identify, record, suggest_presses
+from papilla.identification import (
+    PARAMETERS_BY_NAME,
+    PressNoise,
+    diagnose,
+    fit_relaxation,
+    identify,
+    record,
+    suggest_presses,
+)
 from papilla.identification.diagnosis import influence_by_parameter
 from papilla.identification.fit import solve
 from papilla.identification.identified_finger import Change, PressAgreement, with_identification
 from papilla.identification.noise import estimated_noise
 from papilla.identification.one_touch import crept, fit_touch
 from papilla.identification.page import weighted_residuals, write_identification
-from papilla.identification.posing import family_of, free_parameters, problem_of, specimens_of
+from papilla.identification.posing import free_parameters, problem_of, specimens_of
 from papilla.logs import PressLog
 from papilla.model.finger import Finger
 from papilla.references import Prony
 
 FINGER, STUCK = Finger.default(), {"size_mm": SIZE_MM, "friction": "stick"}
 MODULI = ("outer_modulus_MPa", "inner_modulus_MPa")
-
-
-@pytest.fixture(scope="module")
-def smooth():
-    return response(family_of(FINGER, size_mm=SIZE_MM), BLOCK)
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +132,35 @@ def test_what_a_log_has_says_what_is_free():
     }  # fmt: skip
 
 
+def test_priors_and_bounds_are_those_of_their_sources():
+    """A factor of 2 between batches; levers anywhere from -2 to 1 times the gain; a hand that glues to 1 mm."""
+    double, lever, hand, tilt = (np.log(2), 1.6, 1.6), 3 / np.sqrt(12), (1.0, 1.5, 1.5), (1.5, 3.0, 3.0)
+    expected = {
+        "outer_modulus_MPa": double, "inner_modulus_MPa": double, "thickness_mm": (0.03, 0.25, 0.25),
+        "gain": (2.0, 20, 20), "lever_mm": (lever, 20, 20), "zero_microstrain": (1e3, 1e5, 1e5),
+        "touch_down_mm": (0.5, 2, 2), "row_along_mm": hand, "row_across_mm": hand, "place_mm": hand,
+        "tilt_x_deg": tilt, "tilt_y_deg": tilt, "stick_share": (0.5, 0.5, 0.5), "common_lever_mm": (lever, 2.0, 1.0),
+        "common_gain": (3.0, np.log(1e4), np.log(1e4)), "specimen_modulus": (0.1, 0.5, 0.5),
+    }  # fmt: skip
+    stated = {name: (one.sigma, -one.low, one.high) for name, one in PARAMETERS_BY_NAME.items()}
+    assert stated.keys() == expected.keys()
+    for name, numbers in stated.items():
+        assert numbers == pytest.approx(expected[name], rel=0.02), name
+    assert {name for name, one in PARAMETERS_BY_NAME.items() if one.linear} == {
+        "gain", "lever_mm", "zero_microstrain", "touch_down_mm",
+    }  # fmt: skip
+
+
 # ---- The identified finger
+
+
+def test_gauges_of_the_identified_finger_are_moved_by_the_row_and_their_own_place(found):
+    moves = {"row_along_mm": 0.3, "row_across_mm": -0.2, "place_mm.g2": 0.1}
+    moved = replace(found, problem=replace(found.problem, held={**found.problem.held, **moves})).finger
+    for gauge, other in zip(found.finger.gauges, moved.gauges, strict=True):
+        along = 0.3 + 0.1 * (gauge.name == "g2")
+        assert np.subtract(other.moved_mm, gauge.moved_mm) == pytest.approx([along, -0.2])
+        assert (other.membrane_gain, other.lever_mm) == (gauge.membrane_gain, gauge.lever_mm)
 
 
 def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_path):
@@ -151,38 +181,78 @@ def test_what_an_identification_leaves_open_widens_every_interval(stored, tmp_pa
     assert sharper.sigmas["identification"] == pytest.approx(0.1 * wider.sigmas["identification"], rel=1e-6)
 
 
-def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d(stored):
-    kept = stored.identified
-    gains = np.array([value if name.startswith(("gain", "lever")) else 0.0
-                      for name, value in zip(kept.parameters, kept.values, strict=True)])  # fmt: skip
-    together = replace(kept, covariance=tuple(map(tuple, (0.01 * np.outer(gains, gains)).tolist())))
-    wider = with_identification(calibration(), replace(stored, identified=together), size_mm=SIZE_MM)
-    assert wider.sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
+def test_gains_known_together_to_a_tenth_leave_a_tenth_of_s_d_and_zeros_a_microstrain(stored):
+    kept, forces = stored.identified, (0.2, 0.4, 0.8)
+
+    def wider(diagonal, *, together):
+        covariance = np.outer(diagonal, diagonal) if together else np.diag(np.square(diagonal))
+        changed = replace(kept, covariance=tuple(map(tuple, covariance.tolist())))
+        return with_identification(calibration(), replace(stored, identified=changed), size_mm=SIZE_MM)
+
+    gains = [0.1 * value * name.startswith(("gain", "lever"))
+             for name, value in zip(kept.parameters, kept.values, strict=True)]  # fmt: skip
+    assert wider(gains, together=True).sigmas["identification"] == pytest.approx(0.1, rel=1e-3)
+    zeros = wider([float(name.startswith("zero")) for name in kept.parameters], together=False)
+    for gauge in zeros.gauges:
+        sigmas = [gauge.uncertainty.sigmas(np.log(force), np.log(0.3))["identification"] for force in forces]
+        assert sigmas == pytest.approx([1 / force for force in forces], rel=0.02), "of a reading over its force"
 
 
-def test_a_design_that_was_changed_since_is_refused(stored):
+def test_a_finger_is_saved_with_its_record_and_a_design_that_was_changed_since_is_refused(stored, tmp_path):
+    stored.save(tmp_path / "finger.toml")
+    assert Finger.load(tmp_path / "finger.toml") == stored
     changed = replace(stored, outer=replace(stored.outer, modulus=2 * stored.outer.modulus))
     with pytest.raises(InputError, match="outer_modulus_MPa is .* the design was changed since"):
         with_identification(calibration(), changed, size_mm=SIZE_MM)
 
 
-def test_a_finger_is_another_below_one_per_cent(pressed, stored):
-    same = compare(stored, pressed[0], size_mm=SIZE_MM)
-    assert same.same and same.presses == len(pressed[0]) and same.verdict.startswith("fine: chi-square")
-    readings = pressed[0].readings.copy()
-    readings[:, 1] *= 0.5
-    other = compare(stored, replace(pressed[0], readings=readings), size_mm=SIZE_MM)
-    assert not other.same and other.chi_square > same.chi_square
-    assert other.changes[0].name == "reading of g2" and other.changes[0].change == pytest.approx(-0.5, abs=0.1)
-    explained = [one.chi_square for one in other.changes]
-    assert explained == sorted(explained, reverse=True) and explained[0] <= other.chi_square
-    for probability, rise, is_same, named in ((0.01, 9.0, True, False), (0.0099, 6.7, False, True),
-                                              (0.0099, 6.5, False, False)):  # fmt: skip
-        told = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
-        assert told.same == is_same and ("touch_down_mm -0.12 +- 0.02 mm" in told.verdict) == named
+@pytest.mark.parametrize(
+    "probability, rise, same, named",
+    [(0.01, 9.0, True, False), (0.0099, 6.7, False, True), (0.0099, 6.5, False, False)],
+)
+def test_a_finger_is_another_below_one_per_cent(probability, rise, same, named):
+    agreement = PressAgreement(3, 40.0, 20, probability, (Change("touch_down_mm", -0.12, 0.02, rise),))
+    assert agreement.same == same and ("touch_down_mm -0.12 +- 0.02 mm" in agreement.verdict) == named
 
 
-@pytest.mark.slow
+def test_a_diagnosis_states_intervals_influence_and_each_doubt_once(found):
+    told = diagnose(found)
+    assert told.doubts[0].startswith("the presses do not separate lever and gain of g1") and len(told.doubts) == 2
+    assert told.doubts[1].startswith("g2 reads backwards")
+    (profiled,) = told.profiles
+    assert profiled.name == MODULI[0] and told.intervals[MODULI[0]] == (profiled.lower, profiled.upper)
+    assert told.status == (
+        "doubtful, but 1 of 5 gauges read backwards: identified from 12 presses, "
+        f"chi-square {found.chi_square:.3g} at {found.freedom:.3g} degrees of freedom"
+    )
+    for place, name in list(enumerate(found.names))[1:]:
+        ends = found.vector[place] + np.array([-1.959964, 1.959964]) * found.sigma[place]
+        assert told.intervals[name] == pytest.approx(np.exp(ends) if name in MODULI else ends)
+    assert told.influence == pytest.approx(np.max(list(influence_by_parameter(found).values()), axis=0))
+    rows = found.problem.jacobian(found.vector)[: -len(found.names) - 1]
+    assert told.condition == pytest.approx(np.linalg.cond(rows / np.linalg.norm(rows, axis=0)))
+    zeros = [found.values[f"zero_microstrain.g{k}"] for k in range(1, 6)]
+    assert found.measured_sd == pytest.approx((found.problem.log.readings - zeros).std(axis=1))
+
+
+def test_what_is_wrong_with_a_fit_is_named(found):
+    close, n = found.covariance.copy(), len(found.names)
+    close[0, 1] = close[1, 0] = 0.97 * found.sigma[0] * found.sigma[1]
+    at_bound = np.where(np.arange(n) == 0, found.problem.bounds[1][0], found.vector)
+    outside = np.where(np.arange(n) == 0, found.vector[1] + np.log(16) + 0.05, found.vector)
+    for change, doubt in (
+        ({"chi_square": 2 * found.freedom}, "the model does not fit: chi-square is 2 times its freedom"),
+        ({"rival": 3.8}, "another finger fits as well, chi-square only 3.8 more"),
+        ({"covariance": close}, r"outer_modulus_MPa and inner_modulus_MPa are determined together only .* 0.970"),
+        ({"vector": at_bound}, "outer_modulus_MPa ended at its bound"),
+        ({"vector": outside}, "the ratio of the moduli is 5 % outside of 1 to 16"),
+    ):
+        doubts = diagnose(replace(found, **change)).doubts
+        assert sum(re.match(doubt, told) is not None for told in doubts) == 1, doubts
+    for change in ({"chi_square": 1.4 * found.freedom}, {"rival": 3.9}):
+        assert not re.search("does not fit|fits as well", " ".join(diagnose(replace(found, **change)).doubts))
+
+
 def test_the_page_has_the_numbers(found, tmp_path):
     write_identification(tmp_path / "i.html", found, diagnose(found))
     page = (tmp_path / "i.html").read_text()
@@ -205,6 +275,23 @@ def test_the_press_that_is_suggested_beats_every_other_one(found):
     assert more.sigma_before == best.sigma_before > best.sigma_after > more.sigma_after
     determinant = suggest_presses(found, 4, moduli, forces=forces, criterion="D", size_mm=SIZE_MM)
     assert determinant.criterion == "D" and more.sigma_after <= determinant.sigma_after * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "count, moduli, options, message",
+    [
+        (0, (0.1,), {}, "number of presses to suggest must be at least 1, got 0"),
+        (True, (0.1,), {}, "at least 1, got True"),
+        (2, (), {}, "at least one force and one modulus"),
+        (2, (0.1, -1.0), {}, r"modulus \(MPa\) to press must be greater than 0"),
+        (2, (0.1,), {"forces": (0.0,)}, r"force \(N\) to press must be greater than 0"),
+        (2, (0.1,), {"places": ()}, "at least one place"),
+        (2, (0.1,), {"criterion": "A"}, "criterion must be I or D, got 'A'"),
+    ],
+)
+def test_what_cannot_be_suggested_is_refused(count, moduli, options, message):
+    with pytest.raises(InputError, match=message):
+        suggest_presses(FINGER, count, moduli, **options)
 
 
 # ---- Noise of repeats, and creep

@@ -9,7 +9,6 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from papilla import __version__
 from papilla.calibration import BicubicSurface, Calibration, GaugeSurface, SdSurface, Uncertainty
@@ -25,6 +24,7 @@ from papilla.calibration.fitting.sweep import CHECKED_FORCE_N, CHECKED_MODULUS_M
 from papilla.calibration.published import fit_quadratic
 from papilla.calibration.readouts import Compact, ln_sd
 from papilla.core.errors import InputError
+from papilla.core.least_squares import least_squares
 from papilla.core.units import gf_to_newton
 from papilla.fem.pressing.large_strain import BEYOND_STRAIN_TABLES, CONTINUED_GAUGE, CONTINUED_SD
 
@@ -211,21 +211,21 @@ def fit_compact(calibration: Calibration) -> Compact:
     x, y, target = (axis[np.isfinite(target)] for axis in (x, y, target))
 
     first = least_squares(lambda values: ln_sd(values, x, y) - target, (float(target.mean()), *COMPACT_START))
-    weights = 1 / np.maximum(_slope(first.x, x, y), SMALLEST_WEIGHT_SLOPE)
-    fitted = least_squares(lambda values: weights * (ln_sd(values, x, y) - target), first.x)
-    if not fitted.success or not np.isfinite(fitted.x).all():
+    weights = 1 / np.maximum(_slope(first.vector, x, y), SMALLEST_WEIGHT_SLOPE)
+    fitted = least_squares(lambda values: weights * (ln_sd(values, x, y) - target), first.vector)
+    if not fitted.converged or not np.isfinite(fitted.vector).all():
         raise InputError(f"the compact form was not fitted: {fitted.message}")
     forces, moduli = (float(force[0]), float(force[-1])), (float(modulus[0]), float(modulus[-1]))
-    sd_rms = float(np.sqrt(np.mean((ln_sd(fitted.x, x, y) - target) ** 2)))
+    sd_rms = float(np.sqrt(np.mean((ln_sd(fitted.vector, x, y) - target) ** 2)))
     doubts = [value for name, value in calibration.sigmas.items() if name not in ("measurement", "fit")]
     # Moduli beyond the fitted range count as errors of the form, so they are not refused here
-    wide = Compact(fitted.x, forces, (0.0, np.inf), 0.0, 0.0, sd_rms)
+    wide = Compact(fitted.vector, forces, (0.0, np.inf), 0.0, 0.0, sd_rms)
     recovered = np.array([wide.invert(float(np.exp(s)), float(np.exp(f)))[0] for s, f in zip(target, x, strict=True)])
     error = recovered / np.exp(y) - 1
     if not np.isfinite(error).all():
         raise InputError("the calibration's S_d does not follow the compact form: it has no inverse there")
     rms, largest = float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())
-    return Compact(fitted.x, forces, moduli, rms, largest, sd_rms, float(np.hypot.reduce(doubts)))
+    return Compact(fitted.vector, forces, moduli, rms, largest, sd_rms, float(np.hypot.reduce(doubts)))
 
 
 def _slope(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:

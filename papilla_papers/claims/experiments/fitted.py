@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import BarycentricInterpolator
-from scipy.optimize import least_squares
 
 from papilla import fem
 from papilla.calibration.published import SPECIMENS_MPA, published_sd
 from papilla.core.errors import SolverError
+from papilla.core.least_squares import least_squares
 from papilla.core.units import PER_CENT, gf_to_newton, newton_to_gf
 from papilla.model.finger import Finger, Layer
 from papilla.model.specimen import HalfSpace
@@ -128,12 +128,11 @@ class Relatives:
         # Readings change sign with the lever, S_d does not: there is a second minimum, 21 times as high, at a lever
         # beyond which S_d rises again. So the descent starts on both sides.
         starts = [self.start, *(replaced(self.start, LEVER_PLACE, lever) for lever in FITTED_SCENE.other_levers_mm)]
-        fits = [least_squares(residuals, start, bounds=bounds, x_scale=FITTED_SCENE.scales) for start in starts]
-        best = min(fits, key=lambda fit: fit.cost)
-        by_lever = best.jac[:, LEVER_PLACE] * FITTED_SCENE.scales[LEVER_PLACE]
+        best = least_squares(residuals, *starts, bounds=bounds, x_scale=FITTED_SCENE.scales)
+        by_lever = best.jacobian[:, LEVER_PLACE] * FITTED_SCENE.scales[LEVER_PLACE]
         if np.linalg.norm(by_lever) < LEAST_SLOPE:
             raise SolverError("these specimens and depths do not determine the lever: any lever gives the same misfit")
-        return best.x
+        return best.vector
 
 
 def replaced(vector: np.ndarray, place: int, value: float) -> np.ndarray:
