@@ -34,7 +34,7 @@ PICTURE_WIDTHS_IN = (10.0, 17.0)  # Inches of a picture of one press and of two
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PressScene:
     """A press to show: its recovered field, its result and its specimen."""
 
     field: Field
@@ -55,7 +55,7 @@ class Drawn:
 
 
 def drawn(
-    scene: Scene, reduced: ReducedFinger, finger: Finger, quantity: str = style.STRAIN_QUANTITY, scale: float = 1.0
+    scene: PressScene, reduced: ReducedFinger, finger: Finger, quantity: str = style.STRAIN_QUANTITY, scale: float = 1.0
 ) -> Drawn:
     """The geometry of a scene of `reduced`, with displacements `scale` times as large, cut on the side of the touch.
 
@@ -107,7 +107,7 @@ def strain_figure(
     *,
     scale: float = 1.0,
     shown: str = style.STRAIN_QUANTITY,
-    beside: Scene | None = None,
+    beside: PressScene | None = None,
     width: float | None = None,
 ) -> Figure:
     """The figure of a press of `reduced` and its recovered field.
@@ -116,7 +116,7 @@ def strain_figure(
     stress. beside : another press of `reduced`, drawn on the same scale. width : of the figure in inches; in one of a
     telephone's width gauges are labelled with their readings alone. Raises as `drawn`.
     """
-    scenes = [Scene(field, press, specimen), *([] if beside is None else [beside])]
+    scenes = [PressScene(field, press, specimen), *([] if beside is None else [beside])]
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
     limit = style.nice_limit(
         max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces)
@@ -234,7 +234,7 @@ def _facts(press: Press) -> str:
     return f"indentation {press.indentation:.3g} mm, contact {press.contact_area:.3g} mm² (dashed){coarse}"
 
 
-def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: float, more: list[str]) -> None:
+def _title(figure: Figure, scenes: list[PressScene], reduced: ReducedFinger, scale: float, more: list[str]) -> None:
     press, specimen = scenes[0].press, scenes[0].specimen
     if len(scenes) > 1:
         touched = " and on ".join(f"{scene.specimen.modulus:.3g} MPa" for scene in scenes)

@@ -11,7 +11,7 @@ from papilla.core.errors import MissingExtraError
 from papilla.core.units import PER_CENT
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.finger import Finger
-from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
+from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, PressScene, drawn, shown_words, side_of
 from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY, nice_limit
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def need_plotly() -> None:
 
 
 def strain_html(
-    scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, quantity: str = STRAIN_QUANTITY
+    scenes: Sequence[PressScene], reduced: ReducedFinger, finger: Finger, *, quantity: str = STRAIN_QUANTITY
 ) -> str:
     """The page of presses of one specimen on `reduced`, self-contained; the last press is shown first.
 
@@ -97,7 +97,7 @@ def strain_html(
     return page.replace("<head>", f"<head>{view}", 1)
 
 
-def _title(scene: Scene, finger: Finger) -> str:
+def _title(scene: PressScene, finger: Finger) -> str:
     press, touched = scene.press, f"{scene.specimen.modulus:.3g} MPa {scene.specimen.words}"
     facts = f"S<sub>d</sub> of the readings {press.sd:,.0f} µε, indentation {press.indentation:.3g} mm"
     return f"<b>{escape(finger.name)}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
@@ -134,7 +134,7 @@ def _solids(geometry: Drawn, lift: np.ndarray) -> list[Any]:
     return traces
 
 
-def _gauges(geometry: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
+def _gauges(geometry: Drawn, scene: PressScene, finger: Finger, lift: np.ndarray) -> list[Any]:
     """The gauges' grids, with the text under the pointer, and their names."""
     import plotly.graph_objects as go
 

@@ -83,7 +83,7 @@ def test_a_strain_field_shows_the_names(odd):
 def test_a_page_to_turn_shows_the_names(odd):
     """plotly reads tags in a text as HTML."""
     pytest.importorskip("plotly")
-    pressed = strain_field.Scene(odd.field, odd.press, odd.specimen)
+    pressed = strain_field.PressScene(odd.field, odd.press, odd.specimen)
     page = turning.strain_html([pressed], odd.reduced, odd.finger)
     data, *_ = json.JSONDecoder().raw_decode(page, page.index("[", page.rindex("Plotly.newPlot")))
     names = next(trace["text"] for trace in data if trace.get("mode") == "text")

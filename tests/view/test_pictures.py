@@ -51,7 +51,7 @@ def soft(scene):
     """A press by the same force on a block ten times as soft, and its field."""
     block = Block(0.05, 10)
     press = fem.press(scene.reduced, block, force=0.588, fidelity="contact")
-    return view.Scene(fem.recover(scene.model, scene.reduced, press), press, block)
+    return view.PressScene(fem.recover(scene.model, scene.reduced, press), press, block)
 
 
 # ---- The strain field
