@@ -29,7 +29,6 @@ def drawn(columns, gauges=2, rows=3000):
     return picture.figure("a_$log$.csv", "detail", spectrum), answer
 
 
-@pytest.mark.slow
 def test_what_was_measured_stands_above_what_was_estimated():
     figure, answer = drawn(("force_N", "velocity_mm_s", "tangential_N"))
     labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
