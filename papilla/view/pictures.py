@@ -179,11 +179,10 @@ def receptive(
     from papilla.view.receptive_field import receptive_fields_figure, receptive_figure
 
     responses = receptive_of(finger, size_mm=size_mm, progress=progress)
-    figure = (
-        receptive_fields_figure(responses, finger)
-        if gauge_name is None
-        else receptive_figure(responses, finger, gauge_name)
-    )
+    if gauge_name is None:
+        figure = receptive_fields_figure(responses, finger)
+    else:
+        figure = receptive_figure(responses, finger, gauge_name)
     write_bytes(path, content(figure, picture_format, PICTURE_DPI))
 
 

@@ -11,8 +11,18 @@ from papilla.core.errors import MissingExtraError
 from papilla.core.units import PER_CENT
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.finger import Finger
-from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, PressScene, drawn, shown_words, side_of
-from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY, nice_limit
+from papilla.view.strain_field import (
+    SKIN_COLOR,
+    SPECIMEN_COLOR,
+    Drawn,
+    PressScene,
+    common_limit,
+    drawn,
+    points_of,
+    shown_words,
+    side_of,
+)
+from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -52,7 +62,7 @@ def strain_html(
     import plotly.graph_objects as go
 
     parts = [drawn(scene, reduced, finger, quantity) for scene in scenes]
-    limit = nice_limit(max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces))
+    limit = common_limit(parts)
     side = side_of(reduced)
     lift = np.array([0, -side, 0])
     groups = [
@@ -70,7 +80,7 @@ def strain_html(
         trace.visible = now
     bar = {"title": shown_words(quantity).split(":")[0], "thickness": 12, "orientation": "h", "y": 0, "yanchor": "top"}
     scale: dict = {"colorscale": DIVERGING_COLORS, "cmin": -limit, "cmax": limit, "colorbar": bar}
-    seen = np.concatenate([surface.points for geometry in parts for surface in (geometry.skin, geometry.solid)])
+    seen = points_of(parts)
     # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
     low, high = seen.min(axis=0) - 2 * NAMES_MM, seen.max(axis=0) + 2 * NAMES_MM
     axes = {
