@@ -179,11 +179,8 @@ class RemoteHand:
         if not (abs(off) <= 1.0 and since >= 0):
             self.playing_s, pace = wanted, 1.0
         else:
-            pace = (
-                1.0
-                if since == 0
-                else 1 + max(-LARGEST_SPEED_CHANGE, min(LARGEST_SPEED_CHANGE, (off - since) / CATCH_UP_S))
-            )
+            change = (off - since) / CATCH_UP_S if since else 0.0
+            pace = 1 + max(-LARGEST_SPEED_CHANGE, min(LARGEST_SPEED_CHANGE, change))
             # Not beyond what can be extrapolated, and never back.
             newest = self.hand.state.time_s + HORIZON_S
             self.playing_s = max(self.playing_s, min(self.playing_s + pace * since, newest))

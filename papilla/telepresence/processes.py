@@ -88,6 +88,8 @@ class TickGrid:
             number = following
 
 
+TRUST_WORDS = {QuantityTrust.OK: "ok", QuantityTrust.HELD: "wavelength held", QuantityTrust.UNKNOWN: "no wavelength"}
+"""What a sensor's live line says of the wavelength."""
 LIVE_HZ = 4.0
 """Updates of the live line per second."""
 
@@ -126,11 +128,7 @@ def run_sensor(
         if live.due(now):
             lines, trust = sensing.lines()
             wavelength = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
-            state_text = {
-                QuantityTrust.OK: "ok",
-                QuantityTrust.HELD: "wavelength held",
-                QuantityTrust.UNKNOWN: "no wavelength",
-            }[trust]
+            state_text = TRUST_WORDS[trust]
             if now - sensor.received_s > 1:
                 state_text = "no display has sent a message"
             values = f"{source.said}{wavelength}" if math.isfinite(sensor.received_s) else ""
@@ -176,9 +174,8 @@ def run_display(
 def _softness(message: Parameters) -> str:
     """Modulus and contact area of a message, if it has them, with their standard deviations."""
     quantities = [(message.modulus, "MPa"), (message.area, "mm²")]
-    estimates = [
-        (quantity.value, quantity.sigma, unit)
+    return "".join(
+        f"{quantity.value:.3g} ± {quantity.sigma or math.nan:.1g} {unit}, "
         for quantity, unit in quantities
         if quantity is not None and quantity.value is not None
-    ]
-    return "".join(f"{value:.3g} ± {sigma or math.nan:.1g} {unit}, " for value, sigma, unit in estimates)
+    )

@@ -189,19 +189,16 @@ class LoopRecord(NamedTuple):
 
     def lag_ms(self, which: str) -> float:
         """Lag of a display ("local" or "direct") behind the hand."""
-        rows, displacement = self.judged, self._displacement(which)
+        rows, displacement = self.judged, getattr(self, f"{which}_um")
         steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
         late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
         longest = min(LARGEST_LAG_TRIPS * S_PER_MS * late_ms + EXTRA_S, MOST_OF_RECORD * self.time_s[-1])
         return MS_PER_S * lag_s(displacement[rows], turns[rows], self.hand_mm[rows], HAND_RATE_HZ, longest)
 
-    def _displacement(self, which: str) -> np.ndarray:
-        return self.local_um if which == "local" else self.direct_um
-
     def felt(self, which: str) -> FeltWavelengths:
         """`FeltWavelengths` of a display: its wavelength over the hand's own path."""
-        rows, displacement = self.judged, self._displacement(which)
+        rows, displacement = self.judged, getattr(self, f"{which}_um")
         return felt_wavelength(displacement[rows], self.hand_mm[rows], self.truth_mm[rows], HAND_RATE_HZ)
 
     def crossings(self, which: str, within: float = 0.1) -> np.ndarray:
@@ -228,11 +225,9 @@ class LoopRecord(NamedTuple):
 
     def statuses(self, which: str) -> dict[str, float]:
         """Share of the rows of each status, by its sentence."""
-        codes, counts = np.unique(self.local_status if which == "local" else self.direct_status, return_counts=True)
-        return {
-            DisplayStatus(int(code)).sentence: float(count) / self.time_s.size
-            for code, count in zip(codes, counts, strict=True)
-        }
+        codes, counts = np.unique(getattr(self, f"{which}_status"), return_counts=True)
+        shares = (counts / self.time_s.size).tolist()
+        return {DisplayStatus(code).sentence: share for code, share in zip(codes.tolist(), shares, strict=True)}
 
 
 def _median(times) -> float:

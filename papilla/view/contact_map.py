@@ -161,7 +161,8 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shading)
         touching = pressure > 0
         dots: Any = {"s": NODE_DOT_AREA, "edgecolors": MUTED_COLOR, "linewidths": THIN_PT / 2}
-        axes.scatter(*(xy[touching] + at).T, c=KPA_PER_MPA * pressure[touching], **dots, **shading)
+        x, y = (xy[touching] + at).T
+        axes.scatter(x, y, c=KPA_PER_MPA * pressure[touching], **dots, **shading)
     axes.triplot(mesh, color=MUTED_COLOR, linewidth=THIN_PT / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
         axes.plot(*(line + at).T, color=INK_COLOR, linestyle="--")
