@@ -161,12 +161,12 @@ def read_curve(path: str | PathLike | None = None) -> PowerCurve:
     `schema` "papilla.amplitude/1" and `source`. Raises `FileFormatError` and `FileAccessError`.
     """
     name = path or "amplitude_curve.json"
-    found = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
+    document = _table(Path(path)) if path and Path(path).suffix == ".csv" else _document(name, path)
     try:
-        if found["schema"] != AMPLITUDE_SCHEMA:
-            raise InputError(f"schema must be {AMPLITUDE_SCHEMA}, got {reprlib.repr(found['schema'])}")
-        wavelength, power = (tuple(checks.positive(key, value) for value in found[key]) for key in AMPLITUDE_COLUMNS)
-        curve = PowerCurve(wavelength, power, str(found.get("source", "")))
+        if document["schema"] != AMPLITUDE_SCHEMA:
+            raise InputError(f"schema must be {AMPLITUDE_SCHEMA}, got {reprlib.repr(document['schema'])}")
+        wavelength, power = (tuple(checks.positive(key, value) for value in document[key]) for key in AMPLITUDE_COLUMNS)
+        curve = PowerCurve(wavelength, power, str(document.get("source", "")))
         _ = curve.fit
         return curve
     except (ValueError, KeyError, TypeError) as error:

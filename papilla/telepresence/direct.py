@@ -83,8 +83,8 @@ class DirectFeedback:
         alive = time_s - self._received_s <= self.safety.hold_s
         gain = self._fader.step(dt, alive)
         limit, asked = self.actuator.amplitude_um, gain * self.um_per_microstrain * self._reading
-        shown = max(-limit, min(limit, asked))
-        status = DisplayStatus.CLIPPED if shown != asked else DisplayStatus.OK
+        displacement = max(-limit, min(limit, asked))
+        status = DisplayStatus.CLIPPED if displacement != asked else DisplayStatus.OK
         if not alive:
             status = DisplayStatus.NO_MESSAGE if math.isnan(self._received_s) else DisplayStatus.STALLED
-        return Shown(shown, self.actuator.volts(shown), math.nan, math.nan, gain, int(status))
+        return Shown(displacement, self.actuator.volts(displacement), math.nan, math.nan, gain, int(status))

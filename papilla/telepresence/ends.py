@@ -101,7 +101,7 @@ class LogSource:
         self.columns = tuple(name for name in optional if getattr(log, name) is not None)
         self.gauges, self._next = len(log.gauge_names), 0
         rows = np.column_stack([log.t_s - log.t_s[0], log.readings, *(getattr(log, name) for name in self.columns)])
-        self._rows = [tuple(row) for row in rows.tolist()]
+        self._rows = [tuple(sample) for sample in rows.tolist()]
 
     def take_message(self, received: Received) -> None:
         """The log does not follow the hand."""

@@ -71,8 +71,8 @@ class ClockOffset:
         if self._trips:
             # The shortest trip waited least in queues, so it knows the offset best. Others may differ by half of both
             # trips.
-            shortest, known = min(self._trips)
-            apart = abs(offset_ns - known) > (round_trip_ns + shortest) // 2 + UNEVEN_NS
+            shortest, best_offset = min(self._trips)
+            apart = abs(offset_ns - best_offset) > (round_trip_ns + shortest) // 2 + UNEVEN_NS
             self._contradicted = self._contradicted + 1 if apart else 0
             if self._contradicted >= CONTRADICTING_TRIPS:
                 self._trips.clear()
@@ -214,13 +214,13 @@ class Gate:
         if header.session in self._replaced:
             return False
         waiting, hears_us = self._applicants, self._echoes(header, now_ns)
-        known = waiting.get(header.session)
-        after_ns = self._sent_ns if known is None else known.after_ns
+        applicant = waiting.get(header.session)
+        after_ns = self._sent_ns if applicant is None else applicant.after_ns
         if hears_us and header.echo_ns > after_ns:
             return True
-        hears_us = hears_us or known is not None and known.hears_us
+        hears_us = hears_us or applicant is not None and applicant.hears_us
         # With a key, whoever hears us ran in the last seconds, so these are few; recordings only get free places.
-        if hears_us or known is not None or len(waiting) < MOST_APPLICANTS:
+        if hears_us or applicant is not None or len(waiting) < MOST_APPLICANTS:
             waiting[header.session] = Applicant(after_ns, header, now_ns, hears_us)
         if len(waiting) > MOST_APPLICANTS:
             del waiting[next(iter(waiting))]

@@ -120,7 +120,7 @@ class Link:
 
     def receive(self, time_s: float) -> list[Delivery]:
         """The datagrams that have arrived by now, in the order of arrival."""
-        found = []
+        arrived = []
         while self._waiting and self._waiting[0][0] <= time_s + S_PER_NS:
-            found.append(heapq.heappop(self._waiting)[2])
-        return found
+            arrived.append(heapq.heappop(self._waiting)[2])
+        return arrived

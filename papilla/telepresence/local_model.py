@@ -8,6 +8,7 @@ for a constant wavelength and always continuous.
 
 import math
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import NamedTuple
 
 from papilla.core import checks
@@ -149,10 +150,10 @@ class LocalModel:
             oscillator.goal_um = 0.0
         for wavelength, amplitude in wanted:
             near = any(
-                1 / NEAR_WAVELENGTH_RATIO < one.wavelength_mm / wavelength < NEAR_WAVELENGTH_RATIO for one in free
+                1 / NEAR_WAVELENGTH_RATIO < unused.wavelength_mm / wavelength < NEAR_WAVELENGTH_RATIO for unused in free
             )
             if near or free and len(self._oscillators) == self.components:
-                chosen = min(free, key=lambda one: abs(math.log(one.wavelength_mm / wavelength)))
+                chosen = min(free, key=lambda unused: abs(math.log(unused.wavelength_mm / wavelength)))
                 free.remove(chosen)
             else:
                 chosen = Oscillator(wavelength)
@@ -170,8 +171,8 @@ class LocalModel:
         """The output of the display now; times must rise, and a time that does not changes nothing."""
         since = time_s - self._time_s
         if not math.isfinite(time_s) or -1.0 < since <= 0:
-            held = self._held or Shown(0.0, self.actuator.volts(0.0), math.nan, math.nan, 0.0, 0)
-            return held._replace(status=int(DisplayStatus.CLOCK))
+            last = self._held or Shown(0.0, self.actuator.volts(0.0), math.nan, math.nan, 0.0, 0)
+            return last._replace(status=int(DisplayStatus.CLOCK))
         self._time_s = time_s
         moved, speed = self._moved(time_s, since)
         dt = min(since, LONGEST_STEP / self.rate_Hz) if since > 0 else 1 / self.rate_Hz
@@ -180,8 +181,8 @@ class LocalModel:
         if gain == 0 and status != DisplayStatus.OK:
             for oscillator in self._oscillators:
                 oscillator.now_um = 0.0
-        shown, limit = self._sound(moved, speed, dt, gain)
-        self._held = shown._replace(status=int(limit if status == DisplayStatus.OK else status))
+        output, limit = self._sound(moved, speed, dt, gain)
+        self._held = output._replace(status=int(limit if status == DisplayStatus.OK else status))
         return self._held
 
     def _moved(self, time_s: float, since: float) -> tuple[float, float]:
@@ -214,35 +215,37 @@ class LocalModel:
         """The sum of the oscillators after this step, and the status of the limit that applies."""
         actuator, top, status = self.actuator, self.top_Hz, DisplayStatus.OK
         goals, responses, pressing = [], [], self._pressing()
-        for one in self._oscillators:
-            frequency = speed / one.wavelength_mm
+        for oscillator in self._oscillators:
+            frequency = speed / oscillator.wavelength_mm
             share = actuator.passed(frequency, top)
-            if share < 1 and one.goal_um > 0:
+            if share < 1 and oscillator.goal_um > 0:
                 status = DisplayStatus.TOO_FAST
             # A phase that turns faster than the end of the band would be sampled too rarely: aliasing.
-            turns = max(-top * dt, min(top * dt, moved / one.wavelength_mm))
-            one.turns = (one.turns + turns) % 1.0
-            goals.append(share * pressing * one.goal_um)
+            turns = max(-top * dt, min(top * dt, moved / oscillator.wavelength_mm))
+            oscillator.turns = (oscillator.turns + turns) % 1.0
+            goals.append(share * pressing * oscillator.goal_um)
             responses.append(actuator.response(min(frequency, top)))
-        drives = [goal / own if self.compensate else goal for goal, own in zip(goals, responses, strict=True)]
+        drives = [goal / share if self.compensate else goal for goal, share in zip(goals, responses, strict=True)]
         # Scaled down together: clipping the sum would add harmonics, which feel like another texture.
         if sum(drives) > actuator.amplitude_um:
             drives = [drive * actuator.amplitude_um / sum(drives) for drive in drives]
             status = DisplayStatus.LIMITED
         # A step of an amplitude is felt as a click, so amplitudes change at a limited rate.
         most = actuator.amplitude_um * dt / RAMP_S
-        for one, drive in zip(self._oscillators, drives, strict=True):
-            one.now_um += max(-most, min(most, drive - one.now_um))
-        total = sum(one.now_um for one in self._oscillators)
+        for oscillator, drive in zip(self._oscillators, drives, strict=True):
+            oscillator.now_um += max(-most, min(most, drive - oscillator.now_um))
+        total = sum(oscillator.now_um for oscillator in self._oscillators)
         # While amplitudes ramp, their sum may exceed the stroke for a moment, although their goals do not.
         factor = gain * min(1.0, actuator.amplitude_um / total) if total > 0 else 0.0
         displacement = drive_um = 0.0
-        for one, response in zip(self._oscillators, responses, strict=True):
-            driven = factor * one.now_um * math.sin(2 * math.pi * one.turns)
+        for oscillator, response in zip(self._oscillators, responses, strict=True):
+            driven = factor * oscillator.now_um * math.sin(2 * math.pi * oscillator.turns)
             drive_um += driven
             displacement += driven * response
-        self._oscillators = [one for one in self._oscillators if one.now_um > 0 or one.goal_um > 0]
-        first = max(self._oscillators, key=lambda one: one.goal_um, default=None)
+        self._oscillators = [
+            oscillator for oscillator in self._oscillators if oscillator.now_um > 0 or oscillator.goal_um > 0
+        ]
+        first = max(self._oscillators, key=attrgetter("goal_um"), default=None)
         if first is None or first.goal_um == 0:
             status = DisplayStatus.NO_TEXTURE
         wavelength = math.nan if first is None else first.wavelength_mm

@@ -87,12 +87,12 @@ class SimulatedWire:
 
     def receive(self) -> list[Received]:
         """The messages that have arrived; overtaken and duplicate ones are left out, as by `gate.Gate`."""
-        found = []
+        accepted = []
         for sent, arrived, message in self._into.receive(self.time_s):
             if sent > self._newest_s:
                 self._newest_s = sent
-                found.append(Received(message, round(NS_PER_S * arrived), round(NS_PER_S * sent), math.nan))
-        return found
+                accepted.append(Received(message, round(NS_PER_S * arrived), round(NS_PER_S * sent), math.nan))
+        return accepted
 
 
 class DirectEnd:
@@ -139,20 +139,20 @@ def run(
     seeds = np.random.SeedSequence(scene.seed).generate_state(3).tolist()
     # With the same seed both links have the same delays at any time; each loses its own datagrams.
     up, down = Link(scene.uplink, seeds[0]), {name: Link(scene.downlink, seeds[1]) for name in ("local", "direct")}
-    there, here = SimulatedWire(down["local"], up, 1), SimulatedWire(up, down["local"], 0)
+    sensor_wire, hand_wire = SimulatedWire(down["local"], up, 1), SimulatedWire(up, down["local"], 0)
     touch = TouchLog(scene.texture, scene.noise_microstrain, scene.soft)
     source = TouchSource(touch, seeds[2])
-    hand = HandEnd(here, model, scene.motion, start_mm=scene.start_mm)
-    sensor = SensorEnd(there, source, touch.sensing(scene.components), scene.parameters_Hz)
-    display = DisplayEnd(here, model)
+    hand = HandEnd(hand_wire, model, scene.motion, start_mm=scene.start_mm)
+    sensor = SensorEnd(sensor_wire, source, touch.sensing(scene.components), scene.parameters_Hz)
+    display = DisplayEnd(hand_wire, model)
     feedback = DirectEnd(scene, down["direct"], DirectFeedback() if direct is None else direct)
-    places, shown, felt, messages = [], [], [], []
+    places, outputs, felt, messages = [], [], [], []
     time = np.arange(round(scene.seconds * HAND_RATE_HZ)) / HAND_RATE_HZ
-    for row, now in enumerate(time.tolist()):
-        if row % PROGRESS_ROWS == 0:
+    for period, now in enumerate(time.tolist()):
+        if period % PROGRESS_ROWS == 0:
             progress(CountedStep("simulating", round(now), round(scene.seconds)))
         # One clock for both ends, and a fixed order of steps: the run is the same for the same seed.
-        here.time_s = there.time_s = feedback.wire.time_s = now
+        hand_wire.time_s = sensor_wire.time_s = feedback.wire.time_s = now
         places.append(hand.step(now))
         sensor.step(now)
         if sensor.sample is not None and not math.isfinite(sensor.sample[1]):
@@ -161,9 +161,9 @@ def run(
                 "calibrated forces"
             )
         felt.append(feedback.step(now, sensor, source))
-        shown.append(display.step(now))
+        outputs.append(display.step(now))
         messages.append(display.message)
-    displays = np.array(shown), np.array(felt)
+    displays = np.array(outputs), np.array(felt)
     return _record(scene, time, np.array(places), displays, down, messages)
 
 
@@ -172,18 +172,18 @@ def _record(
 ) -> LoopRecord:
     """A run as arrays; displays : rows of `Shown` of the local model, and results of `DirectEnd.step`."""
     local, direct = displays
-    shown = dict(zip(Shown._fields, local.T, strict=True))
+    outputs = dict(zip(Shown._fields, local.T, strict=True))
     direct_um, direct_status, direct_mm, round_trip_ms = direct.T
     payload = {name: link.bytes_sent for name, link in down.items()}
     return LoopRecord(
         time_s=time,
         hand_mm=hand,
         truth_mm=np.array([scene.texture.wavelength(place) for place in hand.tolist()]),
-        local_um=shown["displacement_um"],
+        local_um=outputs["displacement_um"],
         direct_um=direct_um,
-        wavelength_mm=np.where(shown["gain"] > 0, shown["wavelength_mm"], math.nan),
+        wavelength_mm=np.where(outputs["gain"] > 0, outputs["wavelength_mm"], math.nan),
         direct_mm=direct_mm,
-        local_status=shown["status"].astype(int),
+        local_status=outputs["status"].astype(int),
         direct_status=direct_status.astype(int),
         bytes_per_s={name: number / scene.seconds for name, number in payload.items()},
         with_headers={

@@ -192,12 +192,12 @@ def lines_of(components: tuple[Component, ...]) -> tuple[TextureLine, ...]:
     """Components in the form of messages."""
     return tuple(
         TextureLine(
-            quantity(Length, own.wavelength_mm, own.wavelength_sigma_mm),
-            quantity(Strain, own.amplitude_microstrain, own.amplitude_sigma_microstrain),
+            quantity(Length, component.wavelength_mm, component.wavelength_sigma_mm),
+            quantity(Strain, component.amplitude_microstrain, component.amplitude_sigma_microstrain),
         )
-        for own in components[:MAX_LINES]
+        for component in components[:MAX_LINES]
     )
 
 
-def _known(one: TrustedQuantity) -> float:
-    return math.nan if one.sigma is None else one.sigma
+def _known(quantity: TrustedQuantity) -> float:
+    return math.nan if quantity.sigma is None else quantity.sigma

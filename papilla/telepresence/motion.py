@@ -106,18 +106,18 @@ class Hand:
 
     def read(self, time_s: float, position_mm: float) -> None:
         """Take a reading. One that is not finite, absurdly far, or not later than the last is counted and ignored."""
-        known = self.state
+        last = self.state
         if not (math.isfinite(time_s) and abs(position_mm) <= checks.LARGEST_READING):
             self.ignored += 1
             return
-        if math.isnan(known.time_s):
+        if math.isnan(last.time_s):
             self.state = HandState(time_s, position_mm)
             return
-        step_s = time_s - known.time_s
+        step_s = time_s - last.time_s
         if -1.0 < step_s <= 0:
             self.ignored += 1
             return
-        mean = (position_mm - known.place_mm) / step_s
+        mean = (position_mm - last.place_mm) / step_s
         if step_s > 1.0 or step_s < 0 or abs(mean) > FASTEST_HAND_MM_S:
             self.jumps += 1
             self.state, self._before = HandState(time_s, position_mm), math.nan
@@ -131,13 +131,13 @@ class Hand:
 
     def at(self, time_s: float) -> tuple[float, float]:
         """(position_mm, velocity_mm_s) at a time not before the last reading; NaN and 0 without a reading."""
-        known = self.state
-        since = max(0.0, time_s - known.time_s)
+        last = self.state
+        since = max(0.0, time_s - last.time_s)
         if since > HORIZON_S:
             moving, velocity = HORIZON_S, 0.0
         else:
-            moving, velocity = since, known.velocity_mm_s
-        place = known.place_mm + known.velocity_mm_s * moving + known.off_mm * math.exp(-since / BLEND_S)
+            moving, velocity = since, last.velocity_mm_s
+        place = last.place_mm + last.velocity_mm_s * moving + last.off_mm * math.exp(-since / BLEND_S)
         return place, velocity if math.isfinite(place) else 0.0
 
     def age_s(self, time_s: float) -> float:
@@ -179,11 +179,8 @@ class RemoteHand:
         if not (abs(off) <= 1.0 and since >= 0):
             self.playing_s, pace = wanted, 1.0
         else:
-            pace = (
-                1.0
-                if since == 0
-                else 1 + max(-LARGEST_SPEED_CHANGE, min(LARGEST_SPEED_CHANGE, (off - since) / CATCH_UP_S))
-            )
+            change = (off - since) / CATCH_UP_S if since else 0.0
+            pace = 1 + max(-LARGEST_SPEED_CHANGE, min(LARGEST_SPEED_CHANGE, change))
             # Not beyond what can be extrapolated, and never back.
             newest = self.hand.state.time_s + HORIZON_S
             self.playing_s = max(self.playing_s, min(self.playing_s + pace * since, newest))

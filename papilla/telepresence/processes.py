@@ -40,11 +40,11 @@ class TimeHistogram:
 
     def quantile_s(self, share: float) -> float:
         """The time that this share of the times does not exceed; NaN without any."""
-        left = share * self.number
+        remaining = share * self.number
         for place, count in enumerate(self._bins):
-            left -= count
+            remaining -= count
             # `share * number` is rounded: what is left of a whole number of times may be slightly above zero.
-            if count and left <= checks.ROUNDING_SHARE:
+            if count and remaining <= checks.ROUNDING_SHARE:
                 return min(self.greatest_s, self.LOW_S * self.RATIO**place)
         return math.nan
 
@@ -80,14 +80,16 @@ class TickGrid:
             had = time.thread_time_ns()
             yield S_PER_NS * (now - begin)
             self.busy.add(S_PER_NS * (time.thread_time_ns() - had))
-            done = self._clock()
-            self.work.add(S_PER_NS * (done - now))
+            ended = self._clock()
+            self.work.add(S_PER_NS * (ended - now))
             # Ticks that are already over are left out and counted, instead of being caught up in a hurry.
-            following = max(number + 1, (done - begin) // period)
+            following = max(number + 1, (ended - begin) // period)
             self.missed += following - number - 1
             number = following
 
 
+TRUST_WORDS = {QuantityTrust.OK: "ok", QuantityTrust.HELD: "wavelength held", QuantityTrust.UNKNOWN: "no wavelength"}
+"""What a sensor's live line says of the wavelength."""
 LIVE_HZ = 4.0
 """Updates of the live line per second."""
 
@@ -125,16 +127,12 @@ def run_sensor(
         sensor.step(now)
         if live.due(now):
             lines, trust = sensing.lines()
-            found = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
-            state = {
-                QuantityTrust.OK: "ok",
-                QuantityTrust.HELD: "wavelength held",
-                QuantityTrust.UNKNOWN: "no wavelength",
-            }[trust]
+            wavelength = f", {lines[0].wavelength_mm:.3f} mm" if lines else ""
+            state_text = TRUST_WORDS[trust]
             if now - sensor.received_s > 1:
-                state = "no display has sent a message"
-            said = f"{source.said}{found}" if math.isfinite(sensor.received_s) else ""
-            report(Live(now, state, said, endpoint.gate.counts, period))
+                state_text = "no display has sent a message"
+            values = f"{source.said}{wavelength}" if math.isfinite(sensor.received_s) else ""
+            report(Live(now, state_text, values, endpoint.gate.counts, period))
         if source.over:
             break
     return period
@@ -147,7 +145,7 @@ def run_display(
     *,
     seconds: float = math.inf,
     report: Report = lambda live: None,
-    keep: Callable[[float, float, Shown, Parameters | None], None] = lambda now, place, shown, message: None,
+    keep: Callable[[float, float, Shown, Parameters | None], None] = lambda *_output: None,
     period: TickGrid | None = None,
 ) -> TickGrid:
     """Send the place of the hand at 250 Hz and display the texture under it at 1 kHz.
@@ -160,21 +158,24 @@ def run_display(
     hand, display = HandEnd(endpoint, model, motion, period_s=period.period_s), DisplayEnd(endpoint, model)
     live = Timer(LIVE_HZ, period.period_s)
     for now in period.ticks(seconds):
-        place, shown, message = hand.step(now), display.step(now), display.message
-        keep(now, place, shown, message)
+        place, output, message = hand.step(now), display.step(now), display.message
+        keep(now, place, output, message)
         if live.due(now):
-            said = ""
+            values = ""
             if message is not None:
-                texture = f"{shown.wavelength_mm:.3f} mm, {shown.frequency_Hz:.0f} Hz, "
-                said = texture if math.isfinite(shown.wavelength_mm) else ""
-                said += f"gain {shown.gain:.2f}, {_softness(message)}"
-                said += f"last message {MS_PER_NS * display.age_ns:.1f} ms old when it came"
-            report(Live(now, DisplayStatus(shown.status).sentence, said, endpoint.gate.counts, period))
+                texture = f"{output.wavelength_mm:.3f} mm, {output.frequency_Hz:.0f} Hz, "
+                values = texture if math.isfinite(output.wavelength_mm) else ""
+                values += f"gain {output.gain:.2f}, {_softness(message)}"
+                values += f"last message {MS_PER_NS * display.age_ns:.1f} ms old when it came"
+            report(Live(now, DisplayStatus(output.status).sentence, values, endpoint.gate.counts, period))
     return period
 
 
 def _softness(message: Parameters) -> str:
     """Modulus and contact area of a message, if it has them, with their standard deviations."""
     quantities = [(message.modulus, "MPa"), (message.area, "mm²")]
-    known = [(one.value, one.sigma, unit) for one, unit in quantities if one is not None and one.value is not None]
-    return "".join(f"{value:.3g} ± {sigma or math.nan:.1g} {unit}, " for value, sigma, unit in known)
+    return "".join(
+        f"{quantity.value:.3g} ± {quantity.sigma or math.nan:.1g} {unit}, "
+        for quantity, unit in quantities
+        if quantity is not None and quantity.value is not None
+    )

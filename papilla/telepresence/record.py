@@ -50,34 +50,34 @@ def lag_s(shown, turns, place_mm, rate_Hz: float, longest_s: float) -> float:
     signal = np.asarray(shown, float)
     passed, place = np.asarray(turns, float), np.asarray(place_mm, float)
     wave = np.exp(-2j * math.pi * passed)
-    size, first, last = (round(own * rate_Hz) for own in (FELT_WINDOW_S, EARLIEST_S, longest_s))
+    size, first, last = (round(seconds * rate_Hz) for seconds in (FELT_WINDOW_S, EARLIEST_S, longest_s))
     loudest, scores = _loudest(signal, size), []
     for begin in range(last, signal.size - size + first, size // 2):
-        part, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
+        window, around = signal[begin : begin + size], slice(begin - last, begin - first + size)
         speeds = np.abs(np.diff(place[around]))
         if (
             loudest == 0
-            or part.std() < SILENT_RMS_SHARE * loudest
+            or window.std() < SILENT_RMS_SHARE * loudest
             or np.ptp(speeds) < STEADY_SPEED_SHARE * speeds.max()
         ):
             continue
         if np.abs(np.diff(passed[begin : begin + size])).sum() < LEAST_TURNS:
             continue
         # `correlate` conjugates its second argument, which has no effect on a real signal.
-        score = np.abs(np.correlate(wave[around], part - part.mean(), "valid"))[::-1]
-        if score.max() * math.sqrt(2) > LEAST_COHERENCE * size * part.std():
+        score = np.abs(np.correlate(wave[around], window - window.mean(), "valid"))[::-1]
+        if score.max() * math.sqrt(2) > LEAST_COHERENCE * size * window.std():
             scores.append(score / score.max())
     if not scores:
         return math.nan
-    near, found = round(NEAR_S * rate_Hz), []
+    near, lags_s = round(NEAR_S * rate_Hz), []
     broad = np.convolve(np.sum(scores, axis=0), np.ones(round(BROAD_S * rate_Hz)), "same")
     middle = int(np.argmax(broad))
     low = max(0, middle - near)
     for score in scores:
         best = low + int(np.argmax(score[low : middle + near + 1]))
         if 0 < best < score.size - 1:
-            found.append((first + best + _vertex(score[best - 1 : best + 2])) / rate_Hz)
-    return float(np.median(found)) if found else math.nan
+            lags_s.append((first + best + _vertex(score[best - 1 : best + 2])) / rate_Hz)
+    return float(np.median(lags_s)) if lags_s else math.nan
 
 
 class FeltWavelengths(NamedTuple):
@@ -121,14 +121,14 @@ def felt_wavelength(shown, place_mm, truth_mm, rate_Hz: float, range_mm=(0.3, 8.
         rows = slice(begin, begin + size)
         if speed[rows].min() < SLOW_SPEED_SHARE * peak or np.ptp(truth[rows]) > 0:
             continue
-        part = signal[rows] - signal[rows].mean()
+        window = signal[rows] - signal[rows].mean()
         times.append((begin + size) / rate_Hz)
         true.append(truth[begin])
-        quarters = part[: size // WINDOW_QUARTERS * WINDOW_QUARTERS].reshape(WINDOW_QUARTERS, -1).std(axis=1)
+        quarters = window[: size // WINDOW_QUARTERS * WINDOW_QUARTERS].reshape(WINDOW_QUARTERS, -1).std(axis=1)
         if loudest == 0 or quarters.min() < SILENT_RMS_SHARE * loudest:
             felt.append(math.nan)
             continue
-        power = np.abs(np.exp(-2j * math.pi * np.outer(wavenumbers, place[rows])) @ part)
+        power = np.abs(np.exp(-2j * math.pi * np.outer(wavenumbers, place[rows])) @ window)
         best = int(np.argmax(power))
         shift = _vertex(power[best - 1 : best + 2]) if 0 < best < power.size - 1 else 0.0
         felt.append(1 / (wavenumbers[best] + shift * (wavenumbers[1] - wavenumbers[0])))
@@ -189,32 +189,31 @@ class LoopRecord(NamedTuple):
 
     def lag_ms(self, which: str) -> float:
         """Lag of a display ("local" or "direct") behind the hand."""
-        rows, shown = self.judged, self._displacement(which)
+        rows, displacement = self.judged, getattr(self, f"{which}_um")
         steps = np.diff(self.hand_mm, prepend=self.hand_mm[0])
         turns = np.cumsum(np.nan_to_num(steps / self.truth_mm))
         late_ms = self.late_ms if math.isfinite(self.late_ms) else 0.0
         longest = min(LARGEST_LAG_TRIPS * S_PER_MS * late_ms + EXTRA_S, MOST_OF_RECORD * self.time_s[-1])
-        return MS_PER_S * lag_s(shown[rows], turns[rows], self.hand_mm[rows], HAND_RATE_HZ, longest)
-
-    def _displacement(self, which: str) -> np.ndarray:
-        return self.local_um if which == "local" else self.direct_um
+        return MS_PER_S * lag_s(displacement[rows], turns[rows], self.hand_mm[rows], HAND_RATE_HZ, longest)
 
     def felt(self, which: str) -> FeltWavelengths:
         """`FeltWavelengths` of a display: its wavelength over the hand's own path."""
-        rows, shown = self.judged, self._displacement(which)
-        return felt_wavelength(shown[rows], self.hand_mm[rows], self.truth_mm[rows], HAND_RATE_HZ)
+        rows, displacement = self.judged, getattr(self, f"{which}_um")
+        return felt_wavelength(displacement[rows], self.hand_mm[rows], self.truth_mm[rows], HAND_RATE_HZ)
 
     def crossings(self, which: str, within: float = 0.1) -> np.ndarray:
         """(m, 2) for each time that the hand comes onto another texture: time (ms) for which the display still has the
         old wavelength within 10 %, and time until it has the new one; NaN if it does not have it before the next
         crossing."""
-        shown = self.wavelength_mm if which == "local" else self.direct_mm
+        displayed_mm = self.wavelength_mm if which == "local" else self.direct_mm
         places = np.flatnonzero(np.abs(np.diff(self.truth_mm)) > 0) + 1
-        found = []
-        for begin, end in itertools.pairwise([*places.tolist(), len(shown)]):
-            old, new = (np.abs(shown[begin:end] / self.truth_mm[row] - 1) < within for row in (begin - 1, begin))
-            found.append([np.argmin(old) if not old.all() else math.nan, np.argmax(new) if new.any() else math.nan])
-        return np.array(found).reshape(-1, 2) * MS_PER_S / HAND_RATE_HZ
+        delays = []
+        for begin, end in itertools.pairwise([*places.tolist(), len(displayed_mm)]):
+            old, new = (
+                np.abs(displayed_mm[begin:end] / self.truth_mm[sample] - 1) < within for sample in (begin - 1, begin)
+            )
+            delays.append([np.argmin(old) if not old.all() else math.nan, np.argmax(new) if new.any() else math.nan])
+        return np.array(delays).reshape(-1, 2) * MS_PER_S / HAND_RATE_HZ
 
     def stale_ms(self, which: str) -> float:
         """Median time for which a display still has the old texture after a crossing; NaN without crossings."""
@@ -226,15 +225,13 @@ class LoopRecord(NamedTuple):
 
     def statuses(self, which: str) -> dict[str, float]:
         """Share of the rows of each status, by its sentence."""
-        codes, counts = np.unique(self.local_status if which == "local" else self.direct_status, return_counts=True)
-        return {
-            DisplayStatus(int(code)).sentence: float(count) / self.time_s.size
-            for code, count in zip(codes, counts, strict=True)
-        }
+        codes, counts = np.unique(getattr(self, f"{which}_status"), return_counts=True)
+        shares = (counts / self.time_s.size).tolist()
+        return {DisplayStatus(code).sentence: share for code, share in zip(codes.tolist(), shares, strict=True)}
 
 
 def _median(times) -> float:
     """The median of times. NaN is an event that never came and counts as the latest; the median may be such a NaN."""
-    found = np.sort(np.where(np.isnan(times), math.inf, times))
-    middle = float(found[len(found) // 2]) if len(found) else math.inf
+    ordered = np.sort(np.where(np.isnan(times), math.inf, times))
+    middle = float(ordered[len(ordered) // 2]) if len(ordered) else math.inf
     return middle if math.isfinite(middle) else math.nan

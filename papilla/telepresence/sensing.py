@@ -106,8 +106,8 @@ class Sensing:
             speed = sample[self._speed]
             self._integral += speed * self._dt if math.isfinite(speed) else 0.0
             place = self._integral
-        row = self._rows[self._count % self._window]
-        row[0], row[1:] = place, sample[self._gauges]
+        slot = self._rows[self._count % self._window]
+        slot[0], slot[1:] = place, sample[self._gauges]
         self._count += 1
 
     def lines(self) -> tuple[tuple[Component, ...], QuantityTrust]:
@@ -118,17 +118,17 @@ class Sensing:
         status = str(answer.wavelength_status)
         if not status.startswith("ok"):
             return (), QuantityTrust.HELD if status in _HELD else QuantityTrust.UNKNOWN
-        found = [(float(answer.wavelength_mm), float(answer.wavelength_sigma_mm))]
+        wavelengths = [(float(answer.wavelength_mm), float(answer.wavelength_sigma_mm))]
         for wavelength, _, chance in self.pipeline.lines:
-            apart = all(abs(math.log(wavelength / other)) > ALIKE_LINE_DIFFERENCE for other, _ in found)
-            if len(found) < self.components and chance < FURTHER_LINE_CHANCE and apart:
-                found.append((wavelength, math.nan))
-        amplitudes = self._fit([wavelength for wavelength, _ in found])
+            apart = all(abs(math.log(wavelength / earlier)) > ALIKE_LINE_DIFFERENCE for earlier, _ in wavelengths)
+            if len(wavelengths) < self.components and chance < FURTHER_LINE_CHANCE and apart:
+                wavelengths.append((wavelength, math.nan))
+        amplitudes = self._fit([wavelength for wavelength, _ in wavelengths])
         if amplitudes is None:
             return (), QuantityTrust.HELD
         lines = [
             Component(wavelength, amplitude, sigma, spread)
-            for (wavelength, sigma), (amplitude, spread) in zip(found, amplitudes, strict=True)
+            for (wavelength, sigma), (amplitude, spread) in zip(wavelengths, amplitudes, strict=True)
         ]
         return messages.strongest(tuple(lines), self.components), QuantityTrust.OK
 
@@ -164,22 +164,22 @@ class Sensing:
         if answer is None or self._force is None:
             return {}
         force = self._sample[self._force]
-        found: dict[str, Any] = {"force": quantity(messages.Force, force)}
+        quantities: dict[str, Any] = {"force": quantity(messages.Force, force)}
         if "modulus" not in self.pipeline.off:
             modulus, sigma = float(answer.modulus_MPa), float(answer.modulus_sigma_MPa)
             trust = _trust(self.pipeline.sentences.get("modulus", "").startswith("ok"))
-            found["modulus"] = quantity(messages.Modulus, modulus, sigma, trust)
+            quantities["modulus"] = quantity(messages.Modulus, modulus, sigma, trust)
             if self._area is not None:
-                found["area"] = quantity(messages.Area, *self._area(force, modulus, sigma), trust)
-        return found
+                quantities["area"] = quantity(messages.Area, *self._area(force, modulus, sigma), trust)
+        return quantities
 
     def _friction(self) -> dict[str, Any]:
         """Both present coefficients, if they are estimated."""
-        found = self.pipeline.friction
-        if found is None:
+        estimate = self.pipeline.friction
+        if estimate is None:
             return {}
-        trust, names = _trust(FrictionStatus(int(found.status)).good), ("mu_kinetic", "mu_static")
-        both = ((name, float(getattr(found, name)), float(getattr(found, f"{name}_sigma"))) for name in names)
+        trust, names = _trust(FrictionStatus(int(estimate.status)).good), ("mu_kinetic", "mu_static")
+        both = ((name, float(getattr(estimate, name)), float(getattr(estimate, f"{name}_sigma"))) for name in names)
         return {name: quantity(messages.Ratio, value, sigma, trust) for name, value, sigma in both}
 
 
@@ -240,14 +240,14 @@ class ContactArea:
 
     def __call__(self, force_N: float, modulus_MPa: float, modulus_sigma_MPa: float = 0.0) -> tuple[float, float]:
         """(area, its standard deviation) in mm2; NaN outside the table or if force or modulus are not known."""
-        (column, along), (row, across) = _cell(self.force_N, force_N), _cell(self.modulus_MPa, modulus_MPa)
+        (force_cell, along), (modulus_cell, across) = _cell(self.force_N, force_N), _cell(self.modulus_MPa, modulus_MPa)
         if math.isnan(along + across):
             return math.nan, math.nan
-        (a, b), (c, d) = np.log(self.area_mm2[row : row + 2, column : column + 2]).tolist()
+        (a, b), (c, d) = np.log(self.area_mm2[modulus_cell : modulus_cell + 2, force_cell : force_cell + 2]).tolist()
         low, high = a + along * (b - a), c + along * (d - c)
         area = math.exp(low + across * (high - low))
         # The error of the modulus acts on the area by d ln A / d ln E.
-        slope = (high - low) / math.log(self.modulus_MPa[row + 1] / self.modulus_MPa[row])
+        slope = (high - low) / math.log(self.modulus_MPa[modulus_cell + 1] / self.modulus_MPa[modulus_cell])
         sigma = math.hypot(AREA_SIGMA, slope * modulus_sigma_MPa / modulus_MPa)
         return area, area * sigma
 

@@ -92,10 +92,10 @@ class RecordedTexture:
 
     def __init__(self, positions_mm: ArrayLike, readings: ArrayLike):
         place, value = np.asarray(positions_mm, float), np.asarray(readings, float)
-        kept = np.isfinite(place) & np.isfinite(value)
-        place, value = place[kept], value[kept]
-        kept = np.flatnonzero(np.diff(place, prepend=math.nan) != 0)
-        place, value = place[kept], value[kept]
+        valid = np.isfinite(place) & np.isfinite(value)
+        place, value = place[valid], value[valid]
+        moved = np.flatnonzero(np.diff(place, prepend=math.nan) != 0)
+        place, value = place[moved], value[moved]
         # Split where the direction changes; the longest stroke is the texture.
         turns = np.flatnonzero(np.diff(np.sign(np.diff(place))) != 0) + 1 if place.size > 2 else np.array([], int)
         ends = np.concatenate([[0], turns, [max(0, place.size - 1)]]).astype(int)

@@ -49,19 +49,19 @@ class Endpoint:
     ):
         self.gate, self._clock = Gate(key), clock
         try:
-            family, _, _, _, there = socket.getaddrinfo(*peer, type=socket.SOCK_DGRAM)[0]
-            *_, own = socket.getaddrinfo(*listen, family=family, type=socket.SOCK_DGRAM)[0]
+            family, _, _, _, peer_address = socket.getaddrinfo(*peer, type=socket.SOCK_DGRAM)[0]
+            *_, own_address = socket.getaddrinfo(*listen, family=family, type=socket.SOCK_DGRAM)[0]
         except (OSError, UnicodeError) as error:
             raise InputError(f"cannot find {peer} or {listen}: {getattr(error, 'strerror', None) or error}") from error
-        self._peer: tuple = there
-        self.leaves_machine = not outside.is_this_machine(there)
+        self._peer: tuple = peer_address
+        self.leaves_machine = not outside.is_this_machine(peer_address)
         if key is None and self.leaves_machine:
             raise InputError(
                 f"the peer {peer} is another machine, which needs a key (--key-file): without one, anybody on the way "
                 "can send messages; 127.0.0.1 needs none"
             )
         try:
-            self._socket = outside.datagram_socket(family, own, keyed=key is not None)
+            self._socket = outside.datagram_socket(family, own_address, keyed=key is not None)
         except OSError as error:
             raise FileAccessError(f"cannot listen at {listen}: {outside.reason(error)}") from error
         self.sent = self.unsent = self.bytes_sent = 0
@@ -90,7 +90,7 @@ class Endpoint:
 
     def receive(self) -> list[Received]:
         """The accepted messages that have arrived, oldest first."""
-        found = []
+        accepted = []
         for _ in range(MOST_AT_ONCE):
             try:
                 datagram, sender = self._socket.recvfrom(MAX_BYTES + 1)
@@ -104,5 +104,5 @@ class Endpoint:
                 continue
             received = self.gate.admit(datagram, self._clock())
             if received is not None:
-                found.append(received)
-        return found
+                accepted.append(received)
+        return accepted

@@ -12,7 +12,7 @@ from .pictures import strain_picture as strain_picture
 from .pictures import strain_pictures as strain_pictures
 from .receptive_field import receptive_fields_figure as receptive_fields_figure
 from .receptive_field import receptive_figure as receptive_figure
-from .strain_field import Scene as Scene
+from .strain_field import PressScene as PressScene
 from .strain_field import strain_figure as strain_figure
 from .style import png as png
 from .style import svg as svg

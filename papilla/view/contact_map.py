@@ -115,12 +115,10 @@ def contact_figure(
     The shade is the smooth profile, dots are the nodal pressures; a contact that is not an ellipse has only dots.
     """
     scenes = [(press, specimen), *([] if beside is None else [beside])]
-    reach = MAP_ROOM * max(
-        float(np.abs(line).max()) for pressed, _ in scenes for line in contact_edge(reduced, pressed)
-    )
-    limit = nice_limit(
-        KPA_PER_MPA * max(max(float(pressed.pressure.max()), pressed.peak_pressure) for pressed, _ in scenes)
-    )
+    edges = [line for pressed, _ in scenes for line in contact_edge(reduced, pressed)]
+    reach = MAP_ROOM * max(float(np.abs(line).max()) for line in edges)
+    peaks = [max(float(pressed.pressure.max()), pressed.peak_pressure) for pressed, _ in scenes]
+    limit = nice_limit(KPA_PER_MPA * max(peaks))
     with styled(BAR_IN + PRESSURE_MAP_IN * len(scenes), MAP_HEIGHT_IN) as figure:
         panels = figure.subplots(1, len(scenes), sharey=True, squeeze=False)[0]
         for axes, (pressed, touched) in zip(panels, scenes, strict=True):
@@ -134,15 +132,9 @@ def contact_figure(
             on = f"{press.modulus:.3g} MPa {specimen.words}" if specimen else f"{press.modulus:.3g} MPa"
         else:
             on = " and on ".join(f"{pressed.modulus:.3g} MPa" for pressed, _ in scenes)
-        measures = [
-            (
-                f"{KPA_PER_MPA * pressed.peak_pressure:.3g} kPa",
-                f"{pressed.contact_area:.3g} mm²",
-                f"{pressed.indentation:.3g} mm",
-            )
-            for pressed, _ in scenes
-        ]
-        peak, area, depth = (" and ".join(values) for values in zip(*measures, strict=True))
+        peak = " and ".join(f"{KPA_PER_MPA * pressed.peak_pressure:.3g} kPa" for pressed, _ in scenes)
+        area = " and ".join(f"{pressed.contact_area:.3g} mm²" for pressed, _ in scenes)
+        depth = " and ".join(f"{pressed.indentation:.3g} mm" for pressed, _ in scenes)
         at = f"touched at x {reduced.at[0]:g}, y {reduced.at[1]:g} mm; " if any(reduced.at) else ""
         titled(
             figure,
@@ -160,24 +152,17 @@ def _pressure_map(axes: Axes, reduced: ReducedFinger, press: Press, reach: float
     shading: dict[str, Any] = {"cmap": SEQUENTIAL_COLORS, "vmin": 0, "vmax": limit}
     mesh = Triangulation(*(xy + at).T, triangles)
     if profile is None:
-        shades: ScalarMappable = axes.tripcolor(
-            mesh, KPA_PER_MPA * pressure, shading="gouraud", rasterized=True, **shading
-        )
+        smoothed: Any = {"shading": "gouraud", "rasterized": True}
+        shades: ScalarMappable = axes.tripcolor(mesh, KPA_PER_MPA * pressure, **smoothed, **shading)
     else:
         grid = np.stack(np.meshgrid(*[np.linspace(-reach, reach, MAP_PIXELS)] * 2), axis=-1)
         smooth = KPA_PER_MPA * profile(grid.reshape(-1, 2)).reshape(MAP_PIXELS, MAP_PIXELS)
         ends = (at[0] - reach, at[0] + reach, at[1] - reach, at[1] + reach)
         shades = axes.imshow(smooth, origin="lower", extent=ends, **shading)
-        x, y = (xy[pressure > 0] + at).T
-        axes.scatter(
-            x,
-            y,
-            s=NODE_DOT_AREA,
-            c=KPA_PER_MPA * pressure[pressure > 0],
-            edgecolors=MUTED_COLOR,
-            linewidths=THIN_PT / 2,
-            **shading,
-        )
+        touching = pressure > 0
+        dots: Any = {"s": NODE_DOT_AREA, "edgecolors": MUTED_COLOR, "linewidths": THIN_PT / 2}
+        x, y = (xy[touching] + at).T
+        axes.scatter(x, y, c=KPA_PER_MPA * pressure[touching], **dots, **shading)
     axes.triplot(mesh, color=MUTED_COLOR, linewidth=THIN_PT / 2, alpha=0.5)
     for line in contact_edge(reduced, press):
         axes.plot(*(line + at).T, color=INK_COLOR, linestyle="--")

@@ -121,14 +121,8 @@ class LogPicture:
         if self._gauges:
             panel = next(axes)
             for number, name in enumerate(self._gauges):
-                _trace(
-                    panel,
-                    time,
-                    low[:, 1 + number],
-                    high[:, 1 + number],
-                    ACCENT_COLORS[number % len(ACCENT_COLORS)],
-                    name,
-                )
+                color = ACCENT_COLORS[number % len(ACCENT_COLORS)]
+                _trace(panel, time, low[:, 1 + number], high[:, 1 + number], color, name)
             panel.set_ylabel("readings (µε)")
             panel.legend(**LEGEND_PLACE)
         for name in measured:
@@ -165,15 +159,11 @@ class LogPicture:
             codes = high[:, first + LOG_QUANTITY_COLUMNS * strip + CODE_COLUMN].astype(int)
             starts = np.flatnonzero(np.diff(codes, prepend=-1))
             spans = [(edges[a], edges[b] - edges[a]) for a, b in zip(starts, [*starts[1:], len(codes)], strict=True)]
-            axes.broken_barh(
-                spans,
-                (strip - 0.5 * STRIP_BAR_HEIGHT, STRIP_BAR_HEIGHT),
-                facecolors=[shades[codes[start]] for start in starts],
-            )
+            height = strip - 0.5 * STRIP_BAR_HEIGHT, STRIP_BAR_HEIGHT
+            axes.broken_barh(spans, height, facecolors=[shades[codes[start]] for start in starts])
             present |= {*codes.tolist()}
-        axes.set(
-            ylim=(len(self._quantities) - 0.5, -0.5), yticks=range(len(self._quantities)), xlim=(edges[0], edges[-1])
-        )
+        strips = len(self._quantities)
+        axes.set(ylim=(strips - 0.5, -0.5), yticks=range(strips), xlim=(edges[0], edges[-1]))
         axes.set_yticklabels(self._quantities)
         axes.grid(visible=False)
         keys: list[Any] = [Patch(color=shades[n], label=code) for code, n in self._codes.items() if n in present]
@@ -207,9 +197,8 @@ def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
     positive = spectrum.wavenumber_per_mm > 0
     wavelength, power = 1 / spectrum.wavenumber_per_mm[positive], spectrum.power[positive]
     starts = np.arange(0, len(power), max(1, len(power) // SPECTRUM_POINTS))
-    axes.fill_between(
-        wavelength[starts], 0.0, np.maximum.reduceat(power, starts), color=MUTED_COLOR, linewidth=0, step="post"
-    )
+    highest = np.maximum.reduceat(power, starts)
+    axes.fill_between(wavelength[starts], 0.0, highest, color=MUTED_COLOR, linewidth=0, step="post")
     below, above = SPECTRUM_MARGINS
     axes.set(
         xscale="log", yscale="log", xlabel="wavelength (mm)", ylabel="spectrum over\nthe path",
@@ -217,13 +206,10 @@ def _draw_spectrum(axes: Axes, spectrum: Any) -> None:
         ylim=(max(float(np.median(power)) / below, LEAST_POWER), above * float(power.max())),
     )  # fmt: skip
     plain_log(axes.xaxis)
-    named: list[float] = []
+    distance, named = NAME_DISTANCE * math.log(wavelength.max() / wavelength.min()), list[float]()
     for line in spectrum.lines[:MOST_NAMES]:
         place = math.log(line.wavelength_mm)
-        if any(
-            abs(place - neighbour) < NAME_DISTANCE * math.log(wavelength.max() / wavelength.min())
-            for neighbour in named
-        ):
+        if any(abs(place - neighbour) < distance for neighbour in named):
             continue
         named.append(place)
         peak = float(power[np.argmin(np.abs(wavelength - line.wavelength_mm))])

@@ -67,17 +67,12 @@ def strain_picture(
     reduced: ReducedFinger,
     press: Press,
     specimen: Specimen,
-    *,
-    kind: str = "png",
-    variant: int = 0,
     progress: Progress = silent,
-    shown: str = STRAIN_QUANTITY,
-    beside: tuple[Press, Specimen] | None = None,
+    **options: Any,
 ) -> bytes:
     """The picture that `strain` writes, as the bytes of a png, pdf or svg file; raises the same errors except for the
-    file."""
-    how: Any = {"kind": kind, "variant": variant, "shown": shown, "beside": beside, "widths": (None,)}
-    return strain_pictures(finger, reduced, press, specimen, progress, **how)[0]
+    file. options : as of `strain_pictures`."""
+    return strain_pictures(finger, reduced, press, specimen, progress, **options, widths=(None,))[0]
 
 
 def strain_pictures(
@@ -100,10 +95,10 @@ def strain_pictures(
     scenes = [(press, specimen), *([] if beside is None else [beside])]
 
     def draw() -> dict[str, np.ndarray]:
-        from papilla.view.strain_field import Scene, strain_figure
+        from papilla.view.strain_field import PressScene, strain_figure
 
         first, *others = fields(finger, reduced, [item for item, _ in scenes], variant=variant, progress=progress)
-        second = Scene(others[0], *beside) if beside else None
+        second = PressScene(others[0], *beside) if beside else None
         how: Any = {"shown": shown, "beside": second}
         figures = [strain_figure(first, reduced, press, specimen, finger, width=width, **how) for width in widths]
         return {
@@ -147,12 +142,12 @@ def strain_page(
 
     Raises as `strain`, and `MissingExtraError` without plotly.
     """
-    from papilla.view.strain_field import Scene
+    from papilla.view.strain_field import PressScene
     from papilla.view.turning import need_plotly, strain_html
 
     need_plotly()
     recovered = fields(finger, reduced, presses, progress=progress)
-    scenes = [Scene(field, press, specimen) for field, press in zip(recovered, presses, strict=True)]
+    scenes = [PressScene(field, press, specimen) for field, press in zip(recovered, presses, strict=True)]
     write_text(path, strain_html(scenes, reduced, finger, quantity=shown))
 
 
@@ -177,11 +172,10 @@ def receptive(
     from papilla.view.receptive_field import receptive_fields_figure, receptive_figure
 
     responses = receptive_of(finger, size_mm=size_mm, progress=progress)
-    figure = (
-        receptive_fields_figure(responses, finger)
-        if gauge_name is None
-        else receptive_figure(responses, finger, gauge_name)
-    )
+    if gauge_name is None:
+        figure = receptive_fields_figure(responses, finger)
+    else:
+        figure = receptive_figure(responses, finger, gauge_name)
     write_bytes(path, content(figure, picture_format, PICTURE_DPI))
 
 

@@ -15,13 +15,10 @@ from papilla.core import checks
 from papilla.core.units import PER_CENT
 from papilla.view import style
 
-LARGEST_SIGMA_PERCENT = (
-    50.0  # Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there
-)
-SPREAD_COLORS, DARK_COLOR_SHARES = (
-    "viridis",
-    (0.05, 0.78),
-)  # Colours of curves in an order, and the part of them that is dark enough
+LARGEST_SIGMA_PERCENT = 50.0
+"""Uncertainty in % above which a modulus counts as not identifiable; the colour scale ends there."""
+SPREAD_COLORS, DARK_COLOR_SHARES = "viridis", (0.05, 0.78)
+"""Colours of curves in an order, and the part of them that is dark enough."""
 BLANK_STYLE: Any = {"hatch": "////", "facecolor": "#eceff3"}  # A region without an identified modulus
 SIGMA_LEVELS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, LARGEST_SIGMA_PERCENT)  # Ends of the shades of an uncertainty, %
 LOW_FIGURE = 3.2  # Height of a figure of residuals, inches
@@ -47,13 +44,8 @@ def sd_against_force(
         axes = figure.subplots()
         if published is not None:
             dashed: dict = {"linestyle": "--", "zorder": 3}
-            for modulus, values in zip(published[1], published[2].T, strict=True):
-                axes.plot(
-                    published[0],
-                    values / style.MICROSTRAIN_A_THOUSAND,
-                    color=colors[_nearest(moduli, modulus)],
-                    **dashed,
-                )
+            for modulus, values in zip(published[1], published[2].T / style.MICROSTRAIN_A_THOUSAND, strict=True):
+                axes.plot(published[0], values, color=colors[_nearest(moduli, modulus)], **dashed)
             axes.plot([], [], color=style.MUTED_COLOR, label="published (9), one scale factor", **dashed)
             axes.plot([], [], color=style.MUTED_COLOR, linewidth=style.THICK_PT, label="calibration")
             axes.legend(loc="lower right")
@@ -101,17 +93,9 @@ def sd_against_modulus(modulus_MPa: np.ndarray, forces: Sequence[float], sd: np.
         axes = figure.subplots()
         names = [f"{force:.3g} N" for force in forces]
         frame = {"xlabel": "modulus of the specimen (MPa)", "ylabel": r"$S_d$ (10³ µε)", "xscale": "log"}
-        ends = float(modulus_MPa.min()), float(modulus_MPa.max())
-        _curves(
-            axes,
-            modulus_MPa,
-            sd.T / style.MICROSTRAIN_A_THOUSAND,
-            names,
-            _spread(len(forces)),
-            xlim=ends,
-            ylim=(0, None),
-            **frame,
-        )
+        limits = {"xlim": (float(modulus_MPa.min()), float(modulus_MPa.max())), "ylim": (0, None)}
+        table, colors = sd.T / style.MICROSTRAIN_A_THOUSAND, _spread(len(forces))
+        _curves(axes, modulus_MPa, table, names, colors, **limits, **frame)
         style.plain_log(axes.xaxis)
     return figure
 
@@ -133,19 +117,12 @@ def uncertainty_map(
         axes = figure.subplots()
         log_share = np.log10(np.clip(share, levels[0], LARGEST_SIGMA_PERCENT)).T
         shades = axes.contourf(force_N, modulus_MPa, log_share, levels=np.log10(levels), cmap="YlOrBr")
-        lines = axes.contour(
-            force_N, modulus_MPa, share.T, levels=levels[1:-1], colors=style.INK_COLOR, linewidths=style.THIN_PT
-        )
+        thin: Any = {"colors": style.INK_COLOR, "linewidths": style.THIN_PT}
+        lines = axes.contour(force_N, modulus_MPa, share.T, levels=levels[1:-1], **thin)
         axes.clabel(lines, fmt=lambda level: f"{level:g} %", fontsize="small")
         blank = (~identified).astype(float).T
-        axes.contourf(
-            force_N,
-            modulus_MPa,
-            blank,
-            levels=[0.5, 2],
-            colors=BLANK_STYLE["facecolor"],
-            hatches=[BLANK_STYLE["hatch"]],
-        )
+        hatched: Any = {"colors": BLANK_STYLE["facecolor"], "hatches": [BLANK_STYLE["hatch"]]}
+        axes.contourf(force_N, modulus_MPa, blank, levels=[0.5, 2], **hatched)
         handles = [Patch(**BLANK_STYLE, edgecolor=style.MUTED_COLOR, label="not identifiable")]
         if checked is not None:
             low_force, high_force, low_modulus, high_modulus = checked
@@ -172,9 +149,8 @@ def recovery_map(force_N: np.ndarray, modulus_MPa: np.ndarray, error: np.ndarray
             vmin=-limit, vmax=limit, edgecolors=style.MUTED_COLOR, linewidths=style.THIN_PT,
         )  # fmt: skip
         if not recovered.all():
-            axes.scatter(
-                force_N[~recovered], modulus_MPa[~recovered], marker="x", color=style.INK_COLOR, label="no answer"
-            )
+            cross: Any = {"marker": "x", "color": style.INK_COLOR, "label": "no answer"}
+            axes.scatter(force_N[~recovered], modulus_MPa[~recovered], **cross)
             axes.legend(loc="lower right")
         _force_modulus_axes(axes, force_N, modulus_MPa, margin=AXES_MARGIN)
         style.color_bar(dots, axes, "error of the recovered E (%)")
@@ -189,15 +165,8 @@ def gauge_readings(force_N: np.ndarray, names: Sequence[str], readings: np.ndarr
         dashes = ["solid" if number <= len(names) // 2 else "--" for number in range(len(names))]
         axes.axhline(0, color=style.MUTED_COLOR, linewidth=style.THIN_PT)
         frame = {"xlabel": "force (N)", "ylabel": "reading (10³ µε)", "xlim": (0, float(force_N.max())), "title": title}
-        _curves(
-            axes,
-            force_N,
-            readings / style.MICROSTRAIN_A_THOUSAND,
-            list(map(style.named, names)),
-            colors,
-            dashes,
-            **frame,
-        )
+        labels = list(map(style.named, names))
+        _curves(axes, force_N, readings / style.MICROSTRAIN_A_THOUSAND, labels, colors, dashes, **frame)
     return figure
 
 

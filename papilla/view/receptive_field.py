@@ -20,6 +20,8 @@ FIGURE_IN = 8.0  # Width of a picture of one gauge
 MAPS_A_ROW, SMALL_MAPS = (5, 2.9), (2, 2.3)  # Maps beside each other, and the width of one, inches
 SENSITIVITY_STEP = 0.2  # Distance of the lines of equal sensitivity, as a share of the colour bar's end
 BAR_LABEL = "gauge strain per force of a small load (µε per mN)"
+CHOSEN_COLORS, OTHER_COLORS = (style.GAUGE_COLOR, style.INK_COLOR), ("white", style.MUTED_COLOR)
+"""Colours of the grid and the edge of the gauge that a picture is about, and of others."""
 LIFT_FACTOR = 1.003  # Factor that moves lines off the skin, which would hide parts of them
 
 
@@ -42,10 +44,7 @@ def receptive_figure(fields: ReceptiveFields, finger: Finger, gauge_name: str) -
             draw(axes, [PaintedSurface(skin, scalars="sensitivity", limit=limit), lines], view)
         else:
             x, y = view.project(skin.points).T
-            triangles = skin.regular_faces
-            axes.tripcolor(
-                x, y, triangles, values, shading="gouraud", cmap=style.DIVERGING_COLORS, vmin=-limit, vmax=limit
-            )
+            axes.tripcolor(x, y, skin.regular_faces, values, **style.signed_shades(limit))
         _mark_gauges(axes, view, finger, gauge_name)
         style.diverging_bar(axes, limit, BAR_LABEL)
         strongest = np.abs(values).argmax()
@@ -74,16 +73,10 @@ def receptive_fields_figure(fields: ReceptiveFields, finger: Finger, *, small: b
             axes.set_visible(False)
         for number, (axes, skin, gauge) in enumerate(zip(grid.flat, skins, finger.gauges, strict=False)):
             x, y = skin.points[:, :2].T
-            colours: dict = {"cmap": style.DIVERGING_COLORS, "vmin": -limit, "vmax": limit, "rasterized": True}
-            axes.tripcolor(x, y, skin.regular_faces, skin["sensitivity"], shading="gouraud", **colours)
+            shades = style.signed_shades(limit)
+            axes.tripcolor(x, y, skin.regular_faces, skin["sensitivity"], rasterized=True, **shades)
             for site, ends in enumerate(sites):
-                chosen = site == number
-                style.mark_gauge(
-                    axes,
-                    ends[:, :2],
-                    style.GAUGE_COLOR if chosen else "white",
-                    style.INK_COLOR if chosen else style.MUTED_COLOR,
-                )
+                style.mark_gauge(axes, ends[:, :2], *(CHOSEN_COLORS if site == number else OTHER_COLORS))
             strongest = np.abs(skin["sensitivity"]).argmax()
             response = f"{skin['sensitivity'][strongest]:+.3g} µε/mN".replace("-", "−")
             axes.set_title(f"{style.named(gauge.name)}: {response}")
@@ -109,9 +102,8 @@ def _skin(fields: ReceptiveFields, number: int) -> pv.PolyData:
 
 def _contours(skin: pv.PolyData, limit: float) -> pv.PolyData:
     """Lines of equal sensitivity, none at zero."""
-    lines = skin.contour(
-        (np.arange(SENSITIVITY_STEP / 2 - 1, 1, SENSITIVITY_STEP) * limit).tolist(), scalars="sensitivity"
-    )
+    levels = np.arange(SENSITIVITY_STEP / 2 - 1, 1, SENSITIVITY_STEP) * limit
+    lines = skin.contour(levels.tolist(), scalars="sensitivity")
     lines.points = lines.points * LIFT_FACTOR
     return lines
 
@@ -130,8 +122,7 @@ def _mark_gauges(axes: Axes, view: View, finger: Finger, gauge_name: str) -> Non
     """Draw each gauge's grid on the skin; the selected one in colour."""
     for gauge, grid in zip(finger.gauges, _grids(finger), strict=True):
         ends = view.project(grid)
-        chosen = gauge.name == gauge_name
-        color, weight = (style.INK_COLOR, "bold") if chosen else (style.MUTED_COLOR, "normal")
-        style.mark_gauge(axes, ends, style.GAUGE_COLOR if chosen else "white", color)
+        colors, weight = (CHOSEN_COLORS, "bold") if gauge.name == gauge_name else (OTHER_COLORS, "normal")
+        style.mark_gauge(axes, ends, *colors)
         x, y = ends.mean(axis=0)
-        axes.text(x, y - 1.0, style.named(gauge.name), ha="center", va="top", weight=weight, color=color)
+        axes.text(x, y - 1.0, style.named(gauge.name), ha="center", va="top", weight=weight, color=colors[1])

@@ -155,10 +155,8 @@ def _aim(plotter: pv.Plotter, view: View) -> None:
 WINDOW_VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
 """The environment variable that tells VTK which window to open; a value that the user sets is the only one tried."""
 
-HEADLESS_WINDOWS = (
-    "vtkEGLRenderWindow",
-    "vtkOSOpenGLRenderWindow",
-)  # Kinds that need no display (Linux), in the order tried
+HEADLESS_WINDOWS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
+"""Kinds that need no display (Linux), in the order tried."""
 PROBE_SECONDS = 60
 _PROBE = """
 import vtkmodules.vtkRenderingOpenGL2

@@ -175,10 +175,8 @@ def specimen_solid(
     """
     approach = scale * press.indentation
     if isinstance(specimen, Sphere):
-        centre, fine = (
-            (0, 0, specimen.radius - approach),
-            {"theta_resolution": SPECIMEN_POINTS, "phi_resolution": SPECIMEN_POINTS},
-        )
+        centre = (0, 0, specimen.radius - approach)
+        fine = {"theta_resolution": SPECIMEN_POINTS, "phi_resolution": SPECIMEN_POINTS}
         solid = pv.Sphere(radius=specimen.radius, center=centre, **fine).clean()
     else:
         thickness = min(getattr(specimen, "thickness", DRAWN_THICKNESS), DRAWN_THICKNESS)

@@ -26,15 +26,13 @@ from papilla.view.section import CutGeometry, contact_outline, cut, half_skin, s
 LABEL_MM = 1.5  # Distance of a gauge's label from its grid
 SKIN_COLOR, SPECIMEN_COLOR = "#e9d8c7", "#cdd5e0"
 EDGE_COLOR = "#9fb0c4"  # Edge of the specimen
-SECTION_ELEVATION_DEG, CORNER_DEG = (
-    20.0,
-    60,
-)  # Degrees of the view above the horizon, and between two faces of a specimen with an edge
+SECTION_ELEVATION_DEG, CORNER_DEG = 20.0, 60
+"""Degrees of the view above the horizon, and between two faces of a specimen with an edge."""
 PICTURE_WIDTHS_IN = (10.0, 17.0)  # Inches of a picture of one press and of two
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PressScene:
     """A press to show: its recovered field, its result and its specimen."""
 
     field: Field
@@ -55,7 +53,7 @@ class Drawn:
 
 
 def drawn(
-    scene: Scene, reduced: ReducedFinger, finger: Finger, quantity: str = style.STRAIN_QUANTITY, scale: float = 1.0
+    scene: PressScene, reduced: ReducedFinger, finger: Finger, quantity: str = style.STRAIN_QUANTITY, scale: float = 1.0
 ) -> Drawn:
     """The geometry of a scene of `reduced`, with displacements `scale` times as large, cut on the side of the touch.
 
@@ -98,6 +96,16 @@ def shown_words(quantity: str) -> str:
     return f"{'stress' if sides else 'shear stress'} {quantity} (kPa){sides}"
 
 
+def common_limit(parts: list[Drawn]) -> float:
+    """The end of the colours for the values on all cuts."""
+    return style.nice_limit(max(float(np.abs(face.values).max()) for drawn in parts for face in drawn.section.faces))
+
+
+def points_of(parts: list[Drawn]) -> np.ndarray:
+    """All points (n, 3) of skins and specimens."""
+    return np.concatenate([surface.points for drawn in parts for surface in (drawn.skin, drawn.solid)])
+
+
 def strain_figure(
     field: Field,
     reduced: ReducedFinger,
@@ -107,7 +115,7 @@ def strain_figure(
     *,
     scale: float = 1.0,
     shown: str = style.STRAIN_QUANTITY,
-    beside: Scene | None = None,
+    beside: PressScene | None = None,
     width: float | None = None,
 ) -> Figure:
     """The figure of a press of `reduced` and its recovered field.
@@ -116,52 +124,32 @@ def strain_figure(
     stress. beside : another press of `reduced`, drawn on the same scale. width : of the figure in inches; in one of a
     telephone's width gauges are labelled with their readings alone. Raises as `drawn`.
     """
-    scenes = [Scene(field, press, specimen), *([] if beside is None else [beside])]
+    scenes = [PressScene(field, press, specimen), *([] if beside is None else [beside])]
     parts = [drawn(scene, reduced, finger, shown, scale) for scene in scenes]
-    limit = style.nice_limit(
-        max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces)
-    )
-    rendered, side = use_offscreen_window(), side_of(reduced)
+    limit = common_limit(parts)
+    rendered, side, short = use_offscreen_window(), side_of(reduced), width == style.NARROW_IN
     view = View(SECTION_ELEVATION_DEG if rendered else 0.0, 0.0 if side > 0 else 180.0)
-    view = fitted(
-        view, np.concatenate([surface.points for geometry in parts for surface in (geometry.skin, geometry.solid)])
-    )
+    view = fitted(view, points_of(parts))
     with framed(view, width or PICTURE_WIDTHS_IN[len(scenes) - 1], len(scenes)) as (figure, frames):
         for axes, scene, geometry in zip(frames, scenes, parts, strict=True):
             if rendered:
                 edges = geometry.solid.extract_feature_edges(feature_angle=CORNER_DEG)
                 lines = [PaintedSurface(geometry.skin, SKIN_COLOR), PaintedSurface(edges, EDGE_COLOR, lit=False)]
                 # Opaque: through a translucent specimen the finger behind the cut would seem to be inside it
-                draw(
-                    axes,
-                    [
-                        *_faces(geometry.section, limit),
-                        *lines,
-                        PaintedSurface(geometry.solid, SPECIMEN_COLOR, lit=False),
-                    ],
-                    view,
-                )
+                solid = PaintedSurface(geometry.solid, SPECIMEN_COLOR, lit=False)
+                draw(axes, [*_faces(geometry.section, limit), *lines, solid], view)
             else:
                 _paint(axes, geometry.section, geometry.solid.points, view, limit)
             x, y = view.project(np.array(geometry.solid.center))
             words = f"{scene.specimen.modulus:.3g} MPa\n{scene.specimen.words}"
             axes.text(x, y, words, ha="center", va="bottom", color=style.MUTED_COLOR)
-            _annotate(
-                axes,
-                geometry,
-                view,
-                finger,
-                scene.press,
-                strains=shown == style.STRAIN_QUANTITY,
-                short=width == style.NARROW_IN,
-            )
+            strains = shown == style.STRAIN_QUANTITY
+            _annotate(axes, geometry, view, finger, scene.press, strains=strains, short=short)
             if beside is not None:
-                axes.set_title(
-                    _facts(scene.press), loc="center", fontsize="medium", weight="normal", color=style.MUTED_COLOR
-                )
+                small = {"loc": "center", "fontsize": "medium", "weight": "normal", "color": style.MUTED_COLOR}
+                axes.set_title(_facts(scene.press), **small)
         bar = style.diverging_bar(frames, limit, shown_words(shown))
         bar.ax.set_xticklabels([f"{tick:+.3g}".replace("-", "−") if tick else "0" for tick in bar.get_ticks()])
-        short = width == style.NARROW_IN
         _title(figure, scenes, reduced, scale, ["numbers at the gauges: readings in 10³ µε"] if short else [])
         if short:
             style.narrow(figure)
@@ -181,9 +169,7 @@ def _paint(axes: Axes, section: CutGeometry, solid: np.ndarray, view: View, limi
     """Draw the cut face with matplotlib alone, seen from the front, if VTK cannot render."""
     for face in section.faces:
         x, y = view.project(face.points).T
-        axes.tripcolor(
-            x, y, face.triangles, face.values, shading="gouraud", cmap=style.DIVERGING_COLORS, vmin=-limit, vmax=limit
-        )
+        axes.tripcolor(x, y, face.triangles, face.values, **style.signed_shades(limit))
     inside = view.project(solid)
     axes.fill(*inside[ConvexHull(inside).vertices].T, color=SPECIMEN_COLOR, linewidth=0)
 
@@ -192,9 +178,8 @@ def _annotate(
     axes: Axes, geometry: Drawn, view: View, finger: Finger, press: Press, *, strains: bool, short: bool
 ) -> None:
     for polygon in geometry.section.bone:
-        axes.fill(
-            *view.project(polygon).T, facecolor=style.RIGID_COLOR, edgecolor=style.INK_COLOR, linewidth=style.THIN_PT
-        )
+        colors = {"facecolor": style.RIGID_COLOR, "edgecolor": style.INK_COLOR}
+        axes.fill(*view.project(polygon).T, **colors, linewidth=style.THIN_PT)
         x, y = view.project(polygon.mean(axis=0))
         axes.text(x, y, "bone", ha="center", va="center", color=style.MUTED_COLOR)
     for name, width in (("skin", style.THIN_PT), ("interface", style.THICK_PT)):
@@ -203,9 +188,8 @@ def _annotate(
     for line in geometry.outline:
         axes.plot(*view.project(line).T, color=style.INK_COLOR, linewidth=style.THICK_PT, linestyle="--")
     if geometry.touched is not None:
-        axes.plot(
-            *view.project(geometry.touched), "+", color=style.INK_COLOR, markersize=11, markeredgewidth=style.THICK_PT
-        )
+        cross = {"color": style.INK_COLOR, "markersize": 11, "markeredgewidth": style.THICK_PT}
+        axes.plot(*view.project(geometry.touched), "+", **cross)
     for gauge, bar, strain, reading in zip(
         finger.gauges, geometry.section.gauges, press.strain, press.reading, strict=True
     ):
@@ -234,7 +218,7 @@ def _facts(press: Press) -> str:
     return f"indentation {press.indentation:.3g} mm, contact {press.contact_area:.3g} mm² (dashed){coarse}"
 
 
-def _title(figure: Figure, scenes: list[Scene], reduced: ReducedFinger, scale: float, more: list[str]) -> None:
+def _title(figure: Figure, scenes: list[PressScene], reduced: ReducedFinger, scale: float, more: list[str]) -> None:
     press, specimen = scenes[0].press, scenes[0].specimen
     if len(scenes) > 1:
         touched = " and on ".join(f"{scene.specimen.modulus:.3g} MPa" for scene in scenes)

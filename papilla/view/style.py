@@ -164,6 +164,11 @@ def diverging_bar(axes: Any, limit: float, label: str) -> Colorbar:
     return color_bar(shades, axes, label, location="bottom", shrink=0.5, aspect=30, ticks=ticks)
 
 
+def signed_shades(limit: float) -> dict[str, Any]:
+    """How signed values to +-`limit` are drawn on triangles, in the colours of `diverging_bar`."""
+    return {"shading": "gouraud", "cmap": DIVERGING_COLORS, "vmin": -limit, "vmax": limit}
+
+
 def mark_gauge(axes: Axes, ends: np.ndarray, color: str = GAUGE_COLOR, edge: str = INK_COLOR) -> None:
     """The grid of a gauge between its ends (2, 2)."""
     axes.plot(*ends.T, color=edge, linewidth=EDGE_PT, solid_capstyle="butt")

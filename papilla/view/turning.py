@@ -11,8 +11,18 @@ from papilla.core.errors import MissingExtraError
 from papilla.core.units import PER_CENT
 from papilla.fem.reduction.reduced import ReducedFinger
 from papilla.model.finger import Finger
-from papilla.view.strain_field import SKIN_COLOR, SPECIMEN_COLOR, Drawn, Scene, drawn, shown_words, side_of
-from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY, nice_limit
+from papilla.view.strain_field import (
+    SKIN_COLOR,
+    SPECIMEN_COLOR,
+    Drawn,
+    PressScene,
+    common_limit,
+    drawn,
+    points_of,
+    shown_words,
+    side_of,
+)
+from papilla.view.style import DIVERGING_COLORS, GAUGE_COLOR, INK_COLOR, RIGID_COLOR, STRAIN_QUANTITY
 
 if TYPE_CHECKING:
     from pyvista import PolyData
@@ -42,7 +52,7 @@ def need_plotly() -> None:
 
 
 def strain_html(
-    scenes: Sequence[Scene], reduced: ReducedFinger, finger: Finger, *, quantity: str = STRAIN_QUANTITY
+    scenes: Sequence[PressScene], reduced: ReducedFinger, finger: Finger, *, quantity: str = STRAIN_QUANTITY
 ) -> str:
     """The page of presses of one specimen on `reduced`, self-contained; the last press is shown first.
 
@@ -52,7 +62,7 @@ def strain_html(
     import plotly.graph_objects as go
 
     parts = [drawn(scene, reduced, finger, quantity) for scene in scenes]
-    limit = nice_limit(max(float(np.abs(face.values).max()) for geometry in parts for face in geometry.section.faces))
+    limit = common_limit(parts)
     side = side_of(reduced)
     lift = np.array([0, -side, 0])
     groups = [
@@ -70,7 +80,7 @@ def strain_html(
         trace.visible = now
     bar = {"title": shown_words(quantity).split(":")[0], "thickness": 12, "orientation": "h", "y": 0, "yanchor": "top"}
     scale: dict = {"colorscale": DIVERGING_COLORS, "cmin": -limit, "cmax": limit, "colorbar": bar}
-    seen = np.concatenate([surface.points for geometry in parts for surface in (geometry.skin, geometry.solid)])
+    seen = points_of(parts)
     # plotly hides everything beyond the ends of an axis, so the axis must contain the lines in front of the cut
     low, high = seen.min(axis=0) - 2 * NAMES_MM, seen.max(axis=0) + 2 * NAMES_MM
     axes = {
@@ -97,7 +107,7 @@ def strain_html(
     return page.replace("<head>", f"<head>{view}", 1)
 
 
-def _title(scene: Scene, finger: Finger) -> str:
+def _title(scene: PressScene, finger: Finger) -> str:
     press, touched = scene.press, f"{scene.specimen.modulus:.3g} MPa {scene.specimen.words}"
     facts = f"S<sub>d</sub> of the readings {press.sd:,.0f} µε, indentation {press.indentation:.3g} mm"
     return f"<b>{escape(finger.name)}</b><br>{press.force:.3g} N on a {touched}<br>{facts}"
@@ -134,7 +144,7 @@ def _solids(geometry: Drawn, lift: np.ndarray) -> list[Any]:
     return traces
 
 
-def _gauges(geometry: Drawn, scene: Scene, finger: Finger, lift: np.ndarray) -> list[Any]:
+def _gauges(geometry: Drawn, scene: PressScene, finger: Finger, lift: np.ndarray) -> list[Any]:
     """The gauges' grids, with the text under the pointer, and their names."""
     import plotly.graph_objects as go
 

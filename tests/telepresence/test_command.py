@@ -4,23 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from spring_calibration import FORCE, calibration
 
 SHORT = ("--seconds", "3", "--round-trip-ms", "100", "--round-trip-sd-ms", "0")
-
-
-@pytest.mark.slow
-def test_simulate_tells_lag_bytes_and_wavelength(papilla, tmp_path):
-    answer = papilla("telepresence", "simulate", *SHORT, "--out", "shown.csv", "--json")
-    assert answer.code == 0, answer.err
-    found = json.loads(answer.out)
-    assert abs(found["lag_ms"]["local"]) < 1
-    assert found["lag_ms"]["direct"] == pytest.approx(100, abs=2) == found["lag_ms"]["round_trip"]
-    assert found["wavelength_error"]["local"] < 0.01 < found["wavelength_error"]["direct"]
-    assert 0 < found["bytes_per_s"]["local"] < found["bytes_per_s"]["direct"]
-    rows = np.genfromtxt(tmp_path / "shown.csv", delimiter=",", names=True)
-    assert len(rows) == 3000 and np.nanmax(np.abs(rows["local_um"])) > 5
-    again = papilla("telepresence", "simulate", *SHORT)
-    assert "lag behind the hand, local" in again.out
 
 
 @pytest.mark.slow
@@ -35,38 +21,24 @@ def test_a_recorded_texture_is_felt(papilla, tmp_path):
     assert refused.code == 2 and "lower --speed" in refused.err
 
 
-@pytest.fixture(scope="module")
-def calibrated(tmp_path_factory):
-    """Calibration and sweep of the default finger, of few presses without friction."""
-    from papilla.calibration import fit, sweep
-    from papilla.fem import prepare
-    from papilla.model.finger import Finger
-
-    folder = tmp_path_factory.mktemp("calibrated")
-    presses = sweep(
-        prepare(Finger.default()), np.geomspace(0.05, 2, 10), np.geomspace(0.05, 1, 14), friction=0, large_strain=False
-    )
-    fit(presses).save(folder / "calibration.json")
-    presses.to_csv(folder / "sweep.csv")
-    return "--calibration", folder / "calibration.json", "--sweep", folder / "sweep.csv"
-
-
-@pytest.mark.slow
-def test_softness_friction_and_contact_area_ride_along(papilla, tmp_path, calibrated):
-    files = calibrated
-    options = (*files, "--thickness", "10", "--modulus", "0.2", "--friction", "0.4", "--out", "shown.csv", "--json")
-    answer = papilla("telepresence", "simulate", *SHORT, *options)
+def test_softness_friction_and_contact_area_ride_along(papilla, tmp_path):
+    calibration((0.02, 5.0)).save(tmp_path / "c.json")
+    force, modulus = (grid.ravel() for grid in np.meshgrid(np.geomspace(*FORCE, 5), np.geomspace(0.02, 5, 5)))
+    presses = np.column_stack([force, modulus, 60 * force**0.6 * modulus**-0.2])
+    np.savetxt(tmp_path / "s.csv", presses, delimiter=",", header="force_N,modulus_MPa,contact_area_mm2", comments="")
+    options = ("--calibration", "c.json", "--sweep", "s.csv", "--modulus", "0.2", "--friction", "0.4", "--json")
+    answer = papilla("telepresence", "simulate", "--seconds", "2", *options, "--out", "shown.csv")
     assert answer.code == 0, answer.err
-    found = json.loads(answer.out)
-    for one in found["told"].values():
-        assert abs(one["value"] - one["true"]) < 3 * one["sigma"] and one["status"] in ("ok", "doubted")
-    assert list(found["told"]) == ["modulus_MPa", "contact_area_mm2", "mu_kinetic", "mu_static", "wavelength_mm"]
-    assert found["told"]["mu_kinetic"]["status"] == "ok" and found["told"]["modulus_MPa"]["sigma"] < 0.2
-    assert abs(found["lag_ms"]["local"]) < 1 and found["lag_ms"]["direct"] == pytest.approx(100, abs=3)
+    told = json.loads(answer.out)["told"]
+    assert list(told) == ["modulus_MPa", "contact_area_mm2", "mu_kinetic", "mu_static", "wavelength_mm"]
+    for name in ("mu_kinetic", "mu_static", "wavelength_mm"):
+        assert abs(told[name]["value"] - told[name]["true"]) < 4 * told[name]["sigma"]
+        assert told[name]["status"] in ("ok", "doubted")
+    assert (told["modulus_MPa"]["true"], told["mu_kinetic"]["true"], told["mu_static"]["true"]) == (0.2, 0.4, 0.4)
+    # The force swings between 0.3 and 0.7 N
+    assert 60 * 0.3**0.6 * 0.2**-0.2 < told["contact_area_mm2"]["true"] < 60 * 0.7**0.6 * 0.2**-0.2
     names = (tmp_path / "shown.csv").read_text().split("\n", 1)[0].split(",")
     assert {"modulus_MPa", "modulus_sigma_MPa", "modulus_status", "contact_area_sigma_mm2"} <= set(names)
-    refused = papilla("telepresence", "simulate", *files, "--force", "0.9")
-    assert refused.code == 2 and "--force must be at most 0.714" in refused.err
 
 
 @pytest.mark.slow
@@ -81,13 +53,6 @@ def test_actuator_and_rule_are_told(papilla, tmp_path):
     assert found["amplitude"]["source"] == "made up" and 0.9 < found["amplitude"]["r_squared"] < 1
     rows = np.genfromtxt(tmp_path / "s.csv", delimiter=",", names=True, dtype=None, encoding=None)
     assert 15 < np.nanmax(np.abs(rows["local_um"])) <= 20
-
-
-@pytest.mark.slow
-def test_who_presses_too_hard_feels_nothing(papilla):
-    answer = papilla("telepresence", "simulate", "--seconds", "2", "--force", "4", "--round-trip-ms", "0", "--json")
-    status = json.loads(answer.out)["status"]["local"]
-    assert status["the finger presses harder than allowed: the output decays to zero"] > 0.9
 
 
 @pytest.mark.parametrize(
@@ -116,12 +81,6 @@ def test_who_presses_too_hard_feels_nothing(papilla):
 def test_bad_options_are_one_line(papilla, options, said):
     answer = papilla("telepresence", "simulate", *options)
     assert answer.code == 2 and said in answer.err and answer.err.count("\n") == 1 and not answer.out
-
-
-def test_help_explains(papilla):
-    words = " ".join(papilla("telepresence", "simulate", "--help").out.replace("│", " ").split())
-    assert "The local model is sent the texture's wavelength" in words
-    assert "simulate" in papilla("telepresence", "--help").out
 
 
 def test_a_sensor_that_plays_a_log_takes_no_specimen(refused):

@@ -8,9 +8,8 @@ import pytest
 
 from papilla.core.errors import InputError
 from papilla.telepresence import Component, Gate, QuantityTrust
-from papilla.telepresence.gate import FRESH_NS, ClockOffset, Counts
+from papilla.telepresence.gate import ClockOffset, Counts
 from papilla.telepresence.messages import (
-    MAX_BYTES,
     Area,
     Force,
     HandReading,
@@ -20,7 +19,6 @@ from papilla.telepresence.messages import (
     Parameters,
     Ratio,
     Samples,
-    Strain,
     decode,
     encode,
     lines_of,
@@ -48,13 +46,6 @@ FULL = Parameters(
 def test_a_message_comes_back_as_it_was(message):
     data = encode(message)
     assert decode(data) == message and len(data) < 400
-
-
-def test_no_part_of_a_message_can_be_changed():
-    parts = (FULL, HEADER, FULL.lines[0], HandReading(HEADER, quantity(Length, 3.0)), Samples(HEADER, 1, (1.0,)))
-    for part in (*parts, *(kind(1.0, 0.1, 0) for kind in (Length, Strain, Modulus, Ratio, Area, Force))):
-        with pytest.raises(AttributeError, match="immutable"):
-            setattr(part, part.__struct_fields__[0], None)
 
 
 def test_what_is_unknown_is_null_and_components_come_back():
@@ -97,45 +88,27 @@ def meet(one, other, start_ns=0, rounds=3):
     return heard
 
 
-@pytest.mark.parametrize("key", [None, KEY])
-def test_two_ends_find_each_other_and_a_restarted_one_is_taken_up(key):
-    one, other = Gate(key), Gate(key)
-    assert all(meet(one, other).values())
-    again = Gate(key)
-    assert all(meet(again, other, start_ns=10**7).values())
-    assert other.counts.unproven <= 3
-
-
-@pytest.mark.parametrize("key", [None, KEY])
-def test_replayed_reflected_and_old_datagrams_change_nothing(key):
-    one, other = Gate(key), Gate(key)
-    kept = []
-    for number in range(20):
-        now = number * 1_000_000
-        for speaker, listener in ((one, other), (other, one)):
-            data = speaker.seal(encode(HandReading(speaker.header(now), quantity(Length, 1.0))))
-            if speaker is one:
-                kept.append(data)
-            listener.admit(data, now)
-    before = other.counts.accepted
-    assert all(other.admit(data, 30_000_000) is None for data in kept)
-    assert other.counts.accepted == before and other.counts.old >= 18
-    assert one.admit(kept[-1], 30_000_000) is None and one.counts.forged == 1
-    fresh = Gate(key)
-    assert all(fresh.admit(data, 10**12) is None for data in kept), "a replay cannot prove that it is of now"
-
-
 def test_each_refused_datagram_is_counted_once_under_its_cause():
     gate = Gate()
-    refused = (b"\0" * (MAX_BYTES + 1), b"", b"rubbish")
-    assert [gate.admit(data, 0) for data in refused] == [None] * 3
-    assert (gate.counts.oversize, gate.counts.malformed, gate.counts.forged) == (1, 2, 0)
+    refused = (b"\0" * 1201, b"\0" * 1200, b"", b"rubbish", reading(gate, 0))
+    assert [gate.admit(data, 0) for data in refused] == [None] * 5
+    assert (gate.counts.oversize, gate.counts.malformed, gate.counts.forged) == (1, 3, 1), "its own message comes back"
 
 
-def test_a_datagram_has_1200_bytes_at_most():
-    gate = Gate()
-    assert gate.admit(b"\0" * 1200, 0) is None and gate.admit(b"\0" * 1201, 0) is None
-    assert (gate.counts.malformed, gate.counts.oversize) == (1, 1)
+def test_a_number_that_is_not_new_is_old_and_hostile_datagrams_keep_nobody_out():
+    rng, gate, peer = random.Random(7), Gate(KEY), Gate(KEY)
+    meet(gate, peer)
+    valid = peer.seal(reading(peer, 10**7))
+    assert gate.admit(valid, 10**7) is not None and gate.admit(valid, 10**7) is None
+    assert (gate.counts.accepted, gate.counts.old) == (3, 1)
+    for _ in range(2000):
+        hostile = bytearray(valid)
+        for _ in range(rng.randrange(1, 6)):
+            place = rng.randrange(len(hostile))
+            hostile[place : place + rng.randrange(3)] = rng.randbytes(rng.randrange(1, 9))
+        assert gate.admit(bytes(hostile), 10**7) is None
+    assert gate.counts.accepted == 3 and gate.counts.dropped >= 2001
+    assert all(meet(gate, peer, start_ns=10**8).values()), "the peer is still heard"
 
 
 def test_round_trips_of_none_to_five_seconds_tell_the_clock_and_others_nothing():
@@ -156,15 +129,6 @@ def test_without_the_key_nothing_is_heard():
     assert meet(one, Gate(None))[one] is None
     with pytest.raises(InputError, match="16 bytes"):
         Gate(b"short")
-
-
-def test_an_echo_of_long_ago_proves_nothing():
-    one, other = Gate(), Gate()
-    meet(one, other)
-    late = Gate()
-    late.admit(encode(HandReading(other.header(0), quantity(Length, 1.0))), 0)
-    data = encode(HandReading(late.header(0), quantity(Length, 1.0)))
-    assert other.admit(data, FRESH_NS + 10**9) is None and other.counts.unproven >= 1
 
 
 def reading(gate, now_ns):
@@ -221,42 +185,6 @@ def test_another_version_is_counted_apart_from_what_is_malformed():
     assert (gate.counts.other_version, gate.counts.malformed) == (1, 1)
 
 
-def mutated(rng, data):
-    data = bytearray(data)
-    for _ in range(rng.randrange(1, 6)):
-        kind, place = rng.randrange(5), rng.randrange(len(data) + 1)
-        if kind == 0 and data:
-            data[place % len(data)] = rng.randrange(256)
-        elif kind == 1:
-            data[place:place] = rng.randbytes(rng.randrange(1, 9))
-        elif kind == 2:
-            del data[place : place + rng.randrange(1, 9)]
-        elif kind == 3:
-            data[place:] = b""
-        else:
-            data[place:place] = rng.choice([b"\xdd\xff\xff\xff\xff", b"\x91" * 60, b"\xcb\x7f\xf8" + bytes(6), b"\xc6"])
-    return bytes(data)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("key", [None, KEY])
-def test_a_hundred_thousand_hostile_datagrams_are_counted_and_dropped(key):
-    rng, gate, peer = random.Random(7), Gate(key), Gate(key)
-    meet(gate, peer)
-    accepted, dropped = gate.counts.accepted, gate.counts.dropped
-    valid = [peer.seal(encode(message)) for message in (FULL, HandReading(HEADER, quantity(Length, 3.0)))]
-    number = 100_000
-    for _ in range(number):
-        if rng.random() < 0.3:
-            datagram = rng.randbytes(rng.randrange(0, MAX_BYTES + 50))
-        else:
-            datagram = mutated(rng, rng.choice(valid))
-        gate.admit(datagram, 10**7)
-    counts = gate.counts
-    assert counts.accepted == accepted and counts.dropped == dropped + number
-    assert all(meet(gate, peer, start_ns=10**8).values()), "the peer is still heard"
-
-
 def test_the_offset_of_clocks_is_right_to_half_the_shortest_round_trip_and_follows_a_jump():
     rng, offset = random.Random(1), ClockOffset()
     for truth in (3_000_000_000, -7_000_000_000):
@@ -270,7 +198,7 @@ def test_the_offset_of_clocks_is_right_to_half_the_shortest_round_trip_and_follo
 
 
 @pytest.mark.parametrize("truth", [3_000_000_000, -3_000_000_000])
-def test_the_shortest_round_trip_counts_until_64_others_have_come_or_three_contradict_it(truth):
+def test_the_shortest_round_trip_counts_until_64_others_have_come(truth):
     offset = ClockOffset()
     offset.learn(2_000_000, truth)
     for _ in range(63):
@@ -279,10 +207,3 @@ def test_the_shortest_round_trip_counts_until_64_others_have_come_or_three_contr
     assert (offset.round_trip_ns, offset.offset_ns) == (2_000_000, truth)
     offset.learn(30_000_000, truth + 5_000_000)
     assert (offset.round_trip_ns, offset.offset_ns) == (30_000_000, truth + 5_000_000)
-    # Half of both round trips and 5 ms: 35.5 ms are explained, and more may be chance once or twice
-    known, jumped = truth + 5_000_000, truth + 41_000_000
-    for seen in (*[known + 35_400_000] * 3, jumped, jumped, known, jumped, jumped):
-        offset.learn(31_000_000, seen)
-        assert offset.offset_ns == known
-    offset.learn(31_000_000, jumped)
-    assert (offset.round_trip_ns, offset.offset_ns) == (31_000_000, jumped), "the clock has jumped"

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.telepresence.actuator import BAND_FADE_SHARE, PIEZO_STACK, Actuator, Fader, Safety
+from papilla.telepresence import Hand, RemoteHand
+from papilla.telepresence.actuator import BAND_FADE_SHARE, PIEZO_STACK, Actuator, Fader, Safety, icpf
+from papilla.telepresence.local_model import LocalModel
 from papilla.telepresence.messages import Component, strongest
 from papilla.telepresence.motion import WANDER_HZ, HandMotion
 
@@ -75,6 +77,7 @@ def test_the_piezo_is_3_dB_down_at_its_corner_and_fades_at_the_end_of_its_band()
         "nothing beyond the band"
     )
     assert Actuator("flat", 10.0, 100.0).response(99.0) == 1.0
+    assert LocalModel(icpf(100.0)).top_Hz == 200.0 and icpf(100.0).amplitude_um == 50.0
 
 
 def test_a_component_without_a_wavelength_is_not_displayed_and_a_silent_one_is():
@@ -84,3 +87,56 @@ def test_a_component_without_a_wavelength_is_not_displayed_and_a_silent_one_is()
     assert [one.usable for one in components] == [True, False, False, False, False, True]
     assert [one.wavelength_mm for one in strongest(tuple(components), 5)] == [3.0, 1.0]
     assert len(strongest(tuple(components), 1)) == 1
+
+
+def natural(t):
+    return 197 / (2 * math.pi * 1.07) * (1 - math.cos(2 * math.pi * 1.07 * t))
+
+
+def test_natural_touch_is_followed_within_hundredths_of_a_millimetre_at_250_Hz():
+    hand, off, steps, last = Hand(), [], [], None
+    for row in range(2000):
+        now = row / 1000
+        if row % 4 == 0:
+            hand.read(now, natural(now))
+        place, velocity = hand.at(now)
+        off.append(place - natural(now))
+        steps.append(0.0 if last is None else place - last)
+        last = place
+    assert np.abs(off[50:]).max() < 0.03
+    assert np.abs(steps).max() < 0.25
+
+
+def test_bad_readings_are_counted_and_jumps_begin_anew():
+    hand = Hand()
+    for time, place in [
+        (0, 0),
+        (0.004, math.nan),
+        (math.inf, 1),
+        (0.004, 0.4),
+        (0.004, 0.5),
+        (0.002, 9),
+        (0.008, 1e300),
+    ]:
+        hand.read(time, place)
+    assert hand.ignored == 5 and hand.state.place_mm == 0.4
+    hand.read(0.012, 500.0)
+    assert hand.jumps == 1 and hand.at(0.012) == (500.0, 0.0)
+    hand.read(-50.0, 1.0)
+    assert hand.jumps == 2 and hand.at(-50.0)[0] == 1.0
+
+
+def test_a_remote_hand_is_late_by_the_delay_and_never_jumps_when_that_changes():
+    remote, waiting, places = RemoteHand(), [], []
+    for row in range(4000):
+        now = row / 1000
+        if row % 4 == 0:
+            delay = 0.05 if now < 2 else 0.15
+            waiting.append((now + delay, now, natural(now)))
+        while waiting and waiting[0][0] <= now:
+            remote.read(*waiting.pop(0))
+        places.append(remote.at(now)[0])
+    places = np.array(places)
+    for at, delay in ((1.9, 0.05), (3.9, 0.15)):
+        assert places[round(1000 * at)] == pytest.approx(natural(at - delay), abs=0.05)
+    assert np.abs(np.diff(places[100:])).max() < 0.35

@@ -34,10 +34,6 @@ def evaluated(tmp_path, script):
     return json.loads(title[1])
 
 
-SWITCH = """
-const loud = name => Math.max(...loop[name].slice(-200).map(Math.abs));
-const cut = on => { $("cut").checked = on; $("cut").dispatchEvent(new Event("change")); };
-"""
 SLIDE = """
 const slide = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event("input")); };
 const names = ["lag-local", "lag-direct", "felt-local", "bytes-local", "bytes-direct"];
@@ -67,19 +63,6 @@ def test_sliders_move_the_lag_of_direct_feedback_and_not_that_of_the_local_model
     assert float(rows[0]["felt-local"].split()[0]) == pytest.approx(1.2, abs=0.05)
     assert float(rows[-1]["felt-local"].split()[0]) == pytest.approx(2.5, abs=0.15)
     assert int(rows[0]["bytes-local"]) < 0.2 * int(rows[0]["bytes-direct"])
-
-
-@needs_browser
-@pytest.mark.slow
-def test_a_cut_link_decays_to_zero_on_the_page_and_comes_back(tmp_path):
-    script = SWITCH + (
-        'const found = {before: loud("local")};'
-        'cut(true); loop.advance(1.4); found.cut = loud("local");'
-        'cut(false); loop.advance(1); found.after = loud("local");'
-        "return found;"
-    )
-    found = evaluated(tmp_path, script)
-    assert found["cut"] == 0 and found["before"] > 10 and found["after"] > 10
 
 
 @needs_browser

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
+from papilla.core.errors import FileFormatError, InputError
 from papilla.telepresence import ContactArea, GratingTexture, HandMotion, QuantityTrust, Soft, TouchLog
-from papilla.telepresence.direct import HighPass
 from papilla.telepresence.messages import Header, decode, encode
 from tests.support.spring_calibration import FORCE, calibration
 
@@ -91,11 +90,44 @@ def test_not_identifiable_is_doubted_and_one_stroke_doubts_its_friction():
     assert told.mu_kinetic is not None and told.mu_kinetic.status != QuantityTrust.OK
 
 
-def test_the_coupling_leaves_the_texture_and_takes_the_press():
-    time = np.arange(4000) / 1000
-    filtered = HighPass(1000.0)
-    out = np.array([filtered(value) for value in 5000 + 2000 * np.sin(2 * np.pi * 0.6 * time)])
-    assert np.abs(out[1000:]).max() < 0.01 * 2000
-    filtered = HighPass(1000.0)
-    tone = np.array([filtered(value) for value in 50 * np.sin(2 * np.pi * 80 * time)])
-    assert tone[2000:].std() * math.sqrt(2) == pytest.approx(50, rel=0.01)
+FORCES, MODULI = np.geomspace(0.05, 1, 7), np.geomspace(0.05, 1, 5)
+
+
+def law(force, modulus):
+    return 60 * force**0.6 * modulus**-0.2
+
+
+def presses():
+    force, modulus = (grid.ravel() for grid in np.meshgrid(FORCES, MODULI))
+    return force, modulus, law(force, modulus)
+
+
+@pytest.mark.parametrize("force, modulus", [(0.05, 0.05), (0.33, 0.21), (1.0, 1.0), (0.051, 0.99)])
+def test_a_power_law_is_exact_and_sigma_is_that_of_the_modulus_and_the_mesh(force, modulus):
+    area, sigma = ContactArea.of_presses(*presses())(force, modulus, 0.1 * modulus)
+    assert area == pytest.approx(law(force, modulus))
+    assert sigma / area == pytest.approx(math.hypot(0.01, 0.2 * 0.1))
+
+
+def test_outside_the_table_and_of_what_is_unknown_there_is_no_area():
+    table = ContactArea.of_presses(*presses())
+    for force, modulus in ((0.04, 0.1), (1.1, 0.1), (0.5, 0.01), (0.5, 2), (math.nan, 0.1), (0.1, math.nan)):
+        assert all(math.isnan(value) for value in table(force, modulus))
+    force, modulus, area = presses()
+    area[7] = math.nan
+    assert math.isnan(ContactArea.of_presses(force, modulus, area)(FORCES[0], MODULI[1])[0])
+
+
+def test_a_sweep_file_is_read_and_another_refused(tmp_path):
+    rows = np.column_stack(presses())
+    path = tmp_path / "sweep.csv"
+    np.savetxt(path, rows, delimiter=",", header="force_N,modulus_MPa,contact_area_mm2", comments="")
+    assert ContactArea.load(path)(0.2, 0.2)[0] == pytest.approx(law(0.2, 0.2))
+    np.savetxt(path, rows, delimiter=",", header="force_N,modulus_MPa,g1", comments="")
+    with pytest.raises(FileFormatError, match="sweep.csv: no column contact_area_mm2"):
+        ContactArea.load(path)
+    np.savetxt(path, rows[:1], delimiter=",", header="force_N,modulus_MPa,contact_area_mm2", comments="")
+    with pytest.raises(FileFormatError, match=r"sweep.csv: force_N must be two or more"):
+        ContactArea.load(path)
+    with pytest.raises(InputError, match="moduli x forces"):
+        ContactArea(FORCES, MODULI, np.ones((2, 2)))

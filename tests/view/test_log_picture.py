@@ -29,7 +29,6 @@ def drawn(columns, gauges=2, rows=3000):
     return picture.figure("a_$log$.csv", "detail", spectrum), answer
 
 
-@pytest.mark.slow
 def test_what_was_measured_stands_above_what_was_estimated():
     figure, answer = drawn(("force_N", "velocity_mm_s", "tangential_N"))
     labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
@@ -46,7 +45,15 @@ def test_what_was_measured_stands_above_what_was_estimated():
     assert told == {*answer.wavelength_status} | {*answer.friction_status}
     # The last rows are ok: the last span of the strip is blue and ends with the log
     assert strips.collections[0].get_facecolor()[-1] == pytest.approx(to_rgba(OK_COLOR))
-    assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm"
+    assert [text.get_text() for text in spectrum.texts][0] == "1.5 mm" and spectrum.texts[0].get_color() == OK_COLOR
+    # A strip a quantity, the first at the top; its bars begin and end with the log and leave no gap
+    names = [text.get_text() for text in strips.get_yticklabels()]
+    assert names == ["wavelength", "friction"] and strips.get_ylim() == (1.5, -0.5)
+    for number, bars in enumerate(strips.collections):
+        left, right = np.array([path.vertices[:, 0] for path in bars.get_paths()])[:, [0, 2]].T
+        assert left[0] == strips.get_xlim()[0] == pytest.approx(0.0, abs=2e-3) and left[1:] == pytest.approx(right[:-1])
+        assert right[-1] == strips.get_xlim()[1] == pytest.approx(3.0, rel=2e-2)
+        assert bars.get_paths()[0].get_extents().y0 == pytest.approx(number - 0.4)
     assert len(png(figure, dpi=50)) > 10_000 and flaws(figure) == []
 
 

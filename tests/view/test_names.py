@@ -11,8 +11,6 @@ from matplotlib.text import Text
 from odd_names import odd_names
 
 from papilla.view import plots, strain_field, style, turning
-from papilla_papers import study_plots
-from papilla_papers.grating_signals import GratingSignal
 
 FORCE = np.linspace(0.05, 1, 20)
 
@@ -26,19 +24,9 @@ def shown(name: str) -> str:
     return name if len(name) <= style.PICTURE_NAME_LETTERS else name[: style.PICTURE_NAME_LETTERS - 1]
 
 
-def of_signals(names):
-    rms = np.arange(1.0, 1 + 2 * len(names)).reshape(2, -1)
-    signals = [
-        GratingSignal(wavelength, 0.5, 10.0, 1.0, row, row, "quasi-static", "")
-        for wavelength, row in zip((1.0, 2.0), rms, strict=True)
-    ]
-    return study_plots.signals_figure(signals, names)
-
-
 FIGURES = {
     "readings": lambda names: plots.gauge_readings(FORCE, names, np.outer(FORCE, np.arange(1.0, 1 + len(names))), ""),
     "residuals": lambda names: plots.residuals_against_force(FORCE, names, np.outer(FORCE, np.arange(len(names)))),
-    "signals": of_signals,
 }
 
 
@@ -49,11 +37,6 @@ def test_names_are_drawn_letter_by_letter(draw, seed):
     figure = draw(names)
     assert style.svg(figure) and style.png(figure), "without a warning"
     assert all(shown(name) in texts(figure) for name in names)
-
-
-def test_a_name_that_begins_with_a_stroke_is_in_the_legend():
-    figure = plots.residuals_against_force(FORCE, ["_a", "b"], np.outer(FORCE, [1, 2]))
-    assert [text.get_text().strip() for text in figure.legends[0].get_texts()] == ["_a", "b"]
 
 
 def test_papilla_s_own_formulas_are_drawn_as_formulas():
@@ -73,17 +56,10 @@ def odd(scene):
     return replace(scene, finger=named, reduced=reduced)
 
 
-@pytest.mark.slow
-def test_a_strain_field_shows_the_names(odd):
-    figure = strain_field.strain_figure(odd.field, odd.reduced, odd.press, odd.specimen, odd.finger)
-    assert style.png(figure) and all(shown(gauge.name) in texts(figure) for gauge in odd.finger.gauges)
-
-
-@pytest.mark.slow
 def test_a_page_to_turn_shows_the_names(odd):
     """plotly reads tags in a text as HTML."""
     pytest.importorskip("plotly")
-    pressed = strain_field.Scene(odd.field, odd.press, odd.specimen)
+    pressed = strain_field.PressScene(odd.field, odd.press, odd.specimen)
     page = turning.strain_html([pressed], odd.reduced, odd.finger)
     data, *_ = json.JSONDecoder().raw_decode(page, page.index("[", page.rindex("Plotly.newPlot")))
     names = next(trace["text"] for trace in data if trace.get("mode") == "text")

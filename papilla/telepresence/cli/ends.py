@@ -65,13 +65,13 @@ class SensorAddress:
         from papilla.telepresence.udp import Address, Endpoint
 
         key = None if self.key_file is None else read_key(self.key_file)
-        own, other = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
-        if own == other:
-            raise InputError(f"--listen and --peer must differ, got {own} twice")
+        listen, peer = Address.of(self.listen, "--listen"), Address.of(self.peer, "--peer")
+        if listen == peer:
+            raise InputError(f"--listen and --peer must differ, got {listen} twice")
         with about(self.key_file):
-            endpoint = Endpoint(own, other, key)
+            endpoint = Endpoint(listen, peer, key)
         if endpoint.leaves_machine:
-            say(f"messages to {other} are signed, not encrypted: whoever is on the way can read them")
+            say(f"messages to {peer} are signed, not encrypted: whoever is on the way can read them")
         return endpoint
 
 
@@ -162,8 +162,8 @@ def _table_of_rows(out: Path) -> Iterator[Callable[..., None]]:
     rows: list[tuple] = []
     with table_writer(out, names) as write:
 
-        def keep(now, place, shown, message) -> None:
-            rows.append((now, place, *shown[:2], shown.wavelength_mm, shown.gain, *quantity_row(message)))
+        def keep(now, place, output, message) -> None:
+            rows.append((now, place, *output[:2], output.wavelength_mm, output.gain, *quantity_row(message)))
             if len(rows) >= WRITTEN_ROWS:
                 write(zip(*rows, strict=True))
                 rows.clear()
@@ -206,18 +206,18 @@ def _time(seconds: float | None) -> float:
 def _live() -> "Iterator[Report]":
     """Yields a function that shows a state on one line, which is overwritten; if stderr is not a terminal, a line every
     few seconds."""
-    terminal, last, state = sys.stderr.isatty(), -AWAY_S, ""
+    terminal, last, last_state = sys.stderr.isatty(), -AWAY_S, ""
 
     def report(live: "Live") -> None:
         """Show this state."""
-        nonlocal last, state
-        counts, said = live.counts, f"{live.said}; " if live.said else ""
-        line = f"{live.time_s:8.1f} s  {live.state}; {said}{counts.accepted} messages, {counts.dropped} dropped, "
+        nonlocal last, last_state
+        counts, values = live.counts, f"{live.said}; " if live.said else ""
+        line = f"{live.time_s:8.1f} s  {live.state}; {values}{counts.accepted} messages, {counts.dropped} dropped, "
         line += f"{live.period.missed} periods missed"
         if terminal:
             print(f"\r\x1b[2K{line[: get_terminal_size().columns - 1]}", end="", file=sys.stderr, flush=True)
-        elif live.time_s - last >= AWAY_S or live.state != state:
-            last, state = live.time_s, live.state
+        elif live.time_s - last >= AWAY_S or live.state != last_state:
+            last, last_state = live.time_s, live.state
             say(line)
 
     try:
@@ -252,7 +252,7 @@ def _until_stopped(work: "Callable[[TickGrid], object]", endpoint: "Endpoint") -
         for stop, handler in before.items():
             signal.signal(stop, handler)
     offset, counts = endpoint.gate.offset, endpoint.gate.counts
-    found: dict[str, Any] = {
+    summary: dict[str, Any] = {
         "periods": period.ticked,
         "missed": period.missed,
         "work_ms": _quantiles_ms(period.work),
@@ -263,8 +263,8 @@ def _until_stopped(work: "Callable[[TickGrid], object]", endpoint: "Endpoint") -
         "round_trip_ms": MS_PER_NS * offset.round_trip_ns,
         "clock_offset_ms": MS_PER_NS * offset.offset_ns,
     }
-    trip = found["round_trip_ms"]
-    said = f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, "
-    said += f"{counts.accepted} received, {counts.dropped} dropped"
-    said += f"; shortest round trip {trip:.2f} ms" if trip == trip else ""
-    return CommandResult(found, partial(tell, said), code)
+    trip = summary["round_trip_ms"]
+    sentence = f"{period.ticked} periods, {period.missed} missed; {endpoint.sent} messages sent, "
+    sentence += f"{counts.accepted} received, {counts.dropped} dropped"
+    sentence += f"; shortest round trip {trip:.2f} ms" if trip == trip else ""
+    return CommandResult(summary, partial(tell, sentence), code)

@@ -150,17 +150,17 @@ def refuse_with_log(context: typer.Context, log: Path | None, *names: str) -> No
 
 def quantity_row(message: "Parameters | None") -> list[float | str]:
     """The `QUANTITY_COLUMNS` of a message: NaN and an empty text for missing quantities."""
-    row: list[float | str] = []
+    cells: list[float | str] = []
     for name in MESSAGE_QUANTITY_COLUMNS:
-        one: TrustedQuantity | None = getattr(message, name, None)
-        numbers = (None, None) if one is None else (one.value, one.sigma)
-        row += [float("nan") if value is None else value for value in numbers]
-        row.append("" if one is None else word(one))
-    return row
+        quantity: TrustedQuantity | None = getattr(message, name, None)
+        numbers = (None, None) if quantity is None else (quantity.value, quantity.sigma)
+        cells += [float("nan") if value is None else value for value in numbers]
+        cells.append("" if quantity is None else word(quantity))
+    return cells
 
 
-def word(one: "TrustedQuantity") -> str:
+def word(quantity: "TrustedQuantity") -> str:
     """The status of a quantity in one word."""
     from papilla.telepresence.messages import QuantityTrust
 
-    return QuantityTrust(one.status).name.lower()
+    return QuantityTrust(quantity.status).name.lower()
