@@ -35,22 +35,26 @@ def compare(
 
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
     ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
-    with progress() as shown:
-        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": shown.line, "steps": shown.steps}
-        found = [candidate(one, **how) for one in candidates]
-        comparison = side_by_side(found, shown.line)
+    with progress() as reporter:
+        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": reporter.line, "steps": reporter.steps}
+        compared = [candidate(candidate_path, **how) for candidate_path in candidates]
+        comparison = side_by_side(compared, reporter.line)
         if written:
             from papilla.identification.comparison import write_comparison, write_comparison_table
 
             if html is not None:
-                write_comparison(html, comparison, found)
+                write_comparison(html, comparison, compared)
             if csv is not None:
                 write_comparison_table(csv, comparison)
     domain = {
         "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
         "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
     }
-    facts = {"rows": [row.to_json() for row in comparison.rows], "domain": domain, "verdicts": comparison.verdicts}
+    facts = {
+        "rows": [candidate_row.to_json() for candidate_row in comparison.rows],
+        "domain": domain,
+        "verdicts": comparison.verdicts,
+    }
     files = {"html": html and str(html), "csv": csv and str(csv)}
     return CommandResult(facts | files, partial(_print, comparison, written))
 
@@ -62,10 +66,11 @@ def _print(comparison: "Comparison", written: list[Path]) -> None:
         heads,
         [
             (
-                row.name, f"{row.sigma:.1%}", f"{row.identified:.0%}", f"{row.sd_microstrain:,.0f}", f"{row.slope:.2g}",
-                str(row.gauges), f"{row.answer_us:.0f}", "" if row.press_ms is None else f"{row.press_ms:.2g}",
+                candidate.name, f"{candidate.sigma:.1%}", f"{candidate.identified:.0%}",
+                f"{candidate.sd_microstrain:,.0f}", f"{candidate.slope:.2g}", str(candidate.gauges),
+                f"{candidate.answer_us:.0f}", "" if candidate.press_ms is None else f"{candidate.press_ms:.2g}",
             )
-            for row in comparison.rows
+            for candidate in comparison.rows
         ],
     )  # fmt: skip
     for sentence in comparison.verdicts:

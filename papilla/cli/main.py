@@ -6,7 +6,6 @@ import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import entry_points
 from operator import attrgetter
@@ -28,11 +27,12 @@ from papilla.cli.new import new
 from papilla.cli.options import grouped
 from papilla.cli.output import (
     BROKEN_PIPE,
+    BROUGHT_COMMANDS_GROUP,
     EXIT_BAD_INPUT,
     EXIT_INTERNAL,
     EXIT_INTERRUPTED,
     EXIT_TERMINATED,
-    CommandResult,
+    CommandGroup,
     plain,
 )
 from papilla.cli.press import press
@@ -53,35 +53,28 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-COMMANDS: dict[str, tuple[Callable[..., CommandResult | None], ...]] = {
-    "": (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench),
-    "log": (map_log,),
-    "texture": (train, classify),
-}
-"""Commands of this room by their group, those without a group first."""
-HELP = {
-    "log": "Logs of other programs: what their columns are.",
-    "texture": "Classify textures: train on logs of known ones, classify others.",
-}
-BROUGHT_COMMANDS_GROUP = "papilla.commands"
-"""Group of entry points by which other rooms and packages bring commands: each names an object with `GROUP` ("" for
-none), `HELP` of the group and `COMMANDS`, a tuple of functions."""
+OWN_COMMANDS = (
+    CommandGroup(
+        "", (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench)
+    ),
+    CommandGroup("log", (map_log,), "Logs of other programs: what their columns are."),
+    CommandGroup("texture", (train, classify), "Classify textures: train on logs of known ones, classify others."),
+)
+"""Commands of this room."""
 
 
-def _add(group: str, help_: str, commands: tuple[Callable[..., CommandResult | None], ...]) -> None:
-    """Add commands to `papilla`, or to a group of it."""
-    target = typer.Typer(help=help_, no_args_is_help=True) if group else app
-    for command in commands:
+def _add(group: CommandGroup) -> None:
+    target = typer.Typer(help=group.help, no_args_is_help=True) if group.name else app
+    for command in group.commands:
         target.command()(grouped(command))
-    if group:
-        app.add_typer(target, name=group)
+    if group.name:
+        app.add_typer(target, name=group.name)
 
 
-for _name, _commands in COMMANDS.items():
-    _add(_name, HELP.get(_name, ""), _commands)
+for _group in OWN_COMMANDS:
+    _add(_group)
 for _entry in sorted(entry_points(group=BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
-    _more = _entry.load()
-    _add(_more.GROUP, _more.HELP, _more.COMMANDS)
+    _add(_entry.load().command_group)
 
 
 def _show_version(wanted: bool) -> None:

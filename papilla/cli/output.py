@@ -29,6 +29,21 @@ class CommandResult(NamedTuple):
     code: int = 0
 
 
+class CommandGroup(NamedTuple):
+    """Commands of `papilla NAME`, or of `papilla` itself if the name is empty.
+
+    A room or package brings its own with an entry point of the group `BROUGHT_COMMANDS_GROUP`: a module that has them
+    as `command_group`.
+    """
+
+    name: str
+    commands: tuple[Callable[..., CommandResult | None], ...]
+    help: str = ""
+
+
+BROUGHT_COMMANDS_GROUP = "papilla.commands"
+
+
 def print_json(value: Mapping) -> None:
     """Print exactly one JSON object; NaN and infinities, which JSON does not have, become null."""
     print(json_text(value, ascii_only=not (sys.stdout.encoding or "").lower().startswith("utf")))
@@ -68,8 +83,8 @@ def show_table(table: "Table", rows: Iterable[Sequence[str]] = ()) -> None:
     from rich.measure import Measurement
     from rich.text import Text
 
-    for row in rows:
-        table.add_row(*(Text(plain(cell)) for cell in row))
+    for row_cells in rows:
+        table.add_row(*(Text(plain(cell)) for cell in row_cells))
     console = Console()
     options = console.options.update(width=10_000)
     for column in table.columns:
@@ -110,15 +125,15 @@ class Progress:
             self._stage, self._said = stage, now
             say(text)
 
-    def steps(self, done: int, total: int) -> None:
+    def steps(self, finished: int, total: int) -> None:
         """Show that `done` of `total` scenes are done."""
         if self._bar is not None:
-            self._bar.update(self._task, completed=done, total=total)
+            self._bar.update(self._task, completed=finished, total=total)
 
-    def stage(self, text: str, done: int, total: int) -> None:
+    def stage(self, text: str, finished: int, total: int) -> None:
         """Show `line` and `steps` at once."""
         self.line(text)
-        self.steps(done, total)
+        self.steps(finished, total)
 
 
 @contextmanager

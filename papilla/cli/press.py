@@ -76,21 +76,26 @@ def press(
     design, size = design_of(finger), mesh_size(size_mm)
     touched = specimen.of(modulus, design)
     ready([finger, *surface_files(design)], written.values())
-    with progress() as shown:
+    with progress() as reporter:
         if fidelity == "finite":
             load = {"force": force, "indentation": indentation}
-            found = _finite(design, size, touched, rubbing, shown.line, at=at, **load)
+            pressed = _finite(design, size, touched, rubbing, reporter.line, at=at, **load)
         else:
-            reduced = prepare(design, size_mm=size, at=at, progress=shown.line)
+            reduced = prepare(design, size_mm=size, at=at, progress=reporter.line)
             how: dict[str, Any] = {"fidelity": fidelity, "friction": rubbing}
-            found = press_reduced(reduced, touched, force=force, indentation=indentation, **how)
+            pressed = press_reduced(reduced, touched, force=force, indentation=indentation, **how)
             if log is not None:
-                write_touch_log(log, found, lambda own: press_reduced(reduced, touched, force=own, **how), shown.line)
+                write_touch_log(
+                    log,
+                    pressed,
+                    lambda part_force: press_reduced(reduced, touched, force=part_force, **how),
+                    reporter.line,
+                )
             if export is not None:
-                write_field(export, design, reduced, found, shown.line)
-    named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, found)}
-    facts = {**found.to_json(), **named} | {name: str(path) for name, path in written.items()}
-    return CommandResult(facts, partial(_print, found, named, [gauge.name for gauge in design.gauges], written))
+                write_field(export, design, reduced, pressed, reporter.line)
+    named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, pressed)}
+    facts = {**pressed.to_json(), **named} | {name: str(path) for name, path in written.items()}
+    return CommandResult(facts, partial(_print, pressed, named, [gauge.name for gauge in design.gauges], written))
 
 
 def _outputs(log: Path | None, export: Path | None, fidelity: Fidelity) -> dict[str, Path]:
@@ -118,44 +123,46 @@ def _finite(
     from papilla.mesh import build
     from papilla.model.specimen import STICK_WORD
 
-    friction = next(one for one in (rubbing, design.bench.friction, STICK_WORD) if one is not None)
+    friction = next(stated for stated in (rubbing, design.bench.friction, STICK_WORD) if stated is not None)
     return press_finite(design, build(design, size, progress=say), touched, friction=friction, progress=say, **scene)
 
 
 def write_field(
-    path: Path, design: "Finger", reduced: "ReducedFinger", found: "Press", say: Callable[[str], None]
+    path: Path, design: "Finger", reduced: "ReducedFinger", pressed: "Press", say: Callable[[str], None]
 ) -> None:
     """Write the field of a press for ParaView; raises `FileAccessError`."""
     from papilla import view
     from papilla.fem.fields import save_field
 
-    (field,) = view.fields(design, reduced, [found], progress=say)
+    (field,) = view.fields(design, reduced, [pressed], progress=say)
     save_field(field, path)
 
 
-def _print(found: "Press", named: dict, gauges: list[str], written: dict[str, Path]) -> None:
+def _print(pressed: "Press", named: dict, gauges: list[str], written: dict[str, Path]) -> None:
     """Print a press as a table, with its specimen, physics and status, and the files that were written."""
     measures = {key: value for key, value in named["specimen"].items() if key != "kind"}
     specimen = ", ".join(f"{key} {value:g}" for key, value in measures.items())
     rows = [
-        ("force", f"{found.force:.4g}", "N"),
-        ("indentation", f"{found.indentation:.4g}", "mm"),
-        ("contact area", f"{found.contact_area:.4g}", "mm²"),
-        ("peak pressure", f"{found.peak_pressure:.4g}", "MPa"),
-        *((f"reading {name}", f"{value:.1f}", "µε") for name, value in zip(gauges, found.reading, strict=True)),
-        ("S_d (population sd)", f"{found.sd:.1f}", "µε"),
-        ("force balance", f"{found.force_balance:.1e}", ""),
-        ("fidelity", found.fidelity, ""),
+        ("force", f"{pressed.force:.4g}", "N"),
+        ("indentation", f"{pressed.indentation:.4g}", "mm"),
+        ("contact area", f"{pressed.contact_area:.4g}", "mm²"),
+        ("peak pressure", f"{pressed.peak_pressure:.4g}", "MPa"),
+        *((f"reading {name}", f"{value:.1f}", "µε") for name, value in zip(gauges, pressed.reading, strict=True)),
+        ("S_d (population sd)", f"{pressed.sd:.1f}", "µε"),
+        ("force balance", f"{pressed.force_balance:.1e}", ""),
+        ("fidelity", pressed.fidelity, ""),
     ]
     tell(f"{named['specimen']['kind']} ({specimen}) on {named['finger']}")
     print_table(rows)
     tell(f"Pressed on: {named['physics']}")
-    tell(found.status)
+    tell(pressed.status)
     for path in written.values():
         tell(f"Wrote {path}")
 
 
-def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"], said: Callable[[str], None]) -> None:
+def write_touch_log(
+    path: Path, complete: "Press", press: Callable[[float], "Press"], progress: Callable[[str], None]
+) -> None:
     """Write the log that ends with the press `whole`; `press` makes the press of another force (N), `said` reports
     progress.
 
@@ -167,15 +174,15 @@ def write_touch_log(path: Path, whole: "Press", press: Callable[[float], "Press"
 
     count, loading = round((AIR_S + LOADING_S + HELD_S) * PRESS_RATE_HZ), round(LOADING_S * PRESS_RATE_HZ)
     time = np.arange(count) / PRESS_RATE_HZ
-    force = whole.force * np.clip((time - AIR_S) / LOADING_S, 0.0, 1.0)
+    force = complete.force * np.clip((time - AIR_S) / LOADING_S, 0.0, 1.0)
     force[force < LIGHTEST_N] = 0.0
-    rows = np.zeros((count, 1 + len(whole.reading)))
-    rows[force == whole.force] = whole.indentation, *whole.reading
-    partly = np.flatnonzero((force > 0) & (force < whole.force))[::-1]
-    for done, row in enumerate(partly):
-        said(f"loading, {done} of {loading} presses")
+    rows = np.zeros((count, 1 + len(complete.reading)))
+    rows[force == complete.force] = complete.indentation, *complete.reading
+    partly = np.flatnonzero((force > 0) & (force < complete.force))[::-1]
+    for finished, index in enumerate(partly):
+        progress(f"loading, {finished} of {loading} presses")
         # From the largest force on, because all presses share one contact path
-        found = press(float(force[row]))
-        rows[row] = found.indentation, *found.reading
+        partial_press = press(float(force[index]))
+        rows[index] = partial_press.indentation, *partial_press.reading
     gauges = {f"g{number}": column for number, column in enumerate(rows.T[1:], start=1)}
     write_table(path, {"t_s": time, **gauges, "force_N": force, "indentation_mm": rows[:, 0]})

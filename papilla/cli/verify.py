@@ -19,11 +19,11 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
     from papilla.verify.jobs import fitting_processes
 
     skipped: list[str] = []
-    with progress() as shown:
+    with progress() as reporter:
         cases = run_families(
             only or (),
             processes=fitting_processes(),
-            progress=lambda line, *done: shown.stage(line.split(":")[0], *done),
+            progress=lambda line, *counts: reporter.stage(line.split(":")[0], *counts),
             skipped=skipped.append,
         )
     for sentence in skipped:

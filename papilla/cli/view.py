@@ -59,8 +59,8 @@ def view(
     size_mm: SizeOption = None,
 ) -> CommandResult:
     """Draw the strain field of a press, its contact pressure, or the receptive fields of the gauges."""
-    given = {"html": html, "export": export, "component": component}
-    _refuse_idle(what, specimen, given, {"modulus": modulus, "beside": beside, "force": force}, gauge)
+    of_field = {"html": html, "export": export, "component": component}
+    _refuse_idle(what, specimen, of_field, {"modulus": modulus, "beside": beside, "force": force}, gauge)
     if screenshot is None and html is None and export is None:
         screenshot = Path(f"{what}.png")
     targets = {"screenshot": screenshot, "html": html, "export": export}
@@ -81,16 +81,16 @@ def view(
     design = design_of(finger)
     ready([finger, *surface_files(design)], written)
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
-    with progress() as shown:
+    with progress() as reporter:
         if what == "receptive":
-            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=shown.line)
-            facts["gauge"] = gauge or [one.name for one in design.gauges]
+            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=reporter.line)
+            facts["gauge"] = gauge or [value.name for value in design.gauges]
         else:
             moduli = [VIEWED_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
             load = VIEWED_FORCE_N if force is None else positive("--force (N)", force)
-            touched = [specimen.of(one, design) for one in moduli]
-            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown.line)
-            facts |= _draw(what, component, targets, design, reduced, touched, load, shown.line)
+            touched = [specimen.of(value, design) for value in moduli]
+            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=reporter.line)
+            facts |= _draw(what, component, targets, design, reduced, touched, load, reporter.line)
     facts |= {key: path and str(path) for key, path in targets.items()}
 
     def show() -> None:
@@ -128,20 +128,22 @@ def _draw(
     from papilla import view as pictures
     from papilla.view.style import STRAIN_QUANTITY
 
-    first, *others = ((pictures.shown(reduced, one, force=force), one) for one in touched)
+    first, *others = (
+        (pictures.shown(reduced, touched_specimen, force=force), touched_specimen) for touched_specimen in touched
+    )
     press, specimen = first
-    other = others[0] if others else None
-    kind: Any = {"shown": component or STRAIN_QUANTITY, "progress": say}
+    second = others[0] if others else None
+    style: Any = {"shown": component or STRAIN_QUANTITY, "progress": say}
     if (path := targets["screenshot"]) is not None:
         if what == "contact":
-            pictures.contact(path, reduced, press, specimen, other)
+            pictures.contact(path, reduced, press, specimen, second)
         else:
-            pictures.strain(path, design, reduced, press, specimen, beside=other, **kind)
+            pictures.strain(path, design, reduced, press, specimen, beside=second, **style)
     if (path := targets["html"]) is not None:
         lighter = [pictures.shown(reduced, specimen, force=share * force) for share in SLIDER_SHARES]
-        pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **kind)
+        pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **style)
     if (path := targets["export"]) is not None:
         write_field(path, design, reduced, press, say)
     facts = press.to_json() | scene_of(specimen, press)
-    facts["shown"] = "pressure" if what == "contact" else kind["shown"]
-    return facts | ({} if other is None else {"beside": other[0].to_json() | scene_of(other[1], other[0])})
+    facts["shown"] = "pressure" if what == "contact" else style["shown"]
+    return facts | ({} if second is None else {"beside": second[0].to_json() | scene_of(second[1], second[0])})

@@ -136,30 +136,30 @@ def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
     return 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
 
 
-def compared(name: str, against: str, found: Press, exact, **bounds: float) -> Iterator[Case]:
+def compared(name: str, against: str, pressed: Press, exact, **bounds: float) -> Iterator[Case]:
     """A case for each quantity that has a bound: "force", "radius" or "area" of contact, "peak_pressure" ..."""
     for key, bound in bounds.items():
         word = key.replace("_", " ")
         measure = f"contact {word}" if key in ("area", "radius") else word
-        yield Case(f"{name}, {word}", f"{measure} {against}", off(_of(found, key), _of(exact, key)), bound)
+        yield Case(f"{name}, {word}", f"{measure} {against}", off(_of(pressed, key), _of(exact, key)), bound)
 
 
-def off(found: float, exact: float) -> float:
+def off(computed: float, exact: float) -> float:
     """Relative error."""
-    return abs(float(found) / float(exact) - 1)
+    return abs(float(computed) / float(exact) - 1)
 
 
-def apart(found: np.ndarray, exact: np.ndarray) -> float:
+def apart(computed: np.ndarray, exact: np.ndarray) -> float:
     """Largest difference over the largest exact value."""
-    return float(np.abs(found - exact).max() / np.abs(exact).max())
+    return float(np.abs(computed - exact).max() / np.abs(exact).max())
 
 
 def _of(contact, key: str) -> float:
     """The quantity `key` of a contact, or its area from a radius, or the reverse."""
     circle = getattr(contact, "contact_area", None) or np.pi * getattr(contact, "contact_radius", np.nan) ** 2
     area = getattr(contact, "area", circle)
-    known = {"area": area, "radius": np.sqrt(area / np.pi)}
-    return known[key] if key in known else getattr(contact, key)
+    quantities = {"area": area, "radius": np.sqrt(area / np.pi)}
+    return quantities[key] if key in quantities else getattr(contact, key)
 
 
 def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -63,14 +63,14 @@ def layers() -> Iterator[Case]:
         thickness, indentation = bodies.at_unit_contact(chi, BODY_MODULUS_MPA)
         exact = references.bonded_layer_sphere(indentation, BALL_RADIUS, thickness, BODY_MODULUS_MPA, 0.5)
         reduced = bonded_layer(Layer(BODY_MODULUS_MPA, 0.5), thickness).reduce()
-        found = press(reduced, BALL_SPECIMEN, indentation=indentation, fidelity="contact")
+        pressed = press(reduced, BALL_SPECIMEN, indentation=indentation, fidelity="contact")
         against = "at given indentation, against the dual integral equation (exact solution)"
         bounds = {
             "force": CONTACT_PARAMETERS.force_bound,
             "area": CONTACT_PARAMETERS.area_bound,
             "peak_pressure": CONTACT_PARAMETERS.area_bound,
         }
-        yield from compared(f"sphere on incompressible layer, chi {chi:g}", against, found, exact, **bounds)
+        yield from compared(f"sphere on incompressible layer, chi {chi:g}", against, pressed, exact, **bounds)
 
 
 def coat() -> Iterator[Case]:
@@ -83,7 +83,7 @@ def coat() -> Iterator[Case]:
     body = bodies.coated(
         Layer(BODY_MODULUS_MPA, nu), Layer(BODY_MODULUS_MPA / contrast, nu), 1.0, depth=deep, width=deep
     )
-    found = press(body.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
+    pressed = press(body.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
     name = f"sphere on half-space with a {contrast:g} times harder coat"
     against = "at given indentation, against integral transforms (second method)"
     bounds = {
@@ -91,7 +91,7 @@ def coat() -> Iterator[Case]:
         "area": CONTACT_PARAMETERS.area_bound,
         "peak_pressure": CONTACT_PARAMETERS.area_bound,
     }
-    yield from compared(name, against, found, exact, **bounds)
+    yield from compared(name, against, pressed, exact, **bounds)
 
 
 def friction() -> Iterator[Case]:
@@ -101,15 +101,15 @@ def friction() -> Iterator[Case]:
     for value, source in (("stick", "Mossakovskii"), *((mu, "Spence") for mu in CONTACT_PARAMETERS.slip_friction)):
         exact = references.frictional_punch(beta, friction_coefficient(value))
         force, indentation = exact.sphere(1.0, BALL_RADIUS, E_STAR)
-        found = press(reduced, BALL_SPECIMEN, indentation=indentation, friction=value)
+        pressed = press(reduced, BALL_SPECIMEN, indentation=indentation, friction=value)
         name, against = f"sphere on half-space, friction {value}", f"at given indentation, against {source}"
         yield Case(
             f"{name}, force",
             f"force {against} (exact solution)",
-            off(found.force, force),
+            off(pressed.force, force),
             CONTACT_PARAMETERS.force_bound,
         )
-        moment = shear_moment(reduced, found.traction)
+        moment = shear_moment(reduced, pressed.traction)
         measure = f"moment of the shear {against} (exact solution)"
         yield Case(f"{name}, shear", measure, off(moment, exact.shear_moment * force), CONTACT_PARAMETERS.shear_bound)
     yield from _layer_both_ways()
@@ -126,14 +126,14 @@ def _layer_both_ways() -> Iterator[Case]:
         turned[:, None] * kernels * turned, patch.mass, weak_gap(patch, BALL_SPECIMEN), (patch.xy == 0).T
     )
     for value in CONTACT_PARAMETERS.layer_friction:
-        found = press(reduced, BALL_SPECIMEN, indentation=depth, friction=value)
+        pressed = press(reduced, BALL_SPECIMEN, indentation=depth, friction=value)
         expected = LoadingPath(problem, friction_coefficient(value)).at(indentation=depth)
         assert expected is not None
         name = f"sphere on incompressible layer, friction {value}"
         against = "at given indentation, against the layer's kernels (second method)"
         force = reduced.multiplicity * expected.force
-        yield Case(f"{name}, force", f"force {against}", off(found.force, force), CONTACT_PARAMETERS.force_bound)
-        moments = shear_moment(reduced, found.traction), shear_moment(reduced, expected.traction)
+        yield Case(f"{name}, force", f"force {against}", off(pressed.force, force), CONTACT_PARAMETERS.force_bound)
+        moments = shear_moment(reduced, pressed.traction), shear_moment(reduced, expected.traction)
         yield Case(f"{name}, shear", f"moment of the shear {against}", off(*moments), CONTACT_PARAMETERS.shear_bound)
 
 

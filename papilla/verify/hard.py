@@ -45,11 +45,11 @@ def contrast() -> Iterator[Case]:
         )
         layers = Layer(1.0, nu), Layer(1 / ratio, nu)
         model = bodies.coated(*layers, thickness, depth, HARD_PARAMETERS.width_mm, ratio=growth, chords=chords)
-        found = press(model.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
+        pressed = press(model.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
         name = f"modulus contrast {ratio:g}"
         against = "at given indentation, against integral transforms (second method)"
         yield from compared(
-            name, against, found, exact, force=HARD_PARAMETERS.force_bound, area=HARD_PARAMETERS.area_bound
+            name, against, pressed, exact, force=HARD_PARAMETERS.force_bound, area=HARD_PARAMETERS.area_bound
         )
         yield residual(name, model)
 
@@ -57,21 +57,23 @@ def contrast() -> Iterator[Case]:
 def loads() -> Iterator[Case]:
     """Specimens from 1 kPa to rigid, from 0.1 gf to the finger's limit: the default mesh compared with another of the
     five."""
-    reduced, other = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
+    reduced, remeshed = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
     lightest, *_, heaviest = HARD_PARAMETERS.loads_gf
     for modulus in HARD_PARAMETERS.moduli_MPa:
         specimen = HalfSpace(modulus)
-        ours, theirs = ([_pressed(one, gf, specimen) for gf in HARD_PARAMETERS.loads_gf] for one in (reduced, other))
-        answers = [one for one in ours if isinstance(one, Press)]
-        pairs = [(one, two) for one, two in zip(ours, theirs, strict=True) if isinstance(two, Press)]
-        resolved = [(one.sd, two.sd) for one, two in pairs if isinstance(one, Press) and one.resolved]
+        ours, theirs = (
+            [_pressed(finger, gf, specimen) for gf in HARD_PARAMETERS.loads_gf] for finger in (reduced, remeshed)
+        )
+        answers = [finger for finger in ours if isinstance(finger, Press)]
+        pairs = [(finger, two) for finger, two in zip(ours, theirs, strict=True) if isinstance(two, Press)]
+        resolved = [(finger.sd, two.sd) for finger, two in pairs if isinstance(finger, Press) and finger.resolved]
         name = f"half-space of {modulus:g} MPa, {lightest:g} to {heaviest:g} gf"
         refused = len(ours) - len(answers)
         counts = f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {refused} refused"
         measure = f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)"
         away = max((off(*sds) for sds in resolved), default=np.inf)
         yield Case(f"{name}, S_d", measure, away, HARD_PARAMETERS.stated)
-        broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
+        broken = max(max(contact_residuals(reduced, specimen, finger)) for finger in answers)
         measure = "worst of pressure, gap, product (exactly 0)"
         yield Case(f"{name}, complementarity", measure, broken, HARD_PARAMETERS.complementarity)
     light = press(reduced, SWEEP_BLOCK, force=gf_to_newton(lightest))
@@ -103,19 +105,19 @@ def places() -> Iterator[Case]:
     for variant in (0, 1):
         model = FingerModel(replace(default, patch_radius=HARD_PARAMETERS.patch_mm), build(default, variant=variant))
         reduced = [model.reduce(at) for at in HARD_PARAMETERS.places_mm]
-        at_places.append([(one, _pressed(one, HARD_PARAMETERS.place_gf)) for one in reduced])
-    for at, (here, found), (_, other) in zip(HARD_PARAMETERS.places_mm, *at_places, strict=True):
+        at_places.append([(finger_there, _pressed(finger_there, HARD_PARAMETERS.place_gf)) for finger_there in reduced])
+    for at, (reduced_there, pressed), (_, remeshed) in zip(HARD_PARAMETERS.places_mm, *at_places, strict=True):
         name = f"{HARD_PARAMETERS.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
-        if isinstance(found, ContactRangeError) or isinstance(other, ContactRangeError):
-            error = found if isinstance(found, ContactRangeError) else other
+        if isinstance(pressed, ContactRangeError) or isinstance(remeshed, ContactRangeError):
+            error = pressed if isinstance(pressed, ContactRangeError) else remeshed
             yield Case(name, f"refused: {error}", 0.0, 0.0)
             continue
-        broken = max(*contact_residuals(here, SWEEP_BLOCK, found), found.force_balance)
+        broken = max(*contact_residuals(reduced_there, SWEEP_BLOCK, pressed), pressed.force_balance)
         measure = "worst of pressure, gap, product, force (exactly 0)"
         yield Case(f"{name}, balance", measure, broken, HARD_PARAMETERS.complementarity)
-        away = bodies.apart(other.reading, found.reading)
-        said = f"{'resolved' if found.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
-        yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({said})", away, OFF_APEX)
+        away = bodies.apart(remeshed.reading, pressed.reading)
+        sentence = f"{'resolved' if pressed.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
+        yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({sentence})", away, OFF_APEX)
 
 
 def incompressible() -> Iterator[Case]:
@@ -131,12 +133,12 @@ def _bonded_layer() -> Iterator[Case]:
     ratios = []
     for nu in INCOMPRESSIBLE_SETTINGS.poissons:
         model = bodies.bonded_layer(Layer(modulus, nu), thickness)
-        found = press(model.reduce(), BALL_SPECIMEN, indentation=indentation, fidelity="contact")
+        pressed = press(model.reduce(), BALL_SPECIMEN, indentation=indentation, fidelity="contact")
         exact = bonded_layer_sphere(indentation, BALL_RADIUS, thickness, modulus, nu)
-        ratios.append(found.force / exact.force)
+        ratios.append(pressed.force / exact.force)
         name = f"bonded layer, nu {nu:g}"
         against = "at given indentation, against the dual integral equation (exact solution)"
-        yield from compared(name, against, found, exact, force=HARD_PARAMETERS.force_bound)
+        yield from compared(name, against, pressed, exact, force=HARD_PARAMETERS.force_bound)
         yield residual(name, model)
     measure = "rise of force over exact force above that at nu 0.49"
     yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, INCOMPRESSIBLE_SETTINGS.even_bound)
@@ -148,19 +150,19 @@ def _finger() -> Iterator[Case]:
     for nu in INCOMPRESSIBLE_SETTINGS.poissons:
         changed = replace(base.finger, outer=replace(outer, nu=nu), inner=replace(inner, nu=nu))
         model = FingerModel(changed, base.mesh)
-        found = pressed_by(model.reduce(), INCOMPRESSIBLE_SETTINGS.firm_gf)
-        readings.append((found.sd, found.indentation))
+        pressed = pressed_by(model.reduce(), INCOMPRESSIBLE_SETTINGS.firm_gf)
+        readings.append((pressed.sd, pressed.indentation))
         yield residual(f"finger, nu {nu:g}", model)
     # From nu = 0.4999 on, where the term in (1 - 2 nu)^2 is gone
     changes = (np.array(readings) / readings[-1] - 1)[2:]
     compressibility = 1 - 2 * np.array(INCOMPRESSIBLE_SETTINGS.poissons)[2:, None]
     away = np.abs(changes - changes[0] / compressibility[0] * compressibility).max(axis=0)
-    for name, distance, kept in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
+    for name, distance, change in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
         at = f"{name} at {INCOMPRESSIBLE_SETTINGS.firm_gf} gf"
         measure = f"{at} from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
         yield Case(f"finger, {name} smooth in nu", measure, float(distance), INCOMPRESSIBLE_SETTINGS.smooth_bound)
         yield Case(
-            f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(kept), INCOMPRESSIBLE_SETTINGS.even_bound
+            f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(change), INCOMPRESSIBLE_SETTINGS.even_bound
         )
 
 
@@ -171,7 +173,7 @@ def engines() -> Iterator[Case]:
     for nu, ratio in CHECKED_ENGINES.materials:
         model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=CHECKED_ENGINES.interface_mm)
         (free, factor), loads = model.factor(), finger.random_loads(model, 3, CHECKED_ENGINES.seed)
-        moved, pressures = (int(part.sum()) for part in np.split(free, [3 * model.space.nodes]))
+        moved, pressures = (int(mask.sum()) for mask in np.split(free, [3 * model.space.nodes]))
         ours, theirs = (
             factorise(factor.matrix, pressures, engine=name).solve(loads)[:moved] for name in ("rslab", "superlu")
         )

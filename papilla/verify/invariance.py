@@ -65,8 +65,8 @@ def _energy() -> Iterator[Case]:
     yield Case("strain energy", measure, off(stored, work), INVARIANCE_PARAMETERS.balance)
     depths = np.linspace(0, pressed.indentation, INVARIANCE_PARAMETERS.steps + 1)
     steps = [contact_press(reduced, SWEEP_BLOCK, (None, float(depth)), 0.0) for depth in depths[1:]]
-    own, last = reduced.compliance + reduced.specimen_compliance(SWEEP_BLOCK), steps[-1].pressure
-    stored = reduced.multiplicity * float(last @ own @ last) / 2
+    compliance, last = reduced.compliance + reduced.specimen_compliance(SWEEP_BLOCK), steps[-1].pressure
+    stored = reduced.multiplicity * float(last @ compliance @ last) / 2
     work = np.trapezoid([0.0, *(step.force for step in steps)], depths)
     measure = "integral of force over indentation, against stored energy"
     yield Case("work of a press", measure, off(work, stored), INVARIANCE_PARAMETERS.work_bound)
@@ -75,10 +75,10 @@ def _energy() -> Iterator[Case]:
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
     """Half of u A u + p C p over the cell, with the pressure that belongs to the displacement, in N mm."""
     lower, size = model.space.matrix(model.layers), 3 * model.space.nodes
-    whole = (lower + sp.tril(lower, -1).T).tocsr()
-    squeeze = whole[size:, :size] @ displacement
-    pressure = sp.linalg.spsolve(-whole[size:, size:].tocsc(), squeeze)
-    return float(displacement @ (whole[:size, :size] @ displacement) + squeeze @ pressure) / 2
+    symmetric = (lower + sp.tril(lower, -1).T).tocsr()
+    squeeze = symmetric[size:, :size] @ displacement
+    pressure = sp.linalg.spsolve(-symmetric[size:, size:].tocsc(), squeeze)
+    return float(displacement @ (symmetric[:size, :size] @ displacement) + squeeze @ pressure) / 2
 
 
 def _complementarity() -> Iterator[Case]:
@@ -93,12 +93,14 @@ def _complementarity() -> Iterator[Case]:
     }
     for name, specimen in specimens.items():
         presses = [pressed_by(reduced, gf, specimen) for gf in INVARIANCE_PARAMETERS.forces_gf]
-        residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
+        residuals = np.max([contact_residuals(reduced, specimen, press) for press in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
             what = f"complementarity, {name}, {measure}"
             yield Case(what, f"largest at {forces} gf (exactly 0)", error, INVARIANCE_PARAMETERS.balance)
-        balance = max(off(reduced.multiplicity * (reduced.patch.mass @ one.pressure), one.force) for one in presses)
+        balance = max(
+            off(reduced.multiplicity * (reduced.patch.mass @ press.pressure), press.force) for press in presses
+        )
         measure = f"integral of pressure at {forces} gf, against the force"
         yield Case(f"force balance, {name}", measure, balance, INVARIANCE_PARAMETERS.balance)
 
@@ -107,7 +109,7 @@ def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
     base = default_model(COARSE_MM)
     x, y = INVARIANCE_PARAMETERS.leaning_at_mm
-    there = [
+    mirrored = [
         Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d)
         for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
     ]
@@ -116,32 +118,32 @@ def _mirrors() -> Iterator[Case]:
         for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
     ]
     model = FingerModel(
-        replace(base.finger, gauges=(*there, *back), patch_radius=INVARIANCE_PARAMETERS.small_patch_mm), base.mesh
+        replace(base.finger, gauges=(*mirrored, *back), patch_radius=INVARIANCE_PARAMETERS.small_patch_mm), base.mesh
     )
-    found = [pressed_by(model.reduce((place, y)), INVARIANCE_PARAMETERS.small_gf) for place in (x, -x)]
+    presses = [pressed_by(model.reduce((place, y)), INVARIANCE_PARAMETERS.small_gf) for place in (x, -x)]
     del model
-    one, other = found
+    right, left = presses
     against = f"of a design pressed at ({x:g}, {y:g}) mm, against its mirror image pressed at ({-x:g}, {y:g}) mm"
-    away = apart(np.roll(other.reading, len(there)), one.reading)
+    away = apart(np.roll(left.reading, len(mirrored)), right.reading)
     yield Case("mirrored design, readings", f"readings {against}", away, INVARIANCE_PARAMETERS.mirror)
-    depth = off(one.indentation, other.indentation)
+    depth = off(right.indentation, left.indentation)
     yield Case("mirrored design, indentation", f"indentation {against}", depth, INVARIANCE_PARAMETERS.mirror)
     upper, lower = (Layer(modulus, INVARIANCE_PARAMETERS.halves_nu) for modulus in INVARIANCE_PARAMETERS.halves_MPa)
     thickness, sites = INVARIANCE_PARAMETERS.halves_thickness_mm, INVARIANCE_PARAMETERS.halves_sites_mm
     quarter = bonded_layer(upper, thickness, lower, sites)
     mesh, radius = replace(quarter.mesh, mirrors=()), quarter.finger.patch_radius
-    whole = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
-    own, expected = (
+    flat = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
+    sums, expected = (
         press(
             model.reduce(),
             BALL_SPECIMEN,
             indentation=INVARIANCE_PARAMETERS.halves_indentation / BALL_RADIUS,
             fidelity="contact",
         ).reading
-        for model in (quarter, whole)
+        for model in (quarter, flat)
     )
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
-    yield Case("mirror planes, readings", measure, apart(expected, own), INVARIANCE_PARAMETERS.mirror)
+    yield Case("mirror planes, readings", measure, apart(expected, sums), INVARIANCE_PARAMETERS.mirror)
 
 
 def _units() -> Iterator[Case]:
@@ -149,11 +151,11 @@ def _units() -> Iterator[Case]:
     reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
     for unit, scales in INVARIANCE_PARAMETERS.units.items():
         for stress, length in scales:
-            found, taken = _pressed(_rescaled(stress, length), stress, length)
+            computed, taken = _pressed(_rescaled(stress, length), stress, length)
             worst = max(
-                apart(found.strain, reference.strain),
-                off(found.indentation / length, reference.indentation),
-                off(found.peak_pressure / stress, reference.peak_pressure),
+                apart(computed.strain, reference.strain),
+                off(computed.indentation / length, reference.indentation),
+                off(computed.peak_pressure / stress, reference.peak_pressure),
             )
             name = f"{unit} rescaled by {stress * length:g}"
             measure = "strain, indentation, peak pressure, against the usual units"
@@ -166,11 +168,11 @@ def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf in the given units, and the number of iterations that its contact needs from first touch."""
     block = Block(SWEEP_BLOCK.modulus * stress, SWEEP_BLOCK.thickness * length, SWEEP_BLOCK.nu)
     force = gf_to_newton(INVARIANCE_PARAMETERS.firm_gf) * stress * length**2
-    found = contact_press(reduced, block, (force, None), 0.0)
+    pressed = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch
     problem = ContactProblem(compliance, patch.mass, patch.gap)
-    return found, contact_step(problem, first_touch(problem), force=force / reduced.multiplicity).iterations
+    return pressed, contact_step(problem, first_touch(problem), force=force / reduced.multiplicity).iterations
 
 
 def _rescaled(stress: float, length: float) -> ReducedFinger:
@@ -180,12 +182,12 @@ def _rescaled(stress: float, length: float) -> ReducedFinger:
 
     def longer(owner: Any, *names: str) -> Any:
         """The owner with these lengths in the other unit."""
-        own = {name: getattr(owner, name) for name in names}
+        lengths = {name: getattr(owner, name) for name in names}
         return replace(
             owner,
             **{
                 name: tuple(x * length for x in size) if isinstance(size, tuple) else size * length
-                for name, size in own.items()
+                for name, size in lengths.items()
             },
         )
 

@@ -16,7 +16,7 @@ MOST_PROCESSES = 2
 """Largest number of jobs at once: more would wait for the memory bus."""
 
 
-def no_progress(line: str, done: int, total: int) -> None:
+def no_progress(line: str, finished: int, total: int) -> None:
     """Show nothing."""
 
 
@@ -33,19 +33,19 @@ def run_jobs(
     processes : how many jobs run at once; 1 runs them in this process (see `core.workers`). fresh : a new process
     for each job, so that what a job leaves in memory goes with it. Raises what the function raises.
     """
-    done = 0
+    finished = 0
 
     def say(line: str) -> None:
-        progress(line, done, len(jobs))
+        progress(line, finished, len(jobs))
 
     with workers(processes if len(jobs) > 1 else 1, say, fresh=fresh) as start:
         results = {name: start(function, *arguments) for name, arguments in jobs.items()}
         for name, result in results.items():
             if processes < 2:
                 say(name)
-            found = result()
-            done += 1
-            yield name, found
+            answer = result()
+            finished += 1
+            yield name, answer
 
 
 def fitting_processes() -> int:

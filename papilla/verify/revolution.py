@@ -50,13 +50,13 @@ def _linear(reduced: ReducedFinger) -> Iterator[Case]:
         rings = Rings(_bodies(FINE_SHAPE, modulus, linear=True), REVOLUTION_FINGER.gauges)
         for force_gf in REVOLUTION_PARAMETERS.forces_gf:
             force = gf_to_newton(force_gf)
-            exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
+            exact, pressed = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
             errors = {
-                "S_d": off(found.strain.std(), exact.values[0].std()),
-                "gauges": float(np.abs(found.strain / exact.values[0] - 1).max()),
-                "indentation": off(found.indentation, exact.indentation),
-                "contact area": off(found.contact_area, exact.contact_area),
-                "peak pressure": off(found.peak_pressure, exact.peak_pressure),
+                "S_d": off(pressed.strain.std(), exact.values[0].std()),
+                "gauges": float(np.abs(pressed.strain / exact.values[0] - 1).max()),
+                "indentation": off(pressed.indentation, exact.indentation),
+                "contact area": off(pressed.contact_area, exact.contact_area),
+                "peak pressure": off(pressed.peak_pressure, exact.peak_pressure),
             }
             for name, error in errors.items():
                 case = f"{modulus:g} MPa, {force_gf} gf, {name}"
@@ -69,7 +69,7 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        found = press_finite(
+        pressed = press_finite(
             REVOLUTION_FINGER,
             mesh,
             _block(REVOLUTION_PARAMETERS.pressed_MPa),
@@ -77,8 +77,8 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
             friction=friction,
         )
         changes = {
-            "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
-            "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
+            "S_d": (pressed.strain.std() / linear.strain.std(), exact[1] / before[1]),
+            "indentation": (pressed.indentation / linear.indentation, exact[0] / before[0]),
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"

@@ -51,42 +51,42 @@ def sliding() -> Iterator[Case]:
             friction=friction, dynamics=dynamics, section=section, length_mm=SLIDING_PARAMETERS.length_mm,
         )  # fmt: skip
 
-    there, back = (
+    forward, back = (
         slid(
             way * SLIDING_PARAMETERS.speed_mm_s, SLIDING_PARAMETERS.path_mm, SLIDING_PARAMETERS.friction, "quasi-static"
         )
         for way in (1, -1)
     )
-    ratio = there.tangential_N[there.sliding] / there.force_N[there.sliding]
+    ratio = forward.tangential_N[forward.sliding] / forward.force_N[forward.sliding]
     away = float(np.abs(ratio / SLIDING_PARAMETERS.friction - 1).max())
     yield Case("full slip", "net tangential over net normal force, against mu", away, SLIDING_PARAMETERS.slip_bound)
-    mirrored = apart(back.readings[:, ::-1], there.readings)
+    mirrored = apart(back.readings[:, ::-1], forward.readings)
     yield Case("reversed motion", "readings mirrored, over the largest", mirrored, SLIDING_PARAMETERS.mirror_bound)
-    before, last = np.split(there.readings[-2 * SLIDING_PARAMETERS.period_samples :], 2)
+    before, last = np.split(forward.readings[-2 * SLIDING_PARAMETERS.period_samples :], 2)
     later = np.abs(last - before).max() / np.ptp(last, axis=0).max()
     yield Case("a period further", "readings repeated, over their swing", float(later), SLIDING_PARAMETERS.period_bound)
-    n, own = len(section.x), SLIDING_PARAMETERS.solvers
+    n, parameters = len(section.x), SLIDING_PARAMETERS.solvers
     laws = Laws(
-        section.compliance, section.z.max() - section.z, np.zeros(n), own.drift_mm, own.friction, np.zeros(2 * n),
-        depth=own.depth_mm,
+        section.compliance, section.z.max() - section.z, np.zeros(n), parameters.drift_mm, parameters.friction,
+        np.zeros(2 * n), depth=parameters.depth_mm,
     )  # fmt: skip
     differ = apart(rub(laws, np.zeros(n, dtype=int)).force, relax(laws).force)
-    yield Case("two solvers", "forces by active sets against relaxation, stick and slip", differ, own.bound)
-    own = SLIDING_PARAMETERS.fast
-    fast = slid(own.speed_mm_s, own.path_mm, own.friction, "modal")
-    yield Case("energy", "work, less energy and loss, over work turned over", fast.energy_error, own.bound)
+    yield Case("two solvers", "forces by active sets against relaxation, stick and slip", differ, parameters.bound)
+    parameters = SLIDING_PARAMETERS.fast
+    fast = slid(parameters.speed_mm_s, parameters.path_mm, parameters.friction, "modal")
+    yield Case("energy", "work, less energy and loss, over work turned over", fast.energy_error, parameters.bound)
 
 
 def _westergaard() -> Case:
     """Mean pressure p = pi E* a/L sin^2(pi s/2) closes the share s of waves of amplitude a and length L."""
-    own = SLIDING_PARAMETERS.waves
-    n, period, e_star, height = own.points, own.period_mm, own.e_star_MPa, own.height_mm
+    waves = SLIDING_PARAMETERS.waves
+    n, period, e_star, height = waves.points, waves.period_mm, waves.e_star_MPa, waves.height_mm
     q = 2 * np.pi * np.abs(np.fft.fftfreq(n, period / n))
     kernel = np.fft.ifft(np.divide(2.0, e_star * q, out=np.zeros(n), where=q > 0)).real / (period / n)
     C = kernel[np.subtract.outer(np.arange(n), np.arange(n)) % n] + 1.0
-    load = np.pi * e_star * height * np.sin(np.pi * own.share / 2) ** 2
+    load = np.pi * e_star * height * np.sin(np.pi * waves.share / 2) ** 2
     rise = height * (1 - np.cos(2 * np.pi * np.arange(n) / n))
     none = np.zeros_like(C)
     laws = Laws(np.block([[C, none], [none, C]]), rise, np.zeros(n), 0.0, 0.0, np.zeros(2 * n), load=load)
     share = float((rub(laws, np.zeros(n, dtype=int)).state != OPEN_NODE).mean())
-    return Case("sinusoidal indenter", "share in contact, against Westergaard", off(share, own.share), own.bound)
+    return Case("sinusoidal indenter", "share in contact, against Westergaard", off(share, waves.share), waves.bound)
