@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from papilla.cli.options import DEFAULT_PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
 from papilla.cli.output import CommandResult, progress, show_rows, tell
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.identification.comparison import Comparison
@@ -28,8 +29,10 @@ def compare(
     A design is calibrated first, as by papilla calibrate; cached results are used.
     """
     rubbing = read_friction(friction)
+    if len(candidates) < 2:
+        raise InputError("a comparison needs at least two designs or calibrations")
     written = [path for path in (html, csv) if path is not None]
-    from papilla.identification.comparison import candidate
+    from papilla.identification.comparison import candidate, write_comparison, write_comparison_table
     from papilla.identification.comparison import compare as side_by_side
     from papilla.model.finger import Finger
 
@@ -39,13 +42,10 @@ def compare(
         how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": reporter.line, "steps": reporter.steps}
         compared = [candidate(candidate_path, **how) for candidate_path in candidates]
         comparison = side_by_side(compared, reporter.line)
-        if written:
-            from papilla.identification.comparison import write_comparison, write_comparison_table
-
-            if html is not None:
-                write_comparison(html, comparison, compared)
-            if csv is not None:
-                write_comparison_table(csv, comparison)
+        if html is not None:
+            write_comparison(html, comparison, compared)
+        if csv is not None:
+            write_comparison_table(csv, comparison)
     domain = {
         "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
         "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
