@@ -160,16 +160,8 @@ def identify(
         check_writable(path.parent)
     with progress() as reporter:
         with about(log):
-            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
-            fitted = fit(
-                presses,
-                design,
-                free=free or (),
-                fix=fixed,
-                **bench,
-                processes=DEFAULT_PROCESSES,
-                progress=reporter.line,
-            )
+            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing, "processes": DEFAULT_PROCESSES}
+            fitted = fit(presses, design, free=free or (), fix=fixed, **bench, progress=reporter.line)
         reporter.line("what to doubt")
         diagnosis = diagnose(fitted)
         silicone, relaxation_facts = _relaxation_of(log, fitted, relaxation, log_map)

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from papilla import mesh as meshes
-from papilla.core import seams
 from papilla.core.errors import ContactRangeError, PapillaError
 from papilla.core.outside import read_text
 from papilla.core.units import gf_to_newton
+from papilla.core.workers import Processes
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC_PARITY, TaylorHood
 from papilla.model.finger import Finger
@@ -131,7 +131,7 @@ def worst(measured_row: BenchRow, against: BenchRow) -> list[float]:
 
 def measure_apart(*job: Any) -> list[BenchRow]:
     """`measure` in a fresh process. The mesh must be in the cache, or the peak memory would include the mesher."""
-    with seams.executor() as pool:
+    with Processes(1) as pool:
         return pool.submit(measure, *job).result()
 
 
