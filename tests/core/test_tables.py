@@ -90,7 +90,7 @@ def test_a_header_may_stand_lower_and_have_units_below_it(tmp_path):
         (",".join(f"c{k}" for k in range(MAX_COLUMNS + 1)) + "\n", "1001 columns; no table of papilla has more"),
         ("a" * (LONGEST_CELL + 1) + ",b\n1,2\n", "a column's name has 1001 characters"),
         ("a\n1\n\xff\n", "not a text file"),
-        ("a,b\n1,2\n" + "1," * 2**17 + "1\n", "line 3: longer than 262144 bytes"),
+        ("a,b\n1,2\n" + "1," * 2**18, "line 3: longer than 262144 bytes"),
         ("a,word\n1," + "w" * 1001 + "\n", "column word: a text of 1001 characters; at most 1000 are one"),
     ],
     ids=lambda value: value[:30].encode("unicode_escape").decode(),
