@@ -7,21 +7,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    DEFAULT_PROCESSES,
-    FingerOption,
-    FrictionOption,
-    MapOption,
-    SizeOption,
-    about,
-    design_of,
-    keep_inputs,
-    moduli_of,
-    option,
-    read_friction,
-    read_press_log,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import option
 from papilla.cli.output import CHECK_FAILED, CommandResult, Progress, plain, print_table, progress, show_table, tell
 from papilla.core.checks import positive
 from papilla.core.errors import InputError
@@ -92,7 +79,7 @@ class SweepOptions:
     def _moduli(self) -> tuple[float, ...] | None:
         if self.moduli is None:
             return None
-        moduli = tuple(sorted(moduli_of(self.moduli)))
+        moduli = tuple(sorted(options.moduli_of(self.moduli)))
         if len(moduli) < 2:
             raise InputError("--moduli needs the two ends of a range, or three or more moduli")
         return moduli
@@ -100,10 +87,10 @@ class SweepOptions:
 
 def calibrate(
     swept: SweepOptions,
-    finger: FingerOption = None,
+    finger: options.FingerOption = None,
     bench: Path | None = option(None, "Identify the finger from this log of real presses (CSV), and calibrate it."),
-    friction: FrictionOption = None,
-    size_mm: SizeOption = None,
+    friction: options.FrictionOption = None,
+    size_mm: options.SizeOption = None,
     check: Path | None = option(
         None,
         "Recover these presses of known modulus (columns as in a bench log); exit code 1 where one is not.",
@@ -112,7 +99,7 @@ def calibrate(
     export_c: Path | None = option(
         None, "Write modulus and sigma as C code with five coefficients, for a microcontroller.", metavar="FILE.h"
     ),
-    log_map: MapOption = None,
+    log_map: options.MapOption = None,
     out: Path = option(DEFAULT_OUT, "Folder for the results."),
 ) -> CommandResult:
     """Calibrate the finger: mesh, model, sweep, fit.
@@ -125,7 +112,7 @@ def calibrate(
     began = perf_counter()
     if size_mm is not None:
         positive("--size-mm", size_mm)
-    rubbing, table = read_friction(friction), swept.table()
+    rubbing, table = options.read_friction(friction), swept.table()
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.core.files import check_writable, write_text
@@ -133,10 +120,10 @@ def calibrate(
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
-    design = swept.bench_of(design_of(finger))
-    keep_inputs([finger, *surface_files(design), bench, check, log_map], written)
-    log = None if bench is None else read_press_log(bench, False, sd_alone=True, log_map=log_map)
-    presses = None if check is None else read_press_log(check, True, sd_alone=True, log_map=log_map)
+    design = swept.bench_of(options.design_of(finger))
+    options.keep_inputs([finger, *options.surface_files(design), bench, check, log_map], written)
+    log = None if bench is None else options.read_press_log(bench, False, sd_alone=True, log_map=log_map)
+    presses = None if check is None else options.read_press_log(check, True, sd_alone=True, log_map=log_map)
     if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:
@@ -145,7 +132,7 @@ def calibrate(
         check_writable(export_c.parent)
 
     with progress() as reporter:
-        with about(bench):
+        with options.about(bench):
             calibrated = _calibrated(log, design, rubbing, size_mm, reporter, table)
         check_writable(out)
         from papilla.calibration import c_header
@@ -153,7 +140,7 @@ def calibrate(
 
         checked = None
         if presses is not None:
-            with about(check):
+            with options.about(check):
                 checked = recovered(calibrated.calibration, presses)
         header = None if export_c is None else c_header(calibrated.calibration)
         _write(calibrated, design, paths, perf_counter() - began, reporter)
@@ -177,7 +164,7 @@ def _calibrated(
     from papilla.identification.bench import calibrate as calibrate_design
     from papilla.identification.bench import calibrate_bench
 
-    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": DEFAULT_PROCESSES, **table}
+    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": options.DEFAULT_PROCESSES, **table}
     how |= {"progress": reporter.line, "steps": reporter.steps}
     if log is None:
         return calibrate_design(design, **how)

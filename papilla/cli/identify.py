@@ -5,24 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    DEFAULT_PROCESSES,
-    FingerOption,
-    FrictionOption,
-    MapOption,
-    SpecimenOptions,
-    about,
-    argument,
-    describe,
-    design_of,
-    keep_inputs,
-    moduli_of,
-    number,
-    option,
-    read_friction,
-    read_press_log,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import argument, option
 from papilla.cli.output import CHECK_FAILED, CommandResult, print_table, progress, tell
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
@@ -72,7 +56,7 @@ class SuggestOptions:
 
     def read_moduli(self) -> list[float]:
         """The moduli (MPa), empty if not given; raises `InputError`."""
-        return [] if self.moduli is None else moduli_of(self.moduli)
+        return [] if self.moduli is None else options.moduli_of(self.moduli)
 
     def read_places(self) -> list[tuple[float, float]]:
         """The places (x, y in mm), the apex if not given; raises `InputError`."""
@@ -81,7 +65,7 @@ class SuggestOptions:
             x, comma, y = text.partition(",")
             if not comma:
                 raise InputError(f"{what}, got {text!r}")
-            places.append((number(what, x), number(what, y)))
+            places.append((options.number(what, x), options.number(what, y)))
         return places
 
     def protocol(self, design: "Finger", specimen: "Specimen", noise: "PressNoise") -> dict:
@@ -109,14 +93,14 @@ class SuggestOptions:
 
 
 def identify(
-    specimen: SpecimenOptions,
+    specimen: options.SpecimenOptions,
     further: SuggestOptions,
     log: Path | None = argument(None, "Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv"),
     out: Path | None = option(None, "Design file of the identified finger to write (TOML)."),
-    finger: FingerOption = None,
+    finger: options.FingerOption = None,
     free: list[str] | None = option(None, "A further parameter to fit, such as thickness_mm."),
     fix: list[str] | None = option(None, "Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE"),
-    friction: FrictionOption = None,
+    friction: options.FrictionOption = None,
     noise: float = option(5.0, "Noise of a reading, microstrain."),
     force_error: float = option(0.01, "Relative error of a force."),
     report: Path | None = option(None, "Page to write on the fit (HTML)."),
@@ -128,40 +112,40 @@ def identify(
         "Test whether it is still the finger of this identified design; exit code 1 if not; nothing is written.",
         metavar="OLD.toml",
     ),
-    log_map: MapOption = None,
+    log_map: options.MapOption = None,
 ) -> CommandResult:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and doubts.
 
     Every command accepts the design file that is written; calibrate includes its uncertainty. --suggest proposes the
     next presses; --compare tests whether it is still the same finger.
     """
-    options = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
+    of_fit = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
-        return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **options)
-    rubbing, fixed = read_friction(friction), _held(fix or [])
-    further.check(log, **options)
+        return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **of_fit)
+    rubbing, fixed = options.read_friction(friction), _held(fix or [])
+    further.check(log, **of_fit)
     from papilla.core.files import check_writable, replacing_set
     from papilla.identification import PressNoise, diagnose, record
     from papilla.identification import identify as fit
     from papilla.identification.page import write_identification
 
     outputs = [path for path in (out, report) if path is not None]
-    design = design_of(finger)
-    keep_inputs([log, finger, *surface_files(design), log_map], outputs)
+    design = options.design_of(finger)
+    options.keep_inputs([log, finger, *options.surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
     stated = PressNoise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)
         return CommandResult(protocol, partial(_print_suggestion, protocol))
-    presses = read_press_log(log, False, mixed=touched, log_map=log_map)
+    presses = options.read_press_log(log, False, mixed=touched, log_map=log_map)
     if relaxation is not None and presses.t_s is None:
         raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
     for path in outputs:
         check_writable(path.parent)
     with progress() as reporter:
-        with about(log):
-            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing, "processes": DEFAULT_PROCESSES}
-            fitted = fit(presses, design, free=free or (), fix=fixed, **bench, progress=reporter.line)
+        with options.about(log):
+            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing, "progress": reporter.line}
+            fitted = fit(presses, design, free=free or (), fix=fixed, **bench, processes=options.DEFAULT_PROCESSES)
         reporter.line("what to doubt")
         diagnosis = diagnose(fitted)
         silicone, relaxation_facts = _relaxation_of(log, fitted, relaxation, log_map)
@@ -175,7 +159,7 @@ def identify(
             if report is not None:
                 write_identification(files[-1], fitted, diagnosis)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = summary_of(fitted, diagnosis) | {"specimen": describe(pressed[0])} | written | besides
+    summary = summary_of(fitted, diagnosis) | {"specimen": options.describe(pressed[0])} | written | besides
     return CommandResult(summary, partial(_print, summary))
 
 
@@ -185,7 +169,7 @@ def _held(fix: list[str]) -> dict[str, float]:
         name, sign, value = text.partition("=")
         if not sign:
             raise InputError(f"--fix takes NAME=VALUE, got {text!r}")
-        fixed[name.strip()] = number(f"--fix {name.strip()} must be a number", value)
+        fixed[name.strip()] = options.number(f"--fix {name.strip()} must be a number", value)
     return fixed
 
 
@@ -266,11 +250,11 @@ def _print_suggestion(summary: dict) -> None:
     print_table(
         [
             (
-                f"press {number}",
+                f"press {place}",
                 f"{press['force_N']:.3g} N on {press['modulus_MPa']:g}",
                 "MPa" if at_apex else f"MPa at {press['x_mm']:g}, {press['y_mm']:g} mm",
             )
-            for number, press in enumerate(summary["suggested"], start=1)
+            for place, press in enumerate(summary["suggested"], start=1)
         ]
     )
     sigma = summary["expected_sigma_ln_E"]
@@ -314,26 +298,26 @@ def _print_relaxation(summary: dict) -> None:
     tell(f"Relaxation of the silicone, one factor for both layers, by {fitted['by']} on {fitted['modulus_MPa']:g} MPa:")
     print_table(
         [
-            (f"term {number}", f"{term['share']:.3g} ± {term['share_sigma']:.2g} at {term['time_s']:.3g}", "s")
-            for number, term in enumerate(fitted["terms"], start=1)
+            (f"term {place}", f"{term['share']:.3g} ± {term['share_sigma']:.2g} at {term['time_s']:.3g}", "s")
+            for place, term in enumerate(fitted["terms"], start=1)
         ]
     )
     for doubt in fitted["doubts"]:
         tell(f"Doubt: {doubt}.")
 
 
-def _compared(old: Path, log: Path | None, log_map: Path | None, **options: object) -> CommandResult:
+def _compared(old: Path, log: Path | None, log_map: Path | None, **of_fit: object) -> CommandResult:
     """Compare the presses of a log with a stored identification; exit code 1 means "recalibrate"."""
     if log is None:
         raise InputError("--compare needs the log of the new presses")
-    if asked := [name for name, value in options.items() if value]:
+    if asked := [name for name, value in of_fit.items() if value]:
         raise InputError(f"--{asked[0].replace('_', '-')} does not go with --compare: the identified design says all")
     from papilla.identification import compare
     from papilla.logs import read_presses
     from papilla.model.finger import Finger
 
     finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
-    with progress() as reporter, about(log):
+    with progress() as reporter, options.about(log):
         comparison = compare(finger, presses, progress=reporter.line)
     shares = ("presses", "chi_square", "freedom", "probability", "same", "verdict")
     facts = {name: getattr(comparison, name) for name in shares}

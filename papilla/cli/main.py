@@ -14,6 +14,7 @@ from typing import Any
 
 import typer
 
+from papilla.cli import output
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.compare import compare
@@ -25,16 +26,7 @@ from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
-from papilla.cli.output import (
-    BROKEN_PIPE,
-    BROUGHT_COMMANDS_GROUP,
-    EXIT_BAD_INPUT,
-    EXIT_INTERNAL,
-    EXIT_INTERRUPTED,
-    EXIT_TERMINATED,
-    CommandGroup,
-    plain,
-)
+from papilla.cli.output import CommandGroup
 from papilla.cli.press import press
 from papilla.cli.slide import slide
 from papilla.cli.texture import classify, train
@@ -73,7 +65,7 @@ def _add(group: CommandGroup) -> None:
 
 for _group in OWN_COMMANDS:
     _add(_group)
-for _entry in sorted(entry_points(group=BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
+for _entry in sorted(entry_points(group=output.BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
     _add(_entry.load().command_group)
 
 
@@ -140,7 +132,7 @@ def _exit_code(arguments: list[str]) -> int:
         if any("\0" in argument for argument in arguments):
             raise InputError("an argument holds a NUL character, which no file name can")
         code = app(arguments, prog_name="papilla", standalone_mode=False)
-        if code == EXIT_INTERRUPTED:
+        if code == output.EXIT_INTERRUPTED:
             raise KeyboardInterrupt
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
@@ -152,16 +144,16 @@ def _exit_code(arguments: list[str]) -> int:
         return _refuse(f"not enough memory for this job ({str(error) or 'no detail'})")
     except (KeyboardInterrupt, typer.Abort):
         print("papilla: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return output.EXIT_INTERRUPTED
     except _Terminated:
         print("papilla: terminated", file=sys.stderr)
-        return EXIT_TERMINATED
+        return output.EXIT_TERMINATED
     except (BrokenPipeError, SystemExit) as left:
         if isinstance(left, SystemExit) and not left.code:  # typer has printed the completion for a shell
             return 0
         # The reader of our output has ended (typer then raises SystemExit).
         _drop_output()
-        return BROKEN_PIPE
+        return output.BROKEN_PIPE
     except OSError as error:
         _drop_output()
         if error.errno == errno.EBADF and not error.filename:
@@ -187,7 +179,7 @@ def _report_internal(error: Exception) -> int:
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     place = f"{Path(last.filename).name}, line {last.lineno}"
     _refuse(f"internal error: {what} ({place}); please report it with what {TRACEBACK_VARIABLE}=1 adds to this line")
-    return EXIT_INTERNAL
+    return output.EXIT_INTERNAL
 
 
 def _drop_output() -> None:
@@ -197,9 +189,9 @@ def _drop_output() -> None:
 
 
 def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
-    print("papilla: warning:", plain(str(message)), file=sys.stderr)
+    print("papilla: warning:", output.plain(str(message)), file=sys.stderr)
 
 
 def _refuse(message: str) -> int:
-    print("papilla:", plain(message), file=sys.stderr)
-    return EXIT_BAD_INPUT
+    print("papilla:", output.plain(message), file=sys.stderr)
+    return output.EXIT_BAD_INPUT

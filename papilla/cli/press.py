@@ -5,20 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    FingerOption,
-    FrictionOption,
-    PlaceOption,
-    SizeOption,
-    SpecimenOptions,
-    design_of,
-    mesh_size,
-    option,
-    read_friction,
-    ready,
-    scene_of,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import option
 from papilla.cli.output import CommandResult, print_table, progress, tell
 from papilla.core.checks import place, positive
 from papilla.core.errors import FileFormatError, InputError
@@ -38,17 +26,17 @@ LIGHTEST_N = 0.01
 
 
 def press(
-    specimen: SpecimenOptions,
+    specimen: options.SpecimenOptions,
     modulus: float = option(..., "Young's modulus of the specimen, MPa."),
     force: float | None = option(None, "Pressing force, N."),
     indentation: float | None = option(None, "Approach of finger and specimen, mm."),
-    at: PlaceOption = (0.0, 0.0),
+    at: options.PlaceOption = (0.0, 0.0),
     fidelity: Fidelity = option(
         "auto", "auto: the cheaper of hertz and contact within 2 %; finite: the whole mesh, seconds."
     ),
-    friction: FrictionOption = None,
-    finger: FingerOption = None,
-    size_mm: SizeOption = None,
+    friction: options.FrictionOption = None,
+    finger: options.FingerOption = None,
+    size_mm: options.SizeOption = None,
     log: Path | None = option(None, "Log over time of this touch to write as well (CSV), for papilla estimate."),
     export: Path | None = option(
         None, "Field to write as well: displacement, strain and stress for ParaView.", metavar="FILE.vtu"
@@ -58,7 +46,7 @@ def press(
 
     Give the force or the indentation.
     """
-    rubbing = read_friction(friction)
+    rubbing = options.read_friction(friction)
     if rubbing and fidelity == "hertz":
         raise InputError("--fidelity hertz has no friction: use auto, contact or finite")
     if (force is None) == (indentation is None):
@@ -73,9 +61,9 @@ def press(
     from papilla.fem.preparing import prepare
     from papilla.fem.pressing.fidelity import press as press_reduced
 
-    design, size = design_of(finger), mesh_size(size_mm)
+    design, size = options.design_of(finger), options.mesh_size(size_mm)
     touched = specimen.of(modulus, design)
-    ready([finger, *surface_files(design)], written.values())
+    options.ready([finger, *options.surface_files(design)], written.values())
     with progress() as reporter:
         if fidelity == "finite":
             load = {"force": force, "indentation": indentation}
@@ -93,7 +81,7 @@ def press(
                 )
             if export is not None:
                 write_field(export, design, reduced, pressed, reporter.line)
-    named = {"finger": design.name, "at_mm": list(at), **scene_of(touched, pressed)}
+    named = {"finger": design.name, "at_mm": list(at), **options.scene_of(touched, pressed)}
     facts = {**pressed.to_json(), **named} | {name: str(path) for name, path in written.items()}
     return CommandResult(facts, partial(_print, pressed, named, [gauge.name for gauge in design.gauges], written))
 

@@ -4,19 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    FingerOption,
-    PlaceOption,
-    SizeOption,
-    SpecimenOptions,
-    argument,
-    design_of,
-    mesh_size,
-    option,
-    ready,
-    scene_of,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import argument, option
 from papilla.cli.output import CommandResult, progress, tell
 from papilla.cli.press import write_field
 from papilla.core.checks import positive
@@ -38,7 +27,7 @@ SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8)
 
 
 def view(
-    specimen: SpecimenOptions,
+    specimen: options.SpecimenOptions,
     what: What = argument("strain", "Strain field or contact pressure of a press, or receptive fields of the gauges."),
     screenshot: Path | None = option(
         None, "Picture to write: .png, .pdf or .svg.  [default: WHAT.png, unless a page or field is]", metavar="FILE"
@@ -52,11 +41,11 @@ def view(
     modulus: float | None = option(None, "Modulus of the specimen, MPa.  [default: 0.51]"),
     beside: float | None = option(None, "Modulus of a second specimen, drawn beside on the same scale, MPa."),
     force: float | None = option(None, "Pressing force, N.  [default: 0.588]"),
-    at: PlaceOption = (0.0, 0.0),
+    at: options.PlaceOption = (0.0, 0.0),
     component: Component | None = option(None, "Show this component of the stress instead of the strain."),
     gauge: str | None = option(None, "Gauge of a receptive field.  [default: maps of all]"),
-    finger: FingerOption = None,
-    size_mm: SizeOption = None,
+    finger: options.FingerOption = None,
+    size_mm: options.SizeOption = None,
 ) -> CommandResult:
     """Draw the strain field of a press, its contact pressure, or the receptive fields of the gauges."""
     of_field = {"html": html, "export": export, "component": component}
@@ -78,18 +67,18 @@ def view(
         need_plotly()
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
-    design = design_of(finger)
-    ready([finger, *surface_files(design)], written)
+    design = options.design_of(finger)
+    options.ready([finger, *options.surface_files(design)], written)
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
     with progress() as reporter:
         if what == "receptive":
-            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=reporter.line)
+            pictures.receptive(written[0], design, gauge, size_mm=options.mesh_size(size_mm), progress=reporter.line)
             facts["gauge"] = gauge or [value.name for value in design.gauges]
         else:
             moduli = [VIEWED_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
             load = VIEWED_FORCE_N if force is None else positive("--force (N)", force)
             touched = [specimen.of(value, design) for value in moduli]
-            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=reporter.line)
+            reduced = fem.prepare(design, size_mm=options.mesh_size(size_mm), at=at, progress=reporter.line)
             facts |= _draw(what, component, targets, design, reduced, touched, load, reporter.line)
     facts |= {key: path and str(path) for key, path in targets.items()}
 
@@ -101,7 +90,9 @@ def view(
     return CommandResult(facts, show)
 
 
-def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None) -> None:
+def _refuse_idle(
+    what: str, specimen: options.SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None
+) -> None:
     """Raise `InputError` for options that the kind of picture would ignore."""
     if what == "receptive":
         idle = {**of_press, "thickness": specimen.thickness, "radius": specimen.radius}
@@ -144,6 +135,6 @@ def _draw(
         pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **style)
     if (path := targets["export"]) is not None:
         write_field(path, design, reduced, press, say)
-    facts = press.to_json() | scene_of(specimen, press)
+    facts = press.to_json() | options.scene_of(specimen, press)
     facts["shown"] = "pressure" if what == "contact" else style["shown"]
-    return facts | ({} if second is None else {"beside": second[0].to_json() | scene_of(second[1], second[0])})
+    return facts | ({} if second is None else {"beside": second[0].to_json() | options.scene_of(second[1], second[0])})
