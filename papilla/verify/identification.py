@@ -17,7 +17,7 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Block
 from papilla.verify.case import Case
 
-IDENTIFICATION_PARAMETERS = settings.parameters(__name__)
+FIT_CASES = settings.parameters(__name__)
 
 
 def identification() -> Iterator[Case]:
@@ -28,17 +28,15 @@ def identification() -> Iterator[Case]:
     except ImportError as error:
         raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
     finger = Finger.default()
-    smooth = response(family_of(finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm), Block(1.0, 10.0))
-    for seed, (name, presses) in enumerate(IDENTIFICATION_PARAMETERS.logs.items(), start=1):
+    smooth = response(family_of(finger, size_mm=FIT_CASES.size_mm), Block(1.0, 10.0))
+    for seed, (name, presses) in enumerate(FIT_CASES.logs.items(), start=1):
         log = _log(smooth, np.random.default_rng(seed), **presses)
-        yield from _against_minuit(
-            name, identify(log, finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm, friction=STICK_WORD)
-        )
+        yield from _against_minuit(name, identify(log, finger, size_mm=FIT_CASES.size_mm, friction=STICK_WORD))
 
 
 def _log(smooth: Response, rng: np.random.Generator, forces_N, moduli_MPa, deep: bool) -> PressLog:
     """Presses of a randomly drawn finger, with the noise that `identify` assumes."""
-    drawn, gauges = IDENTIFICATION_PARAMETERS.drawn, 5
+    drawn, gauges = FIT_CASES.drawn, 5
     outer, inner = (
         middle * np.exp(rng.uniform(-ln, ln))
         for middle, ln in ((drawn.outer_MPa, drawn.outer_ln), (drawn.inner_MPa, drawn.inner_ln))
@@ -65,20 +63,15 @@ def _against_minuit(name: str, identified: Identification) -> Iterator[Case]:
         f"least chi-square, {name}",
         "above what Minuit's migrad comes to",
         max(0.0, least - second.fval),
-        IDENTIFICATION_PARAMETERS.same_cost,
+        FIT_CASES.same_cost,
     )
     away = np.abs((np.array(second.values) - vector) / identified.sigma).max()
-    yield Case(
-        f"parameters, {name}",
-        "largest distance to Minuit's, in sigma",
-        float(away),
-        IDENTIFICATION_PARAMETERS.same_sigmas,
-    )
+    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), FIT_CASES.same_sigmas)
     ends, verdicts = [], 0
     for place in np.flatnonzero(~problem.linear):
         parameter = identified.names[place]
         ours = profile(identified, parameter)
-        second.minos(parameter, cl=IDENTIFICATION_PARAMETERS.confidence)
+        second.minos(parameter, cl=FIT_CASES.confidence)
         error, middle = second.merrors[parameter], second.values[parameter]
         # If a prior limits the interval there are side valleys, and minos stays in its valley.
         if ours.verdict == "bounded" and not ours.cut_off_by:
@@ -88,7 +81,7 @@ def _against_minuit(name: str, identified: Identification) -> Iterator[Case]:
         verdicts += ours.verdict != _verdict(problem, identified, parameter)
     if ends:
         against = "largest distance to Minuit's minos, in sigma"
-        yield Case(f"95 % ends of profiles, {name}", against, max(ends), IDENTIFICATION_PARAMETERS.same_sigmas)
+        yield Case(f"95 % ends of profiles, {name}", against, max(ends), FIT_CASES.same_sigmas)
     what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
     yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
 
@@ -109,8 +102,8 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
     minimizer = Minuit(chi_square, start, grad=gradient, name=problem.free)
     minimizer.errordef, minimizer.strategy, minimizer.tol = (
         Minuit.LEAST_SQUARES,
-        IDENTIFICATION_PARAMETERS.strategy,
-        IDENTIFICATION_PARAMETERS.tolerance,
+        FIT_CASES.strategy,
+        FIT_CASES.tolerance,
     )
     minimizer.errors = step
     sides = zip(*problem.bounds, problem.linear, strict=True)

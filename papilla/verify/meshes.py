@@ -27,8 +27,8 @@ from papilla.verify.bodies import apart, compared, off
 from papilla.verify.case import Case
 from papilla.verify.finger import default_model, default_reduced, pressed_by, residual
 
-MESHES_PARAMETERS = settings.parameters(__name__)
-MOVED_SETTINGS, SCATTER_SETTINGS = MESHES_PARAMETERS.moved, MESHES_PARAMETERS.scatter
+MESH_CASES = settings.parameters(__name__)
+MOVED_SETTINGS, SCATTER_SETTINGS = MESH_CASES.moved, MESH_CASES.scatter
 
 
 def scatter() -> Iterator[Case]:
@@ -118,32 +118,32 @@ def thin_layer() -> Iterator[Case]:
     base = default_model().finger
     shape = base.shape
     assert isinstance(shape, Dome)
-    x, y, z = (axis - MESHES_PARAMETERS.thin_mm for axis in shape.outer)
+    x, y, z = (axis - MESH_CASES.thin_mm for axis in shape.outer)
     thin = replace(base, shape=replace(shape, interface=(x, y, z)))
     mesh = build(thin)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
     computed, expected = (
-        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), MESHES_PARAMETERS.firm_gf)
+        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), MESH_CASES.firm_gf)
         for finger, on in ((thin, mesh), (base, default_model().mesh))
     )
-    name = f"outer layer of {MESHES_PARAMETERS.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
-    against = f"at {MESHES_PARAMETERS.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
-    yield from compared(name, against, computed, expected, **MESHES_PARAMETERS.thin_bounds)
+    name = f"outer layer of {MESH_CASES.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
+    against = f"at {MESH_CASES.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
+    yield from compared(name, against, computed, expected, **MESH_CASES.thin_bounds)
     yield residual(name, FingerModel(thin, mesh))
 
 
 def slivers() -> Iterator[Case]:
     """The default mesh with crushed cells, and one with a flat cell."""
     base = default_model()
-    ruined = crushed(base.mesh.cell(), MESHES_PARAMETERS.slivers)
+    ruined = crushed(base.mesh.cell(), MESH_CASES.slivers)
     ratio = mean_ratio(ruined.points, ruined.tets)
     model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
-    pressed = pressed_by(model.reduce(), MESHES_PARAMETERS.firm_gf)
-    sound = pressed_by(default_reduced(), MESHES_PARAMETERS.firm_gf)
-    name = f"{int((ratio < MESHES_PARAMETERS.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
-    against = f"at {MESHES_PARAMETERS.firm_gf} gf, against the sound mesh"
-    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(pressed.sd, sound.sd), MESHES_PARAMETERS.stated)
-    yield from compared(name, against, pressed, sound, indentation=MESHES_PARAMETERS.crushed_indentation_bound)
+    pressed = pressed_by(model.reduce(), MESH_CASES.firm_gf)
+    sound = pressed_by(default_reduced(), MESH_CASES.firm_gf)
+    name = f"{int((ratio < MESH_CASES.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
+    against = f"at {MESH_CASES.firm_gf} gf, against the sound mesh"
+    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(pressed.sd, sound.sd), MESH_CASES.stated)
+    yield from compared(name, against, pressed, sound, indentation=MESH_CASES.crushed_indentation_bound)
     yield residual(name, model)
     yield Case("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
 
@@ -166,7 +166,7 @@ def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:
         normal = np.cross(face[1] - face[0], face[2] - face[0])
         normal /= np.linalg.norm(normal)
         before = points[vertex].copy()
-        points[vertex] -= (1 - MESHES_PARAMETERS.crushed_height) * ((before - face[0]) @ normal) * normal
+        points[vertex] -= (1 - MESH_CASES.crushed_height) * ((before - face[0]) @ normal) * normal
         if (volumes(points, around) > 0).all():
             taken[around] = True
             count -= 1

@@ -17,8 +17,8 @@ from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
 from papilla.verify.case import Case
 
-REVOLUTION_PARAMETERS = settings.parameters(__name__)
-LINEAR_SETTINGS = REVOLUTION_PARAMETERS.linear
+RING_CASES = settings.parameters(__name__)
+LINEAR_SETTINGS = RING_CASES.linear
 
 
 def finger_of(shape: Shape) -> Finger:
@@ -32,23 +32,17 @@ REVOLUTION_FINGER = finger_of(FINE_SHAPE)
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
     yield from _linear(FingerModel(REVOLUTION_FINGER, build(REVOLUTION_FINGER)).reduce())
-    mesh = build(REVOLUTION_FINGER, size_mm=REVOLUTION_PARAMETERS.coarse_mm)
+    mesh = build(REVOLUTION_FINGER, size_mm=RING_CASES.coarse_mm)
     reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
     yield from _large_strain(
-        mesh,
-        press(
-            reduced,
-            _block(REVOLUTION_PARAMETERS.pressed_MPa),
-            force=REVOLUTION_PARAMETERS.pressed_N,
-            fidelity="contact",
-        ),
+        mesh, press(reduced, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, fidelity="contact")
     )
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
-    for modulus in REVOLUTION_PARAMETERS.moduli_MPa:
+    for modulus in RING_CASES.moduli_MPa:
         rings = Rings(_bodies(FINE_SHAPE, modulus, linear=True), REVOLUTION_FINGER.gauges)
-        for force_gf in REVOLUTION_PARAMETERS.forces_gf:
+        for force_gf in RING_CASES.forces_gf:
             force = gf_to_newton(force_gf)
             exact, pressed = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
             errors = {
@@ -70,11 +64,7 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
         pressed = press_finite(
-            REVOLUTION_FINGER,
-            mesh,
-            _block(REVOLUTION_PARAMETERS.pressed_MPa),
-            force=REVOLUTION_PARAMETERS.pressed_N,
-            friction=friction,
+            REVOLUTION_FINGER, mesh, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, friction=friction
         )
         changes = {
             "S_d": (pressed.strain.std() / linear.strain.std(), exact[1] / before[1]),
@@ -82,20 +72,15 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(
-                f"large strain {name}, {quantity}", measure, off(*change), REVOLUTION_PARAMETERS.change[quantity]
-            )
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), RING_CASES.change[quantity])
 
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
     path = press_path(
-        _bodies(Shape(), REVOLUTION_PARAMETERS.pressed_MPa, linear),
-        REVOLUTION_FINGER.gauges,
-        REVOLUTION_PARAMETERS.pressed_N,
-        friction,
+        _bodies(Shape(), RING_CASES.pressed_MPa, linear), REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction
     )
-    indentation, values = path.at(REVOLUTION_PARAMETERS.pressed_N)
+    indentation, values = path.at(RING_CASES.pressed_N)
     return float(indentation), float(values[0].std())
 
 
