@@ -108,19 +108,6 @@ def test_what_cannot_be_identified_is_one_line(papilla, refused, bench, changes,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "changes, doubt",
-    [
-        ({"g4": lambda reading: 0 * reading + 3.0}, "g4 hardly follows the presses"),
-        ({"modulus_MPa": lambda modulus: 0 * modulus + 0.51}, "all presses are on one modulus"),
-    ],
-)
-def test_what_presses_leave_open_is_a_doubt(papilla, bench, changes, doubt):
-    found = json.loads(papilla("identify", bench(**changes), "--out", "f.toml", "--json").out)
-    assert any(doubt in one for one in found["doubts"]) and found["status"].startswith("doubtful")
-
-
-@pytest.mark.slow
 def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
     assert papilla("identify", bench(), "--out", "f.toml").code == 0
     same = papilla("identify", "log.csv", "--compare", "f.toml", "--json")

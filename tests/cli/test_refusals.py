@@ -43,7 +43,6 @@ press --modulos 1 | No such option: --modulos
 press | Missing option '--modulus'
 press --modulus soft | Invalid value for '--modulus'
 press --modulus inf --force 1 | specimen modulus (MPa) must be finite
-press --modulus -1 --force 1 | specimen modulus (MPa) must be greater than 0
 {PRESSED} | give exactly one of --force and --indentation
 {PRESSED} --force 1 --indentation 1 | give exactly one of --force and --indentation
 {PRESSED} --force 1 --friction glue | friction must be a number of at least 0 or "stick", got 'glue'
@@ -54,7 +53,6 @@ press --modulus -1 --force 1 | specimen modulus (MPa) must be greater than 0
 {PRESSED} --force 1 --at 0 inf | --at y (mm) must be finite, got inf
 {PRESSED} --force 1 --radius 9 | --radius is for a sphere, not for a block
 {PRESSED} --force 1 --specimen sphere | a sphere needs --radius
-{PRESSED} --force 1 --specimen sphere --radius -9 | specimen radius (mm) must be greater than 0, got -9
 {PRESSED} --force 1 --specimen half-space --thickness 9 | --thickness is for a block, not for a half-space
 {PRESSED} --force 1 --thickness 0 | specimen thickness (mm) must be greater than 0, got 0
 {PRESSED} --force 1 --specimen cube | 'cube' is not one of 'half-space', 'block', 'sphere'
@@ -77,12 +75,8 @@ view receptive --radius 1 | has no press: leave out --modulus, --beside, --force
 view contact --html v.html | --html goes with strain, not with contact
 view receptive --component zz | --component goes with strain, not with receptive
 view strain --export v.vtk | v.vtk: fields are written as .vtu files
-view strain --html v.html --export v.html | v.html: fields are written as .vtu files
 view receptive --gauge g9 | has no gauge 'g9'; its gauges are g1, g2, g3, g4, g5
-view strain --modulus -1 | specimen modulus (MPa) must be greater than 0, got -1
-view contact --radius 3 | --radius is for a sphere, not for a block
 {SLID} | --speed needs --seconds
-{SLID} --seconds 0 | seconds must be greater than 0
 {SLID} --seconds 1 --force -1 | force (N) must be greater than 0
 {SLID} --seconds 1 --friction -0.5 | friction must lie between 0 and 3
 {SLID} --seconds 1 --rate 0 | rate (Hz) must lie between
@@ -90,16 +84,13 @@ view contact --radius 3 | --radius is for a sphere, not for a block
 {SLID} --seconds 1 --force 0.1 --press-depth 0.1 | give one of --force and --press-depth
 {SLID} --seconds 1 --profile p.csv | describe a grating: not with --profile
 {SLID} --seconds 1 --motion m.csv | give exactly one of --speed (mm/s) and --motion
-{SLID} --seconds 1 --depth 0 | grating depth (mm) must be greater than 0
 {SLID} --seconds 1 --seed -1 | --seed must be at least 0
 {SLID} --seconds 1 --speed 1e5 | speed (mm/s) must lie between -10000 and 10000
 {SLID} --seconds 1e9 | more than 2,000,000 samples
 {SLID} --seconds 1 --movie m.mp4 | --movie m.mp4: a moving picture is written as .gif
 slide --out log.csv --groove 1 | give --groove and --ridge (mm), or --profile with a file
-slide --out log.csv --ridge 1 | give --groove and --ridge (mm), or --profile with a file
 slide --out log.csv --groove 1 --ridge 1 --seconds 1 | give exactly one of --speed (mm/s) and --motion
 slide --out log.csv --profile p.csv --form sine | not with --profile
-slide --out log.csv --profile p.csv --flank 1 | not with --profile
 slide --out m.csv --groove 1 --ridge 1 --motion m.csv | would overwrite the input
 {PROFILE} p1.csv | p1.csv ... needs three points at least, got 1
 {PROFILE} p_nan.csv | p_nan.csv ... point 2 of the profile is not finite
@@ -114,13 +105,10 @@ slide --out m.csv --groove 1 --ridge 1 --motion m.csv | would overwrite the inpu
 {MOTION} m_x.csv | m_x.csv ... column position_mm is missing
 calibrate --moduli 0.1 | --moduli needs the two ends of a range, or three or more moduli
 calibrate --moduli a,b | --moduli must be numbers in MPa with commas, got 'a'
-calibrate --moduli 0.1,0 | --moduli (MPa) must be greater than 0, got 0
 calibrate --moduli 0.1,0.1 | --moduli (MPa) must rise, got 0.1 and 0.1
 calibrate --force-range 1 0.5 | --force-range (N) must rise, got 1 and 0.5
 calibrate --force-range 0 0.5 | --force-range (N) must be greater than 0
 calibrate --specimen half-space --thickness 5 | --thickness is for a block, not for a half-space
-calibrate --specimen sphere | 'sphere' is not one of
-calibrate --thickness 0 | --thickness (mm) must be greater than 0, got 0
 calibrate --bench p.csv --specimen half-space | leave out --specimen half-space
 calibrate --check three.csv | 3 gauges
 calibrate --bench three.csv --export-c three.csv | overwrite
@@ -130,13 +118,11 @@ calibrate --bench nan.csv | nan.csv, line 5, column g2: expected a finite number
 calibrate --bench one.csv | one.csv has one row
 calibrate --bench beside.csv | beside.csv: press 2 is beside the apex, where S_d differs: papilla identify
 calibrate --out file | cannot write to folder file: File exists
-calibrate --out file/below | cannot write to folder file/below: Not a directory
 export-c none.json --out g.h | cannot read
 identify | Missing argument 'LOG.csv'
 identify --suggest 3 | needs --moduli
 identify --suggest 0 --moduli 0.1 | must be at least 1, got 0
 identify --suggest 3 --moduli 0.1,soft | --moduli must be numbers in MPa with commas, got 'soft'
-identify --suggest 3 --moduli 0.1,-2 | --moduli (MPa) must be greater than 0
 identify --suggest 3 --moduli 0.1 --out f.toml | --out needs a log of presses
 identify bench.csv --out f.toml --moduli 0.1 | --moduli goes with --suggest
 identify bench.csv --out f.toml --places 0,0 | --places goes with --suggest
@@ -167,7 +153,6 @@ figures --paper 1066 | 1066
 figures --out file | cannot write to folder file
 telepresence simulate --seed -1 | greater than or equal to 0
 telepresence sensor --components 0 | greater than or equal to 1
-telepresence simulate --components 9 | less than or equal to 8
 """
 """A command line and what it says; "..." stands for anything."""
 
