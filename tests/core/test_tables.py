@@ -111,7 +111,11 @@ def test_a_sealed_document_says_whether_it_was_edited(tmp_path):
     write_sealed(document, path)
     assert read_sealed(path, "x/1", "thing") == (document, "") and "[1.0, 2.5]" in path.read_text(encoding="utf-8")
     content = json.loads(path.read_text(encoding="utf-8"))
-    for changed, remark in ((content | {"name": "m"}, EDITED_MESSAGE), (document, NO_CHECKSUM)):
+    for changed, remark in (
+        (dict(reversed(content.items())), ""),
+        (content | {"name": "m"}, EDITED_MESSAGE),
+        (document, NO_CHECKSUM),
+    ):
         path.write_text(json.dumps(changed))
         assert read_sealed(path, "x/1", "thing")[1] == remark
     for text in ('{"schema": "x/2"}', "[1]"):
