@@ -36,26 +36,28 @@ def bench(
     design = design_of(finger)
     keep_inputs([finger, *surface_files(design)], [plot])
     check_writable(folder)
-    with progress() as shown:
-        found = speed.bench(design, speed.SHORT_PLAN if short else speed.FULL_PLAN, progress=shown)
+    with progress() as reporter:
+        measured = speed.bench(design, speed.SHORT_PLAN if short else speed.FULL_PLAN, progress=reporter)
         if not short:
-            price(design, progress=shown)
-    write_png(price_figure([row.to_json() for row in found.rows], found.default.reference_size_mm), plot)
-    return CommandResult(found.to_json() | {"plot": str(plot)}, partial(_print, found, plot))
+            price(design, progress=reporter)
+    write_png(
+        price_figure([bench_row.to_json() for bench_row in measured.rows], measured.default.reference_size_mm), plot
+    )
+    return CommandResult(measured.to_json() | {"plot": str(plot)}, partial(_print, measured, plot))
 
 
-def _print(found: "SpeedBench", plot: Path) -> None:
+def _print(measured: "SpeedBench", plot: Path) -> None:
     heads = ("fidelity", "element", "mm", "unknowns", "set-up s", "ms a scene", "+ 1000 s")
     rows = []
-    for row in found.rows:
+    for row in measured.rows:
         seconds = (row.seconds_setup, MS_PER_S * row.seconds_per_scene, row.seconds_thousand)
         errors = (PER_CENT * error for error in (row.error_sd, row.error_indentation, row.error_area))
         numbers = [*(f"{value:.3g}" for value in seconds), *(f"{error:.2f}" for error in errors)]
         mark = "reference" if row.reference else "*" if row.pareto else ""
         cells = [value.replace("nan", "-") for value in numbers] + [f"{row.peak_memory_MiB:.0f}", mark]
         rows.append([row.fidelity, row.element, f"{row.size_mm:g}", f"{row.dofs:,}", *cells])
-    title = f"{plain(found.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"
+    title = f"{plain(measured.finger_name)}: errors in %, worst of 10-100 gf; * on the Pareto front"
     show_rows((*heads, "S_d", "indentation", "area", "MiB", ""), rows, title)
-    for line in found.sentences():
+    for line in measured.sentences():
         tell(line)
     tell(f"plot: {plot}")

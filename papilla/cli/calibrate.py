@@ -7,33 +7,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    DEFAULT_PROCESSES,
-    FingerOption,
-    FrictionOption,
-    MapOption,
-    SizeOption,
-    about,
-    design_of,
-    keep_inputs,
-    moduli_of,
-    option,
-    read_friction,
-    read_press_log,
-    surface_files,
-)
-from papilla.cli.output import (
-    CHECK_FAILED,
-    CommandResult,
-    ShownProgress,
-    plain,
-    print_table,
-    progress,
-    show_table,
-    tell,
-)
+from papilla.cli import options
+from papilla.cli.options import option
+from papilla.cli.output import CHECK_FAILED, CommandResult, plain, print_table, progress, show_table, tell
 from papilla.core.checks import positive
 from papilla.core.errors import InputError
+from papilla.core.progress import Progress
 from papilla.core.units import PER_CENT
 
 if TYPE_CHECKING:
@@ -83,16 +62,16 @@ class SweepOptions:
 
         from papilla.calibration.fitting.job import DEFAULT_FORCES, DEFAULT_MODULI, QUICK_FORCES, QUICK_MODULI
 
-        given = {"forces": self.force_range, "moduli": self._moduli()}
+        chosen_by = {"forces": self.force_range, "moduli": self._moduli()}
         usual = {"forces": DEFAULT_FORCES, "moduli": DEFAULT_MODULI}
         counts = {"forces": QUICK_FORCES, "moduli": QUICK_MODULI} if self.quick else {}
         table: dict[str, Any] = {"quick": self.quick}
         for name, values in usual.items():
-            chosen = given[name] or (values[0], values[-1])
+            chosen = chosen_by[name] or (values[0], values[-1])
             if len(chosen) > 2:
                 table[name] = chosen
-            elif given[name] or self.quick:
-                low, high = (positive(f"--{_OPTIONS[name]}", one) for one in chosen)
+            elif chosen_by[name] or self.quick:
+                low, high = (positive(f"--{_OPTIONS[name]}", value) for value in chosen)
                 if low >= high:
                     raise InputError(f"--{_OPTIONS[name]} must rise, got {low:g} and {high:g}")
                 table[name] = tuple(np.geomspace(low, high, counts.get(name, len(values))).tolist())
@@ -101,7 +80,7 @@ class SweepOptions:
     def _moduli(self) -> tuple[float, ...] | None:
         if self.moduli is None:
             return None
-        moduli = tuple(sorted(moduli_of(self.moduli)))
+        moduli = tuple(sorted(options.moduli_of(self.moduli)))
         if len(moduli) < 2:
             raise InputError("--moduli needs the two ends of a range, or three or more moduli")
         return moduli
@@ -109,10 +88,10 @@ class SweepOptions:
 
 def calibrate(
     swept: SweepOptions,
-    finger: FingerOption = None,
+    finger: options.FingerOption = None,
     bench: Path | None = option(None, "Identify the finger from this log of real presses (CSV), and calibrate it."),
-    friction: FrictionOption = None,
-    size_mm: SizeOption = None,
+    friction: options.FrictionOption = None,
+    size_mm: options.SizeOption = None,
     check: Path | None = option(
         None,
         "Recover these presses of known modulus (columns as in a bench log); exit code 1 where one is not.",
@@ -121,7 +100,7 @@ def calibrate(
     export_c: Path | None = option(
         None, "Write modulus and sigma as C code with five coefficients, for a microcontroller.", metavar="FILE.h"
     ),
-    log_map: MapOption = None,
+    log_map: options.MapOption = None,
     out: Path = option(DEFAULT_OUT, "Folder for the results."),
 ) -> CommandResult:
     """Calibrate the finger: mesh, model, sweep, fit.
@@ -134,7 +113,7 @@ def calibrate(
     began = perf_counter()
     if size_mm is not None:
         positive("--size-mm", size_mm)
-    rubbing, table = read_friction(friction), swept.table()
+    rubbing, table = options.read_friction(friction), swept.table()
     if bench is not None and swept.specimen != "block":
         raise InputError("--bench identifies a finger from presses on blocks: leave out --specimen half-space")
     from papilla.core.files import check_writable, write_text
@@ -142,10 +121,10 @@ def calibrate(
     paths = {"calibration": out / "calibration.json", "sweep": out / "sweep.csv", "report": out / "report.html"}
     paths |= {} if bench is None else {"finger": out / "finger.toml"}
     written = [*paths.values(), *([export_c] if export_c else [])]
-    design = swept.bench_of(design_of(finger))
-    keep_inputs([finger, *surface_files(design), bench, check, log_map], written)
-    log = None if bench is None else read_press_log(bench, False, sd_alone=True, log_map=log_map)
-    presses = None if check is None else read_press_log(check, True, sd_alone=True, log_map=log_map)
+    design = swept.bench_of(options.design_of(finger))
+    options.keep_inputs([finger, *options.surface_files(design), bench, check, log_map], written)
+    log = None if bench is None else options.read_press_log(bench, False, sd_alone=True, log_map=log_map)
+    presses = None if check is None else options.read_press_log(check, True, sd_alone=True, log_map=log_map)
     if presses is not None and presses.stated_sd is None and len(design.gauges) != len(presses.gauge_names):
         raise InputError(f"{check} has {len(presses.gauge_names)} gauges, the finger {len(design.gauges)}")
     if log is None:
@@ -153,25 +132,25 @@ def calibrate(
     if export_c is not None:
         check_writable(export_c.parent)
 
-    with progress() as shown:
-        with about(bench):
-            done = _calibrated(log, design, rubbing, size_mm, shown, table)
+    with progress() as reporter:
+        with options.about(bench):
+            calibrated = _calibrated(log, design, rubbing, size_mm, reporter, table)
         check_writable(out)
         from papilla.calibration import c_header
         from papilla.calibration import check as recovered
 
-        found = None
+        checked = None
         if presses is not None:
-            with about(check):
-                found = recovered(done.calibration, presses)
-        header = None if export_c is None else c_header(done.calibration)
-        _write(done, design, paths, perf_counter() - began, shown)
+            with options.about(check):
+                checked = recovered(calibrated.calibration, presses)
+        header = None if export_c is None else c_header(calibrated.calibration)
+        _write(calibrated, design, paths, perf_counter() - began, reporter)
         if export_c is not None and header is not None:
             write_text(export_c, header)
-    more = {"export_c": export_c and str(export_c), "check": found and found.to_json()}
-    summary = _summary(done, paths, perf_counter() - began) | more
-    code = CHECK_FAILED if found is not None and not found.passed else 0
-    return CommandResult(summary, partial(_print, summary, found, check), code)
+    more = {"export_c": export_c and str(export_c), "check": checked and checked.to_json()}
+    summary = _summary(calibrated, paths, perf_counter() - began) | more
+    code = CHECK_FAILED if checked is not None and not checked.passed else 0
+    return CommandResult(summary, partial(_print, summary, checked, check), code)
 
 
 def _calibrated(
@@ -179,64 +158,66 @@ def _calibrated(
     design: "Finger",
     rubbing: "Friction | None",
     size_mm: float | None,
-    shown: ShownProgress,
+    reporter: Progress,
     table: dict[str, Any],
 ) -> "Calibrated":
     """The calibration of a design, or of the finger that made the presses of a log."""
     from papilla.identification.bench import calibrate as calibrate_design
     from papilla.identification.bench import calibrate_bench
 
-    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": DEFAULT_PROCESSES, **table}
-    how |= {"progress": shown}
+    how: Any = {"friction": rubbing, "size_mm": size_mm, "processes": options.DEFAULT_PROCESSES, **table}
+    how |= {"progress": reporter}
     if log is None:
         return calibrate_design(design, **how)
     return calibrate_bench(log, design, **how)
 
 
-def _write(done: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, shown: ShownProgress) -> None:
+def _write(
+    calibrated: "Calibrated", finger: "Finger", paths: dict[str, Path], seconds: float, reporter: Progress
+) -> None:
     """Write all results, or none."""
     from papilla.calibration.fitting.page import write_report
     from papilla.core.files import replacing_set
 
-    if done.bench is not None:
-        finger = done.bench.finger
+    if calibrated.bench is not None:
+        finger = calibrated.bench.finger
     with replacing_set(list(paths.values())) as (calibration, sweep, report, *identified):
-        done.calibration.save(calibration)
-        done.presses.to_csv(sweep)
-        write_report(report, done, finger, seconds=seconds, progress=shown)
+        calibrated.calibration.save(calibration)
+        calibrated.presses.to_csv(sweep)
+        write_report(report, calibrated, finger, seconds=seconds, progress=reporter)
         for path in identified:
             finger.save(path)
 
 
-def _summary(done: "Calibrated", paths: dict[str, Path], seconds: float) -> dict:
+def _summary(calibrated: "Calibrated", paths: dict[str, Path], seconds: float) -> dict:
     from papilla.calibration.document import to_document
 
-    softness = to_document(done.calibration)["softness"]
+    softness = to_document(calibrated.calibration)["softness"]
     return {
         **{name: str(path) for name, path in paths.items()},
-        "presses": len(done.presses),
+        "presses": len(calibrated.presses),
         "softness": {name: softness.get(name) for name in ("forward", "inverse", "compact")},
-        **_errors_of(done.recovery),
-        "checked_presses": len(done.recovery.error),
-        "bench": _of_the_bench(done),
-        "published": _against_published(done),
-        "truth": done.truth and done.truth.to_json(),
-        "physics": done.presses.physics,
-        "dominant": done.calibration.dominant,
-        "sigmas": done.calibration.sigmas,
-        "notes": list(done.calibration.notes),
+        **_errors_of(calibrated.recovery),
+        "checked_presses": len(calibrated.recovery.error),
+        "bench": _of_the_bench(calibrated),
+        "published": _against_published(calibrated),
+        "truth": calibrated.truth and calibrated.truth.to_json(),
+        "physics": calibrated.presses.physics,
+        "dominant": calibrated.calibration.dominant,
+        "sigmas": calibrated.calibration.sigmas,
+        "notes": list(calibrated.calibration.notes),
         "seconds": seconds,
     }
 
 
-def _of_the_bench(done: "Calibrated") -> dict | None:
+def _of_the_bench(calibrated: "Calibrated") -> dict | None:
     """The identified finger, and the moduli of the measured presses recovered by its calibration."""
-    if done.bench is None:
+    if calibrated.bench is None:
         return None
     from papilla.cli.identify import summary_of
 
-    identified = summary_of(done.bench.found, done.bench.diagnosis)
-    return identified | _errors_of(done.bench.recovery) | {"inside_interval": int(done.bench.inside.sum())}
+    identified = summary_of(calibrated.bench.found, calibrated.bench.diagnosis)
+    return identified | _errors_of(calibrated.bench.recovery) | {"inside_interval": int(calibrated.bench.inside.sum())}
 
 
 def _errors_of(recovery: "Recovery") -> dict:
@@ -245,27 +226,27 @@ def _errors_of(recovery: "Recovery") -> dict:
     return {"max_error": recovery.max_error, "rms_error": recovery.rms_error, "unanswered": unanswered}
 
 
-def _against_published(done: "Calibrated") -> dict | None:
+def _against_published(calibrated: "Calibrated") -> dict | None:
     """Difference of the calibration from regression (9), up to one scale factor, and of its finger from published
     depths."""
     from dataclasses import asdict
 
     from papilla.calibration.published import covered_comparison
 
-    found = covered_comparison(done.calibration.predict)
-    if found is None:
+    comparison = covered_comparison(calibrated.calibration.predict)
+    if comparison is None:
         return None
     return {
-        "scale": found.scale,
-        "rms": found.relative_rms,
-        "rms_30_100_gf": found.heavy_rms,
-        "press_rms": found.press_rms,
-        "press_rms_30_100_gf": found.heavy_press_rms,
-        "depths": [{**asdict(depth), "error": depth.error} for depth in done.depths],
+        "scale": comparison.scale,
+        "rms": comparison.relative_rms,
+        "rms_30_100_gf": comparison.heavy_rms,
+        "press_rms": comparison.press_rms,
+        "press_rms_30_100_gf": comparison.heavy_press_rms,
+        "depths": [{**asdict(depth), "error": depth.error} for depth in calibrated.depths],
     }
 
 
-def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
+def _print(summary: dict, verdict: "Check | None", check: Path | None) -> None:
     forward, inverse = summary["softness"]["forward"], summary["softness"]["inverse"]
     units = ("µε/gf²", "µε/gf", "µε/MPa²", "µε/MPa", "µε")
     errors = [float("nan") if error is None else error for error in forward["stderr"]]
@@ -298,12 +279,13 @@ def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
         )
     tell(f"Error of E: of the surface's answer to {checked}, {summary['unanswered']} of them unanswered.")
     if published := summary["published"]:
-        whole, each = (
-            [_percent(published[f"{name}{part}"]) for part in ("", "_30_100_gf")] for name in ("rms", "press_rms")
+        loads, presses = (
+            [_percent(published[f"{name}{loads_key}"]) for loads_key in ("", "_30_100_gf")]
+            for name in ("rms", "press_rms")
         )
         tell(
-            f"Published regression (9), one scale factor: rms error {whole[0]} % of its rms over 10-100 gf, "
-            f"{whole[1]} % over 30-100 gf; press by press {each[0]} and {each[1]} %."
+            f"Published regression (9), one scale factor: rms error {loads[0]} % of its rms over 10-100 gf, "
+            f"{loads[1]} % over 30-100 gf; press by press {presses[0]} and {presses[1]} %."
         )
     if truth := summary["truth"]:
         of_sd, of_modulus = truth["sd_max_error"], truth["max_error"]
@@ -319,17 +301,17 @@ def _print(summary: dict, found: "Check | None", check: Path | None) -> None:
         tell(f"Doubt: {note}.")
     names = ("calibration", "sweep", "report", "finger")
     tell("Wrote " + ", ".join(summary[name] for name in names if name in summary))
-    if found is not None:
-        _print_check(found, check)
+    if verdict is not None:
+        _print_check(verdict, check)
 
 
 def _moduli(bench: dict) -> str:
-    found = (bench["parameters"][f"{layer}_modulus_MPa"] for layer in ("outer", "inner"))
+    layers = (bench["parameters"][f"{layer}_modulus_MPa"] for layer in ("outer", "inner"))
     return ", ".join(
-        f"{one['value']:.3g} ({one['lower']:.3g} to {one['upper']:.3g})"
-        if one["free"]
-        else f"{one['value']:.3g} (held)"
-        for one in found
+        f"{modulus['value']:.3g} ({modulus['lower']:.3g} to {modulus['upper']:.3g})"
+        if modulus["free"]
+        else f"{modulus['value']:.3g} (held)"
+        for modulus in layers
     )
 
 
@@ -340,14 +322,14 @@ def _percent(share: float | None) -> str:
 def _inverse_in_words(inverse: dict) -> str:
     if inverse["modulus_MPa"] is None:
         return "The quadratic nowhere rises with E: it has no inverse."
-    sd, f2, f, one = inverse["coefficients"]
+    sd, f2, f, offset = inverse["coefficients"]
     sign = "-" if inverse["branch"] < 0 else ""
     low, high = inverse["modulus_MPa"]
-    root = f"E = {sign}sqrt({sd:.4g} S_d {f2:+.4g} f² {f:+.4g} f {one:+.4g}) {-inverse['shift']:+.4g}"
+    root = f"E = {sign}sqrt({sd:.4g} S_d {f2:+.4g} f² {f:+.4g} f {offset:+.4g}) {-inverse['shift']:+.4g}"
     return f"Inverse: {root}, where it rises: {low:.3g} to {high:.3g} MPa (full precision in the file)."
 
 
-def _print_check(found: "Check", path: Any) -> None:
+def _print_check(checked: "Check", path: Any) -> None:
     """Print the check as a table: failed presses first, then others up to `MOST_PRINTED_PRESSES`."""
     from rich.table import Table
     from rich.text import Text
@@ -356,14 +338,16 @@ def _print_check(found: "Check", path: Any) -> None:
     for title in ("force N", "stated MPa", "recovered MPa", "95 % interval MPa"):
         table.add_column(title, justify="right", no_wrap=True)
     table.add_column("", overflow="fold")
-    rows = sorted(found.presses, key=lambda one: one.passed)
-    for one in rows[:MOST_PRINTED_PRESSES]:
-        recovered = f"{one.recovered_MPa:.4g} ± {one.sigma_MPa:.2g}" if one.recovered_MPa == one.recovered_MPa else "-"
-        verdict = one.sentence if one.passed else f"[bold red]MISSED[/]: {one.sentence}"
-        interval = f"{one.lower_MPa:.3g} to {one.upper_MPa:.3g}"
-        table.add_row(f"{one.force_N:.4g}", f"{one.modulus_MPa:.4g}", recovered, interval, verdict)
+    rows = sorted(checked.presses, key=lambda press: press.passed)
+    for press in rows[:MOST_PRINTED_PRESSES]:
+        recovered = (
+            f"{press.recovered_MPa:.4g} ± {press.sigma_MPa:.2g}" if press.recovered_MPa == press.recovered_MPa else "-"
+        )
+        verdict = press.sentence if press.passed else f"[bold red]MISSED[/]: {press.sentence}"
+        interval = f"{press.lower_MPa:.3g} to {press.upper_MPa:.3g}"
+        table.add_row(f"{press.force_N:.4g}", f"{press.modulus_MPa:.4g}", recovered, interval, verdict)
     show_table(table)
     tell(
-        f"{len(rows)} presses, {found.answered} with a modulus, {found.missed} missed "
-        f"(stated modulus outside the 95 % interval by more than {PER_CENT * found.tolerance:g} %)"
+        f"{len(rows)} presses, {checked.answered} with a modulus, {checked.missed} missed "
+        f"(stated modulus outside the 95 % interval by more than {PER_CENT * checked.tolerance:g} %)"
     )

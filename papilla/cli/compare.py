@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from papilla.cli.options import DEFAULT_PROCESSES, FrictionOption, argument, option, read_friction, ready, surface_files
 from papilla.cli.output import CommandResult, progress, show_rows, tell
+from papilla.core.errors import InputError
 
 if TYPE_CHECKING:
     from papilla.identification.comparison import Comparison
@@ -28,29 +29,32 @@ def compare(
     A design is calibrated first, as by papilla calibrate; cached results are used.
     """
     rubbing = read_friction(friction)
+    if len(candidates) < 2:
+        raise InputError("a comparison needs at least two designs or calibrations")
     written = [path for path in (html, csv) if path is not None]
-    from papilla.identification.comparison import candidate
+    from papilla.identification.comparison import candidate, write_comparison, write_comparison_table
     from papilla.identification.comparison import compare as side_by_side
     from papilla.model.finger import Finger
 
     designs = [Finger.load(name) for name in candidates if Path(name).suffix.lower() != ".json"]
     ready([*candidates, *(file for design in designs for file in surface_files(design))], written)
-    with progress() as shown:
-        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": shown}
-        found = [candidate(one, **how) for one in candidates]
-        comparison = side_by_side(found, shown)
-        if written:
-            from papilla.identification.comparison import write_comparison, write_comparison_table
-
-            if html is not None:
-                write_comparison(html, comparison, found)
-            if csv is not None:
-                write_comparison_table(csv, comparison)
+    with progress() as reporter:
+        how = {"friction": rubbing, "processes": DEFAULT_PROCESSES, "progress": reporter}
+        compared = [candidate(candidate_path, **how) for candidate_path in candidates]
+        comparison = side_by_side(compared, reporter)
+        if html is not None:
+            write_comparison(html, comparison, compared)
+        if csv is not None:
+            write_comparison_table(csv, comparison)
     domain = {
         "force_N": [float(comparison.force_N[0]), float(comparison.force_N[-1])],
         "modulus_MPa": [float(comparison.modulus_MPa[0]), float(comparison.modulus_MPa[-1])],
     }
-    facts = {"rows": [row.to_json() for row in comparison.rows], "domain": domain, "verdicts": comparison.verdicts}
+    facts = {
+        "rows": [candidate_row.to_json() for candidate_row in comparison.rows],
+        "domain": domain,
+        "verdicts": comparison.verdicts,
+    }
     files = {"html": html and str(html), "csv": csv and str(csv)}
     return CommandResult(facts | files, partial(_print, comparison, written))
 
@@ -62,10 +66,11 @@ def _print(comparison: "Comparison", written: list[Path]) -> None:
         heads,
         [
             (
-                row.name, f"{row.sigma:.1%}", f"{row.identified:.0%}", f"{row.sd_microstrain:,.0f}", f"{row.slope:.2g}",
-                str(row.gauges), f"{row.answer_us:.0f}", "" if row.press_ms is None else f"{row.press_ms:.2g}",
+                candidate.name, f"{candidate.sigma:.1%}", f"{candidate.identified:.0%}",
+                f"{candidate.sd_microstrain:,.0f}", f"{candidate.slope:.2g}", str(candidate.gauges),
+                f"{candidate.answer_us:.0f}", "" if candidate.press_ms is None else f"{candidate.press_ms:.2g}",
             )
-            for row in comparison.rows
+            for candidate in comparison.rows
         ],
     )  # fmt: skip
     for sentence in comparison.verdicts:

@@ -67,63 +67,63 @@ def design(
     from papilla.design.job import run_study
     from papilla.design.results import summary
 
-    with progress() as shown:
-        found = run_study(read, out, resume=resume, workers=count, scheduler=at, progress=shown)
-    result = summary(found)
-    return CommandResult(result, partial(_show, read, found, result, perf_counter() - began))
+    with progress() as reporter:
+        outcome = run_study(read, out, resume=resume, workers=count, scheduler=at, progress=reporter)
+    result = summary(outcome)
+    return CommandResult(result, partial(_show, read, outcome, result, perf_counter() - began))
 
 
-def _show(read: "Study", found: "Outcome", result: dict, seconds: float) -> None:
+def _show(read: "Study", outcome: "Outcome", result: dict, seconds: float) -> None:
     """Print the results of a study: first sentences, the chosen designs, and the page."""
     from papilla.design.results import first_words
 
-    for line in first_words(found):
+    for line in first_words(outcome):
         tell(line)
-    for one in found.confirmed:
-        tell(one.sentence)
-    heads = ["", *(one.name for one in read.free), *(one.name for one in read.objectives)]
+    for confirmed in outcome.confirmed:
+        tell(confirmed.sentence)
+    heads = ["", *(option.name for option in read.free), *(goal.name for goal in read.objectives)]
     rows = [
-        [f"finger_{k}.toml", *(f"{value:.4g}" for value in one["free"].values())]
-        + [f"{one['objectives'][goal.name]:.4g}" for goal in read.objectives]
-        for k, one in enumerate(result["best"], start=1)
+        [f"finger_{k}.toml", *(f"{value:.4g}" for value in confirmed["free"].values())]
+        + [f"{confirmed['objectives'][goal.name]:.4g}" for goal in read.objectives]
+        for k, confirmed in enumerate(result["best"], start=1)
     ]
     if rows:
         show_rows(heads, rows)
-    tell(f"{result['designs']} designs in {seconds:.0f} s: {found.written['page'][0]}")
+    tell(f"{result['designs']} designs in {seconds:.0f} s: {outcome.written['page'][0]}")
 
 
 def _explain(study: "Study", workers: int) -> CommandResult:
     from papilla.design.running import price
 
-    with progress() as shown:
-        found = price(study, shown)
-    seconds = found.seconds(workers)
+    with progress() as reporter:
+        prices = price(study, reporter)
+    seconds = prices.seconds(workers)
 
     def show() -> None:
         at_most = "at most " if study.sampler.kind == "optimise" else ""
-        tell(f"{at_most}{found.designs} designs of {found.geometries} geometries, gauges at {found.sites} places")
-        geometry = "from the cache" if found.cached else f"{found.per_geometry:.0f} s"
-        tell(f"a geometry: {geometry}; a design: {MS_PER_S * found.per_design:.0f} ms")
+        tell(f"{at_most}{prices.designs} designs of {prices.geometries} geometries, gauges at {prices.sites} places")
+        geometry = "from the cache" if prices.cached else f"{prices.per_geometry:.0f} s"
+        tell(f"a geometry: {geometry}; a design: {MS_PER_S * prices.per_design:.0f} ms")
         tell(f"about {seconds:.0f} s with {workers} workers, and {study.confirm} calibrations at the end")
-        if found.cached and found.geometries > 1:
+        if prices.cached and prices.geometries > 1:
             say("the other geometries may not be in the cache: half a minute each on an idle core")
 
-    return CommandResult(vars(found) | {"workers": workers, "seconds": seconds}, show)
+    return CommandResult(vars(prices) | {"workers": workers, "seconds": seconds}, show)
 
 
 def _place(study: "Study", count: int, out: Path) -> CommandResult:
     from papilla.design.placement import place_gauges
 
-    with progress() as shown:
-        found = place_gauges(study, count, out, shown)
-    chosen = found.of(found.sets[-1]).gauges
+    with progress() as reporter:
+        placement = place_gauges(study, count, out, reporter)
+    chosen = placement.of(placement.sets[-1]).gauges
     keys = ("name", "angle_deg", "y_mm", "direction_deg")
-    gauges = [{key: getattr(one, key) for key in keys} for one in chosen]
+    gauges = [{key: getattr(gauge, key) for key in keys} for gauge in chosen]
 
     def show() -> None:
-        for line in found.sentences:
+        for line in placement.sentences:
             tell(line)
-        show_rows(keys, [[one["name"], *(f"{one[key]:g}" for key in keys[1:])] for one in gauges])
-        tell(f"written: {', '.join(found.written)}")
+        show_rows(keys, [[gauge["name"], *(f"{gauge[key]:g}" for key in keys[1:])] for gauge in gauges])
+        tell(f"written: {', '.join(placement.written)}")
 
-    return CommandResult({"gauges": gauges, "sigma": found.sigma, "written": found.written}, show)
+    return CommandResult({"gauges": gauges, "sigma": placement.sigma, "written": placement.written}, show)

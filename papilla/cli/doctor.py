@@ -109,15 +109,20 @@ def _cache() -> dict:
 
 
 def _print(facts: dict, failed: list[str]) -> None:
-    kept, threads, test = facts["cache"], facts["threads"], facts["self_test"]
+    cache_facts, threads, test = facts["cache"], facts["threads"], facts["self_test"]
     rows = [("papilla", facts["papilla"]), ("Python", f"{facts['python']}, {facts['platform']}")]
     rows += [(name, version or "MISSING") for name, version in facts["packages"].items()]
     rows.append(("rendering", facts["rendering"]))
     rows.append(
         ("threads", f"{threads['cores']} cores, {threads['processes']} processes in long jobs, each of 1 thread")
     )
-    rows.append(("cache", f"{kept['folder']} ({kept['chosen_by']})" + "; NOT USABLE" * (not kept["usable"])))
-    rows.append(("cache size", f"{kept['bytes'] / BYTES_PER_MB:.1f} MB in {kept['entries']} entries"))
+    rows.append(
+        (
+            "cache",
+            f"{cache_facts['folder']} ({cache_facts['chosen_by']})" + "; NOT USABLE" * (not cache_facts["usable"]),
+        )
+    )
+    rows.append(("cache size", f"{cache_facts['bytes'] / BYTES_PER_MB:.1f} MB in {cache_facts['entries']} entries"))
     for name, extra in facts["extras"].items():
         missing = [package for package, version in extra["packages"].items() if version is None]
         rows.append((f"extra {name}", "there" if not missing else f"lacks {', '.join(missing)}"))

@@ -105,7 +105,7 @@ def estimate(
     from papilla.estimators.pipeline import PipelineEstimate
     from papilla.logs.frames import estimates_writer
 
-    beside = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
+    summary_path = _check_files([log, calibration, estimators.finger, log_map], out, [plot, html], as_json)
     estimators.check()
     more = (DEPTH_COLUMN,) if estimators.softness == "force-depth" else ()
     # Not `Calibration.load`, which warns of a changed file: the pipeline's messages do.
@@ -122,7 +122,7 @@ def estimate(
         by_depth = DepthModulus(calibration, recorded, pipeline) if more else None
         summary = Summary(recorded, pipeline)
         picture = _picture(recorded, pipeline, plot) if plot or html else None
-        if beside:
+        if summary_path:
             check_writable(out.parent)
         with estimates_writer(out, ("t_s", *PipelineEstimate._fields)) as write:
             bar("estimating")
@@ -135,14 +135,14 @@ def estimate(
                     picture.add(block, answer)
                 bar(CountedStep("estimating", summary.rows, max(summary.rows, recorded.report.rows)))
             summary.check()
-        found = summary.finish(estimators.wavelength_range)
+        facts = summary.finish(estimators.wavelength_range)
     used = noise if "modulus" not in pipeline.off else dict.fromkeys(noise)
     names = {"gauge_sigma": "gauge_noise_microstrain", "force_sigma_N": "force_noise_N"}
-    found |= {names[name]: value for name, value in used.items()}
-    found |= {"log": str(log), "estimates": str(out), "summary": str(beside) if beside else None}
+    facts |= {names[name]: value for name, value in used.items()}
+    facts |= {"log": str(log), "estimates": str(out), "summary": str(summary_path) if summary_path else None}
     if picture:
-        write_pictures(found, recorded.report.notes, picture, summary.spectrum, plot, html)
-    show(found, recorded.report.notes, as_json)
+        write_pictures(facts, recorded.report.notes, picture, summary.spectrum, plot, html)
+    show(facts, recorded.report.notes, as_json)
 
 
 def _picture(recorded: "TimeLogFile", pipeline: "Pipeline", plot: Path | None) -> "LogPicture":
@@ -162,9 +162,9 @@ def _check_files(inputs: list[Path | None], out: Path, pictures: list[Path | Non
 
     if out == PIPE_NAME and as_json:
         raise InputError("--out - and --json both want standard output: give one of them")
-    beside = None if out == PIPE_NAME else sidecar(out, "summary.json")
-    keep_inputs(inputs, [path for path in (beside and out, beside, *pictures) if path is not None])
-    return beside
+    summary_path = None if out == PIPE_NAME else sidecar(out, "summary.json")
+    keep_inputs(inputs, [path for path in (summary_path and out, summary_path, *pictures) if path is not None])
+    return summary_path
 
 
 def _opened(log: Path, bar: ShownProgress, **how: Any) -> "TimeLogFile":
@@ -181,13 +181,16 @@ def _check_gauges(record: "Calibration", path: Path | None, recorded: "TimeLogFi
     """Raise `InputError` for a calibration of other gauges than the log has."""
     from papilla.logs.log_map import GAUGE_COLUMN
 
-    own, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
-    if len(made_for) != len(own):
-        raise InputError(f"{recorded.path} has {len(own)} gauges, the calibration {path} was made for {len(made_for)}")
-    # A design may use any names for its gauges; names with numbers like those of a log must agree with the log's.
-    if made_for != own and all(GAUGE_COLUMN.fullmatch(name) for name in made_for):
+    recorded_names, made_for = recorded.gauge_names, tuple(gauge.name for gauge in record.gauges)
+    if len(made_for) != len(recorded_names):
         raise InputError(
-            f"{recorded.path} is of {', '.join(own)}, the calibration {path} was made for {', '.join(made_for)}"
+            f"{recorded.path} has {len(recorded_names)} gauges, the calibration {path} was made for {len(made_for)}"
+        )
+    # A design may use any names for its gauges; names with numbers like those of a log must agree with the log's.
+    if made_for != recorded_names and all(GAUGE_COLUMN.fullmatch(name) for name in made_for):
+        raise InputError(
+            f"{recorded.path} is of {', '.join(recorded_names)}, "
+            f"the calibration {path} was made for {', '.join(made_for)}"
         )
 
 
@@ -195,13 +198,13 @@ def _zeros(record: "Calibration | None") -> "np.ndarray":
     """Readings of the gauges in the air (microstrain), if the calibration is of a finger whose bench measured them."""
     import numpy as np
 
-    found = None if record is None else record.finger.get("zeros_microstrain")
-    if record is None or found is None:
+    zeros = None if record is None else record.finger.get("zeros_microstrain")
+    if record is None or zeros is None:
         return np.zeros(0)
-    numbers = isinstance(found, list) and all(type(value) in (int, float) for value in found)
-    if not numbers or len(found) != len(record.gauges):
+    numbers = isinstance(zeros, list) and all(type(value) in (int, float) for value in zeros)
+    if not numbers or len(zeros) != len(record.gauges):
         raise InputError(f"the calibration's finger.zeros_microstrain must hold {len(record.gauges)} numbers")
-    return np.array(found, float)
+    return np.array(zeros, float)
 
 
 def _noise(recorded: "TimeLogFile") -> dict[str, Any]:
@@ -240,8 +243,8 @@ class DepthModulus:
 
     def added(self, block: "np.ndarray", answer: "PipelineEstimate") -> "PipelineEstimate":
         """The answers (n, columns) with the modulus of each row."""
-        modulus, sigma, found = self._model.process(block[:, self._force], block[:, self._depth], self._errors)
+        modulus, sigma, statuses = self._model.process(block[:, self._force], block[:, self._depth], self._errors)
         self._legend.pop("", None)
-        self._legend.update({status.code: status.sentence for status in {*found}})
-        codes = [status.code for status in found]
+        self._legend.update({status.code: status.sentence for status in {*statuses}})
+        codes = [status.code for status in statuses]
         return answer._replace(modulus_MPa=modulus, modulus_sigma_MPa=sigma, modulus_status=codes)

@@ -149,19 +149,19 @@ def _results(summary: dict) -> list[tuple[str, ...]]:
     """One row for each quantity, two for friction."""
     rows: list[tuple[str, ...]] = []
     for key, (quantity, unit, names) in LAST_ANSWERS.items():
-        found, why = summary[key] or {}, _why_not(summary, quantity)
-        parts = ("kinetic friction", "static friction") if quantity == "friction" and found else (quantity,)
-        for part, (value_name, sigma_name) in zip(
+        answers, why = summary[key] or {}, _why_not(summary, quantity)
+        parts = ("kinetic friction", "static friction") if quantity == "friction" and answers else (quantity,)
+        for label, (value_name, sigma_name) in zip(
             parts, zip(names[::2], [*names[1::2], ""], strict=False), strict=False
         ):
-            value, sigma = found.get(value_name, math.nan), found.get(sigma_name, math.nan)
-            shown = f"{value:.4g} {unit}".strip() if value == value else "-"
+            value, sigma = answers.get(value_name, math.nan), answers.get(sigma_name, math.nan)
+            text = f"{value:.4g} {unit}".strip() if value == value else "-"
             interval = (
                 f"{value - INTERVAL_SIGMAS * sigma:.4g} to {value + INTERVAL_SIGMAS * sigma:.4g}"
                 if sigma == sigma
                 else ""
             )
-            rows.append((part, shown, interval, _share(summary["ok_rows"][quantity], summary), why))
+            rows.append((label, text, interval, _share(summary["ok_rows"][quantity], summary), why))
     return rows
 
 
@@ -226,22 +226,22 @@ class Summary:
         self._counts.update(numbers.tolist())
         for key, (quantity, _, names) in LAST_ANSWERS.items():
             values = np.asarray(getattr(answer, names[0]))
-            known = values == values
-            self._answered[names[0]] += int(known.sum())
-            ok = np.array([self._usable(quantity, own) for own in self._numbers])[numbers]
-            usable = np.flatnonzero(ok & known)
+            present = values == values
+            self._answered[names[0]] += int(present.sum())
+            ok = np.array([self._usable(quantity, number) for number in self._numbers])[numbers]
+            usable = np.flatnonzero(ok & present)
             if len(usable):
                 last = {name: float(getattr(answer, name)[usable[-1]]) for name in names}
                 self._last[key] = {"t_s": float(block[usable[-1], 0])} | last
             if quantity == "wavelength":
-                found, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE_WAVELENGTHS), return_counts=True)
-                self._wavelengths.update(dict(zip(found.astype(int).tolist(), counts.tolist(), strict=True)))
+                bins, counts = np.unique(np.rint(np.log(values[usable]) / ALIKE_WAVELENGTHS), return_counts=True)
+                self._wavelengths.update(dict(zip(bins.astype(int).tolist(), counts.tolist(), strict=True)))
         if self._moves:
             self._tail.append(block)
             self._kept += len(block)
             while self._kept - len(self._tail[0]) >= LONGEST_ROWS:
                 self._kept -= len(self._tail.popleft())
-        return np.array([self._worst(own) for own in self._numbers], object)[numbers].tolist()
+        return np.array([self._worst(number) for number in self._numbers], object)[numbers].tolist()
 
     def _code(self, quantity: str, codes: tuple[str, str, str]) -> str:
         """The code of a quantity; without a path the wavelength has the code of the frequency."""
@@ -259,7 +259,7 @@ class Summary:
     def check(self) -> None:
         """Raise `InputError` if no row has an answer and a column seems to be in another unit."""
         sizes = self._log.report.sizes
-        ok = any(self._usable(quantity, own) for quantity, *_ in LAST_ANSWERS.values() for own in self._numbers)
+        ok = any(self._usable(quantity, number) for quantity, *_ in LAST_ANSWERS.values() for number in self._numbers)
         if sizes and not ok:
             raise InputError(f"{self._log.path}: no row has an answer that is ok; {sizes[0]}")
 
@@ -268,23 +268,27 @@ class Summary:
         `remarks` of them contain advice."""
         report, status = self._log.report, Counter[str]()
         statuses = {quantity: Counter[str]() for quantity, *_ in LAST_ANSWERS.values()}
-        own = dict.fromkeys(statuses, 0)
+        row_counts = dict.fromkeys(statuses, 0)
         for codes, number in self._numbers.items():
             count = self._counts[number]
             status[self._worst(codes)] += count
             for quantity, counts in statuses.items():
                 counts[self._code(quantity, codes)] += count
-                own[quantity] += count * self._usable(quantity, codes)
+                row_counts[quantity] += count * self._usable(quantity, codes)
         later: list[str] = []
         lines, searched = self._lines(wavelengths, later)
         doubts = [text for text in self._pipeline.messages if text.startswith("modulus: the calibration is in doubt")]
-        remarks = [*doubts, *report.sizes, *self._unanswered(own, statuses), *self._broken()]
-        remarks += [*_of_lines(lines, wavelengths), *_of_speed(statuses["wavelength"], own["wavelength"]), *later]
+        remarks = [*doubts, *report.sizes, *self._unanswered(row_counts, statuses), *self._broken()]
+        remarks += [
+            *_of_lines(lines, wavelengths),
+            *_of_speed(statuses["wavelength"], row_counts["wavelength"]),
+            *later,
+        ]
         notes = [text for text in (*self._pipeline.messages, *report.notes) if text not in remarks]
         return {
             "rows": report.rows,
             "answered_rows": self._answered,
-            "ok_rows": own,
+            "ok_rows": row_counts,
             "status": dict(status.most_common()),
             "statuses": {quantity: dict(counts.most_common()) for quantity, counts in statuses.items()},
             "legend": self._pipeline.legend,
@@ -313,10 +317,10 @@ class Summary:
     def _broken(self) -> list[str]:
         """A line on the gauges that were missing, saturated or stuck in some row."""
         names = {*self._log.gauge_names}
-        found = {text: rows for text, rows in self._pipeline.faults.items() if text.split(" ")[0].strip(",") in names}
-        if not found:
+        broken = {text: rows for text, rows in self._pipeline.faults.items() if text.split(" ")[0].strip(",") in names}
+        if not broken:
             return []
-        listed = ", ".join(f"{text} in {rows} rows" for text, rows in [*found.items()][:4])
+        listed = ", ".join(f"{text} in {rows} rows" for text, rows in [*broken.items()][:4])
         return [f"gauges: {listed}. To do: look at their wiring and the range of the amplifier"]
 
     def _lines(
@@ -335,7 +339,7 @@ class Summary:
         place = self._path(rows)
         try:
             first = latest_stretch(place, wavelengths)
-            self.spectrum = found = find_lines(
+            self.spectrum = spectrum = find_lines(
                 place[first:], rows[first:, 1 : 1 + len(names)], wavelength_range_mm=wavelengths
             )
         except InputError as error:
@@ -357,9 +361,9 @@ class Summary:
                     self._wavelengths[round(math.log(line.fundamental_mm) / ALIKE_WAVELENGTHS) + k] for k in (-1, 0, 1)
                 ),
             }
-            for line in found.lines
+            for line in spectrum.lines
         ]
-        return lines, list(found.searched_mm)
+        return lines, list(spectrum.searched_mm)
 
     def _path(self, rows: "np.ndarray") -> "np.ndarray":
         """Position (n,) in mm along the path, from the rows' velocity or position."""
@@ -374,9 +378,9 @@ class Summary:
         place = np.empty(len(rows))
         for first in range(0, len(rows), BLOCK_ROWS):
             # Numbers of Python take four times the memory of an array
-            part = rows[first : first + BLOCK_ROWS]
-            moved = (None if column is None else part[:, column].tolist() for column in at)
-            place[first : first + BLOCK_ROWS] = path(clock, part[:, 0].tolist(), *moved)
+            block = rows[first : first + BLOCK_ROWS]
+            moved = (None if column is None else block[:, column].tolist() for column in at)
+            place[first : first + BLOCK_ROWS] = path(clock, block[:, 0].tolist(), *moved)
         return place
 
 

@@ -5,24 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    DEFAULT_PROCESSES,
-    FingerOption,
-    FrictionOption,
-    MapOption,
-    SpecimenOptions,
-    about,
-    argument,
-    describe,
-    design_of,
-    keep_inputs,
-    moduli_of,
-    number,
-    option,
-    read_friction,
-    read_press_log,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import argument, option
 from papilla.cli.output import CHECK_FAILED, CommandResult, print_table, progress, tell
 from papilla.core.errors import InputError
 from papilla.core.units import PER_CENT
@@ -72,51 +56,51 @@ class SuggestOptions:
 
     def read_moduli(self) -> list[float]:
         """The moduli (MPa), empty if not given; raises `InputError`."""
-        return [] if self.moduli is None else moduli_of(self.moduli)
+        return [] if self.moduli is None else options.moduli_of(self.moduli)
 
     def read_places(self) -> list[tuple[float, float]]:
         """The places (x, y in mm), the apex if not given; raises `InputError`."""
-        what, found = "--places must be pairs x,y in mm with spaces between", []
+        what, places = "--places must be pairs x,y in mm with spaces between", []
         for text in ("0,0" if self.places is None else self.places).split():
             x, comma, y = text.partition(",")
             if not comma:
                 raise InputError(f"{what}, got {text!r}")
-            found.append((number(what, x), number(what, y)))
-        return found
+            places.append((options.number(what, x), options.number(what, y)))
+        return places
 
     def protocol(self, design: "Finger", specimen: "Specimen", noise: "PressNoise") -> dict:
         """The first presses for a finger of which only the design is known, as plain values."""
         moduli = self.read_moduli()
         if not moduli:
             raise InputError("a protocol without a log needs --moduli: those of the available specimens, in MPa")
-        with progress() as shown:
-            shown("what each press would tell")
+        with progress() as reporter:
+            reporter("what each press would tell")
             return {"finger": design.name, **self._found(design, moduli, specimen=specimen, noise=noise)}
 
-    def after(self, found: "Identification") -> dict:
+    def after(self, identified: "Identification") -> dict:
         """The most informative presses after those of an identification, on its specimens unless others are given, as
         plain values; empty if none are requested."""
-        moduli = self.read_moduli() or sorted({float(one) for one in found.problem.log.modulus_MPa})
-        return {} if self.suggest is None else self._found(found, moduli)
+        moduli = self.read_moduli() or sorted({float(modulus) for modulus in identified.problem.log.modulus_MPa})
+        return {} if self.suggest is None else self._found(identified, moduli)
 
-    def _found(self, known: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
+    def _found(self, prior: "Finger | Identification", moduli: list[float], **bench: Any) -> dict:
         from papilla.identification.suggest import suggest_presses
 
         places: Any = self.read_places()
         return suggested(
-            suggest_presses(known, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
+            suggest_presses(prior, self.suggest or 1, moduli, places=places, criterion=self.criterion, **bench)
         )
 
 
 def identify(
-    specimen: SpecimenOptions,
+    specimen: options.SpecimenOptions,
     further: SuggestOptions,
     log: Path | None = argument(None, "Log of presses (CSV): force_N, modulus_MPa, g1, ...", metavar="LOG.csv"),
     out: Path | None = option(None, "Design file of the identified finger to write (TOML)."),
-    finger: FingerOption = None,
+    finger: options.FingerOption = None,
     free: list[str] | None = option(None, "A further parameter to fit, such as thickness_mm."),
     fix: list[str] | None = option(None, "Hold a parameter, such as lever_mm=0 or gain.g1=1.", metavar="NAME=VALUE"),
-    friction: FrictionOption = None,
+    friction: options.FrictionOption = None,
     noise: float = option(5.0, "Noise of a reading, microstrain."),
     force_error: float = option(0.01, "Relative error of a force."),
     report: Path | None = option(None, "Page to write on the fit (HTML)."),
@@ -128,88 +112,86 @@ def identify(
         "Test whether it is still the finger of this identified design; exit code 1 if not; nothing is written.",
         metavar="OLD.toml",
     ),
-    log_map: MapOption = None,
+    log_map: options.MapOption = None,
 ) -> CommandResult:
     """Identify a real finger from presses: moduli, gains, levers, zeros, with intervals and doubts.
 
     Every command accepts the design file that is written; calibrate includes its uncertainty. --suggest proposes the
     next presses; --compare tests whether it is still the same finger.
     """
-    given = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
+    of_fit = {"out": out, "report": report, "free": free, "fix": fix, "friction": friction, "relaxation": relaxation}
     if compare is not None:
-        return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **given)
-    rubbing, held = read_friction(friction), _held(fix or [])
-    further.check(log, **given)
+        return _compared(compare, log, log_map, finger=finger, suggest=further.suggest, **of_fit)
+    rubbing, fixed = options.read_friction(friction), _held(fix or [])
+    further.check(log, **of_fit)
     from papilla.core.files import check_writable, replacing_set
     from papilla.identification import PressNoise, diagnose, record
     from papilla.identification import identify as fit
     from papilla.identification.page import write_identification
 
     outputs = [path for path in (out, report) if path is not None]
-    design = design_of(finger)
-    keep_inputs([log, finger, *surface_files(design), log_map], outputs)
+    design = options.design_of(finger)
+    options.keep_inputs([log, finger, *options.surface_files(design), log_map], outputs)
     touched = specimen.of(1.0, design)
     stated = PressNoise(readings_microstrain=noise, force=force_error)
     if log is None:
         protocol = further.protocol(design, touched, stated)
         return CommandResult(protocol, partial(_print_suggestion, protocol))
-    presses = read_press_log(log, False, mixed=touched, log_map=log_map)
+    presses = options.read_press_log(log, False, mixed=touched, log_map=log_map)
     if relaxation is not None and presses.t_s is None:
         raise InputError(f"{log}: --relaxation needs a column t_s: when each row was taken")
     for path in outputs:
         check_writable(path.parent)
-    with progress() as shown:
-        with about(log):
-            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing}
-            found = fit(
-                presses, design, free=free or (), fix=held, **bench, processes=DEFAULT_PROCESSES, progress=shown
-            )
-        shown("what to doubt")
-        diagnosis = diagnose(found)
-        silicone, kept = _relaxation_of(log, found, relaxation, log_map)
-        pressed = [shape.specimen for shape in found.problem.shapes]
-        of_what = " and ".join(one.words for one in pressed)
-        identified = found.with_record(replace(record(found, diagnosis, of_what), **kept))
-        besides = _loops_of(presses) | silicone | further.after(found)
+    with progress() as reporter:
+        with options.about(log):
+            bench: Any = {"specimen": touched, "noise": stated, "friction": rubbing, "progress": reporter}
+            fitted = fit(presses, design, free=free or (), fix=fixed, **bench, processes=options.DEFAULT_PROCESSES)
+        reporter("what to doubt")
+        diagnosis = diagnose(fitted)
+        silicone, relaxation_facts = _relaxation_of(log, fitted, relaxation, log_map)
+        pressed = [shape.specimen for shape in fitted.problem.shapes]
+        of_what = " and ".join(touched.words for touched in pressed)
+        identified = fitted.with_record(replace(record(fitted, diagnosis, of_what), **relaxation_facts))
+        besides = _loops_of(presses) | silicone | further.after(fitted)
         with replacing_set(outputs) as files:
             if out is not None:
                 identified.save(files[0])
             if report is not None:
-                write_identification(files[-1], found, diagnosis)
+                write_identification(files[-1], fitted, diagnosis)
     written = {name: str(path) for name, path in (("finger", out), ("report", report)) if path is not None}
-    summary = summary_of(found, diagnosis) | {"specimen": describe(pressed[0])} | written | besides
+    summary = summary_of(fitted, diagnosis) | {"specimen": options.describe(pressed[0])} | written | besides
     return CommandResult(summary, partial(_print, summary))
 
 
 def _held(fix: list[str]) -> dict[str, float]:
-    found = {}
+    fixed = {}
     for text in fix:
         name, sign, value = text.partition("=")
         if not sign:
             raise InputError(f"--fix takes NAME=VALUE, got {text!r}")
-        found[name.strip()] = number(f"--fix {name.strip()} must be a number", value)
-    return found
+        fixed[name.strip()] = options.number(f"--fix {name.strip()} must be a number", value)
+    return fixed
 
 
-def summary_of(found: "Identification", diagnosis: "Diagnosis") -> dict:
+def summary_of(identified: "Identification", diagnosis: "Diagnosis") -> dict:
     """Parameters with intervals, and doubts, as plain values."""
     parameters = {}
-    for name, value in found.values.items():
-        parameters[name] = {"value": value, "free": name in found.names}
-        if name in found.names:
+    for name, value in identified.values.items():
+        parameters[name] = {"value": value, "free": name in identified.names}
+        if name in identified.names:
             low, high = diagnosis.intervals[name]
-            parameters[name] |= {"sigma": found[name][1], "lower": low, "upper": high}
+            parameters[name] |= {"sigma": identified[name][1], "lower": low, "upper": high}
     return {
-        "presses": len(found.problem.log),
+        "presses": len(identified.problem.log),
         "status": diagnosis.status,
         "parameters": parameters,
-        "chi_square": found.chi_square,
-        "freedom": found.freedom,
+        "chi_square": identified.chi_square,
+        "freedom": identified.freedom,
         "condition": diagnosis.condition,
-        "noise": vars(found.problem.noise) | {"words": found.problem.noise.words},
-        "friction": found.problem.shapes[0].friction,
-        "physics": " and ".join(shape.physics for shape in found.problem.shapes),
-        "profiles": [vars(one) for one in diagnosis.profiles],
+        "noise": vars(identified.problem.noise) | {"words": identified.problem.noise.words},
+        "friction": identified.problem.shapes[0].friction,
+        "physics": " and ".join(shape.physics for shape in identified.problem.shapes),
+        "profiles": [vars(interval) for interval in diagnosis.profiles],
         "influence": diagnosis.influence.tolist(),
         "doubts": list(diagnosis.doubts),
     }
@@ -219,14 +201,20 @@ def _print(summary: dict) -> None:
     from papilla.identification.parameters import kind, plain_value
 
     rows, still = [], []
-    for name, one in summary["parameters"].items():
-        if not one["free"] and plain_value(name, one["value"]):
+    for name, parameter in summary["parameters"].items():
+        if not parameter["free"] and plain_value(name, parameter["value"]):
             still.append(kind(name))
             continue
         unit = next((unit for key, unit in _UNITS.items() if name.split(".")[0].endswith(key)), "")
-        value = f"{one['value']:.4g}"
+        value = f"{parameter['value']:.4g}"
         rows.append(
-            (name, value, f"{unit}  {one['lower']:.4g} to {one['upper']:.4g}" if one["free"] else f"{unit}  held")
+            (
+                name,
+                value,
+                f"{unit}  {parameter['lower']:.4g} to {parameter['upper']:.4g}"
+                if parameter["free"]
+                else f"{unit}  held",
+            )
         )
     tell(f"{summary['presses']} presses on: {summary['physics']}")
     tell("Values and 95 % intervals:")
@@ -243,13 +231,13 @@ def _print(summary: dict) -> None:
     _print_suggestion(summary)
 
 
-def suggested(found: "Suggestion") -> dict:
+def suggested(suggestion: "Suggestion") -> dict:
     """A suggestion as plain values."""
-    presses = zip(found.force_N, found.modulus_MPa, found.place_mm, strict=True)
+    presses = zip(suggestion.force_N, suggestion.modulus_MPa, suggestion.place_mm, strict=True)
     return {
         "suggested": [{"force_N": f, "modulus_MPa": e, "x_mm": x, "y_mm": y} for f, e, (x, y) in presses],
-        "criterion": found.criterion,
-        "expected_sigma_ln_E": {"before": found.sigma_before, "after": found.sigma_after},
+        "criterion": suggestion.criterion,
+        "expected_sigma_ln_E": {"before": suggestion.sigma_before, "after": suggestion.sigma_after},
     }
 
 
@@ -257,16 +245,16 @@ def _print_suggestion(summary: dict) -> None:
     """Print the suggestion of a summary, the most informative press first."""
     if "suggested" not in summary:
         return
-    at_apex = not any(one["x_mm"] or one["y_mm"] for one in summary["suggested"])
+    at_apex = not any(press["x_mm"] or press["y_mm"] for press in summary["suggested"])
     tell(f"Press next{', at the apex' if at_apex else ''}:")
     print_table(
         [
             (
-                f"press {number}",
-                f"{one['force_N']:.3g} N on {one['modulus_MPa']:g}",
-                "MPa" if at_apex else f"MPa at {one['x_mm']:g}, {one['y_mm']:g} mm",
+                f"press {place}",
+                f"{press['force_N']:.3g} N on {press['modulus_MPa']:g}",
+                "MPa" if at_apex else f"MPa at {press['x_mm']:g}, {press['y_mm']:g} mm",
             )
-            for number, one in enumerate(summary["suggested"], start=1)
+            for place, press in enumerate(summary["suggested"], start=1)
         ]
     )
     sigma = summary["expected_sigma_ln_E"]
@@ -282,10 +270,12 @@ def _factor(sigma: float) -> str:
 
 def _loops_of(log: "PressLog") -> dict:
     """The loops of a log as plain values; an empty dict if there are none."""
-    return {"loops": [vars(one) for one in log.loops]} if log.loops else {}
+    return {"loops": [vars(loop) for loop in log.loops]} if log.loops else {}
 
 
-def _relaxation_of(path: Path, found: "Identification", terms: str | None, log_map: Path | None) -> tuple[dict, dict]:
+def _relaxation_of(
+    path: Path, identified: "Identification", terms: str | None, log_map: Path | None
+) -> tuple[dict, dict]:
     """Relaxation fitted to the longest touch of a log: its Prony terms as plain values for `--json`, and what the table
     `[identified]` of the design keeps of them. Both are empty without `--relaxation`."""
     from papilla.identification.one_touch import fit_touch
@@ -293,10 +283,10 @@ def _relaxation_of(path: Path, found: "Identification", terms: str | None, log_m
 
     if terms is None:
         return {}, {}
-    if found.problem.log.stated_sd is not None or len(found.problem.log.specimens) > 1:
+    if identified.problem.log.stated_sd is not None or len(identified.problem.log.specimens) > 1:
         raise InputError(f"{path}: --relaxation needs readings, of presses on one specimen")
-    log = read_presses(path, whole=True, mixed=found.problem.shapes[0].specimen, log_map=log_map)
-    touch = fit_touch(found, log, int(terms))
+    log = read_presses(path, whole=True, mixed=identified.problem.shapes[0].specimen, log_map=log_map)
+    touch = fit_touch(identified, log, int(terms))
     return {"relaxation": touch.to_json()}, touch.recorded
 
 
@@ -308,34 +298,34 @@ def _print_relaxation(summary: dict) -> None:
     tell(f"Relaxation of the silicone, one factor for both layers, by {fitted['by']} on {fitted['modulus_MPa']:g} MPa:")
     print_table(
         [
-            (f"term {number}", f"{one['share']:.3g} ± {one['share_sigma']:.2g} at {one['time_s']:.3g}", "s")
-            for number, one in enumerate(fitted["terms"], start=1)
+            (f"term {place}", f"{term['share']:.3g} ± {term['share_sigma']:.2g} at {term['time_s']:.3g}", "s")
+            for place, term in enumerate(fitted["terms"], start=1)
         ]
     )
     for doubt in fitted["doubts"]:
         tell(f"Doubt: {doubt}.")
 
 
-def _compared(old: Path, log: Path | None, log_map: Path | None, **given: object) -> CommandResult:
+def _compared(old: Path, log: Path | None, log_map: Path | None, **of_fit: object) -> CommandResult:
     """Compare the presses of a log with a stored identification; exit code 1 means "recalibrate"."""
     if log is None:
         raise InputError("--compare needs the log of the new presses")
-    if asked := [name for name, value in given.items() if value]:
+    if asked := [name for name, value in of_fit.items() if value]:
         raise InputError(f"--{asked[0].replace('_', '-')} does not go with --compare: the identified design says all")
     from papilla.identification import compare
     from papilla.logs import read_presses
     from papilla.model.finger import Finger
 
     finger, presses = Finger.load(old), read_presses(log, log_map=log_map)
-    with progress() as shown, about(log):
-        found = compare(finger, presses, progress=shown)
+    with progress() as reporter, options.about(log):
+        comparison = compare(finger, presses, progress=reporter)
     shares = ("presses", "chi_square", "freedom", "probability", "same", "verdict")
-    facts = {name: getattr(found, name) for name in shares}
-    facts["changes"] = [vars(one) | {"words": one.words} for one in found.changes]
+    facts = {name: getattr(comparison, name) for name in shares}
+    facts["changes"] = [vars(change) | {"words": change.words} for change in comparison.changes]
 
     def show() -> None:
-        tell(f"{found.verdict}.")
-        for one in found.changes[:MOST_PRINTED_EXPLANATIONS] if not found.same else ():
-            tell(f"{one.words} would explain {one.chi_square:.3g} of it.")
+        tell(f"{comparison.verdict}.")
+        for change in comparison.changes[:MOST_PRINTED_EXPLANATIONS] if not comparison.same else ():
+            tell(f"{change.words} would explain {change.chi_square:.3g} of it.")
 
-    return CommandResult(facts, show, 0 if found.same else CHECK_FAILED)
+    return CommandResult(facts, show, 0 if comparison.same else CHECK_FAILED)

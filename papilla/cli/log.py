@@ -19,16 +19,16 @@ def map(
     from papilla.logs.proposal import propose
 
     keep_inputs([file], [out])
-    found = propose(file)
-    write_text(out, found.to_toml())
-    facts: dict[str, Any] = {"map": str(out), "columns": [vars(guess) for guess in found.guesses]}
-    facts |= {"delimiter": found.delimiter, "decimal": found.decimal, "header_line": found.header_line}
+    proposed = propose(file)
+    write_text(out, proposed.to_toml())
+    facts: dict[str, Any] = {"map": str(out), "columns": [vars(guess) for guess in proposed.guesses]}
+    facts |= {"delimiter": proposed.delimiter, "decimal": proposed.decimal, "header_line": proposed.header_line}
 
     def show() -> None:
-        rows = ((guess.name, guess.meant or "-", guess.unit, guess.reason) for guess in found.guesses)
+        rows = ((guess.name, guess.meant or "-", guess.unit, guess.reason) for guess in proposed.guesses)
         show_table(Table("column", "is", "unit", "because"), rows)
-        for question in found.open_questions:
+        for question in proposed.open_questions:
             say(question)
         tell(f"Wrote {out}: check it, then give it by --map, or leave it beside the log as log_map.toml")
 
-    return CommandResult(facts | {"open_questions": list(found.open_questions)}, show)
+    return CommandResult(facts | {"open_questions": list(proposed.open_questions)}, show)

@@ -6,7 +6,6 @@ import signal
 import sys
 import traceback
 import warnings
-from collections.abc import Callable
 from contextlib import suppress
 from importlib.metadata import entry_points
 from operator import attrgetter
@@ -15,6 +14,7 @@ from typing import Any
 
 import typer
 
+from papilla.cli import output
 from papilla.cli.bench import bench
 from papilla.cli.calibrate import calibrate
 from papilla.cli.compare import compare
@@ -26,15 +26,7 @@ from papilla.cli.identify import identify
 from papilla.cli.log import map as map_log
 from papilla.cli.new import new
 from papilla.cli.options import grouped
-from papilla.cli.output import (
-    BROKEN_PIPE,
-    EXIT_BAD_INPUT,
-    EXIT_INTERNAL,
-    EXIT_INTERRUPTED,
-    EXIT_TERMINATED,
-    CommandResult,
-    plain,
-)
+from papilla.cli.output import CommandGroup
 from papilla.cli.press import press
 from papilla.cli.slide import slide
 from papilla.cli.texture import classify, train
@@ -53,35 +45,28 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-COMMANDS: dict[str, tuple[Callable[..., CommandResult | None], ...]] = {
-    "": (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench),
-    "log": (map_log,),
-    "texture": (train, classify),
-}
-"""Commands of this room by their group, those without a group first."""
-HELP = {
-    "log": "Logs of other programs: what their columns are.",
-    "texture": "Classify textures: train on logs of known ones, classify others.",
-}
-BROUGHT_COMMANDS_GROUP = "papilla.commands"
-"""Group of entry points by which other rooms and packages bring commands: each names an object with `GROUP` ("" for
-none), `HELP` of the group and `COMMANDS`, a tuple of functions."""
+OWN_COMMANDS = (
+    CommandGroup(
+        "", (calibrate, identify, new, compare, press, slide, estimate, view, export_c, design, doctor, verify, bench)
+    ),
+    CommandGroup("log", (map_log,), "Logs of other programs: what their columns are."),
+    CommandGroup("texture", (train, classify), "Classify textures: train on logs of known ones, classify others."),
+)
+"""Commands of this room."""
 
 
-def _add(group: str, help_: str, commands: tuple[Callable[..., CommandResult | None], ...]) -> None:
-    """Add commands to `papilla`, or to a group of it."""
-    target = typer.Typer(help=help_, no_args_is_help=True) if group else app
-    for command in commands:
+def _add(group: CommandGroup) -> None:
+    target = typer.Typer(help=group.help, no_args_is_help=True) if group.name else app
+    for command in group.commands:
         target.command()(grouped(command))
-    if group:
-        app.add_typer(target, name=group)
+    if group.name:
+        app.add_typer(target, name=group.name)
 
 
-for _name, _commands in COMMANDS.items():
-    _add(_name, HELP.get(_name, ""), _commands)
-for _entry in sorted(entry_points(group=BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
-    _more = _entry.load()
-    _add(_more.GROUP, _more.HELP, _more.COMMANDS)
+for _group in OWN_COMMANDS:
+    _add(_group)
+for _entry in sorted(entry_points(group=output.BROUGHT_COMMANDS_GROUP), key=attrgetter("name")):
+    _add(_entry.load().command_group)
 
 
 def _show_version(wanted: bool) -> None:
@@ -147,7 +132,7 @@ def _exit_code(arguments: list[str]) -> int:
         if any("\0" in argument for argument in arguments):
             raise InputError("an argument holds a NUL character, which no file name can")
         code = app(arguments, prog_name="papilla", standalone_mode=False)
-        if code == EXIT_INTERRUPTED:
+        if code == output.EXIT_INTERRUPTED:
             raise KeyboardInterrupt
         sys.stdout.flush()
         return code if isinstance(code, int) else 0
@@ -159,16 +144,16 @@ def _exit_code(arguments: list[str]) -> int:
         return _refuse(f"not enough memory for this job ({str(error) or 'no detail'})")
     except (KeyboardInterrupt, typer.Abort):
         print("papilla: interrupted", file=sys.stderr)
-        return EXIT_INTERRUPTED
+        return output.EXIT_INTERRUPTED
     except _Terminated:
         print("papilla: terminated", file=sys.stderr)
-        return EXIT_TERMINATED
+        return output.EXIT_TERMINATED
     except (BrokenPipeError, SystemExit) as left:
         if isinstance(left, SystemExit) and not left.code:  # typer has printed the completion for a shell
             return 0
         # The reader of our output has ended (typer then raises SystemExit).
         _drop_output()
-        return BROKEN_PIPE
+        return output.BROKEN_PIPE
     except OSError as error:
         _drop_output()
         if error.errno == errno.EBADF and not error.filename:
@@ -194,7 +179,7 @@ def _report_internal(error: Exception) -> int:
     what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
     place = f"{Path(last.filename).name}, line {last.lineno}"
     _refuse(f"internal error: {what} ({place}); please report it with what {TRACEBACK_VARIABLE}=1 adds to this line")
-    return EXIT_INTERNAL
+    return output.EXIT_INTERNAL
 
 
 def _drop_output() -> None:
@@ -204,9 +189,9 @@ def _drop_output() -> None:
 
 
 def _warn(message: Warning | str, *_place: Any, **_more: Any) -> None:
-    print("papilla: warning:", plain(str(message)), file=sys.stderr)
+    print("papilla: warning:", output.plain(str(message)), file=sys.stderr)
 
 
 def _refuse(message: str) -> int:
-    print("papilla:", plain(message), file=sys.stderr)
-    return EXIT_BAD_INPUT
+    print("papilla:", output.plain(message), file=sys.stderr)
+    return output.EXIT_BAD_INPUT

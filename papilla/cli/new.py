@@ -22,22 +22,22 @@ def new(
     from papilla.core.outside import read_text
     from papilla.model.finger import DEFAULT_FINGER, Finger
 
-    own = (
+    directions = (
         {}
         if shape != "surfaces"
         else {getattr(Finger.default().shape, key): name for key, name in SURFACE_FILES.items()}
     )
-    written = [file, *map(file.with_name, own.values())]
+    written = [file, *map(file.with_name, directions.values())]
     for path in written:
         if path.exists() or path.is_symlink():
             raise InputError(f"{path} is already there and is not overwritten: choose another name or folder")
     commented = read_text(DEFAULT_FINGER.with_name(f"{shape}_finger.toml"))
     with replacing_set(written) as (design, *parts):
         design.write_text(commented.replace("FILE.toml", file.name), encoding="utf-8")
-        for part, axes in zip(parts, own, strict=True):
+        for surface, axes in zip(parts, directions, strict=True):
             from papilla.mesh.surface_files import write_half_ellipsoid
 
-            write_half_ellipsoid(part, axes)
+            write_half_ellipsoid(surface, axes)
     facts = {"finger": str(file), "shape": shape, "name": Finger.load(file).name, "files": list(map(str, written))}
 
     def show() -> None:

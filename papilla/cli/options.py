@@ -85,21 +85,21 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object.
 def grouped(command: Callable[..., CommandResult | None]) -> Callable[..., None]:
     """The command as typer needs it: each field of a parameter that is a dataclass is a parameter of its own.
 
-    A command that returns an `Answer` also has `--json`, which prints its facts and its seconds instead.
+    A command that returns a `CommandResult` also has `--json`, which prints its facts and its seconds instead.
     """
     hints, parameters = get_type_hints(command, include_extras=True), []
     answers = hints.get("return") is CommandResult
     groups: dict[str, Any] = {}
     for name, parameter in signature(command).parameters.items():
-        kind = hints[name]
-        if not is_dataclass(kind):
-            parameters.append(parameter.replace(annotation=kind, kind=Parameter.KEYWORD_ONLY))
+        options_class = hints[name]
+        if not is_dataclass(options_class):
+            parameters.append(parameter.replace(annotation=options_class, kind=Parameter.KEYWORD_ONLY))
             continue
-        own, groups[name] = get_type_hints(kind, include_extras=True), kind
-        for field in fields(kind):
+        options, groups[name] = get_type_hints(options_class, include_extras=True), options_class
+        for field in fields(options_class):
             default = Parameter.empty if field.default is MISSING else field.default
             parameters.append(
-                Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=own[field.name])
+                Parameter(field.name, Parameter.KEYWORD_ONLY, default=default, annotation=options[field.name])
             )
 
     if answers:
@@ -110,14 +110,14 @@ def grouped(command: Callable[..., CommandResult | None]) -> Callable[..., None]
         """Fill the groups, run the command, print its answer or its JSON, and end with its exit code."""
         began, as_json = perf_counter(), answers and values.pop("as_json")
         filled = {
-            name: kind(**{field.name: values.pop(field.name) for field in fields(kind)})
-            for name, kind in groups.items()
+            name: options_class(**{field.name: values.pop(field.name) for field in fields(options_class)})
+            for name, options_class in groups.items()
         }
-        found = command(**values, **filled)
-        if found is not None:
-            print_json({"seconds": perf_counter() - began} | {**found.facts}) if as_json else found.show()
-            if found.code:
-                raise typer.Exit(found.code)
+        result = command(**values, **filled)
+        if result is not None:
+            print_json({"seconds": perf_counter() - began} | {**result.facts}) if as_json else result.show()
+            if result.code:
+                raise typer.Exit(result.code)
 
     called.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
@@ -131,16 +131,16 @@ def _read_scene(context: typer.Context, path: Path | None) -> Path | None:
     from papilla.core.outside import read_toml
     from papilla.core.tables import closest
 
-    found = read_toml(path, "scene file")
+    scene = read_toml(path, "scene file")
     names = {option.opts[0].lstrip("-").replace("-", "_"): option.name for option in context.command.params}
-    if unknown := [key for key in found if key not in names or names[key] == "scene"]:
+    if unknown := [key for key in scene if key not in names or names[key] == "scene"]:
         near = closest(unknown[0], [key for key in names if names[key] != "scene"])
         hint = f"; did you mean {near}?" if near else ""
         raise InputError(f"{path}: `papilla {context.command.name}` has no option {unknown[0]!r}{hint}")
     # As text, so that a value is parsed and refused as on the command line
     context.default_map = {
-        names[key]: [str(one) for one in value] if isinstance(value, list) else str(value)
-        for key, value in found.items()
+        names[key]: [str(item) for item in value] if isinstance(value, list) else str(value)
+        for key, value in scene.items()
     }
     return path
 
@@ -191,7 +191,7 @@ def number(rule: str, text: str) -> float:
 def moduli_of(text: str) -> list[float]:
     """The moduli (MPa) in the text of `--moduli`; raises `InputError`."""
     rule = "--moduli must be numbers in MPa with commas"
-    return [positive("--moduli (MPa)", number(rule, one)) for one in text.split(",")]
+    return [positive("--moduli (MPa)", number(rule, cell)) for cell in text.split(",")]
 
 
 def mesh_size(size_mm: float | None) -> float:
@@ -215,9 +215,9 @@ class SpecimenOptions:
         from papilla.model.specimen import SPECIMEN_KINDS
 
         measures = {"block": ("thickness", self.thickness), "sphere": ("radius", self.radius)}
-        for kind, (name, value) in measures.items():
-            if value is not None and kind != self.specimen:
-                raise InputError(f"--{name} is for a {kind}, not for a {self.specimen}")
+        for shape, (name, value) in measures.items():
+            if value is not None and shape != self.specimen:
+                raise InputError(f"--{name} is for a {shape}, not for a {self.specimen}")
         name, value = measures.get(self.specimen, ("", None))
         if value is None and self.specimen == "block":
             return design.bench.specimen(modulus)
@@ -233,19 +233,19 @@ def describe(specimen: "Specimen") -> dict:
     from papilla.model.specimen import SPECIMEN_KINDS
 
     units = {"modulus": "modulus_MPa", "thickness": "thickness_mm", "radius": "radius_mm"}
-    names = (kind for kind, made in SPECIMEN_KINDS.items() if made is type(specimen))
-    kind = next(names, type(specimen).__name__.lower())
-    return {"kind": kind, **{units.get(key, key): value for key, value in asdict(specimen).items() if key != "bonded"}}
+    names = (shape for shape, maker in SPECIMEN_KINDS.items() if maker is type(specimen))
+    shape = next(names, type(specimen).__name__.lower())
+    return {"kind": shape, **{units.get(key, key): value for key, value in asdict(specimen).items() if key != "bonded"}}
 
 
-def scene_of(touched: "Specimen", found: "Press") -> dict:
+def scene_of(touched: "Specimen", press: "Press") -> dict:
     """Specimen, friction and large strain of a press, as plain values and in words."""
     from papilla.model.specimen import friction_words, physics_words
 
     return {
         "specimen": describe(touched),
-        "friction": friction_words(found.friction),
-        "physics": physics_words(touched, found.friction, found.large_strain),
+        "friction": friction_words(press.friction),
+        "physics": physics_words(touched, press.friction, press.large_strain),
     }
 
 
@@ -255,11 +255,11 @@ def keep_inputs(inputs: Iterable[Path | str | None], outputs: Iterable[Path]) ->
     from papilla.core.files import target_of
 
     written = [*outputs]
-    given = [Path(name) for name in inputs if name is not None]
+    read = [Path(name) for name in inputs if name is not None]
     for number, output in enumerate(written):
-        if any(_same(output, other) for other in written[:number]):
+        if any(_same(output, earlier) for earlier in written[:number]):
             raise InputError(f"{output} is given for two outputs, of which one would be lost: choose another name")
-        for name in given:
+        for name in read:
             if _same(name, output):
                 raise InputError(f"{output} would overwrite the input {name}: choose another name")
         target = target_of(output)
@@ -317,10 +317,10 @@ def about(path: Path | None) -> Iterator[None]:
         raise InputError(str(error) if named else f"{path}: {error}") from error
 
 
-def _same(one: Path, other: Path) -> bool:
-    if os.path.realpath(one) == os.path.realpath(other):
+def _same(path: Path, second: Path) -> bool:
+    if os.path.realpath(path) == os.path.realpath(second):
         return True
     try:
-        return os.path.samefile(one, other)
+        return os.path.samefile(path, second)
     except OSError:
         return False

@@ -30,6 +30,21 @@ class CommandResult(NamedTuple):
     code: int = 0
 
 
+class CommandGroup(NamedTuple):
+    """Commands of `papilla NAME`, or of `papilla` itself if the name is empty.
+
+    A room or package brings its own with an entry point of the group `BROUGHT_COMMANDS_GROUP`: a module that has them
+    as `command_group`.
+    """
+
+    name: str
+    commands: tuple[Callable[..., CommandResult | None], ...]
+    help: str = ""
+
+
+BROUGHT_COMMANDS_GROUP = "papilla.commands"
+
+
 def print_json(value: Mapping) -> None:
     """Print exactly one JSON object; NaN and infinities, which JSON does not have, become null."""
     print(json_text(value, ascii_only=not (sys.stdout.encoding or "").lower().startswith("utf")))
@@ -69,8 +84,8 @@ def show_table(table: "Table", rows: Iterable[Sequence[str]] = ()) -> None:
     from rich.measure import Measurement
     from rich.text import Text
 
-    for row in rows:
-        table.add_row(*(Text(plain(cell)) for cell in row))
+    for row_cells in rows:
+        table.add_row(*(Text(plain(cell)) for cell in row_cells))
     console = Console()
     options = console.options.update(width=10_000)
     for column in table.columns:

@@ -117,12 +117,12 @@ def slide(
     force = DEFAULT_SLIDE_FORCE_N if press_depth is None and force is None else force
     check_writable(out.parent)
     moved = moving.moved(texture, patch_half_width(design) / 2)
-    with progress() as shown:
-        found = fem.slide(
+    with progress() as reporter:
+        slid = fem.slide(
             design, texture, moved, force=force, depth=press_depth, friction=friction, dynamics=dynamics,
-            loss_factor=loss_factor, progress=shown,
+            loss_factor=loss_factor, progress=reporter,
         )  # fmt: skip
-    facts = _facts(found, texture) | {
+    facts = _facts(slid, texture) | {
         "noise_microstrain": noise,
         "seed": seed,
         "log": str(out),
@@ -130,43 +130,43 @@ def slide(
         "finger": design.name,
         "finger_sha256": design.sha256,
     }
-    _write(out, truth, found, noise, seed, facts)
+    _write(out, truth, slid, noise, seed, facts)
     if movie is not None:
         from papilla.view.slide_movie import write_slide_movie
 
-        write_slide_movie(movie, design, texture, found)
+        write_slide_movie(movie, design, texture, slid)
     return CommandResult(facts, partial(_print, facts))
 
 
-def _facts(found: "Slide", texture: "Texture") -> dict:
+def _facts(slid: "Slide", texture: "Texture") -> dict:
     import numpy as np
 
     from papilla.model.textures import MeasuredProfile
 
-    slides = found.sliding
+    slides = slid.sliding
     measured = isinstance(texture, MeasuredProfile)
     same = ("status", "friction", "dynamics", "why", "loss_factor", "loss_from", "first_mode_Hz", "highest_Hz")
-    return {name: getattr(found, name) for name in (*same, "energy_error", "in_groove_mm", "seconds")} | {
+    return {name: getattr(slid, name) for name in (*same, "energy_error", "in_groove_mm", "seconds")} | {
         "schema": SLIDE_SCHEMA,
         "texture": {"kind": "profile", "span_mm": list(texture.span)}
         if measured
         else {"kind": "grating", **vars(texture)},
         "wavelength_mm": texture.wavelength,
-        "ridge_pitch_mm": found.ridge_pitch_mm or None,
-        "gauges": list(found.gauge_names),
-        "samples": len(found.readings),
-        "rate_Hz": found.motion.rate_Hz,
-        "mean_force_N": float(found.force_N.mean()),
-        "mean_depth_mm": float(found.depth_mm.mean()),
-        "effective_length_mm": found.length_mm,
-        "at_rest": _at_rest(found.tied),
-        "fully_sliding_from_s": float(found.motion.t_s[np.argmax(slides)]) if slides.any() else None,
+        "ridge_pitch_mm": slid.ridge_pitch_mm or None,
+        "gauges": list(slid.gauge_names),
+        "samples": len(slid.readings),
+        "rate_Hz": slid.motion.rate_Hz,
+        "mean_force_N": float(slid.force_N.mean()),
+        "mean_depth_mm": float(slid.depth_mm.mean()),
+        "effective_length_mm": slid.length_mm,
+        "at_rest": _at_rest(slid.tied),
+        "fully_sliding_from_s": float(slid.motion.t_s[np.argmax(slides)]) if slides.any() else None,
         "share_fully_sliding": float(slides.mean()),
-        "mean_microstrain": found.amplified.mean(axis=0).tolist(),
-        "sd_microstrain": found.amplified.std(axis=0).tolist(),
-        "relaxed_steps": found.relaxed,
-        "unresolved_steps": found.unresolved,
-        "flank_push_of_force": found.flank_push,
+        "mean_microstrain": slid.amplified.mean(axis=0).tolist(),
+        "sd_microstrain": slid.amplified.std(axis=0).tolist(),
+        "relaxed_steps": slid.relaxed,
+        "unresolved_steps": slid.unresolved,
+        "flank_push_of_force": slid.flank_push,
     }
 
 
@@ -179,7 +179,7 @@ def _at_rest(tied: "Tie | None") -> dict | None:
     return tied.press.to_json() | scene_of(RIGID_FLAT, tied.press) | {"added_microstrain": tied.lacking.tolist()}
 
 
-def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, facts: dict) -> None:
+def _write(out: Path, truth: Path, slid: "Slide", noise: float, seed: int, facts: dict) -> None:
     import json
 
     import numpy as np
@@ -187,18 +187,18 @@ def _write(out: Path, truth: Path, found: "Slide", noise: float, seed: int, fact
     from papilla.core.files import replacing_set
     from papilla.core.tables import write_table
 
-    added = noise * np.random.default_rng(seed).standard_normal(found.amplified.shape)
+    added = noise * np.random.default_rng(seed).standard_normal(slid.amplified.shape)
     columns = {
-        "t_s": found.motion.t_s,
-        **{f"g{k}": row for k, row in enumerate((found.amplified + added).T, 1)},
-        "force_N": found.force_N,
-        "velocity_mm_s": found.motion.velocity_mm_s,
-        "position_mm": found.motion.position_mm,
-        "tangential_N": found.tangential_N,
+        "t_s": slid.motion.t_s,
+        **{f"g{k}": channel for k, channel in enumerate((slid.amplified + added).T, 1)},
+        "force_N": slid.force_N,
+        "velocity_mm_s": slid.motion.velocity_mm_s,
+        "position_mm": slid.motion.position_mm,
+        "tangential_N": slid.tangential_N,
     }
-    with replacing_set([out, truth]) as (log, beside):
+    with replacing_set([out, truth]) as (log, truth_file):
         write_table(log, columns)
-        beside.write_text(json.dumps(finite(facts), indent=1) + "\n", encoding="utf-8")
+        truth_file.write_text(json.dumps(finite(facts), indent=1) + "\n", encoding="utf-8")
 
 
 def _print(facts: dict) -> None:

@@ -30,14 +30,14 @@ def train(
     groups, left_out = _groups([(label, speed) for label, speed, *_ in runs])
     model = train([(run[0], group, *run[2:]) for run, group in zip(runs, groups, strict=True)], features=how)
     model.save(out)
-    found = {"model": str(out), "labels": list(model.labels), "left_out": left_out, "accuracy": model.accuracy}
+    facts = {"model": str(out), "labels": list(model.labels), "left_out": left_out, "accuracy": model.accuracy}
 
     def show() -> None:
         shares = model.accuracy.items()
         print_table([(f"{name}, {left_out} left out", f"{share:.3f}", "right") for name, share in shares])
         tell(f"Wrote {out}")
 
-    return CommandResult(found, show)
+    return CommandResult(facts, show)
 
 
 def classify(
@@ -48,13 +48,13 @@ def classify(
     """Classify a log, window by window and as a whole; "unknown" if it resembles no training texture."""
     from papilla.estimators.texture import TextureModel
 
-    known = TextureModel.load(model)
-    labels, distances = known.classify(*_run(log, log_map)[1:])
+    texture_model = TextureModel.load(model)
+    labels, distances = texture_model.classify(*_run(log, log_map)[1:])
     most = max(sorted(set(labels)), key=labels.count)
-    found = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
-    found |= {"squared_distance": distances.min(axis=1).tolist(), "limit": known.limit}
-    rows = [("texture", most, ""), ("share of windows", f"{found['share']:.2f}", f"of {len(labels)}")]
-    return CommandResult(found, partial(print_table, rows))
+    facts = {"label": most, "share": labels.count(most) / len(labels), "windows": labels}
+    facts |= {"squared_distance": distances.min(axis=1).tolist(), "limit": texture_model.limit}
+    rows = [("texture", most, ""), ("share of windows", f"{facts['share']:.2f}", f"of {len(labels)}")]
+    return CommandResult(facts, partial(print_table, rows))
 
 
 def _named(text: str) -> tuple[str, Path]:
@@ -90,7 +90,10 @@ def _groups(runs: list[tuple[str, float]]) -> tuple[list[str], str]:
     import math
 
     speeds = [f"{math.exp(round(math.log(speed) / 0.2) * 0.2):.3g} mm/s" for _, speed in runs]
-    if all(len({own for (name, _), own in zip(runs, speeds, strict=True) if name == label}) > 1 for label, _ in runs):
+    if all(
+        len({own_speed for (name, _), own_speed in zip(runs, speeds, strict=True) if name == label}) > 1
+        for label, _ in runs
+    ):
         return speeds, "a speed"
     labels = [label for label, _ in runs]
     return [str(labels[:number].count(label)) for number, label in enumerate(labels)], "a repetition"

@@ -19,8 +19,8 @@ def verify(only: list[str] | None = option(None, "Run this family of cases alone
     from papilla.verify.jobs import fitting_processes
 
     skipped: list[str] = []
-    with progress() as shown:
-        cases = run_families(only or (), processes=fitting_processes(), progress=shown, skipped=skipped.append)
+    with progress() as reporter:
+        cases = run_families(only or (), processes=fitting_processes(), progress=reporter, skipped=skipped.append)
     for sentence in skipped:
         say(sentence)
     return answer_of(cases, skipped)

@@ -3,19 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from papilla.cli.options import (
-    FingerOption,
-    PlaceOption,
-    SizeOption,
-    SpecimenOptions,
-    argument,
-    design_of,
-    mesh_size,
-    option,
-    ready,
-    scene_of,
-    surface_files,
-)
+from papilla.cli import options
+from papilla.cli.options import argument, option
 from papilla.cli.output import CommandResult, progress, tell
 from papilla.cli.press import write_field
 from papilla.core.checks import positive
@@ -38,7 +27,7 @@ SLIDER_SHARES = (0.2, 0.4, 0.6, 0.8)
 
 
 def view(
-    specimen: SpecimenOptions,
+    specimen: options.SpecimenOptions,
     what: What = argument("strain", "Strain field or contact pressure of a press, or receptive fields of the gauges."),
     screenshot: Path | None = option(
         None, "Picture to write: .png, .pdf or .svg.  [default: WHAT.png, unless a page or field is]", metavar="FILE"
@@ -52,15 +41,15 @@ def view(
     modulus: float | None = option(None, "Modulus of the specimen, MPa.  [default: 0.51]"),
     beside: float | None = option(None, "Modulus of a second specimen, drawn beside on the same scale, MPa."),
     force: float | None = option(None, "Pressing force, N.  [default: 0.588]"),
-    at: PlaceOption = (0.0, 0.0),
+    at: options.PlaceOption = (0.0, 0.0),
     component: Component | None = option(None, "Show this component of the stress instead of the strain."),
     gauge: str | None = option(None, "Gauge of a receptive field.  [default: maps of all]"),
-    finger: FingerOption = None,
-    size_mm: SizeOption = None,
+    finger: options.FingerOption = None,
+    size_mm: options.SizeOption = None,
 ) -> CommandResult:
     """Draw the strain field of a press, its contact pressure, or the receptive fields of the gauges."""
-    given = {"html": html, "export": export, "component": component}
-    _refuse_idle(what, specimen, given, {"modulus": modulus, "beside": beside, "force": force}, gauge)
+    of_field = {"html": html, "export": export, "component": component}
+    _refuse_idle(what, specimen, of_field, {"modulus": modulus, "beside": beside, "force": force}, gauge)
     if screenshot is None and html is None and export is None:
         screenshot = Path(f"{what}.png")
     targets = {"screenshot": screenshot, "html": html, "export": export}
@@ -78,19 +67,19 @@ def view(
         need_plotly()
     if export is not None and export.suffix.lower() != ".vtu":
         raise FileFormatError(f"{export}: fields are written as .vtu files")
-    design = design_of(finger)
-    ready([finger, *surface_files(design)], written)
+    design = options.design_of(finger)
+    options.ready([finger, *options.surface_files(design)], written)
     facts: dict[str, Any] = {"finger": design.name, "picture": what}
-    with progress() as shown:
+    with progress() as reporter:
         if what == "receptive":
-            pictures.receptive(written[0], design, gauge, size_mm=mesh_size(size_mm), progress=shown)
-            facts["gauge"] = gauge or [one.name for one in design.gauges]
+            pictures.receptive(written[0], design, gauge, size_mm=options.mesh_size(size_mm), progress=reporter)
+            facts["gauge"] = gauge or [value.name for value in design.gauges]
         else:
             moduli = [VIEWED_MODULUS_MPA if modulus is None else modulus, *([] if beside is None else [beside])]
             load = VIEWED_FORCE_N if force is None else positive("--force (N)", force)
-            touched = [specimen.of(one, design) for one in moduli]
-            reduced = fem.prepare(design, size_mm=mesh_size(size_mm), at=at, progress=shown)
-            facts |= _draw(what, component, targets, design, reduced, touched, load, shown)
+            touched = [specimen.of(value, design) for value in moduli]
+            reduced = fem.prepare(design, size_mm=options.mesh_size(size_mm), at=at, progress=reporter)
+            facts |= _draw(what, component, targets, design, reduced, touched, load, reporter)
     facts |= {key: path and str(path) for key, path in targets.items()}
 
     def show() -> None:
@@ -101,7 +90,9 @@ def view(
     return CommandResult(facts, show)
 
 
-def _refuse_idle(what: str, specimen: SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None) -> None:
+def _refuse_idle(
+    what: str, specimen: options.SpecimenOptions, of_field: dict, of_press: dict, gauge: str | None
+) -> None:
     """Raise `InputError` for options that the kind of picture would ignore."""
     if what == "receptive":
         idle = {**of_press, "thickness": specimen.thickness, "radius": specimen.radius}
@@ -122,26 +113,28 @@ def _draw(
     reduced: "ReducedFinger",
     touched: "list[Specimen]",
     force: float,
-    shown: Progress,
+    reporter: Progress,
 ) -> dict[str, Any]:
     """Press the touched specimens and write the files whose paths are not None; returns the press as plain values."""
     from papilla import view as pictures
     from papilla.view.style import STRAIN_QUANTITY
 
-    first, *others = ((pictures.shown(reduced, one, force=force), one) for one in touched)
+    first, *others = (
+        (pictures.shown(reduced, touched_specimen, force=force), touched_specimen) for touched_specimen in touched
+    )
     press, specimen = first
-    other = others[0] if others else None
-    kind: Any = {"shown": component or STRAIN_QUANTITY, "progress": shown}
+    second = others[0] if others else None
+    style: Any = {"shown": component or STRAIN_QUANTITY, "progress": reporter}
     if (path := targets["screenshot"]) is not None:
         if what == "contact":
-            pictures.contact(path, reduced, press, specimen, other)
+            pictures.contact(path, reduced, press, specimen, second)
         else:
-            pictures.strain(path, design, reduced, press, specimen, beside=other, **kind)
+            pictures.strain(path, design, reduced, press, specimen, beside=second, **style)
     if (path := targets["html"]) is not None:
         lighter = [pictures.shown(reduced, specimen, force=share * force) for share in SLIDER_SHARES]
-        pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **kind)
+        pictures.strain_page(path, design, reduced, [*lighter, press], specimen, **style)
     if (path := targets["export"]) is not None:
-        write_field(path, design, reduced, press, shown)
-    facts = press.to_json() | scene_of(specimen, press)
-    facts["shown"] = "pressure" if what == "contact" else kind["shown"]
-    return facts | ({} if other is None else {"beside": other[0].to_json() | scene_of(other[1], other[0])})
+        write_field(path, design, reduced, press, reporter)
+    facts = press.to_json() | options.scene_of(specimen, press)
+    facts["shown"] = "pressure" if what == "contact" else style["shown"]
+    return facts | ({} if second is None else {"beside": second[0].to_json() | options.scene_of(second[1], second[0])})

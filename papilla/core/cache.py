@@ -39,7 +39,7 @@ from papilla.core.errors import FileAccessError, FileFormatError, InputError, No
 from papilla.core.files import check_writable, replacing
 from papilla.core.outside import check_own, own_bytes, read_arrays, read_bytes, reason
 
-CACHE_VARIABLE, PATIENCE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
+CACHE_VARIABLE, PATIENCE_VARIABLE = "PAPILLA_CACHE", "PAPILLA_CACHE_PATIENCE_S"
 """Environment variables: the folder of the cache, and what replaces `LOCK_PATIENCE_S`."""
 
 LOCK_PATIENCE_S, GIVE_UP_S = 5.0, 1800.0
@@ -232,11 +232,11 @@ def _secret(path: Path) -> bytes:
 
 def _patience_s() -> float:
     """Seconds to wait without a word; raises `InputError` if the environment has no number."""
-    stated = os.environ.get(PATIENCE) or LOCK_PATIENCE_S
+    stated = os.environ.get(PATIENCE_VARIABLE) or LOCK_PATIENCE_S
     try:
         return float(stated)
     except ValueError as error:
-        raise InputError(f"{PATIENCE} must be a number of seconds, got {stated!r}") from error
+        raise InputError(f"{PATIENCE_VARIABLE} must be a number of seconds, got {stated!r}") from error
 
 
 @contextmanager

@@ -58,7 +58,7 @@ def table(
     fixed: dict[str, Any] = {key: (_one_of(value), value) for key, value in constants.items()}
     declared: dict[str, Any] = {name: key if isinstance(key, tuple) else (key, ...) for name, key in keys.items()}
     model: Any = create_model(makes.__name__, __config__=STRICT_RULES, **fixed, **declared)
-    maker = AfterValidator(lambda found: makes(**{name: getattr(found, name) for name in keys}))
+    maker = AfterValidator(lambda model: makes(**{name: getattr(model, name) for name in keys}))
     if not strict_keys:
         return Annotated[model, maker]
     names = [field.alias or name for name, field in model.model_fields.items()]
@@ -84,7 +84,7 @@ def _same(expected: Any, value: Any) -> Any:
 
 def first_of(error: ValidationError) -> Mapping[str, Any]:
     """The most helpful error of a validation: for a misspelt key, "unknown key" is more helpful than "key missing"."""
-    first = min(error.errors(), key=lambda found: found["type"] != UNKNOWN_KEY)
+    first = min(error.errors(), key=lambda fault: fault["type"] != UNKNOWN_KEY)
     return {**first, "loc": (*first["loc"], first["ctx"]["key"])} if first["type"] == UNKNOWN_KEY else first
 
 

@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from papilla.core.outside import read_text
 
-GROUPS = {"v1": ("sys/fs/cgroup/memory",), "v2": ("sys/fs/cgroup", "sys/fs/cgroup/unified")}
+CONTROL_GROUPS = {"v1": ("sys/fs/cgroup/memory",), "v2": ("sys/fs/cgroup", "sys/fs/cgroup/unified")}
 GROUP_FILES = {
     "v1": ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
     "v2": ("memory.max", "memory.current", "inactive_file"),
@@ -21,11 +21,11 @@ Pages = Callable[[str], int]
 """What the system says about its pages, such as `os.sysconf`; raises `ValueError` or `OSError` for what it does not."""
 
 
-PAGES: Pages | None = getattr(os, "sysconf", None)
+MEMORY_INFO: Pages | None = getattr(os, "sysconf", None)
 """This system's; Windows has none."""
 
 
-def free_bytes(root: Path = Path("/"), pages: Pages | None = PAGES) -> int | None:
+def free_bytes(root: Path = Path("/"), pages: Pages | None = MEMORY_INFO) -> int | None:
     """Memory (bytes) that this process can still use without swapping; None if the system does not say.
 
     root : the folder with the kernel's files proc/meminfo, proc/self/cgroup and sys/fs/cgroup.
@@ -64,11 +64,17 @@ def _of_groups(root: Path) -> list[int]:
     free = []
     for line in lines:
         _, controllers, path = line.split(":", 2)
-        kind = "v2" if not controllers else "v1" if "memory" in controllers.split(",") else None
-        if kind is not None:
-            own = PurePosixPath(path.lstrip("/"))
-            groups = {root / place / group for place in GROUPS[kind] for group in (own, *own.parents)}
-            free += [left for group in groups if (left := _left_in(group, *GROUP_FILES[kind])) is not None]
+        version = "v2" if not controllers else "v1" if "memory" in controllers.split(",") else None
+        if version is not None:
+            process_group = PurePosixPath(path.lstrip("/"))
+            groups = {
+                root / place / group
+                for place in CONTROL_GROUPS[version]
+                for group in (process_group, *process_group.parents)
+            }
+            free += [
+                free_bytes for group in groups if (free_bytes := _left_in(group, *GROUP_FILES[version])) is not None
+            ]
     return free
 
 

@@ -8,8 +8,8 @@ The rule has four parts, and docs/trust.md lists it source by source:
 * a check: every fault becomes one line that names the source, as a `FileAccessError` or a `FileFormatError`.
 
 Nothing listens except `datagram_socket`: at a loopback address, or with a key at an address that the user names. The
-test `tests/core/test_outside.py` finds every reader and listener of the package in its syntax trees, and fails for one
-that stands elsewhere. What papilla writes goes through `papilla.core.files`, whose test is the same.
+test `tests/test_readers_and_writers.py` finds every reader and listener of the package in its syntax trees, and fails
+for one that stands elsewhere. What papilla writes goes through `papilla.core.files`, whose test is the same.
 """
 
 import os

@@ -1,13 +1,18 @@
-"""Long jobs in other processes, which report their progress to this one, and are replaced if they are killed."""
+"""The one way in which papilla starts other processes.
+
+`workers` runs long jobs, functions of papilla, in other processes, which report their progress to this one and are
+replaced if they are killed; `Processes` is what it is made of. `run_program` runs another program for a bounded time.
+"""
 
 import os
 import signal
-from collections.abc import Callable, Iterator
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from queue import SimpleQueue
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from papilla.core import seams
 from papilla.core.errors import WorkerKilledError
@@ -45,19 +50,17 @@ def workers(processes: int, progress: Progress = silent, *, fresh: bool = False)
     stages = get_context("spawn").SimpleQueue()
     listener = Thread(target=_listen, args=(stages, progress), daemon=True)
     listener.start()
-    with one_thread_each():
-        pool = Processes(processes, _keep, (stages,), fresh=fresh)
-        try:
+    try:
+        with one_thread_each(), Processes(processes, _keep, (stages,), fresh=fresh) as pool:
             yield lambda function, *arguments: pool.submit(_call, function, arguments).result
-        finally:
-            pool.shutdown()
-            stages.put(None)
-            listener.join()
+    finally:
+        stages.put(None)
+        listener.join()
 
 
 class Processes:
-    """Up to `count` processes for jobs, used like an executor of `concurrent.futures`. They talk through pipes: no port
-    is opened.
+    """Up to `count` processes for jobs, used like an executor of `concurrent.futures`, and ended by a `with` block.
+    They talk through pipes: no port is opened.
 
     A process that is killed, as by the system when memory runs out, is replaced, and its job begins again; a job whose
     process was killed `MOST_TRIES` times raises `WorkerKilledError`. Each process does one job at a time.
@@ -74,6 +77,12 @@ class Processes:
         self._numbers: dict[ProcessPoolExecutor, int] = {}
         for _ in range(count):
             self._idle.put(None)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.shutdown()
 
     def submit(self, function: Callable, /, *args: Any) -> "Future":
         """A future of `function(*args)`."""
@@ -144,6 +153,32 @@ def one_thread_each() -> Iterator[None]:
         os.environ.update({name: value for name, value in before.items() if value is not None})
         for name in (name for name, value in before.items() if value is None):
             os.environ.pop(name, None)
+
+
+HEARTBEAT_S = 0.5
+"""Time between two reports on a program that runs."""
+
+
+def run_program(
+    command: Sequence[str], most_s: float, beat: Callable[[float], None] | None = None, **options: Any
+) -> int | None:
+    """Exit code of another program, None if it takes longer than `most_s`; it has ended when this returns or raises.
+
+    beat : gets the seconds since its start, about twice a second. options : those of `subprocess.Popen`.
+    """
+    child, start = seams.start(command, **options), seams.now_s()
+    try:
+        while True:
+            with suppress(subprocess.TimeoutExpired):
+                return child.wait(timeout=HEARTBEAT_S)
+            elapsed = seams.now_s() - start
+            if beat is not None:
+                beat(elapsed)
+            if elapsed > most_s:
+                return None
+    finally:
+        child.kill()
+        child.wait()
 
 
 def end_with_parent() -> None:

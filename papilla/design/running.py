@@ -77,15 +77,12 @@ def pool(workers: int, scheduler: Scheduler | None) -> Iterator[Pool]:
     if not workers:
         yield Pool(_Here(), 1, "this process")
         return
-    with one_thread_each():
-        processes = Processes(workers)
+    with one_thread_each(), Processes(workers) as processes:
         try:
             yield Pool(processes, workers, f"{workers} process{'es' * (workers > 1)} on this machine")
         except BaseException:
             processes.kill()
             raise
-        finally:
-            processes.shutdown()
 
 
 def run(

@@ -13,15 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from papilla.core import seams
 from papilla.core.errors import FileAccessError, MeshError, PapillaError
 from papilla.core.files import scratch
 from papilla.core.outside import read_arrays, read_bytes, reason
 from papilla.core.progress import Progress, silent
+from papilla.core.workers import run_program
 from papilla.mesh import worker
 
 TIMEOUT_S = 1800.0  # A child that has not finished after this time hangs: the finest useful meshes take a few minutes
-HEARTBEAT_S = 0.5
 ERROR_LINES = 3
 
 WORKER_SCRIPT = Path(worker.__file__)
@@ -80,7 +79,7 @@ def run(
         try:
             np.savez(folder / "input.npz", allow_pickle=False, **inputs)
             with messages.open("wb") as log:
-                code = _code_of(_start(folder, job, log), progress, timeout_s)
+                code = _code_of(folder, job, log, progress, timeout_s)
         except OSError as error:
             raise FileAccessError(f"cannot use the temporary directory for {name}: {reason(error)}") from error
         if code is None:
@@ -95,31 +94,15 @@ def run(
             raise MeshError(str(error)) from error
 
 
-def _start(folder: Path, job: str, log) -> subprocess.Popen:
-    """Start the worker's job in the folder."""
+def _code_of(folder: Path, job: str, log, progress: Progress, timeout_s: float) -> int | None:
+    """Exit code of the worker's job in the folder, None if it takes longer than the timeout."""
     # The child must find this copy of the package, installed or not.
     places = [str(Path(__file__).resolve().parents[2]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(places)}
     # In a session of its own, because a terminal sends Ctrl-C to a whole session: papilla alone decides.
-    return seams.start(
-        [sys.executable, "-P", str(WORKER_SCRIPT), job], cwd=folder, env=environment, start_new_session=True,
-        stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+    return run_program(
+        [sys.executable, "-P", str(WORKER_SCRIPT), job], timeout_s,
+        None if progress is None else lambda seconds: progress(f"meshing, {seconds:.0f} s"),
+        cwd=folder, env=environment, start_new_session=True, stdin=subprocess.DEVNULL, stdout=log,
+        stderr=subprocess.STDOUT,
     )  # fmt: skip
-
-
-def _code_of(child: subprocess.Popen, progress: Progress, timeout_s: float) -> int | None:
-    """Exit code of a child, None if it takes longer than the timeout; the child has ended when this returns or
-    raises."""
-    start = seams.now_s()
-    try:
-        while True:
-            try:
-                return child.wait(timeout=HEARTBEAT_S)
-            except subprocess.TimeoutExpired:
-                elapsed = seams.now_s() - start
-            progress(f"meshing, {elapsed:.0f} s")
-            if elapsed > timeout_s:
-                return None
-    finally:
-        child.kill()
-        child.wait()

@@ -23,13 +23,13 @@ from papilla.references import StackLayer, bonded_layer_sphere, halfspace_stiffn
 from papilla.verify.case import Case
 from papilla.verify.structured import cylinder, growing
 
-BODIES_PARAMETERS = settings.parameters(__name__)
-BALL_RADIUS, BALL_SPECIMEN = BODIES_PARAMETERS.ball_mm, Sphere(BODIES_PARAMETERS.rigid_MPa, BODIES_PARAMETERS.ball_mm)
-CHORDS_FOR_ELLIPSES, FEW_CHORDS = BODIES_PARAMETERS.chords_for_ellipses, BODIES_PARAMETERS.few_chords
+BODY_SIZES = settings.parameters(__name__)
+BALL_RADIUS, BALL_SPECIMEN = BODY_SIZES.ball_mm, Sphere(BODY_SIZES.rigid_MPa, BODY_SIZES.ball_mm)
+CHORDS_FOR_ELLIPSES, FEW_CHORDS = BODY_SIZES.chords_for_ellipses, BODY_SIZES.few_chords
 PATCH_MM, DEEP_MM, FINEST_CELL_MM = (
-    BODIES_PARAMETERS.patch_mm,
-    BODIES_PARAMETERS.deep_mm,
-    BODIES_PARAMETERS.fine_zone_mm / BODIES_PARAMETERS.rings,
+    BODY_SIZES.patch_mm,
+    BODY_SIZES.deep_mm,
+    BODY_SIZES.fine_zone_mm / BODY_SIZES.rings,
 )
 
 
@@ -84,29 +84,21 @@ def with_gap(reduced: ReducedFinger, radius_x: float, radius_y: float) -> Reduce
     return replace(reduced, patch=replace(reduced.patch, gap=reduced.patch.gap + hats.T @ (weights * gap)))
 
 
-def half_space(layer: Layer, chords: int = BODIES_PARAMETERS.chords, **gauges: Any) -> FlatModel:
+def half_space(layer: Layer, chords: int = BODY_SIZES.chords, **gauges: Any) -> FlatModel:
     """A graded block of `DEEP_MM` contact radii, with the gauges of `FlatModel`.
 
     It takes 2.1 GB with 8 chords a quarter circle, 1.6 with 6 and 1.1 with 4.
     """
     mesh = cylinder(
-        _radii(DEEP_MM, BODIES_PARAMETERS.growth),
-        growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_down, DEEP_MM),
-        3,
-        chords,
+        _radii(DEEP_MM, BODY_SIZES.growth), growing(FINEST_CELL_MM, BODY_SIZES.growth_down, DEEP_MM), 3, chords
     )
     return FlatModel(mesh, layer, layer, PATCH_MM, **gauges)
 
 
 def bonded_layer(layer: Layer, thickness: float, lower: Layer | None = None, sites=(0.0,)) -> FlatModel:
     """A layer of `thickness` mm on a rigid table, several times as wide; its lower half may be of another material."""
-    depths, width = (
-        growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_in_layer, thickness),
-        BODIES_PARAMETERS.layer_width * thickness,
-    )
-    mesh = cylinder(
-        _radii(width, BODIES_PARAMETERS.growth_in_layer), depths, len(depths) // 2, BODIES_PARAMETERS.chords
-    )
+    depths, width = (growing(FINEST_CELL_MM, BODY_SIZES.growth_in_layer, thickness), BODY_SIZES.layer_width * thickness)
+    mesh = cylinder(_radii(width, BODY_SIZES.growth_in_layer), depths, len(depths) // 2, BODY_SIZES.chords)
     return FlatModel(mesh, layer, lower or layer, PATCH_MM, interface=thickness / 2, sites=sites)
 
 
@@ -116,15 +108,15 @@ def coated(
     thickness: float,
     depth: float,
     width: float,
-    ratio=BODIES_PARAMETERS.growth,
-    chords=BODIES_PARAMETERS.chords,
+    ratio=BODY_SIZES.growth,
+    chords=BODY_SIZES.chords,
 ) -> FlatModel:
     """A coat of `thickness` mm on a substrate that reaches `depth` mm further down to a rigid table.
 
     Elements grow by `ratio` outwards and downwards; a hard coat bends over many thicknesses, and needs a small one.
     """
-    top = growing(FINEST_CELL_MM, BODIES_PARAMETERS.growth_in_coat, thickness)
-    below = thickness + growing(BODIES_PARAMETERS.below_coat * thickness, ratio, depth)[1:]
+    top = growing(FINEST_CELL_MM, BODY_SIZES.growth_in_coat, thickness)
+    below = thickness + growing(BODY_SIZES.below_coat * thickness, ratio, depth)[1:]
     mesh = cylinder(_radii(width, ratio), np.append(top, below), len(top) - 1, chords)
     return FlatModel(mesh, coat, substrate, PATCH_MM, interface=thickness)
 
@@ -136,30 +128,30 @@ def at_unit_contact(chi: float, modulus: float) -> tuple[float, float]:
     return 1 / (chi * unit.contact_radius), 1 / (BALL_RADIUS * unit.contact_radius**2)
 
 
-def compared(name: str, against: str, found: Press, exact, **bounds: float) -> Iterator[Case]:
+def compared(name: str, against: str, pressed: Press, exact, **bounds: float) -> Iterator[Case]:
     """A case for each quantity that has a bound: "force", "radius" or "area" of contact, "peak_pressure" ..."""
     for key, bound in bounds.items():
         word = key.replace("_", " ")
         measure = f"contact {word}" if key in ("area", "radius") else word
-        yield Case(f"{name}, {word}", f"{measure} {against}", off(_of(found, key), _of(exact, key)), bound)
+        yield Case(f"{name}, {word}", f"{measure} {against}", off(_of(pressed, key), _of(exact, key)), bound)
 
 
-def off(found: float, exact: float) -> float:
+def off(computed: float, exact: float) -> float:
     """Relative error."""
-    return abs(float(found) / float(exact) - 1)
+    return abs(float(computed) / float(exact) - 1)
 
 
-def apart(found: np.ndarray, exact: np.ndarray) -> float:
+def apart(computed: np.ndarray, exact: np.ndarray) -> float:
     """Largest difference over the largest exact value."""
-    return float(np.abs(found - exact).max() / np.abs(exact).max())
+    return float(np.abs(computed - exact).max() / np.abs(exact).max())
 
 
 def _of(contact, key: str) -> float:
     """The quantity `key` of a contact, or its area from a radius, or the reverse."""
     circle = getattr(contact, "contact_area", None) or np.pi * getattr(contact, "contact_radius", np.nan) ** 2
     area = getattr(contact, "area", circle)
-    known = {"area": area, "radius": np.sqrt(area / np.pi)}
-    return known[key] if key in known else getattr(contact, key)
+    quantities = {"area": area, "radius": np.sqrt(area / np.pi)}
+    return quantities[key] if key in quantities else getattr(contact, key)
 
 
 def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,8 +163,8 @@ def surface_pressure(reduced: ReducedFinger, pressure: np.ndarray) -> tuple[np.n
 
 
 def _radii(width: float, ratio: float) -> np.ndarray:
-    fine = np.linspace(0, BODIES_PARAMETERS.fine_zone_mm, BODIES_PARAMETERS.rings + 1)
-    return np.append(fine, BODIES_PARAMETERS.fine_zone_mm + growing(ratio * fine[1], ratio, width)[1:])
+    fine = np.linspace(0, BODY_SIZES.fine_zone_mm, BODY_SIZES.rings + 1)
+    return np.append(fine, BODY_SIZES.fine_zone_mm + growing(ratio * fine[1], ratio, width)[1:])
 
 
 @dataclass(frozen=True)
@@ -200,7 +192,7 @@ def stack_sphere(
     """
     top = layers[0]
     e_star = top.modulus / (1 - top.nu**2)
-    x, weights = leggauss(BODIES_PARAMETERS.nodes)
+    x, weights = leggauss(BODY_SIZES.nodes)
     tau, weights = np.append((x + 1) / 2, 1.0), np.append(weights / 2, 0.0)
     q, q_weights = _wavenumbers(top.thickness, contact_radius)
     lacking = 1 - halfspace_stiffness(q, e_star) / layered_halfspace_stiffness(q, layers, base)
@@ -210,7 +202,7 @@ def stack_sphere(
     flat, bowl = np.linalg.solve(np.eye(len(tau)) - coupling * weights, right).T
     indentation = float(bowl[-1] / flat[-1])
     phi = e_star / math.pi * (indentation * flat - bowl)
-    slope = Chebyshev.fit(tau**2, phi, BODIES_PARAMETERS.nodes // 2, domain=[0, 1]).deriv()
+    slope = Chebyshev.fit(tau**2, phi, BODY_SIZES.nodes // 2, domain=[0, 1]).deriv()
     return StackContact(
         contact_radius=contact_radius,
         force=2 * math.pi * contact_radius * float(weights @ phi),
@@ -221,13 +213,10 @@ def stack_sphere(
 
 def _wavenumbers(thickness: float, contact_radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Nodes and weights (1/mm) from 0 to the cutoff; panels shrink towards 0, where a hard coat acts as a plate."""
-    longest, widest = (
-        BODIES_PARAMETERS.cutoff / thickness,
-        min(1 / thickness, BODIES_PARAMETERS.widest / contact_radius),
-    )
-    edges = np.append(0, np.geomspace(BODIES_PARAMETERS.narrowest * widest, widest, BODIES_PARAMETERS.panels))
+    longest, widest = (BODY_SIZES.cutoff / thickness, min(1 / thickness, BODY_SIZES.widest / contact_radius))
+    edges = np.append(0, np.geomspace(BODY_SIZES.narrowest * widest, widest, BODY_SIZES.panels))
     edges = np.append(edges, np.linspace(widest, longest, 2 + math.ceil((longest - widest) / widest))[1:])
-    x, weights = leggauss(BODIES_PARAMETERS.panel_nodes)
+    x, weights = leggauss(BODY_SIZES.panel_nodes)
     width = np.diff(edges)
     nodes = edges[:-1, None] + width[:, None] * (x + 1) / 2
     return nodes.ravel(), (width[:, None] * weights / 2).ravel()

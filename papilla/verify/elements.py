@@ -62,7 +62,7 @@ class Discretisation:
         """Positions (3, nodes) in mm."""
         return self.space.displacement.doflocs
 
-    def solve(self, layers: dict[int, Layer], load: np.ndarray, held: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def solve(self, layers: dict[int, Layer], load: np.ndarray, fixed: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Displacement (nodes, 3) under a load (nodes, 3), the nodes `held` (mask) having the given values (nodes, 3).
 
         Pressure mass is added to the factored matrix if a layer has almost none, as in `FingerModel`.
@@ -73,14 +73,14 @@ class Discretisation:
             mu, compressibility = lame(layers[number])
             if space.pressures and mu * compressibility < INCOMPRESSIBLE_RATIO:
                 near = near - PRESSURE_STABILISATION / mu * space.part("mass", number)
-        known, free = np.zeros(space.unknowns), np.ones(space.unknowns, dtype=bool)
-        known[:size], free[:size] = np.where(held[:, None], values, 0.0).ravel(), np.repeat(~held, 3)
-        rhs = -(matrix + sp.tril(matrix, -1).T) @ known
+        prescribed, free = np.zeros(space.unknowns), np.ones(space.unknowns, dtype=bool)
+        prescribed[:size], free[:size] = np.where(fixed[:, None], values, 0.0).ravel(), np.repeat(~fixed, 3)
+        rhs = -(matrix + sp.tril(matrix, -1).T) @ prescribed
         rhs[:size] += load.ravel()
-        lower, stabilised = (part.tocsr()[free][:, free].tocsc() for part in (matrix, near))
+        lower, stabilised = (stiffness.tocsr()[free][:, free].tocsc() for stiffness in (matrix, near))
         factor = factorise(lower, space.pressures, stabilised=None if near is matrix else stabilised)
-        known[free] = factor.solve(rhs[free, None])[:, 0]
-        return known[:size].reshape(-1, 3)
+        prescribed[free] = factor.solve(rhs[free, None])[:, 0]
+        return prescribed[:size].reshape(-1, 3)
 
     def body_load(self, force: VectorField) -> np.ndarray:
         """Load (nodes, 3) of a body force (N/mm3)."""
@@ -93,9 +93,12 @@ class Discretisation:
 
     def errors(self, solution: np.ndarray, field: VectorField, gradient: VectorField) -> tuple[float, float]:
         """Relative errors in L2 and in the H1 seminorm; the gradient (3, 3, ...) has the derivative's axis last."""
-        found = [self.basis.interpolate(component) for component in solution.T.copy()]
+        fields = [self.basis.interpolate(component) for component in solution.T.copy()]
         x = np.asarray(self.basis.global_coordinates())
-        values, slopes = np.stack([np.asarray(part) for part in found]), np.stack([part.grad for part in found])
+        values, slopes = (
+            np.stack([np.asarray(component) for component in fields]),
+            np.stack([component.grad for component in fields]),
+        )
         norms = ((values - field(x), field(x)), (slopes - gradient(x), gradient(x)))
         low, high = (np.sqrt((e**2 * self.basis.dx).sum() / (n**2 * self.basis.dx).sum()) for e, n in norms)
         return float(low), float(high)
@@ -103,7 +106,7 @@ class Discretisation:
 
 def _load(basis: Basis, field: VectorField) -> np.ndarray:
     values = field(np.asarray(basis.global_coordinates()))
-    return np.stack([LinearForm(lambda v, w: w["f"] * v).assemble(basis, f=part) for part in values], axis=1)
+    return np.stack([LinearForm(lambda v, w: w["f"] * v).assemble(basis, f=component) for component in values], axis=1)
 
 
 def patch_test() -> Iterator[Case]:
@@ -151,9 +154,9 @@ def _constant_stress(discrete: Discretisation, contrast: float) -> float:
 def _interior_error(discrete: Discretisation, layers: dict[int, Layer], field) -> float:
     """Largest error in the unknowns inside a cube with the field given on its whole boundary, relative to the field."""
     x, exact = discrete.points, field(discrete.points).T
-    held = ((x == 0) | (x == 1)).any(axis=0)
-    found = discrete.solve(layers, np.zeros_like(exact), held, exact)
-    return float(np.abs(found - exact).max() / np.abs(exact).max())
+    fixed = ((x == 0) | (x == 1)).any(axis=0)
+    solution = discrete.solve(layers, np.zeros_like(exact), fixed, exact)
+    return float(np.abs(solution - exact).max() / np.abs(exact).max())
 
 
 def _rigid_motions() -> Iterator[Case]:
@@ -267,7 +270,7 @@ def _errors(mesh: LayeredMesh, element: str, nu: float, curved: bool) -> tuple[f
     """
     exact, discrete = Manufactured(Layer(MANUFACTURED_SETTINGS.modulus_MPa, nu)), Discretisation(mesh, element)
     places, load = discrete.points, discrete.body_load(exact.body_force)
-    held, on_sphere = places[2] == 0, np.zeros(discrete.space.nodes, dtype=bool)
+    fixed, on_sphere = places[2] == 0, np.zeros(discrete.space.nodes, dtype=bool)
     if curved:
 
         def pull(x):
@@ -280,8 +283,8 @@ def _errors(mesh: LayeredMesh, element: str, nu: float, curved: bool) -> tuple[f
     for axis, value in ((0, 0), (1, 0)) if curved else ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
         load += _plane_load(discrete, exact, axis, value)
     layers = dict.fromkeys((OUTER_LAYER, INNER_LAYER), exact.layer)
-    found = discrete.solve(layers, load, held | on_sphere, exact.displacement(places).T)
-    return discrete.errors(found, exact.displacement, exact.gradient)
+    solution = discrete.solve(layers, load, fixed | on_sphere, exact.displacement(places).T)
+    return discrete.errors(solution, exact.displacement, exact.gradient)
 
 
 def _plane_load(discrete: Discretisation, exact: Manufactured, axis: int, value: float) -> np.ndarray:

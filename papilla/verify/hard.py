@@ -25,59 +25,52 @@ from papilla.verify.case import Case
 from papilla.verify.finger import SWEEP_BLOCK, contact_residuals, default_model, default_reduced, pressed_by, residual
 from papilla.verify.structured import cylinder
 
-HARD_PARAMETERS = settings.parameters(__name__)
-INCOMPRESSIBLE_SETTINGS, CHECKED_ENGINES = HARD_PARAMETERS.incompressible, HARD_PARAMETERS.engines
+HARD_CASES = settings.parameters(__name__)
+LIMIT_CASES, ENGINE_CASES = HARD_CASES.incompressible, HARD_CASES.engines
 
 
 def contrast() -> Iterator[Case]:
     """Sphere on a layer on a layer on a rigid table, the upper from 1000 times softer to 1000 times harder."""
-    thickness, depth, nu, usual = (
-        HARD_PARAMETERS.thickness_mm,
-        HARD_PARAMETERS.depth_mm,
-        HARD_PARAMETERS.nu,
-        bodies.BODIES_PARAMETERS,
-    )
-    for ratio in HARD_PARAMETERS.contrasts:
+    thickness, depth, nu, usual = (HARD_CASES.thickness_mm, HARD_CASES.depth_mm, HARD_CASES.nu, bodies.BODY_SIZES)
+    for ratio in HARD_CASES.contrasts:
         stack = [StackLayer(thickness, 1.0, nu), StackLayer(depth, 1 / ratio, nu)]
         exact = bodies.stack_sphere(1.0, BALL_RADIUS, stack, None)
-        growth, chords = (
-            (usual.growth, bodies.FEW_CHORDS) if ratio <= 1 else (HARD_PARAMETERS.growth_on_hard, usual.chords)
-        )
+        growth, chords = (usual.growth, bodies.FEW_CHORDS) if ratio <= 1 else (HARD_CASES.growth_on_hard, usual.chords)
         layers = Layer(1.0, nu), Layer(1 / ratio, nu)
-        model = bodies.coated(*layers, thickness, depth, HARD_PARAMETERS.width_mm, ratio=growth, chords=chords)
-        found = press(model.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
+        model = bodies.coated(*layers, thickness, depth, HARD_CASES.width_mm, ratio=growth, chords=chords)
+        pressed = press(model.reduce(), BALL_SPECIMEN, indentation=exact.indentation, fidelity="contact")
         name = f"modulus contrast {ratio:g}"
         against = "at given indentation, against integral transforms (second method)"
-        yield from compared(
-            name, against, found, exact, force=HARD_PARAMETERS.force_bound, area=HARD_PARAMETERS.area_bound
-        )
+        yield from compared(name, against, pressed, exact, force=HARD_CASES.force_bound, area=HARD_CASES.area_bound)
         yield residual(name, model)
 
 
 def loads() -> Iterator[Case]:
     """Specimens from 1 kPa to rigid, from 0.1 gf to the finger's limit: the default mesh compared with another of the
     five."""
-    reduced, other = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
-    lightest, *_, heaviest = HARD_PARAMETERS.loads_gf
-    for modulus in HARD_PARAMETERS.moduli_MPa:
+    reduced, remeshed = default_reduced(), FingerModel(Finger.default(), build(Finger.default(), variant=1)).reduce()
+    lightest, *_, heaviest = HARD_CASES.loads_gf
+    for modulus in HARD_CASES.moduli_MPa:
         specimen = HalfSpace(modulus)
-        ours, theirs = ([_pressed(one, gf, specimen) for gf in HARD_PARAMETERS.loads_gf] for one in (reduced, other))
-        answers = [one for one in ours if isinstance(one, Press)]
-        pairs = [(one, two) for one, two in zip(ours, theirs, strict=True) if isinstance(two, Press)]
-        resolved = [(one.sd, two.sd) for one, two in pairs if isinstance(one, Press) and one.resolved]
+        ours, theirs = (
+            [_pressed(finger, gf, specimen) for gf in HARD_CASES.loads_gf] for finger in (reduced, remeshed)
+        )
+        answers = [press_here for press_here in ours if isinstance(press_here, Press)]
+        both = ((first, second) for first, second in zip(ours, theirs, strict=True) if isinstance(second, Press))
+        resolved = [(first.sd, second.sd) for first, second in both if isinstance(first, Press) and first.resolved]
         name = f"half-space of {modulus:g} MPa, {lightest:g} to {heaviest:g} gf"
         refused = len(ours) - len(answers)
         counts = f"{len(resolved)} resolved, {len(answers) - len(resolved)} warned, {refused} refused"
         measure = f"{counts}: worst resolved S_d, against another mesh (stated: 3 %)"
         away = max((off(*sds) for sds in resolved), default=np.inf)
-        yield Case(f"{name}, S_d", measure, away, HARD_PARAMETERS.stated)
-        broken = max(max(contact_residuals(reduced, specimen, one)) for one in answers)
+        yield Case(f"{name}, S_d", measure, away, HARD_CASES.stated)
+        broken = max(max(contact_residuals(reduced, specimen, answer)) for answer in answers)
         measure = "worst of pressure, gap, product (exactly 0)"
-        yield Case(f"{name}, complementarity", measure, broken, HARD_PARAMETERS.complementarity)
+        yield Case(f"{name}, complementarity", measure, broken, HARD_CASES.complementarity)
     light = press(reduced, SWEEP_BLOCK, force=gf_to_newton(lightest))
     measure = f"against a point force by adjoint rows (second method); stated: {light.status}"
     away = off(light.sd / light.force, _point_load_sd(reduced))
-    yield Case(f"{lightest:g} gf, S_d per newton", measure, away, HARD_PARAMETERS.light_bound)
+    yield Case(f"{lightest:g} gf, S_d per newton", measure, away, HARD_CASES.light_bound)
 
 
 def _pressed(reduced: ReducedFinger, force_gf: float, specimen: Specimen = SWEEP_BLOCK) -> Press | ContactRangeError:
@@ -101,21 +94,21 @@ def places() -> Iterator[Case]:
     """Presses beside the apex up to the rim, each on two meshes; refusals and warnings must say so."""
     default, at_places = Finger.default(), []
     for variant in (0, 1):
-        model = FingerModel(replace(default, patch_radius=HARD_PARAMETERS.patch_mm), build(default, variant=variant))
-        reduced = [model.reduce(at) for at in HARD_PARAMETERS.places_mm]
-        at_places.append([(one, _pressed(one, HARD_PARAMETERS.place_gf)) for one in reduced])
-    for at, (here, found), (_, other) in zip(HARD_PARAMETERS.places_mm, *at_places, strict=True):
-        name = f"{HARD_PARAMETERS.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
-        if isinstance(found, ContactRangeError) or isinstance(other, ContactRangeError):
-            error = found if isinstance(found, ContactRangeError) else other
+        model = FingerModel(replace(default, patch_radius=HARD_CASES.patch_mm), build(default, variant=variant))
+        reduced = [model.reduce(at) for at in HARD_CASES.places_mm]
+        at_places.append([(finger_there, _pressed(finger_there, HARD_CASES.place_gf)) for finger_there in reduced])
+    for at, (reduced_there, pressed), (_, remeshed) in zip(HARD_CASES.places_mm, *at_places, strict=True):
+        name = f"{HARD_CASES.place_gf:g} gf at ({at[0]:g}, {at[1]:g}) mm"
+        if isinstance(pressed, ContactRangeError) or isinstance(remeshed, ContactRangeError):
+            error = pressed if isinstance(pressed, ContactRangeError) else remeshed
             yield Case(name, f"refused: {error}", 0.0, 0.0)
             continue
-        broken = max(*contact_residuals(here, SWEEP_BLOCK, found), found.force_balance)
+        broken = max(*contact_residuals(reduced_there, SWEEP_BLOCK, pressed), pressed.force_balance)
         measure = "worst of pressure, gap, product, force (exactly 0)"
-        yield Case(f"{name}, balance", measure, broken, HARD_PARAMETERS.complementarity)
-        away = bodies.apart(other.reading, found.reading)
-        said = f"{'resolved' if found.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
-        yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({said})", away, OFF_APEX)
+        yield Case(f"{name}, balance", measure, broken, HARD_CASES.complementarity)
+        away = bodies.apart(remeshed.reading, pressed.reading)
+        sentence = f"{'resolved' if pressed.resolved else 'warned'}; the status states {PER_CENT * OFF_APEX:g} %"
+        yield Case(f"{name}, readings", f"worst reading on another mesh, over the largest ({sentence})", away, OFF_APEX)
 
 
 def incompressible() -> Iterator[Case]:
@@ -126,57 +119,55 @@ def incompressible() -> Iterator[Case]:
 
 def _bonded_layer() -> Iterator[Case]:
     """A layer between ball and table, whose response depends most on nu."""
-    modulus = INCOMPRESSIBLE_SETTINGS.modulus_MPa
-    thickness, indentation = bodies.at_unit_contact(INCOMPRESSIBLE_SETTINGS.chi, modulus)
+    modulus = LIMIT_CASES.modulus_MPa
+    thickness, indentation = bodies.at_unit_contact(LIMIT_CASES.chi, modulus)
     ratios = []
-    for nu in INCOMPRESSIBLE_SETTINGS.poissons:
+    for nu in LIMIT_CASES.poissons:
         model = bodies.bonded_layer(Layer(modulus, nu), thickness)
-        found = press(model.reduce(), BALL_SPECIMEN, indentation=indentation, fidelity="contact")
+        pressed = press(model.reduce(), BALL_SPECIMEN, indentation=indentation, fidelity="contact")
         exact = bonded_layer_sphere(indentation, BALL_RADIUS, thickness, modulus, nu)
-        ratios.append(found.force / exact.force)
+        ratios.append(pressed.force / exact.force)
         name = f"bonded layer, nu {nu:g}"
         against = "at given indentation, against the dual integral equation (exact solution)"
-        yield from compared(name, against, found, exact, force=HARD_PARAMETERS.force_bound)
+        yield from compared(name, against, pressed, exact, force=HARD_CASES.force_bound)
         yield residual(name, model)
     measure = "rise of force over exact force above that at nu 0.49"
-    yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, INCOMPRESSIBLE_SETTINGS.even_bound)
+    yield Case("bonded layer, locking", measure, max(ratios) / ratios[0] - 1, LIMIT_CASES.even_bound)
 
 
 def _finger() -> Iterator[Case]:
     base, readings = default_model(finger.COARSE_MM), []
     outer, inner = base.finger.outer, base.finger.inner
-    for nu in INCOMPRESSIBLE_SETTINGS.poissons:
+    for nu in LIMIT_CASES.poissons:
         changed = replace(base.finger, outer=replace(outer, nu=nu), inner=replace(inner, nu=nu))
         model = FingerModel(changed, base.mesh)
-        found = pressed_by(model.reduce(), INCOMPRESSIBLE_SETTINGS.firm_gf)
-        readings.append((found.sd, found.indentation))
+        pressed = pressed_by(model.reduce(), LIMIT_CASES.firm_gf)
+        readings.append((pressed.sd, pressed.indentation))
         yield residual(f"finger, nu {nu:g}", model)
     # From nu = 0.4999 on, where the term in (1 - 2 nu)^2 is gone
     changes = (np.array(readings) / readings[-1] - 1)[2:]
-    compressibility = 1 - 2 * np.array(INCOMPRESSIBLE_SETTINGS.poissons)[2:, None]
+    compressibility = 1 - 2 * np.array(LIMIT_CASES.poissons)[2:, None]
     away = np.abs(changes - changes[0] / compressibility[0] * compressibility).max(axis=0)
-    for name, distance, kept in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
-        at = f"{name} at {INCOMPRESSIBLE_SETTINGS.firm_gf} gf"
+    for name, distance, change in zip(("S_d", "indentation"), away, np.abs(changes[0]), strict=True):
+        at = f"{name} at {LIMIT_CASES.firm_gf} gf"
         measure = f"{at} from nu 0.4999 on, against its limit plus a term in 1 - 2 nu"
-        yield Case(f"finger, {name} smooth in nu", measure, float(distance), INCOMPRESSIBLE_SETTINGS.smooth_bound)
-        yield Case(
-            f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(kept), INCOMPRESSIBLE_SETTINGS.even_bound
-        )
+        yield Case(f"finger, {name} smooth in nu", measure, float(distance), LIMIT_CASES.smooth_bound)
+        yield Case(f"finger, {name} at nu 0.4999", f"{at}, against nu = 0.5", float(change), LIMIT_CASES.even_bound)
 
 
 def engines() -> Iterator[Case]:
     """Displacements of a bonded layer of two halves under random loads, rslab against SuperLU."""
-    radii, sheets = np.linspace(0, CHECKED_ENGINES.radius_mm, CHECKED_ENGINES.rings + 1), CHECKED_ENGINES.sheets
+    radii, sheets = np.linspace(0, ENGINE_CASES.radius_mm, ENGINE_CASES.rings + 1), ENGINE_CASES.sheets
     mesh = cylinder(radii, np.linspace(0, 1, sheets + 1), sheets // 2, sheets)
-    for nu, ratio in CHECKED_ENGINES.materials:
-        model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=CHECKED_ENGINES.interface_mm)
-        (free, factor), loads = model.factor(), finger.random_loads(model, 3, CHECKED_ENGINES.seed)
-        moved, pressures = (int(part.sum()) for part in np.split(free, [3 * model.space.nodes]))
+    for nu, ratio in ENGINE_CASES.materials:
+        model = bodies.FlatModel(mesh, Layer(ratio, nu), Layer(1.0, nu), 1.0, interface=ENGINE_CASES.interface_mm)
+        (free, factor), loads = model.factor(), finger.random_loads(model, 3, ENGINE_CASES.seed)
+        moved, pressures = (int(mask.sum()) for mask in np.split(free, [3 * model.space.nodes]))
         ours, theirs = (
             factorise(factor.matrix, pressures, engine=name).solve(loads)[:moved] for name in ("rslab", "superlu")
         )
         away = np.linalg.norm(ours - theirs, axis=0) / np.linalg.norm(theirs, axis=0)
         name = f"rslab and SuperLU, nu {nu:g}, contrast {ratio:g}"
         yield Case(
-            name, "displacements under random loads, against each other", float(away.max()), CHECKED_ENGINES.agreement
+            name, "displacements under random loads, against each other", float(away.max()), ENGINE_CASES.agreement
         )

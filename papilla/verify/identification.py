@@ -17,7 +17,7 @@ from papilla.model.finger import Finger
 from papilla.model.specimen import STICK_WORD, Block
 from papilla.verify.case import Case
 
-IDENTIFICATION_PARAMETERS = settings.parameters(__name__)
+FIT_CASES = settings.parameters(__name__)
 
 
 def identification() -> Iterator[Case]:
@@ -28,67 +28,60 @@ def identification() -> Iterator[Case]:
     except ImportError as error:
         raise MissingExtraError("iminuit is not installed; pip install 'papilla[peers]'") from error
     finger = Finger.default()
-    smooth = response(family_of(finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm), Block(1.0, 10.0))
-    for seed, (name, presses) in enumerate(IDENTIFICATION_PARAMETERS.logs.items(), start=1):
+    smooth = response(family_of(finger, size_mm=FIT_CASES.size_mm), Block(1.0, 10.0))
+    for seed, (name, presses) in enumerate(FIT_CASES.logs.items(), start=1):
         log = _log(smooth, np.random.default_rng(seed), **presses)
-        yield from _against_minuit(
-            name, identify(log, finger, size_mm=IDENTIFICATION_PARAMETERS.size_mm, friction=STICK_WORD)
-        )
+        yield from _against_minuit(name, identify(log, finger, size_mm=FIT_CASES.size_mm, friction=STICK_WORD))
 
 
 def _log(smooth: Response, rng: np.random.Generator, forces_N, moduli_MPa, deep: bool) -> PressLog:
     """Presses of a randomly drawn finger, with the noise that `identify` assumes."""
-    own, gauges = IDENTIFICATION_PARAMETERS.drawn, 5
+    drawn, gauges = FIT_CASES.drawn, 5
     outer, inner = (
         middle * np.exp(rng.uniform(-ln, ln))
-        for middle, ln in ((own.outer_MPa, own.outer_ln), (own.inner_MPa, own.inner_ln))
+        for middle, ln in ((drawn.outer_MPa, drawn.outer_ln), (drawn.inner_MPa, drawn.inner_ln))
     )
-    gain = np.exp(rng.uniform(np.log(own.least_gain), 0, gauges)) * rng.choice([-1, 1], gauges)
-    least, most = own.lever
+    gain = np.exp(rng.uniform(np.log(drawn.least_gain), 0, gauges)) * rng.choice([-1, 1], gauges)
+    least, most = drawn.lever
     lever = gain * rng.uniform(least, most, gauges)
-    zero = rng.uniform(-own.zero_microstrain, own.zero_microstrain, gauges)
+    zero = rng.uniform(-drawn.zero_microstrain, drawn.zero_microstrain, gauges)
     force, modulus = (values.ravel() for values in np.meshgrid(forces_N, moduli_MPa))
-    felt = smooth.felt(force * (1 + own.force_noise * rng.normal(size=force.size)), modulus, outer, inner)
+    felt = smooth.felt(force * (1 + drawn.force_noise * rng.normal(size=force.size)), modulus, outer, inner)
     readings = (gain * felt.values[:, 0] + lever * felt.values[:, 1]) / STRAIN_PER_MICROSTRAIN + zero
-    readings += own.noise_microstrain * rng.normal(size=readings.shape)
-    depth = felt.indentation + own.depth_zero_mm + own.depth_noise_mm * rng.normal(size=force.size)
+    readings += drawn.noise_microstrain * rng.normal(size=readings.shape)
+    depth = felt.indentation + drawn.depth_zero_mm + drawn.depth_noise_mm * rng.normal(size=force.size)
     names = tuple(f"g{number + 1}" for number in range(gauges))
     return PressLog(force, modulus, readings, names, depth if deep else None)
 
 
-def _against_minuit(name: str, found: Identification) -> Iterator[Case]:
-    problem, vector = found.problem, found.vector
-    begun = vector + 0.5 * found.sigma * np.random.default_rng(0).normal(size=len(vector))
-    second = _minuit(problem, begun, found.sigma).migrad()
+def _against_minuit(name: str, identified: Identification) -> Iterator[Case]:
+    problem, vector = identified.problem, identified.vector
+    begun = vector + 0.5 * identified.sigma * np.random.default_rng(0).normal(size=len(vector))
+    second = _minuit(problem, begun, identified.sigma).migrad()
     least = float((problem.residuals(vector) ** 2).sum())
     yield Case(
         f"least chi-square, {name}",
         "above what Minuit's migrad comes to",
         max(0.0, least - second.fval),
-        IDENTIFICATION_PARAMETERS.same_cost,
+        FIT_CASES.same_cost,
     )
-    away = np.abs((np.array(second.values) - vector) / found.sigma).max()
-    yield Case(
-        f"parameters, {name}",
-        "largest distance to Minuit's, in sigma",
-        float(away),
-        IDENTIFICATION_PARAMETERS.same_sigmas,
-    )
+    away = np.abs((np.array(second.values) - vector) / identified.sigma).max()
+    yield Case(f"parameters, {name}", "largest distance to Minuit's, in sigma", float(away), FIT_CASES.same_sigmas)
     ends, verdicts = [], 0
     for place in np.flatnonzero(~problem.linear):
-        parameter = found.names[place]
-        own = profile(found, parameter)
-        second.minos(parameter, cl=IDENTIFICATION_PARAMETERS.confidence)
+        parameter = identified.names[place]
+        ours = profile(identified, parameter)
+        second.minos(parameter, cl=FIT_CASES.confidence)
         error, middle = second.merrors[parameter], second.values[parameter]
         # If a prior limits the interval there are side valleys, and minos stays in its valley.
-        if own.verdict == "bounded" and not own.cut_off_by:
+        if ours.verdict == "bounded" and not ours.cut_off_by:
             # Minos itself reports a missing end.
-            sides = (own.lower, error.lower, error.lower_valid), (own.upper, error.upper, error.upper_valid)
-            ends += [abs(np.log(end) - middle - by) / found.sigma[place] for end, by, valid in sides if valid]
-        verdicts += own.verdict != _verdict(problem, found, parameter)
+            sides = (ours.lower, error.lower, error.lower_valid), (ours.upper, error.upper, error.upper_valid)
+            ends += [abs(np.log(end) - middle - by) / identified.sigma[place] for end, by, valid in sides if valid]
+        verdicts += ours.verdict != _verdict(problem, identified, parameter)
     if ends:
         against = "largest distance to Minuit's minos, in sigma"
-        yield Case(f"95 % ends of profiles, {name}", against, max(ends), IDENTIFICATION_PARAMETERS.same_sigmas)
+        yield Case(f"95 % ends of profiles, {name}", against, max(ends), FIT_CASES.same_sigmas)
     what = "profiles whose verdict is not that of Minuit at the bounds, without the prior"
     yield Case(f"verdicts of profiles, {name}", what, float(verdicts), 0.0)
 
@@ -97,8 +90,8 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
     """Minuit on the chi-square of a problem, with all parameters treated alike, in the scale of the fit."""
     from iminuit import Minuit
 
-    kept = np.array([name != without_prior_of for name in (*problem.free, "the ratio of the moduli")])
-    rows = np.concatenate([np.ones(problem.measured.size, bool), kept])
+    with_prior = np.array([name != without_prior_of for name in (*problem.free, "the ratio of the moduli")])
+    rows = np.concatenate([np.ones(problem.measured.size, bool), with_prior])
 
     def chi_square(vector: np.ndarray) -> float:
         return float((problem.residuals(vector)[rows] ** 2).sum())
@@ -106,29 +99,29 @@ def _minuit(problem: Problem, start: np.ndarray, step: np.ndarray, without_prior
     def gradient(vector: np.ndarray) -> np.ndarray:
         return 2 * problem.jacobian(vector)[rows].T @ problem.residuals(vector)[rows]
 
-    found = Minuit(chi_square, start, grad=gradient, name=problem.free)
-    found.errordef, found.strategy, found.tol = (
+    minimizer = Minuit(chi_square, start, grad=gradient, name=problem.free)
+    minimizer.errordef, minimizer.strategy, minimizer.tol = (
         Minuit.LEAST_SQUARES,
-        IDENTIFICATION_PARAMETERS.strategy,
-        IDENTIFICATION_PARAMETERS.tolerance,
+        FIT_CASES.strategy,
+        FIT_CASES.tolerance,
     )
-    found.errors = step
+    minimizer.errors = step
     sides = zip(*problem.bounds, problem.linear, strict=True)
-    found.limits = [(None, None) if linear else (low, high) for low, high, linear in sides]
-    return found
+    minimizer.limits = [(None, None) if linear else (low, high) for low, high, linear in sides]
+    return minimizer
 
 
-def _verdict(problem: Problem, found: Identification, name: str) -> str:
+def _verdict(problem: Problem, identified: Identification, name: str) -> str:
     """The verdict by Minuit, for the presses without the parameter's prior: chi-square at its bounds compared with the
     minimum."""
-    place = found.names.index(name)
+    place = identified.names.index(name)
     costs = []
     for value in (None, *(side[place] for side in problem.bounds)):
-        start = found.vector.copy()
+        start = identified.vector.copy()
         start[place] = start[place] if value is None else value
-        one = _minuit(problem, start, found.sigma, without_prior_of=name)
-        one.fixed[name] = value is not None
-        costs.append(one.migrad().fval)
+        minimum = _minuit(problem, start, identified.sigma, without_prior_of=name)
+        minimum.fixed[name] = value is not None
+        costs.append(minimum.migrad().fval)
     return ("flat", "one-sided", "bounded")[
         sum(cost - min(costs) > INTERVAL_HALF_WIDTH_SIGMAS**2 for cost in costs[1:])
     ]

@@ -30,7 +30,7 @@ from papilla.verify.finger import (
     pressed_by,
 )
 
-INVARIANCE_PARAMETERS = settings.parameters(__name__)
+LAW_CASES = settings.parameters(__name__)
 
 
 def invariance() -> Iterator[Case]:
@@ -52,39 +52,39 @@ def _reciprocity() -> Iterator[Case]:
     # A press at the apex is symmetric about both planes: only that part of an adjoint, halved for each plane, does work
     rows = len(adjoints) * adjoints[SYMMETRIC_PARITY].reshape(loads.shape[0], -1).T @ loads
     measure = "adjoint rows, against direct solves (second method)"
-    yield Case("reciprocity of gauge rows", measure, apart(rows, reduced.strain_rows), INVARIANCE_PARAMETERS.tight)
+    yield Case("reciprocity of gauge rows", measure, apart(rows, reduced.strain_rows), LAW_CASES.tight)
 
 
 def _energy() -> Iterator[Case]:
     model, reduced = default_model(COARSE_MM), default_reduced(COARSE_MM)
-    pressed = pressed_by(reduced, INVARIANCE_PARAMETERS.firm_gf)
+    pressed = pressed_by(reduced, LAW_CASES.firm_gf)
     displacement = model.cell_displacements(pressed.pressure)[SYMMETRIC_PARITY].ravel()
     stored = reduced.multiplicity * _strain_energy(model, displacement)
     work = reduced.multiplicity * float(pressed.pressure @ reduced.compliance @ pressed.pressure) / 2
     measure = "integral over the mesh, against half of pressure times displacement"
-    yield Case("strain energy", measure, off(stored, work), INVARIANCE_PARAMETERS.balance)
-    depths = np.linspace(0, pressed.indentation, INVARIANCE_PARAMETERS.steps + 1)
+    yield Case("strain energy", measure, off(stored, work), LAW_CASES.balance)
+    depths = np.linspace(0, pressed.indentation, LAW_CASES.steps + 1)
     steps = [contact_press(reduced, SWEEP_BLOCK, (None, float(depth)), 0.0) for depth in depths[1:]]
-    own, last = reduced.compliance + reduced.specimen_compliance(SWEEP_BLOCK), steps[-1].pressure
-    stored = reduced.multiplicity * float(last @ own @ last) / 2
+    compliance, last = reduced.compliance + reduced.specimen_compliance(SWEEP_BLOCK), steps[-1].pressure
+    stored = reduced.multiplicity * float(last @ compliance @ last) / 2
     work = np.trapezoid([0.0, *(step.force for step in steps)], depths)
     measure = "integral of force over indentation, against stored energy"
-    yield Case("work of a press", measure, off(work, stored), INVARIANCE_PARAMETERS.work_bound)
+    yield Case("work of a press", measure, off(work, stored), LAW_CASES.work_bound)
 
 
 def _strain_energy(model: FingerModel, displacement: np.ndarray) -> float:
     """Half of u A u + p C p over the cell, with the pressure that belongs to the displacement, in N mm."""
     lower, size = model.space.matrix(model.layers), 3 * model.space.nodes
-    whole = (lower + sp.tril(lower, -1).T).tocsr()
-    squeeze = whole[size:, :size] @ displacement
-    pressure = sp.linalg.spsolve(-whole[size:, size:].tocsc(), squeeze)
-    return float(displacement @ (whole[:size, :size] @ displacement) + squeeze @ pressure) / 2
+    symmetric = (lower + sp.tril(lower, -1).T).tocsr()
+    squeeze = symmetric[size:, :size] @ displacement
+    pressure = sp.linalg.spsolve(-symmetric[size:, size:].tocsc(), squeeze)
+    return float(displacement @ (symmetric[:size, :size] @ displacement) + squeeze @ pressure) / 2
 
 
 def _complementarity() -> Iterator[Case]:
     """Every scene of a grid of specimens and forces, recomputed from the compliance alone."""
     reduced = default_reduced(COARSE_MM)
-    forces = ", ".join(map(str, INVARIANCE_PARAMETERS.forces_gf))
+    forces = ", ".join(map(str, LAW_CASES.forces_gf))
     specimens: dict[str, Specimen] = {
         "block": SWEEP_BLOCK,
         "half-space of 0.089 MPa": HalfSpace(0.089),
@@ -92,72 +92,65 @@ def _complementarity() -> Iterator[Case]:
         "soft thin block": Block(0.05, 3.0, 0.5),
     }
     for name, specimen in specimens.items():
-        presses = [pressed_by(reduced, gf, specimen) for gf in INVARIANCE_PARAMETERS.forces_gf]
-        residuals = np.max([contact_residuals(reduced, specimen, one) for one in presses], axis=0)
+        presses = [pressed_by(reduced, gf, specimen) for gf in LAW_CASES.forces_gf]
+        residuals = np.max([contact_residuals(reduced, specimen, press) for press in presses], axis=0)
         measures = ("negative pressure over peak", "negative gap over indentation", "pressure times gap")
         for measure, error in zip(measures, residuals, strict=True):
             what = f"complementarity, {name}, {measure}"
-            yield Case(what, f"largest at {forces} gf (exactly 0)", error, INVARIANCE_PARAMETERS.balance)
-        balance = max(off(reduced.multiplicity * (reduced.patch.mass @ one.pressure), one.force) for one in presses)
+            yield Case(what, f"largest at {forces} gf (exactly 0)", error, LAW_CASES.balance)
+        balance = max(
+            off(reduced.multiplicity * (reduced.patch.mass @ press.pressure), press.force) for press in presses
+        )
         measure = f"integral of pressure at {forces} gf, against the force"
-        yield Case(f"force balance, {name}", measure, balance, INVARIANCE_PARAMETERS.balance)
+        yield Case(f"force balance, {name}", measure, balance, LAW_CASES.balance)
 
 
 def _mirrors() -> Iterator[Case]:
     """A leaning design and its mirror image, and the quarter cell against the whole mesh."""
     base = default_model(COARSE_MM)
-    x, y = INVARIANCE_PARAMETERS.leaning_at_mm
-    there = [
-        Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d)
-        for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
-    ]
-    back = [
-        Gauge(f"b{k}", angle_deg=-a, y_mm=b, direction_deg=-d)
-        for k, (a, b, d) in enumerate(INVARIANCE_PARAMETERS.leaning)
-    ]
+    x, y = LAW_CASES.leaning_at_mm
+    leaning = [Gauge(f"a{k}", angle_deg=a, y_mm=b, direction_deg=d) for k, (a, b, d) in enumerate(LAW_CASES.leaning)]
+    back = [Gauge(f"b{k}", angle_deg=-a, y_mm=b, direction_deg=-d) for k, (a, b, d) in enumerate(LAW_CASES.leaning)]
     model = FingerModel(
-        replace(base.finger, gauges=(*there, *back), patch_radius=INVARIANCE_PARAMETERS.small_patch_mm), base.mesh
+        replace(base.finger, gauges=(*leaning, *back), patch_radius=LAW_CASES.small_patch_mm), base.mesh
     )
-    found = [pressed_by(model.reduce((place, y)), INVARIANCE_PARAMETERS.small_gf) for place in (x, -x)]
+    presses = [pressed_by(model.reduce((place, y)), LAW_CASES.small_gf) for place in (x, -x)]
     del model
-    one, other = found
+    right, mirror_press = presses
     against = f"of a design pressed at ({x:g}, {y:g}) mm, against its mirror image pressed at ({-x:g}, {y:g}) mm"
-    away = apart(np.roll(other.reading, len(there)), one.reading)
-    yield Case("mirrored design, readings", f"readings {against}", away, INVARIANCE_PARAMETERS.mirror)
-    depth = off(one.indentation, other.indentation)
-    yield Case("mirrored design, indentation", f"indentation {against}", depth, INVARIANCE_PARAMETERS.mirror)
-    upper, lower = (Layer(modulus, INVARIANCE_PARAMETERS.halves_nu) for modulus in INVARIANCE_PARAMETERS.halves_MPa)
-    thickness, sites = INVARIANCE_PARAMETERS.halves_thickness_mm, INVARIANCE_PARAMETERS.halves_sites_mm
+    away = apart(np.roll(mirror_press.reading, len(leaning)), right.reading)
+    yield Case("mirrored design, readings", f"readings {against}", away, LAW_CASES.mirror)
+    depth = off(right.indentation, mirror_press.indentation)
+    yield Case("mirrored design, indentation", f"indentation {against}", depth, LAW_CASES.mirror)
+    upper, lower = (Layer(modulus, LAW_CASES.halves_nu) for modulus in LAW_CASES.halves_MPa)
+    thickness, sites = LAW_CASES.halves_thickness_mm, LAW_CASES.halves_sites_mm
     quarter = bonded_layer(upper, thickness, lower, sites)
     mesh, radius = replace(quarter.mesh, mirrors=()), quarter.finger.patch_radius
-    whole = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
-    own, expected = (
+    flat = FlatModel(mesh, upper, lower, radius, interface=thickness / 2, sites=sites)
+    sums, expected = (
         press(
-            model.reduce(),
-            BALL_SPECIMEN,
-            indentation=INVARIANCE_PARAMETERS.halves_indentation / BALL_RADIUS,
-            fidelity="contact",
+            model.reduce(), BALL_SPECIMEN, indentation=LAW_CASES.halves_indentation / BALL_RADIUS, fidelity="contact"
         ).reading
-        for model in (quarter, whole)
+        for model in (quarter, flat)
     )
     measure = "readings of a layer of two halves, quarter cell against whole mesh (second method)"
-    yield Case("mirror planes, readings", measure, apart(expected, own), INVARIANCE_PARAMETERS.mirror)
+    yield Case("mirror planes, readings", measure, apart(expected, sums), LAW_CASES.mirror)
 
 
 def _units() -> Iterator[Case]:
     """Stress and length in other units: strains do not change, and the contact search takes the same steps."""
     reference, steps = _pressed(default_reduced(COARSE_MM), 1.0, 1.0)
-    for unit, scales in INVARIANCE_PARAMETERS.units.items():
+    for unit, scales in LAW_CASES.units.items():
         for stress, length in scales:
-            found, taken = _pressed(_rescaled(stress, length), stress, length)
+            computed, taken = _pressed(_rescaled(stress, length), stress, length)
             worst = max(
-                apart(found.strain, reference.strain),
-                off(found.indentation / length, reference.indentation),
-                off(found.peak_pressure / stress, reference.peak_pressure),
+                apart(computed.strain, reference.strain),
+                off(computed.indentation / length, reference.indentation),
+                off(computed.peak_pressure / stress, reference.peak_pressure),
             )
             name = f"{unit} rescaled by {stress * length:g}"
             measure = "strain, indentation, peak pressure, against the usual units"
-            yield Case(f"{name}, answer", measure, worst, INVARIANCE_PARAMETERS.balance)
+            yield Case(f"{name}, answer", measure, worst, LAW_CASES.balance)
             measure = f"difference of {taken} from {steps} exchanges of the contact search"
             yield Case(f"{name}, iterations", measure, float(abs(taken - steps)), 0.0)
 
@@ -165,12 +158,12 @@ def _units() -> Iterator[Case]:
 def _pressed(reduced: ReducedFinger, stress: float, length: float):
     """A press of 50 gf in the given units, and the number of iterations that its contact needs from first touch."""
     block = Block(SWEEP_BLOCK.modulus * stress, SWEEP_BLOCK.thickness * length, SWEEP_BLOCK.nu)
-    force = gf_to_newton(INVARIANCE_PARAMETERS.firm_gf) * stress * length**2
-    found = contact_press(reduced, block, (force, None), 0.0)
+    force = gf_to_newton(LAW_CASES.firm_gf) * stress * length**2
+    pressed = contact_press(reduced, block, (force, None), 0.0)
     compliance = reduced.compliance + reduced.specimen_compliance(block)
     patch = reduced.patch
     problem = ContactProblem(compliance, patch.mass, patch.gap)
-    return found, contact_step(problem, first_touch(problem), force=force / reduced.multiplicity).iterations
+    return pressed, contact_step(problem, first_touch(problem), force=force / reduced.multiplicity).iterations
 
 
 def _rescaled(stress: float, length: float) -> ReducedFinger:
@@ -180,12 +173,12 @@ def _rescaled(stress: float, length: float) -> ReducedFinger:
 
     def longer(owner: Any, *names: str) -> Any:
         """The owner with these lengths in the other unit."""
-        own = {name: getattr(owner, name) for name in names}
+        lengths = {name: getattr(owner, name) for name in names}
         return replace(
             owner,
             **{
                 name: tuple(x * length for x in size) if isinstance(size, tuple) else size * length
-                for name, size in own.items()
+                for name, size in lengths.items()
             },
         )
 

@@ -14,6 +14,10 @@ MOST_PROCESSES = 2
 """Largest number of jobs at once: more would wait for the memory bus."""
 
 
+def no_progress(line: str, finished: int, total: int) -> None:
+    """Show nothing."""
+
+
 def run_jobs(
     function: Callable[..., Any],
     jobs: Mapping[str, tuple],
@@ -27,19 +31,19 @@ def run_jobs(
     processes : how many jobs run at once; 1 runs them in this process (see `core.workers`). fresh : a new process
     for each job, so that what a job leaves in memory goes with it. Raises what the function raises.
     """
-    done = 0
+    finished = 0
 
     def stage(text: str) -> None:
-        progress(CountedStep(text, done, len(jobs)))
+        progress(CountedStep(text, finished, len(jobs)))
 
     with workers(processes if len(jobs) > 1 else 1, stage, fresh=fresh) as start:
         results = {name: start(function, *arguments) for name, arguments in jobs.items()}
         for name, result in results.items():
             if processes < 2:
                 stage(name)
-            found = result()
-            done += 1
-            yield name, found
+            answer = result()
+            finished += 1
+            yield name, answer
 
 
 def fitting_processes() -> int:

@@ -27,8 +27,8 @@ from papilla.verify.bodies import apart, compared, off
 from papilla.verify.case import Case
 from papilla.verify.finger import default_model, default_reduced, pressed_by, residual
 
-MESHES_PARAMETERS = settings.parameters(__name__)
-MOVED_SETTINGS, SCATTER_SETTINGS = MESHES_PARAMETERS.moved, MESHES_PARAMETERS.scatter
+MESH_CASES = settings.parameters(__name__)
+MOVED_SETTINGS, SCATTER_SETTINGS = MESH_CASES.moved, MESH_CASES.scatter
 
 
 def scatter() -> Iterator[Case]:
@@ -37,15 +37,17 @@ def scatter() -> Iterator[Case]:
     finger, measure = Finger.default(), f"standard deviation of {{}} over its mean, {SHIPPED_VARIANTS} meshes"
     reduced = [FingerModel(finger, build(finger, variant=variant)).reduce() for variant in range(SHIPPED_VARIANTS)]
     for force_gf, bound in zip(SCATTER_SETTINGS.forces_gf, SCATTER_SETTINGS.sd_bounds, strict=True):
-        values = [pressed_by(one, force_gf).sd for one in reduced]
+        values = [pressed_by(reduced_finger, force_gf).sd for reduced_finger in reduced]
         yield Case(f"S_d at {force_gf} gf", measure.format("S_d"), _spread(values), bound)
-    presses = [pressed_by(one, SCATTER_SETTINGS.other_gf) for one in reduced]
+    presses = [pressed_by(reduced_finger, SCATTER_SETTINGS.other_gf) for reduced_finger in reduced]
     for key, bound in SCATTER_SETTINGS.other_bounds.items():
         name = key.replace("_", " ")
-        spread = _spread([getattr(one, key) for one in presses])
+        spread = _spread([getattr(reduced_finger, key) for reduced_finger in presses])
         yield Case(f"{name} at {SCATTER_SETTINGS.other_gf} gf", measure.format(name), spread, bound)
-    highest = float(np.mean([one.sd for one in presses]))
-    worst = max(_spread([one.reading[k] for one in presses], highest) for k in range(len(finger.gauges)))
+    highest = float(np.mean([reduced_finger.sd for reduced_finger in presses]))
+    worst = max(
+        _spread([reduced_finger.reading[k] for reduced_finger in presses], highest) for k in range(len(finger.gauges))
+    )
     about = f"standard deviation of the worst gauge's reading over S_d, {SHIPPED_VARIANTS} meshes"
     yield Case(f"readings at {SCATTER_SETTINGS.other_gf} gf", about, worst, SCATTER_SETTINGS.gauge_bound)
 
@@ -56,7 +58,7 @@ def _spread(values, scale: float | None = None) -> float:
 
 def fingers() -> dict[str, Finger]:
     """A dome of revolution, a dome of half size with gauges elsewhere, and a slab."""
-    return {name: _finger(**own) for name, own in MOVED_SETTINGS.fingers.items()}
+    return {name: _finger(**measures) for name, measures in MOVED_SETTINGS.fingers.items()}
 
 
 def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) -> Finger:
@@ -72,17 +74,19 @@ def _finger(axes_mm, stored, depth_mm: float | None = None, gauges: Any = None) 
 
 def moved() -> Iterator[Case]:
     """Linear presses on 0.15 MPa, without friction, on a moved mesh and on two fresh ones."""
-    kept = MOVED_SETTINGS.fingers
+    kept_fingers = MOVED_SETTINGS.fingers
     for name, finger in fingers().items():
-        found = pressed(finger, build(finger))
-        for row, stored, force_gf in zip(found, np.array(kept[name].stored), MOVED_SETTINGS.forces_gf, strict=True):
+        answers = pressed(finger, build(finger))
+        for answer, stored, force_gf in zip(
+            answers, np.array(kept_fingers[name].stored), MOVED_SETTINGS.forces_gf, strict=True
+        ):
             errors = {
-                "S_d": off(row[0], stored[0]),
-                "gauges": apart(row[1:6], stored[1:6]),
-                "indentation": off(row[6], stored[6]),
+                "S_d": off(answer[0], stored[0]),
+                "gauges": apart(answer[1:6], stored[1:6]),
+                "indentation": off(answer[6], stored[6]),
             }
             if force_gf != MOVED_SETTINGS.lightest_gf:
-                errors["contact area"] = off(row[7], stored[7])
+                errors["contact area"] = off(answer[7], stored[7])
             for quantity, error in errors.items():
                 slab = (name, quantity) == ("slab", "contact area")
                 bound = MOVED_SETTINGS.slab_area_bound if slab else MOVED_SETTINGS.bounds[quantity]
@@ -101,11 +105,11 @@ def pressed(
     for modulus, force_gf in product(moduli_MPa, forces_gf):
         block, force = Block(modulus, THICKNESS_MM), gf_to_newton(force_gf)
         try:
-            found = press(reduced, block, force=force, fidelity="contact", friction=0.0)
+            touch = press(reduced, block, force=force, fidelity="contact", friction=0.0)
         except ContactRangeError:
             rows.append([np.nan] * (3 + len(reduced.gauge_names)))
         else:
-            rows.append([found.sd, *found.reading, found.indentation, found.contact_area])
+            rows.append([touch.sd, *touch.reading, touch.indentation, touch.contact_area])
     return np.array(rows)
 
 
@@ -114,32 +118,32 @@ def thin_layer() -> Iterator[Case]:
     base = default_model().finger
     shape = base.shape
     assert isinstance(shape, Dome)
-    x, y, z = (axis - MESHES_PARAMETERS.thin_mm for axis in shape.outer)
+    x, y, z = (axis - MESH_CASES.thin_mm for axis in shape.outer)
     thin = replace(base, shape=replace(shape, interface=(x, y, z)))
     mesh = build(thin)
     quality = float(mean_ratio(mesh.points, mesh.tets).min())
-    found, expected = (
-        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), MESHES_PARAMETERS.firm_gf)
+    computed, expected = (
+        pressed_by(FingerModel(replace(finger, outer=base.inner), on).reduce(), MESH_CASES.firm_gf)
         for finger, on in ((thin, mesh), (base, default_model().mesh))
     )
-    name = f"outer layer of {MESHES_PARAMETERS.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
-    against = f"at {MESHES_PARAMETERS.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
-    yield from compared(name, against, found, expected, **MESHES_PARAMETERS.thin_bounds)
+    name = f"outer layer of {MESH_CASES.thin_mm:g} mm (worst cell of mean ratio {quality:.2g})"
+    against = f"at {MESH_CASES.firm_gf} gf with equal moduli, against the layer of 3 mm (same body, other mesh)"
+    yield from compared(name, against, computed, expected, **MESH_CASES.thin_bounds)
     yield residual(name, FingerModel(thin, mesh))
 
 
 def slivers() -> Iterator[Case]:
     """The default mesh with crushed cells, and one with a flat cell."""
     base = default_model()
-    ruined = crushed(base.mesh.cell(), MESHES_PARAMETERS.slivers)
+    ruined = crushed(base.mesh.cell(), MESH_CASES.slivers)
     ratio = mean_ratio(ruined.points, ruined.tets)
     model = FingerModel(base.finger, mirrored(ruined, base.mesh.mirrors))
-    found = pressed_by(model.reduce(), MESHES_PARAMETERS.firm_gf)
-    sound = pressed_by(default_reduced(), MESHES_PARAMETERS.firm_gf)
-    name = f"{int((ratio < MESHES_PARAMETERS.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
-    against = f"at {MESHES_PARAMETERS.firm_gf} gf, against the sound mesh"
-    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(found.sd, sound.sd), MESHES_PARAMETERS.stated)
-    yield from compared(name, against, found, sound, indentation=MESHES_PARAMETERS.crushed_indentation_bound)
+    pressed = pressed_by(model.reduce(), MESH_CASES.firm_gf)
+    sound = pressed_by(default_reduced(), MESH_CASES.firm_gf)
+    name = f"{int((ratio < MESH_CASES.sliver_ratio).sum())} slivers down to mean ratio {ratio.min():.1g}"
+    against = f"at {MESH_CASES.firm_gf} gf, against the sound mesh"
+    yield Case(f"{name}, S_d", f"S_d {against} (stated: 3 %)", off(pressed.sd, sound.sd), MESH_CASES.stated)
+    yield from compared(name, against, pressed, sound, indentation=MESH_CASES.crushed_indentation_bound)
     yield residual(name, model)
     yield Case("a flat cell", "0 where the mesh is refused, else 1", float(not _refuses_flat_cell(ruined)), 0.0)
 
@@ -162,7 +166,7 @@ def crushed(cell: LayeredMesh, count: int) -> LayeredMesh:
         normal = np.cross(face[1] - face[0], face[2] - face[0])
         normal /= np.linalg.norm(normal)
         before = points[vertex].copy()
-        points[vertex] -= (1 - MESHES_PARAMETERS.crushed_height) * ((before - face[0]) @ normal) * normal
+        points[vertex] -= (1 - MESH_CASES.crushed_height) * ((before - face[0]) @ normal) * normal
         if (volumes(points, around) > 0).all():
             taken[around] = True
             count -= 1

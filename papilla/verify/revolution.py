@@ -17,8 +17,8 @@ from papilla.references.axisymmetric.presses import Rings, press_path
 from papilla.verify.bodies import off
 from papilla.verify.case import Case
 
-REVOLUTION_PARAMETERS = settings.parameters(__name__)
-LINEAR_SETTINGS = REVOLUTION_PARAMETERS.linear
+RING_CASES = settings.parameters(__name__)
+LINEAR_SETTINGS = RING_CASES.linear
 
 
 def finger_of(shape: Shape) -> Finger:
@@ -32,31 +32,25 @@ REVOLUTION_FINGER = finger_of(FINE_SHAPE)
 def revolution() -> Iterator[Case]:
     """The default layers as a dome of revolution, on blocks from soft to rigid."""
     yield from _linear(FingerModel(REVOLUTION_FINGER, build(REVOLUTION_FINGER)).reduce())
-    mesh = build(REVOLUTION_FINGER, size_mm=REVOLUTION_PARAMETERS.coarse_mm)
+    mesh = build(REVOLUTION_FINGER, size_mm=RING_CASES.coarse_mm)
     reduced = FingerModel(REVOLUTION_FINGER, mesh).reduce()
     yield from _large_strain(
-        mesh,
-        press(
-            reduced,
-            _block(REVOLUTION_PARAMETERS.pressed_MPa),
-            force=REVOLUTION_PARAMETERS.pressed_N,
-            fidelity="contact",
-        ),
+        mesh, press(reduced, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, fidelity="contact")
     )
 
 
 def _linear(reduced: ReducedFinger) -> Iterator[Case]:
-    for modulus in REVOLUTION_PARAMETERS.moduli_MPa:
+    for modulus in RING_CASES.moduli_MPa:
         rings = Rings(_bodies(FINE_SHAPE, modulus, linear=True), REVOLUTION_FINGER.gauges)
-        for force_gf in REVOLUTION_PARAMETERS.forces_gf:
+        for force_gf in RING_CASES.forces_gf:
             force = gf_to_newton(force_gf)
-            exact, found = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
+            exact, pressed = rings.press(force), press(reduced, _block(modulus), force=force, fidelity="contact")
             errors = {
-                "S_d": off(found.strain.std(), exact.values[0].std()),
-                "gauges": float(np.abs(found.strain / exact.values[0] - 1).max()),
-                "indentation": off(found.indentation, exact.indentation),
-                "contact area": off(found.contact_area, exact.contact_area),
-                "peak pressure": off(found.peak_pressure, exact.peak_pressure),
+                "S_d": off(pressed.strain.std(), exact.values[0].std()),
+                "gauges": float(np.abs(pressed.strain / exact.values[0] - 1).max()),
+                "indentation": off(pressed.indentation, exact.indentation),
+                "contact area": off(pressed.contact_area, exact.contact_area),
+                "peak pressure": off(pressed.peak_pressure, exact.peak_pressure),
             }
             for name, error in errors.items():
                 case = f"{modulus:g} MPa, {force_gf} gf, {name}"
@@ -69,33 +63,24 @@ def _large_strain(mesh: LayeredMesh, linear: Press) -> Iterator[Case]:
     frictions: tuple[tuple[Friction, str], ...] = ((0.0, "without friction"), (STICK_WORD, "stuck"))
     for friction, name in frictions:
         exact = _pressed(linear=False, friction=friction_coefficient(friction))
-        found = press_finite(
-            REVOLUTION_FINGER,
-            mesh,
-            _block(REVOLUTION_PARAMETERS.pressed_MPa),
-            force=REVOLUTION_PARAMETERS.pressed_N,
-            friction=friction,
+        pressed = press_finite(
+            REVOLUTION_FINGER, mesh, _block(RING_CASES.pressed_MPa), force=RING_CASES.pressed_N, friction=friction
         )
         changes = {
-            "S_d": (found.strain.std() / linear.strain.std(), exact[1] / before[1]),
-            "indentation": (found.indentation / linear.indentation, exact[0] / before[0]),
+            "S_d": (pressed.strain.std() / linear.strain.std(), exact[1] / before[1]),
+            "indentation": (pressed.indentation / linear.indentation, exact[0] / before[0]),
         }
         for quantity, change in changes.items():
             measure = f"change of {quantity} from small strain against axisymmetric bodies, both at finite strain"
-            yield Case(
-                f"large strain {name}, {quantity}", measure, off(*change), REVOLUTION_PARAMETERS.change[quantity]
-            )
+            yield Case(f"large strain {name}, {quantity}", measure, off(*change), RING_CASES.change[quantity])
 
 
 def _pressed(linear: bool, friction: float = 0.0) -> tuple[float, float]:
     """Indentation (mm) and S_d of the reference."""
     path = press_path(
-        _bodies(Shape(), REVOLUTION_PARAMETERS.pressed_MPa, linear),
-        REVOLUTION_FINGER.gauges,
-        REVOLUTION_PARAMETERS.pressed_N,
-        friction,
+        _bodies(Shape(), RING_CASES.pressed_MPa, linear), REVOLUTION_FINGER.gauges, RING_CASES.pressed_N, friction
     )
-    indentation, values = path.at(REVOLUTION_PARAMETERS.pressed_N)
+    indentation, values = path.at(RING_CASES.pressed_N)
     return float(indentation), float(values[0].std())
 
 

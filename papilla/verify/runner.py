@@ -64,11 +64,11 @@ def verify(
         raise InputError(f"no family of cases is called {unknown[0]!r}: expected {', '.join(families)}")
     jobs = {name: (name, families[name]) for name in families if not only or name in only}
     cases = []
-    for name, found in run_jobs(_run, jobs, processes=processes, fresh=True, progress=progress):
-        if isinstance(found, str):
-            skipped(f"{name}: skipped, {found}")
+    for name, cases_of in run_jobs(_run, jobs, processes=processes, fresh=True, progress=progress):
+        if isinstance(cases_of, str):
+            skipped(f"{name}: skipped, {cases_of}")
         else:
-            cases += found
+            cases += cases_of
     return cases
 
 

@@ -45,7 +45,7 @@ def cube(divisions: int, jitter: float = 0.0, split: bool = False) -> LayeredMes
     line = np.linspace(0, 1, divisions + 1)
     x, y = (grid.ravel() for grid in np.meshgrid(line, line, indexing="ij"))
     number = np.arange(len(x)).reshape(divisions + 1, divisions + 1)
-    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
+    a, b, c, d = (corners.ravel() for corners in (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]))
     triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     points, tets, sheet = _stack([np.column_stack([x, y, np.full(len(x), z)]) for z in line], triangles)
     inside = ((points > 0) & (points < 1)).all(axis=1)
@@ -83,8 +83,8 @@ def _stack(sheets, triangles) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     a, b = below.T, below.T + count
     prism = np.concatenate(
         [
-            np.stack(part, axis=1)
-            for part in ((a[0], a[1], a[2], b[2]), (a[0], a[1], b[1], b[2]), (a[0], b[0], b[1], b[2]))
+            np.stack(corners, axis=1)
+            for corners in ((a[0], a[1], a[2], b[2]), (a[0], a[1], b[1], b[2]), (a[0], b[0], b[1], b[2]))
         ]
     )
     tets = np.concatenate([prism + k * count for k in range(len(sheets) - 1)])

@@ -19,6 +19,7 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from papilla.core.workers import run_program
 from papilla.view.style import DIVERGING_COLORS, styled
 
 SUPERSAMPLE_PIXELS = 2  # Rendered pixels per shown pixel, in each direction, for smooth edges
@@ -189,10 +190,5 @@ def _candidates() -> tuple[str | None, ...]:
 
 def _works(window: str | None) -> bool:
     environment = os.environ if window is None else {**os.environ, WINDOW_VARIABLE: window}
-    try:
-        probe = subprocess.run(
-            [sys.executable, "-c", _PROBE], env=environment, capture_output=True, timeout=PROBE_SECONDS, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return False
-    return probe.returncode == 0
+    silent: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    return run_program([sys.executable, "-c", _PROBE], PROBE_SECONDS, env=environment, **silent) == 0

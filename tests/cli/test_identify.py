@@ -78,14 +78,6 @@ def test_a_log_becomes_a_finger_that_other_commands_take(papilla, bench, tmp_pat
 
 
 @pytest.mark.slow
-def test_the_table_names_each_parameter_with_its_interval(papilla, bench, tmp_path):
-    answer = papilla("identify", bench(), "--out", "f.toml", "--fix", "lever_mm.g5=0")
-    assert answer.code == 0, answer.err
-    assert "inner_modulus_MPa" in answer.out and "held" in answer.out and "Status: " in answer.out
-    assert Finger.load("f.toml").gauges[4].lever_mm == 0
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes, options, message",
     [
@@ -116,19 +108,6 @@ def test_what_cannot_be_identified_is_one_line(papilla, refused, bench, changes,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "changes, doubt",
-    [
-        ({"g4": lambda reading: 0 * reading + 3.0}, "g4 hardly follows the presses"),
-        ({"modulus_MPa": lambda modulus: 0 * modulus + 0.51}, "all presses are on one modulus"),
-    ],
-)
-def test_what_presses_leave_open_is_a_doubt(papilla, bench, changes, doubt):
-    found = json.loads(papilla("identify", bench(**changes), "--out", "f.toml", "--json").out)
-    assert any(doubt in one for one in found["doubts"]) and found["status"].startswith("doubtful")
-
-
-@pytest.mark.slow
 def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
     assert papilla("identify", bench(), "--out", "f.toml").code == 0
     same = papilla("identify", "log.csv", "--compare", "f.toml", "--json")
@@ -136,12 +115,6 @@ def test_compare_says_fine_or_recalibrate_by_its_exit_code(papilla, bench):
     moved = bench("later.csv", g1=lambda reading: reading + 500)
     other = papilla("identify", moved, "--compare", "f.toml")
     assert other.code == 1 and "recalibrate" in other.out and "zero_microstrain.g1" in other.out
-
-
-def test_compare_takes_no_other_option(refused, bench):
-    assert "--fix does not go with --compare" in refused(
-        "identify", bench(real=False), "--compare", "f.toml", "--fix", "gain=1"
-    )
 
 
 @pytest.mark.slow
@@ -162,18 +135,6 @@ def test_s_d_alone_and_a_specimen_in_each_row(papilla, bench, tmp_path):
     assert "S_d" in report.read_text()
 
 
-@pytest.mark.parametrize(
-    "arguments, said",
-    [
-        (["--places", "0,0"], "--places goes with --suggest"),
-        (["--suggest", "2", "--places", "3"], "--places must be pairs x,y in mm with spaces between, got '3'"),
-    ],
-)
-def test_places_that_cannot_be_pressed_are_refused(papilla, bench, arguments, said):
-    answer = papilla("identify", bench(real=False), "--out", "f.toml", *arguments)
-    assert answer.code == 2 and said in answer.err
-
-
 # ---- Protocols from nothing and after a log
 
 
@@ -192,24 +153,6 @@ def test_a_protocol_from_nothing_and_after_a_log(papilla, bench, tmp_path, crite
     assert after.code == 0, after.err
     assert {one["modulus_MPa"] for one in json.loads(after.out)["suggested"]} <= {0.089, 0.51}
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
-
-
-@pytest.mark.parametrize(
-    "arguments, said",
-    [
-        ([], "Missing argument 'LOG.csv'"),
-        (["--suggest", 3], "needs --moduli"),
-        (["--suggest", 0, "--moduli", "0.1"], "must be at least 1, got 0"),
-        (["--suggest", 3, "--moduli", "0.1,soft"], "--moduli must be numbers in MPa with commas, got 'soft'"),
-        (["--suggest", 3, "--moduli", "0.1,-2"], "--moduli (MPa) must be greater than 0"),
-        (["--suggest", 3, "--moduli", "0.1", "--out", "f.toml"], "--out needs a log of presses"),
-        (["log.csv", "--out", "f.toml", "--moduli", "0.1"], "--moduli goes with --suggest"),
-        (["log.csv"], "Missing option '--out'"),
-        (["--relaxation", 1, "--suggest", 1, "--moduli", "0.1"], "--relaxation needs a log of presses"),
-    ],
-)
-def test_what_no_protocol_can_be_made_of_is_refused(refused, arguments, said):
-    assert said in refused("identify", *arguments)
 
 
 # ---- A log over time: loading alone, loops, relaxation
@@ -265,10 +208,3 @@ def test_loading_alone_is_fitted_and_the_hold_tells_the_silicone(papilla, over_t
     if deep:
         assert len(found["loops"]) == 2 and all(0 < one["share"] < 1 for one in found["loops"])
         assert "a loop to 0.6 N on 0.72 MPa lost" in answer.err
-
-
-def test_times_that_lack_or_fall_are_refused(refused, tmp_path):
-    (tmp_path / "log.csv").write_text("t_s,force_N,modulus_MPa,g1\n0,0.1,0.5,10\n2,0.2,0.5,20\n1,0.3,0.5,30\n")
-    assert "column t_s: must rise, got 1 after 2" in refused("identify", "log.csv", "--out", "f.toml")
-    (tmp_path / "log.csv").write_text("force_N,modulus_MPa,g1,g2,g3,g4,g5\n0.1,0.5,1,2,3,4,5\n0.2,0.5,2,4,6,8,9\n")
-    assert "--relaxation needs a column t_s" in refused("identify", "log.csv", "--relaxation", 1, "--suggest", 1)

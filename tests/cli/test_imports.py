@@ -24,7 +24,6 @@ print(sorted(name for name in sys.modules if name.partition(".")[0] in ("vtk", "
         ["press", "--modulus", "0.3", "--force", "0.5"],
         ["estimate", "log.csv", "--out", "estimates.csv"],
         ["identify", "--suggest", "1", "--moduli", "0.1,0.5"],
-        ["identify", "presses.csv", "--fix", "zero_microstrain=0", "--out", "finger.toml", "--report", "page.html"],
     ],
     ids=lambda arguments: " ".join(arguments[:2]),
 )
@@ -32,21 +31,8 @@ def test_press_estimate_and_identify_import_no_vtk(tmp_path, arguments):
     time = np.arange(1000) / 1000
     log = np.column_stack([time, 40 * np.sin(2 * np.pi * 40 * time), 50 * time])
     np.savetxt(tmp_path / "log.csv", log, delimiter=",", header="t_s,g1,position_mm", comments="")
-    _write_presses(tmp_path / "presses.csv")
     done = subprocess.run(
         [sys.executable, "-c", CODE.format(arguments=arguments)], cwd=tmp_path, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "[]"
-
-
-def _write_presses(path):
-    from papilla import Block, Finger, fem
-
-    reduced = fem.prepare(Finger.default())
-    rows = [
-        [force, modulus, *fem.press(reduced, Block(modulus, 10.0), force=force).reading]
-        for modulus in (0.1, 0.5)
-        for force in (0.2, 0.4, 0.8)
-    ]
-    np.savetxt(path, rows, delimiter=",", header="force_N,modulus_MPa,g1,g2,g3,g4,g5", comments="")

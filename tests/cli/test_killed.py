@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from papilla.logs import read_presses
-from papilla.model.finger import Finger
 
 COMMAND = "import sys; from papilla.cli.main import run; run(sys.argv[1:])"
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGKILL)
@@ -59,28 +58,3 @@ def test_a_killed_calibrate(papilla, tmp_path):
     np.testing.assert_allclose(once.indentation_mm, again.indentation_mm, rtol=1e-12)
     np.testing.assert_array_equal([once.force_N, once.modulus_MPa], [again.force_N, again.modulus_MPa])
     assert {path.name for path in (cold / "c").iterdir()} == {"calibration.json", "sweep.csv", "report.html"}
-
-
-def numbers(finger: Finger) -> list[float]:
-    """What an identification writes into a finger."""
-    gauges = [value for gauge in finger.gauges for value in (gauge.membrane_gain, gauge.lever_mm, *gauge.moved_mm)]
-    return [finger.outer.modulus, finger.inner.modulus, *gauges]
-
-
-@pytest.mark.slow
-def test_a_killed_identify(papilla, tmp_path):
-    cold, log = tmp_path / "cold", tmp_path / "log.csv"
-    cold.mkdir()
-    assert papilla("calibrate", "--quick", "--friction", "0", "--out", tmp_path / "c").code == 0
-    presses = read_presses(tmp_path / "c" / "sweep.csv")
-    few = np.arange(0, len(presses), 7)
-    columns = {"force_N": presses.force_N, "modulus_MPa": presses.modulus_MPa, "indentation_mm": presses.indentation_mm}
-    columns |= dict(zip(presses.gauge_names, presses.readings.T, strict=True))
-    rows = np.column_stack([values[few] for values in columns.values()])
-    np.savetxt(log, rows, delimiter=",", header=",".join(columns), comments="")
-    options = ("--friction", "0", "--fix", "lever_mm=0.5")
-    killed_and_repeated(["identify", log, "--out", "f.toml", *options], cold)
-    assert papilla("identify", log, "--out", tmp_path / "warm.toml", *options).code == 0
-    once, again = Finger.load(cold / "f.toml"), Finger.load(tmp_path / "warm.toml")
-    # To rounding, as above
-    assert numbers(once) == pytest.approx(numbers(again), rel=1e-10)

@@ -47,27 +47,10 @@ def test_a_shell_completes_options(asked):
     assert done.returncode == 0 and "--screenshot" in done.stdout, done.stderr
 
 
-def test_help_names_the_variable_of_the_cache(papilla):
-    assert "PAPILLA_CACHE" in papilla("--help").out
-
-
 def test_version(papilla):
     from papilla import __version__
 
     assert papilla("--version").out == f"papilla {__version__}\n"
-
-
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
-        (["dance"], "No such command 'dance'"),
-        (["press", "--modulos", "1"], "No such option: --modulos"),
-        (["press"], "Missing option '--modulus'"),
-        (["press", "--modulus", "soft"], "Invalid value for '--modulus'"),
-    ],
-)
-def test_usage_errors_are_one_line(refused, arguments, message):
-    assert message in refused(*arguments)
 
 
 @pytest.fixture
@@ -172,16 +155,6 @@ def test_control_characters_do_not_reach_the_terminal(capsys):
     assert "[bold]b[/]" in shown.out.splitlines()[1 if "[bold]" in shown.out.splitlines()[1] else 2]
 
 
-def test_a_narrow_terminal_elides_no_digit(capsys, monkeypatch):
-    from papilla.cli import output
-
-    monkeypatch.setenv("COLUMNS", "20")
-    rows = [("a quantity with a long name", "1.23456789e-05 ± 1.2e-07", "10³ µε/mm"), ("b", "-2", "")]
-    output.print_table(rows)
-    shown = capsys.readouterr().out
-    assert "1.23456789e-05 ± 1.2e-07" in shown and "10³ µε/mm" in shown and "…" not in shown
-
-
 def test_a_nul_in_an_argument_is_one_line(refused):
     assert "NUL" in refused("press", "--modulus", 1, "--force", 1, "--finger", "a\0b")
 
@@ -195,13 +168,3 @@ def test_a_reader_that_leaves_early_is_no_error():
     )
     os.close(write)
     assert (done.returncode, done.stderr) == (141, "")
-
-
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
-def test_a_full_output_is_one_line():
-    with open("/dev/full", "w") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "papilla", "--version"], stdout=full, stderr=subprocess.PIPE, text=True
-        )
-    assert done.returncode == 2
-    assert done.stderr == "papilla: input or output: No space left on device\n"

@@ -9,9 +9,6 @@ import pytest
 
 import papilla as library
 from papilla.calibration import DEFAULT_FORCES, DEFAULT_MODULI, fit, sweep
-from papilla.calibration.fitting.job import cached_sweep
-from papilla.fem.pressing.response import response
-from papilla.identification.posing import family_of
 from papilla.model.finger import Bench, Finger
 from papilla.model.specimen import physics_words
 
@@ -55,31 +52,6 @@ def test_a_slide_at_rest_is_a_press_on_what_is_rigid(papilla, scene):
     told = json.loads(papilla("press", *rigid, *option, "--json").out)
     assert rest["physics"] == told["physics"] == words.replace(words.split(",")[0], "half-space")
     assert rest["sd_microstrain"] == pytest.approx(told["sd_microstrain"], rel=1e-9)
-
-
-def test_a_calibration_presses_like_it(scene):
-    """As far as a table goes: by 0.3 %."""
-    design, _, words = scene
-    reduced = library.fem.prepare(design)
-    forces, moduli = DEFAULT_FORCES[::4], DEFAULT_MODULI[::3]
-    calibration = fit(sweep(reduced, moduli, forces))
-    assert calibration.provenance["physics"] == words
-    pressed = library.fem.press(reduced, design.bench.specimen(MODULUS), force=FORCE)
-    assert calibration.predict(FORCE, MODULUS) == pytest.approx(pressed.sd, rel=3e-3)
-    # The table of the main job is the sweep's own
-    friction = "stick" if design.bench.friction is None else design.bench.friction
-    main = cached_sweep(reduced, [MODULUS], [FORCE], design.bench.specimen, friction)
-    assert main.physics == words and main.sd_microstrain[0] == pytest.approx(pressed.sd, rel=1e-6)
-
-
-def test_an_identification_presses_like_it():
-    """Its smooth function through presses, on a coarse mesh, by 2 %."""
-    design, words = Finger.default(), SAID["silent"]
-    felt = response(family_of(design, size_mm=2.8), design.bench.specimen(1.0), friction=design.bench.friction)
-    assert physics_words(design.bench.specimen(1.0), felt.friction, felt.large_strain) == words
-    strain = felt.felt([FORCE], [MODULUS], design.outer.modulus, design.inner.modulus).values[0, 0]
-    coarse = library.fem.press(library.fem.prepare(design, size_mm=2.8), design.bench.specimen(MODULUS), force=FORCE)
-    assert 1e6 * strain.std() == pytest.approx(coarse.sd, rel=0.02)
 
 
 def test_a_fit_says_what_its_intervals_lack(scene):

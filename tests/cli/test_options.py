@@ -4,9 +4,6 @@ import os
 
 import pytest
 
-from papilla.cli.options import keep_inputs
-from papilla.core.errors import InputError
-from papilla.core.files import sidecar
 from papilla.model.finger import DEFAULT_FINGER
 
 LOG = "t_s,g1\n0,1\n0.001,2\n0.002,3\n"
@@ -81,30 +78,12 @@ def test_a_link_to_a_surface_of_the_finger_is_the_output_that_is_named(folder, p
     assert answer.err == "papilla: link.png would overwrite the input s.png: choose another name\n"
 
 
-def test_other_names_are_free(tmp_path):
-    (tmp_path / "in.csv").write_text("")
-    keep_inputs([tmp_path / "in.csv", None], [tmp_path / "out.csv", tmp_path / "in.csv.csv"])
-    with pytest.raises(InputError, match="would overwrite the input"):
-        keep_inputs([tmp_path / "no.csv"], [tmp_path / "no.csv"])
-
-
 @pytest.mark.skipif(os.name != "posix", reason="links of a POSIX file system")
 def test_a_loop_of_links_is_one_line(folder, refused):
     (folder / "loop.csv").symlink_to("loop.csv")
     assert "cannot write loop.csv" in refused("estimate", "in.csv", "--out", "loop.csv")
     (folder / "calibration").symlink_to("calibration")
     assert "cannot write calibration/calibration.json: Symlink loop" in refused("calibrate")
-
-
-def test_one_name_for_two_outputs_is_refused(refused, tmp_path):
-    (tmp_path / "log.csv").write_text("force_N,modulus_MPa,g1\n0.1,0.1,1\n")
-    said = refused("identify", "log.csv", "--out", "id.toml", "--report", "./id.toml")
-    assert "id.toml is given for two outputs, of which one would be lost" in said
-
-
-def test_a_message_that_quotes_a_whole_file_is_cut(refused):
-    said = refused("press", "--modulus", "0.1", "--force", "0.1", "--finger", "x" * 100_000)
-    assert len(said) < 600 and "xxx" in said
 
 
 def test_a_link_is_followed_and_named_and_a_read_only_file_is_kept(papilla, refused, tmp_path):
@@ -117,8 +96,3 @@ def test_a_link_is_followed_and_named_and_a_read_only_file_is_kept(papilla, refu
     (tmp_path / "other.toml").chmod(0o444)
     for name in ("map.toml", "other.toml"):
         assert f"cannot write {name}: it is read-only" in refused("log", "map", "log.csv", "--out", name)
-
-
-def test_files_beside_outputs_of_one_stem_differ():
-    names = [sidecar(name, "truth.json").name for name in ("a.csv", "a.dat", "a.b.csv")]
-    assert names == ["a.truth.json", "a.dat.truth.json", "a.b.truth.json"]

@@ -38,17 +38,8 @@ def test_a_table_of_rows_has_names_left_and_numbers_right(capsys):
     assert first == "│ a      │         1 │" and second == "│ bbbbbb │        22 │"
     output.show_rows(["name"], [])
     assert "name" in capsys.readouterr().out
-
-
-def test_quantities_are_left_values_right_and_units_left(capsys):
     output.print_table([("a", "1", "N"), ("bbb", "22", "µε/gf")])
     assert capsys.readouterr().out.splitlines()[1:3] == ["│ a   │  1 │ N     │", "│ bbb │ 22 │ µε/gf │"]
-
-
-# ---- Ends of a command
-
-
-# ---- Options
 
 
 @pytest.mark.parametrize("text, found", [(None, None), ("stick", "stick"), ("0", 0.0), ("0.5", 0.5)])

@@ -14,22 +14,6 @@ KEYS = {
 
 
 @pytest.mark.slow
-def test_json_of_the_published_scene(papilla):
-    answer = papilla("press", "--modulus", 0.51, "--force", 0.588, "--json")
-    assert answer.code == 0, answer.err
-    found = json.loads(answer.out)
-    assert answer.out.count("\n") == 1, "one object and nothing else"
-    assert set(found) >= KEYS
-    assert found["force_N"] == 0.588 and found["modulus_MPa"] == 0.51
-    assert found["force_balance"] <= 1e-9
-    g1, g2, g3, g4, g5 = found["reading_microstrain"]
-    assert g1 == pytest.approx(g5, rel=0.02) and g2 == pytest.approx(g4, rel=0.02)
-    assert g3 > 0 > g2, "the skin is stretched below the contact and compressed beside it"
-    assert found["specimen"] == {"kind": "block", "modulus_MPa": 0.51, "thickness_mm": 10.0, "nu": 0.495}
-    assert found["finger"] == "human-finger-mimetic sensor"
-
-
-@pytest.mark.slow
 def test_the_published_finger_meets_the_published_depths(papilla):
     """0.80 mm at 38.37 gf and 1.0 mm at 0.6 N, less its touch-down, on a hard flat; its bench is what is pressed."""
     for depth, force in ((0.80, 0.37628), (1.0, 0.6)):
@@ -42,85 +26,12 @@ def test_the_published_finger_meets_the_published_depths(papilla):
 
 
 @pytest.mark.slow
-def test_force_and_indentation_are_two_ways_to_one_scene(papilla):
-    scene = ["press", "--modulus", 0.2, "--specimen", "sphere", "--radius", 30, "--fidelity", "contact", "--json"]
-    by_force = json.loads(papilla(*scene, "--force", 0.4).out)
-    by_depth = json.loads(papilla(*scene, "--indentation", by_force["indentation_mm"]).out)
-    assert by_depth["force_N"] == pytest.approx(0.4, rel=1e-6)
-    assert by_depth["sd_microstrain"] == pytest.approx(by_force["sd_microstrain"], rel=1e-6)
-    assert by_force["specimen"]["radius_mm"] == 30
-
-
-@pytest.mark.slow
 def test_friction_is_an_option_and_is_named(papilla):
     scene = ["press", "--modulus", 0.51, "--force", 0.4, "--fidelity", "contact", "--json"]
     plain, stuck = (json.loads(papilla(*scene, *more).out) for more in ([], ["--friction", "stick"]))
     assert plain["friction"] == 0 and stuck["friction"] == "stick"
     assert -0.05 < stuck["sd_microstrain"] / plain["sd_microstrain"] - 1 < -0.03
     assert "stuck from the moment of contact" in stuck["status"]
-
-
-@pytest.mark.slow
-def test_table_shows_units_and_the_status(papilla):
-    answer = papilla("press", "--modulus", 0.51, "--force", 0.588)
-    assert answer.code == 0
-    for text in ("indentation", "mm²", "MPa", "reading g3", "µε", "S_d (population sd)", "block (modulus_MPa 0.51"):
-        assert text in answer.out
-    assert answer.out.splitlines()[-1].startswith(("contact: ", "hertz: "))
-
-
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        ([], "give exactly one of --force and --indentation"),
-        (["--force", 1, "--indentation", 1], "give exactly one of --force and --indentation"),
-        (["--force", 1, "--friction", "glue"], "friction must be a number of at least 0 or \"stick\", got 'glue'"),
-        (["--force", 1, "--friction", -0.2], 'friction must be a number of at least 0 or "stick", got -0.2'),
-        (["--force", 1, "--friction", "stick", "--fidelity", "hertz"], "--fidelity hertz has no friction"),
-        (["--force", 0], "--force (N) must be greater than 0, got 0"),
-        (["--force", "nan"], "--force (N) must be finite, got nan"),
-        (["--indentation", -1], "--indentation (mm) must be greater than 0, got -1"),
-        (["--force", 1, "--at", 0, "inf"], "--at y (mm) must be finite, got inf"),
-        (["--force", 1, "--radius", 9], "--radius is for a sphere, not for a block"),
-        (["--force", 1, "--specimen", "sphere"], "a sphere needs --radius"),
-        (["--force", 1, "--specimen", "sphere", "--radius", -9], "specimen radius (mm) must be greater than 0, got -9"),
-        (
-            ["--force", 1, "--specimen", "half-space", "--thickness", 9],
-            "--thickness is for a block, not for a half-space",
-        ),
-        (["--force", 1, "--thickness", 0], "specimen thickness (mm) must be greater than 0, got 0"),
-        (["--force", 1, "--specimen", "cube"], "'cube' is not one of 'half-space', 'block', 'sphere'"),
-        (["--force", 1, "--fidelity", "best"], "'best' is not one of 'auto', 'hertz', 'contact'"),
-        (["--force", 1, "--finger", "nowhere.toml"], "cannot read finger file nowhere.toml: No such file"),
-    ],
-)
-def test_unusable_options(refused, options, message):
-    assert message in refused("press", "--modulus", 0.5, *options)
-
-
-@pytest.mark.parametrize("modulus", [0, -1, "nan", "inf"])
-def test_unusable_modulus(refused, modulus):
-    assert "specimen modulus (MPa) must be" in refused("press", "--modulus", modulus, "--force", 1)
-
-
-@pytest.mark.parametrize(
-    "text, message",
-    [
-        ("name = [", "is not valid TOML"),
-        ("colour = 'red'", "finger.toml: "),
-        ("[shape]\nkind = 'cube'", "finger.toml: key name is missing"),
-    ],
-)
-def test_unusable_finger_file(refused, tmp_path, text, message):
-    (tmp_path / "finger.toml").write_text(text)
-    assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")
-
-
-@pytest.mark.slow
-def test_a_press_beyond_the_model_is_refused(papilla):
-    answer = papilla("press", "--modulus", 0.5, "--indentation", 12, "--json")
-    assert (answer.code, answer.out) == (2, "")
-    assert answer.err.splitlines()[-1].startswith("papilla: ")
 
 
 @pytest.mark.slow
@@ -150,16 +61,6 @@ def test_a_finger_too_large_for_the_memory_is_refused_before_it_is_factorised(pa
     assert " GiB of memory, 0.19 GiB are free: mesh with size_mm >= " in line and "(--size-mm of press, " in line
 
 
-def test_a_card_that_contradicts_its_layer_is_refused(refused, tmp_path):
-    from papilla.model.finger import DEFAULT_FINGER
-
-    card = 'modulus_MPa = 0.136\nmaterial = { model = "Ogden", mu_MPa = 0.1, alpha = 3.0 }'
-    text = DEFAULT_FINGER.read_text(encoding="utf-8").replace("modulus_MPa = 0.136", card)
-    (tmp_path / "finger.toml").write_text(text, encoding="utf-8")
-    message = "outer: modulus 0.136 MPa is not that of its ogden material, 0.3 MPa"
-    assert message in refused("press", "--modulus", 0.5, "--force", 1, "--finger", "finger.toml")
-
-
 @pytest.mark.slow
 def test_a_press_as_a_log_over_time_ends_in_the_same_press(papilla, tmp_path):
     answer = papilla("press", "--modulus", 0.1, "--force", 0.4, "--log", "touch.csv", "--json")
@@ -173,11 +74,6 @@ def test_a_press_as_a_log_over_time_ends_in_the_same_press(papilla, tmp_path):
     np.testing.assert_allclose(log.readings[row], json.loads(alone.out)["reading_microstrain"], rtol=1e-3)
 
 
-def test_a_log_of_a_press_on_the_whole_mesh_is_refused(refused):
-    scene = ("press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--log", "touch.csv")
-    assert "--log makes hundreds of presses" in refused(*scene)
-
-
 @pytest.mark.slow
 def test_the_field_of_a_press_is_written_beside_it(papilla, tmp_path):
     import meshio
@@ -189,15 +85,6 @@ def test_the_field_of_a_press_is_written_beside_it(papilla, tmp_path):
     assert field.point_data["displacement_mm"][:, 2].min() < -0.3 and "stress_MPa" in field.cell_data
 
 
-def test_another_field_file_is_refused(refused):
-    assert "fields are written as .vtu files" in refused(
-        "press", "--modulus", 0.1, "--force", 0.4, "--export", "field.csv"
-    )
-    assert "linear press" in refused(
-        "press", "--modulus", 0.1, "--force", 0.4, "--fidelity", "finite", "--export", "field.vtu"
-    )
-
-
 COARSE = ("--size-mm", 2.8, "--fidelity", "hertz")
 """A press that takes hundredths of a second."""
 
@@ -205,6 +92,7 @@ COARSE = ("--size-mm", 2.8, "--fidelity", "hertz")
 def coarse(papilla, *options):
     answer = papilla("press", *options, *COARSE, "--json")
     assert answer.code == 0, answer.err
+    assert answer.out.count("\n") == 1, "one object and nothing else"
     return json.loads(answer.out)
 
 
@@ -216,13 +104,16 @@ def test_each_option_of_a_press_changes_what_it_names(papilla):
         options = scene | {f"--{name}": value for name, value in changed.items()}
         return coarse(papilla, *(part for pair in options.items() for part in pair))
 
+    assert set(plain) >= KEYS and plain["force_balance"] <= 1e-9
+    assert plain["specimen"] == {"kind": "block", "modulus_MPa": 0.5, "thickness_mm": 10.0, "nu": 0.495}
+    assert plain["reading_microstrain"][2] > 0 > plain["reading_microstrain"][1], "stretched below the contact alone"
     assert (plain["force_N"], plain["modulus_MPa"], plain["at_mm"]) == (0.4, 0.5, [0.0, 0.0])
-    assert plain["specimen"]["thickness_mm"] == 10 and plain["fidelity"] == "hertz"
+    assert plain["fidelity"] == "hertz" and plain["finger"] == "human-finger-mimetic sensor"
     assert other(modulus=1)["sd_microstrain"] > plain["sd_microstrain"], "a hard specimen strains the skin more"
     assert other(force=0.6)["indentation_mm"] > plain["indentation_mm"]
     assert other(thickness=3)["indentation_mm"] < plain["indentation_mm"], "a thin block on a plate is stiffer"
     finger = other(finger="published")
-    assert finger["finger"] == "human-finger-mimetic sensor as published" != plain["finger"]
+    assert finger["finger"] == "human-finger-mimetic sensor as published"
     finer = papilla("press", "--modulus", 0.5, "--force", 0.4, "--size-mm", 2.0, "--fidelity", "hertz", "--json")
     assert json.loads(finer.out)["sd_microstrain"] != plain["sd_microstrain"]
 

@@ -25,18 +25,3 @@ def test_a_claim_has_its_verdict_in_words_json_and_page(papilla, tmp_path):
     assert facts["page"] == "here/reproduce.html" and claim["claim"] in (tmp_path / facts["page"]).read_text()
     said = papilla("reproduce", "--only", "X2").out
     assert claim["verdict"] in said and "1 claims: " in said and "Wrote" not in said
-
-
-@pytest.mark.parametrize(
-    "arguments, said",
-    [
-        (("verify", "--only", "cube"), "cube"),
-        (("reproduce", "--only", "nothing"), "nothing"),
-        (("figures", "--paper", "1066"), "1066"),
-        (("figures", "--out", "file"), "cannot write to folder file"),
-        (("reproduce", "--out", "file"), "cannot write to folder file"),
-    ],
-)
-def test_what_there_is_not_is_refused(refused, tmp_path, arguments, said):
-    (tmp_path / "file").write_text("")
-    assert said in refused(*arguments)

@@ -34,26 +34,3 @@ def test_trained_on_two_speeds_it_knows_a_third(papilla, tmp_path):
     told = json.loads(answer.out)
     assert answer.code == 0 and told["label"] == "coarse" and told["share"] > 0.8
     assert "coarse" in papilla("texture", "classify", "other.csv", "--model", "model.json").out
-
-
-def test_what_is_refused_is_one_line(refused, tmp_path):
-    write(tmp_path / "a.csv", 1.5, 30.0, 0)
-    (tmp_path / "still.csv").write_text("t_s,g1\n0,1\n1,2\n2,3\n")
-    assert "LABEL=LOG.csv" in refused("texture", "train", "a.csv", "--out", "m.json")
-    assert "two labels at least" in refused("texture", "train", "fine=a.csv", "--out", "m.json")
-    assert "position_mm or velocity_mm_s" in refused("texture", "train", "fine=still.csv", "--out", "m.json")
-    assert "would overwrite the input" in refused("texture", "train", "fine=a.csv", "--out", "a.csv")
-    assert "cannot read texture model none.json" in refused("texture", "classify", "a.csv", "--model", "none.json")
-
-
-@pytest.mark.parametrize("columns, said", [
-    ("t_s,g1\n0,1\n1,2\n2,3\n", "position_mm or velocity_mm_s"),
-    ("t_s,position_mm,force_N,tangential_N\n0,1,1,1\n1,2,1,1\n2,3,1,1\n", "textures need gauges"),
-    ("t_s,g1,position_mm\n0,1,5\n1,2,5\n2,3,5\n", "the finger does not move"),
-])  # fmt: skip
-def test_runs_that_have_no_texture_are_refused(papilla, tmp_path, columns, said):
-    (tmp_path / "a.csv").write_text(columns)
-    answer = papilla("texture", "train", "fine=a.csv", "--out", "m.json")
-    assert answer.code == 2 and said in answer.err
-    for name in ("=a.csv", "fine="):
-        assert "logs must be LABEL=LOG.csv" in papilla("texture", "train", name, "--out", "m.json").err

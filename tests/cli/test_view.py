@@ -19,14 +19,6 @@ def test_each_picture_is_written_and_reported(papilla, tmp_path, what):
 
 
 @pytest.mark.slow
-def test_strain_is_the_default_and_names_its_file(papilla, tmp_path):
-    answer = papilla("view", "--modulus", 0.1, "--force", 0.2)
-    assert answer.code == 0, answer.err
-    assert answer.out.splitlines()[-1] == "Wrote strain.png"
-    assert (tmp_path / "strain.png").read_bytes().startswith(PNG)
-
-
-@pytest.mark.slow
 def test_a_page_a_field_and_a_second_specimen_are_written_together(papilla, tmp_path):
     import meshio
     import numpy as np
@@ -49,33 +41,6 @@ def test_the_ending_of_the_name_says_what_is_written(papilla, tmp_path, ending, 
     answer = papilla("view", "contact", "--size-mm", 2.8, "--screenshot", f"v.{ending}")
     assert answer.code == 0, answer.err
     assert (tmp_path / f"v.{ending}").read_bytes().startswith(begin)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("contact", "--screenshot", "v.gif"), "v.gif: pictures are written as .png, .pdf, .svg, not as gif"),
-        (("contact", "--screenshot", "v"), "v: pictures are written as .png, .pdf, .svg, not as a name without"),
-        (("skin",), "'skin' is not one of"),
-        (("strain", "--gauge", "g1"), "--gauge goes with a receptive field, not with strain"),
-        (("receptive", "--force", "1"), "a receptive field has no press"),
-        (("contact", "--html", "v.html"), "--html goes with strain, not with contact"),
-        (("receptive", "--component", "zz"), "--component goes with strain, not with receptive"),
-        (("strain", "--export", "v.vtk"), "v.vtk: fields are written as .vtu files"),
-        (("strain", "--html", "v.html", "--export", "v.html"), "v.html: fields are written as .vtu files"),
-        (("receptive", "--gauge", "g9"), "has no gauge 'g9'; its gauges are g1, g2, g3, g4, g5"),
-        (("strain", "--modulus", "-1"), "specimen modulus (MPa) must be greater than 0, got -1"),
-        (("contact", "--radius", "3"), "--radius is for a sphere, not for a block"),
-    ],
-)
-def test_bad_input_is_one_line(refused, arguments, message):
-    assert message in refused("view", *arguments)
-
-
-@pytest.mark.parametrize("option", ["--modulus", "--beside", "--force", "--thickness", "--radius"])
-def test_no_option_of_a_press_is_ignored(refused, option):
-    said = refused("view", "receptive", option, 1)
-    assert said.endswith("has no press: leave out --modulus, --beside, --force, --thickness, --radius")
 
 
 @pytest.mark.slow

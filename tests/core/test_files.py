@@ -5,13 +5,11 @@ import os
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 
 from papilla.core import seams
-from papilla.core.errors import FileAccessError, InputError
-from papilla.core.files import OLD_S, check_writable, replacing, replacing_set, scratch, write_text
-from papilla.core.tables import write_table
+from papilla.core.errors import FileAccessError
+from papilla.core.files import OLD_S, check_writable, replacing, replacing_set, scratch, sidecar, write_text
 
 
 def test_it_replaces_the_file_or_keeps_the_old_one_and_leaves_nothing_beside_it(tmp_path):
@@ -25,12 +23,6 @@ def test_it_replaces_the_file_or_keeps_the_old_one_and_leaves_nothing_beside_it(
     with pytest.raises(FileAccessError, match=r"cannot write .*note.txt: No space left"), replacing(target):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
     assert target.read_text() == "two" and list(tmp_path.iterdir()) == [target]
-
-
-def test_it_follows_a_link_instead_of_replacing_it(tmp_path):
-    (tmp_path / "link").symlink_to(tmp_path / "real")
-    write_text(tmp_path / "link", "text")
-    assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_text() == "text"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
@@ -163,24 +155,18 @@ def test_names_that_no_file_can_have(tmp_path, use):
             use(tmp_path / name)
 
 
-@pytest.mark.parametrize("name", ["missing/note.txt", "folder"])
-def test_it_refuses_where_no_file_can_be(tmp_path, name):
+def test_it_refuses_where_no_file_can_be_and_makes_no_more_than_a_folder(tmp_path):
     (tmp_path / "folder").mkdir()
-    with pytest.raises(FileAccessError, match="cannot write"):
-        write_text(tmp_path / name, "text")
-
-
-def test_check_writable_makes_the_folder_and_leaves_it_empty(tmp_path):
+    for name in ("missing/note.txt", "folder"):
+        with pytest.raises(FileAccessError, match="cannot write"):
+            write_text(tmp_path / name, "text")
     check_writable(tmp_path / "a" / "b")
     assert list((tmp_path / "a" / "b").iterdir()) == []
     (tmp_path / "file").write_text("")
     with pytest.raises(FileAccessError, match="cannot write to folder .*file/out: Not a directory"):
         check_writable(tmp_path / "file" / "out")
-
-
-def test_a_table_of_numbers_and_text(tmp_path):
-    write_table(tmp_path / "t.csv", {"x": np.array([0.1, np.nan]), "n": np.array([1, 2]), "status": ["ok", 'a "b", c']})
-    assert (tmp_path / "t.csv").read_bytes() == b'x,n,status\n0.1,1,ok\n,2,"a ""b"", c"\n'
-    with pytest.raises(InputError, match=r"equally long, got \{'a': 2, 'b': 3\}"):
-        write_table(tmp_path / "u.csv", {"a": np.zeros(2), "b": np.zeros(3)})
-    assert [path.name for path in tmp_path.iterdir()] == ["t.csv"]
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    write_text(tmp_path / "link", "text")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_text() == "text"
+    names = [sidecar(name, "truth.json").name for name in ("a.csv", "a.dat", "a.b.csv")]
+    assert names == ["a.truth.json", "a.dat.truth.json", "a.b.truth.json"]

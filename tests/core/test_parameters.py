@@ -64,5 +64,5 @@ def test_chance_is_a_share_and_an_unknown_rule_is_an_error():
 def test_every_parameter_is_read_by_its_module(folder):
     for name, table in settings.tables(".".join(folder.relative_to(ROOT).parts)).items():
         source = (folder / f"{name}.py").read_text(encoding="utf-8")
-        unread = [key for key in table if not re.search(rf"(GIVEN|PARAMETERS|SETTINGS)\.{key}\b", source)]
+        unread = [key for key in table if not re.search(rf"(PARAMETERS|SETTINGS|CASES|SIZES|GIVEN)\.{key}\b", source)]
         assert not unread, f"{name}.py does not read {unread}"

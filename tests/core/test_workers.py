@@ -2,15 +2,15 @@
 
 import os
 import signal
+import sys
 import time
 from concurrent.futures import BrokenExecutor
-from contextlib import contextmanager
 
 import pytest
 from killed_client import worker_ends_with
 
 from papilla.core.errors import WorkerKilledError
-from papilla.core.workers import MOST_TRIES, Processes, counted, one_thread_each, workers
+from papilla.core.workers import MOST_TRIES, Processes, counted, one_thread_each, run_program, workers
 
 
 def doubled(number, say):
@@ -78,19 +78,10 @@ def killed_at_first(marker, times):
     return began
 
 
-@contextmanager
-def closed(pool):
-    """A pool that is shut down at the end."""
-    try:
-        yield pool
-    finally:
-        pool.shutdown()
-
-
 @pytest.mark.parametrize("fresh", [False, True])
 def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeypatch, fresh):
     monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
-    with one_thread_each(), closed(Processes(2, fresh=fresh)) as pool:
+    with one_thread_each(), Processes(2, fresh=fresh) as pool:
         killed = pool.submit(killed_at_first, tmp_path / "a", 2)
         others = [pool.submit(divmod, number, 2) for number in range(6)]
         assert killed.result() == 3 and [one.result() for one in others] == [divmod(number, 2) for number in range(6)]
@@ -102,7 +93,7 @@ def test_a_killed_process_is_replaced_and_its_job_begins_again(tmp_path, monkeyp
 
 
 def test_a_stopped_pool_waits_for_no_job(tmp_path):
-    with one_thread_each(), closed(Processes(1)) as pool:
+    with one_thread_each(), Processes(1) as pool:
         pool.submit(divmod, 7, 2).result()
         long = pool.submit(time.sleep, 600)
         pool.kill()
@@ -114,3 +105,10 @@ def test_workers_end_with_a_program_that_is_killed(tmp_path):
     program = tmp_path / "client.py"
     program.write_text(CLIENT)
     assert worker_ends_with(program)
+
+
+def test_a_program_ends_with_its_code_or_at_its_time():
+    assert [run_program([sys.executable, "-c", f"raise SystemExit({code})"], 60) for code in (0, 3)] == [0, 3]
+    beats = []
+    assert run_program([sys.executable, "-c", "import time; time.sleep(600)"], 0.7, beats.append) is None
+    assert len(beats) == 2 and beats == sorted(beats) and 0.7 < beats[-1] < 60

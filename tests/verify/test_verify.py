@@ -217,14 +217,6 @@ def test_a_stack_of_one_material_is_a_half_space():
     assert found.peak_pressure == pytest.approx(exact.peak_pressure, rel=1e-9)
 
 
-@pytest.mark.parametrize("chi, modulus", [(0.5, 2.0), (2.0, 0.1)])
-def test_the_ball_is_pressed_to_a_contact_of_a_millimetre(chi, modulus):
-    thickness, indentation = bodies.at_unit_contact(chi, modulus)
-    found = bonded_layer_sphere(indentation, bodies.BALL_RADIUS, thickness, modulus, 0.5)
-    assert found.contact_radius == pytest.approx(1.0, rel=1e-6)
-    assert math.sqrt(bodies.BALL_RADIUS * indentation) / thickness == pytest.approx(chi, rel=1e-9)
-
-
 # ---- Exact fields and meshes of the study
 
 
@@ -296,17 +288,6 @@ def test_stored_presses_are_those_of_their_fingers():
             assert rows[:, 1:6] == pytest.approx(rows[:, 5:0:-1])
 
 
-@pytest.mark.slow
-def test_rows_of_a_moved_finger_are_presses_of_each_modulus_and_force():
-    """A harder block makes a smaller contact; a contact beyond its patch has no row."""
-    model = finger.default_model(finger.COARSE_MM)
-    rows = meshes.pressed(model.finger, model.mesh, [0.05, 0.5], [5.0, 20.0, 1e4])
-    assert np.isnan(rows[[2, 5]]).all() and rows.shape == (6, 8)
-    light, firm = rows[[0, 3]], rows[[1, 4]]
-    assert (firm[:, [0, 6, 7]] > light[:, [0, 6, 7]]).all() and rows[3, 7] < rows[0, 7]
-    assert rows[1, 1:6].std() == pytest.approx(rows[1, 0], rel=1e-9)
-
-
 # ---- The families
 
 
@@ -315,11 +296,6 @@ def test_the_self_test_of_an_installation_passes(monkeypatch, tmp_path):
     cases = self_test()
     assert len(cases) > 4 and missed(cases) == []
     assert not [path for path in tmp_path.iterdir() if "reduced" in path.name], "the finger is reduced anew each time"
-
-
-@pytest.mark.parametrize("name", CASE_FAMILIES)
-def test_every_family_is_documented(name):
-    assert CASE_FAMILIES[name].__doc__
 
 
 @pytest.mark.slow

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from papilla import mesh as meshes
-from papilla.core import seams
 from papilla.core.errors import ContactRangeError, PapillaError
 from papilla.core.outside import read_text
 from papilla.core.units import gf_to_newton
+from papilla.core.workers import Processes
 from papilla.fem import FingerModel, ReducedFinger, press, press_finite
 from papilla.fem.discrete.elements import DEFAULT_ELEMENT, SYMMETRIC_PARITY, TaylorHood
 from papilla.model.finger import Finger
@@ -109,27 +109,29 @@ class BenchRow:
 
     def to_json(self) -> dict:
         """The documented keys, as plain values."""
-        shown = {name: value for name, value in vars(self).items() if name not in HIDDEN_FIELDS}
-        return shown | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
+        public = {name: value for name, value in vars(self).items() if name not in HIDDEN_FIELDS}
+        return public | {"seconds_setup": self.seconds_setup, "seconds_thousand": self.seconds_thousand}
 
-    def against(self, other: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
+    def against(self, finest: "BenchRow", linear: "BenchRow | None" = None) -> "BenchRow":
         """The row with its errors against another; `linear` is fidelity contact on the mesh of a finite row."""
         errors: dict[str, Any] = {}
-        errors |= zip(("error_sd", "error_indentation", "error_area"), worst(self, other), strict=True)
+        errors |= zip(("error_sd", "error_indentation", "error_area"), worst(self, finest), strict=True)
         if linear is not None:
             errors |= zip(("small_strain_sd", "small_strain_indentation"), worst(linear, self)[:2], strict=True)
-        return replace(self, **errors, reference_size_mm=other.size_mm, reference=self is other)
+        return replace(self, **errors, reference_size_mm=finest.size_mm, reference=self is finest)
 
 
-def worst(row: BenchRow, against: BenchRow) -> list[float]:
+def worst(measured_row: BenchRow, against: BenchRow) -> list[float]:
     """Largest relative differences (3) of the answers over the forces that both have."""
-    mine, theirs = (dict(zip(one.forces_gf, one.answers.T, strict=True)) for one in (row, against))
+    mine, theirs = (
+        dict(zip(measured.forces_gf, measured.answers.T, strict=True)) for measured in (measured_row, against)
+    )
     return np.max([np.abs(mine[gf] / theirs[gf] - 1) for gf in mine.keys() & theirs.keys()], axis=0).tolist()
 
 
 def measure_apart(*job: Any) -> list[BenchRow]:
     """`measure` in a fresh process. The mesh must be in the cache, or the peak memory would include the mesher."""
-    with seams.executor() as pool:
+    with Processes(1) as pool:
         return pool.submit(measure, *job).result()
 
 
@@ -143,9 +145,9 @@ def measure(
         seconds: list[float] = []
 
         def push(force: float):
-            found = press_finite(finger, mesh, SWEEP_SPECIMEN, force=force)
-            seconds.append(found.seconds)
-            return found
+            presses = press_finite(finger, mesh, SWEEP_SPECIMEN, force=force)
+            seconds.append(presses.seconds)
+            return presses
 
         values, status = _answers(push, forces_gf)
         median = float(np.median(seconds)) if status == STATUS_ANSWERED else np.nan
@@ -153,11 +155,11 @@ def measure(
         return [BenchRow("finite", DEFAULT_ELEMENT, size_mm, forces_gf, dofs, None, None, {},
                          median, SWEEP_SCENES * median, peak_memory_MiB(), values, status)]  # fmt: skip
     model, reduced, stages = set_up(finger, mesh, element)
-    found: dict[str, dict[str, Any]] = {}
+    presses: dict[str, dict[str, Any]] = {}
     for fidelity in ("hertz", "contact"):
 
-        def pressed(force: float, own: str = fidelity):
-            return press(reduced, SWEEP_SPECIMEN, force=force, fidelity=own)
+        def pressed(force: float, pressed_by: str = fidelity):
+            return press(reduced, SWEEP_SPECIMEN, force=force, fidelity=pressed_by)
 
         values, status = _answers(pressed, forces_gf)
         total = median = np.nan
@@ -166,8 +168,8 @@ def measure(
                 total, median = thousand(reduced, fidelity)
             except ContactRangeError as error:
                 status = f"refused in part: {error}"
-        found[fidelity] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
-        found[fidelity]["peak_memory_MiB"] = peak_memory_MiB()
+        presses[fidelity] = {"seconds_per_scene": median, "seconds_scenes": total, "answers": values, "status": status}
+        presses[fidelity]["peak_memory_MiB"] = peak_memory_MiB()
     free, factor = model.factor()
     common: dict[str, Any] = {"dofs": int(free.sum()), "factor_nonzeros": factor.nonzeros}
     common |= {"element": element, "size_mm": size_mm, "forces_gf": forces_gf}
@@ -176,7 +178,7 @@ def measure(
     while len(runs) < MOST_REPEATS and sum(sum(run.values()) for run in runs) < ENOUGH_S:
         runs.append(set_up(finger, mesh, element)[2])
     common |= {"patch_nodes": len(reduced.patch.xy), "stages": min(runs, key=lambda run: sum(run.values()))}
-    return [BenchRow(fidelity, **common, **own) for fidelity, own in found.items()]
+    return [BenchRow(fidelity, **common, **presses_of) for fidelity, presses_of in presses.items()]
 
 
 def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[FingerModel, ReducedFinger, dict[str, float]]:
@@ -190,9 +192,9 @@ def set_up(finger: Finger, mesh, element: str = DEFAULT_ELEMENT) -> tuple[Finger
         "reduction": model.reduce,
     }
     for step in steps.values():
-        found = step()
+        result = step()
         clock.append(perf_counter())
-    return model, found, dict(zip(steps, np.diff(clock).tolist(), strict=True))
+    return model, result, dict(zip(steps, np.diff(clock).tolist(), strict=True))
 
 
 def peak_memory_MiB() -> float:
@@ -213,8 +215,8 @@ def peak_memory_MiB() -> float:
 def answers(pressed: Callable[[float], object], forces_gf: tuple[float, ...], names=COMPARED_QUANTITIES) -> np.ndarray:
     """S_d in microstrain, indentation in mm and contact area in mm2 from `pressed` at each force: (3, forces); or other
     quantities by their `names`."""
-    found = [pressed(gf_to_newton(gf)) for gf in forces_gf]
-    return np.array([[getattr(scene, name) for scene in found] for name in names])
+    presses = [pressed(gf_to_newton(gf)) for gf in forces_gf]
+    return np.array([[getattr(scene, name) for scene in presses] for name in names])
 
 
 def drawn(reduced: ReducedFinger, count: int, seed: int = 0, **how) -> list[float]:

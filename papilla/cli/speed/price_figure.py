@@ -38,15 +38,15 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
     rows : fidelity, element, size_mm, seconds_thousand (set-up and 1000 scenes), error_sd (a fraction), pareto. Rows
     without an error, such as the reference, are left out.
     """
-    shown = [row for row in rows if row["error_sd"] > 0]
-    colors = dict(zip(dict.fromkeys(row["element"] for row in shown), ACCENT_COLORS, strict=False))
+    drawn = [row for row in rows if row["error_sd"] > 0]
+    colors = dict(zip(dict.fromkeys(row["element"] for row in drawn), ACCENT_COLORS, strict=False))
     with styled(*PRICE_IN) as figure:
         axes = figure.subplots()
         for fidelity, marker in FIDELITY_MARKERS.items():
             for place, (element, color) in zip(cycle(LABEL_PLACES), colors.items(), strict=False):
-                belong = [row for row in shown if (row["fidelity"], row["element"]) == (fidelity, element)]
+                belong = [row for row in drawn if (row["fidelity"], row["element"]) == (fidelity, element)]
                 _curve(axes, belong, marker, color, place)
-        front = sorted((row for row in shown if row["pareto"]), key=lambda row: row["seconds_thousand"])
+        front = sorted((row for row in drawn if row["pareto"]), key=lambda row: row["seconds_thousand"])
         ring: dict = {"marker": "o", "markersize": RING_SIZE_PT, "markerfacecolor": "none", "markeredgewidth": THIN_PT}
         (best,) = axes.step(*_points(front), where="post", color=INK_COLOR, linestyle=":", zorder=1, **ring)
         best.set_label("Pareto front of hertz and contact")
@@ -58,9 +58,9 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
         )
         with_formula(axes.yaxis.label)
         axes.margins(AXIS_ROOM)
-        plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in shown) > PRICED_PRESSES))
+        plain_log(axes.xaxis, *[(1.0,)] * (max(row["seconds_thousand"] for row in drawn) > PRICED_PRESSES))
         plain_log(axes.yaxis)
-        fidelities = {row["fidelity"] for row in shown}
+        fidelities = {row["fidelity"] for row in drawn}
         marks = [
             Line2D([], [], color=MUTED_COLOR, marker=marker, linestyle="none", markersize=MARK_SIZE_PT,
                    label=f"fidelity {fidelity}",
@@ -82,7 +82,7 @@ def price_figure(rows: Sequence[Mapping], reference_mm: float) -> Figure:
 
 def _points(rows: Sequence[Mapping]) -> tuple[list[float], list[float]]:
     """Seconds, and errors in %."""
-    return [row["seconds_thousand"] for row in rows], [PER_CENT * row["error_sd"] for row in rows]
+    return [priced["seconds_thousand"] for priced in rows], [PER_CENT * priced["error_sd"] for priced in rows]
 
 
 def _curve(axes: Axes, rows: list[Mapping], marker: str, color: str, place: tuple[float, float, str]) -> None:

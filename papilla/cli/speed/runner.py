@@ -59,12 +59,12 @@ class SpeedBench:
 
     def sentences(self) -> list[str]:
         """The conclusions from the rows, in words."""
-        row = self.default
-        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in row.stages.items())
+        default = self.default
+        stages = ", ".join(f"{name} {seconds:.2f} s" for name, seconds in default.stages.items())
         largest = self.to_json()["largest_contact"]
         contact_ms = MS_PER_S * largest["seconds_per_scene"]
         sentences = [
-            f"set-up of {row.element} on {row.size_mm:g} mm: {stages}",
+            f"set-up of {default.element} on {default.size_mm:g} mm: {stages}",
             f"a contact scene at {largest['patch_nodes']} patch nodes: {contact_ms:.2f} ms",
         ]
         refused = [row for row in self.rows if row.status != STATUS_ANSWERED]
@@ -98,17 +98,17 @@ def bench(finger: Finger, plan: Plan = FULL_PLAN, *, progress: Progress = silent
     measured: dict[tuple[str, str, float], BenchRow] = {}
     for number, (size, element, forces_gf) in enumerate(jobs, 1):
         progress(f"{number} of {len(jobs)}: {element or 'fidelity finite'} on {size:g} mm")
-        for row in measure_apart(finger, size, element, forces_gf):
-            measured[row.fidelity, row.element, row.size_mm] = row
+        for bench_row in measure_apart(finger, size, element, forces_gf):
+            measured[bench_row.fidelity, bench_row.element, bench_row.size_mm] = bench_row
     truth = measured["contact", DEFAULT_ELEMENT, plan.sizes_mm[-1]]
     if truth.status != STATUS_ANSWERED:
         raise ContactRangeError(f"the finest mesh, which all others are compared with, gives no answer: {truth.status}")
     rows = {}
-    for (fidelity, element, size), row in measured.items():
-        other, linear = truth, None
+    for (fidelity, element, size), bench_row in measured.items():
+        finest, linear = truth, None
         if fidelity == "finite":
-            other, linear = measured[fidelity, element, plan.finite_sizes_mm[-1]], measured["contact", element, size]
-        rows[fidelity, element, size] = row.against(other, linear)
+            finest, linear = measured[fidelity, element, plan.finite_sizes_mm[-1]], measured["contact", element, size]
+        rows[fidelity, element, size] = bench_row.against(finest, linear)
     marked = dict(zip(rows, with_front(list(rows.values())), strict=True))
     default = marked["contact", DEFAULT_ELEMENT, plan.default_mm]
     return SpeedBench(finger.name, tuple(marked.values()), default, os.cpu_count() or 1)
@@ -119,7 +119,7 @@ def with_front(rows: list[BenchRow]) -> list[BenchRow]:
     linear = [row for row in rows if row.fidelity != "finite" and not row.reference and row.status == STATUS_ANSWERED]
     front = pareto_front(np.array([row.seconds_thousand for row in linear]), np.array([row.error_sd for row in linear]))
     best = [row for row, keeps in zip(linear, front, strict=True) if keeps]
-    return [replace(row, pareto=any(row is one for one in best)) for row in rows]
+    return [replace(row, pareto=any(row is best_row for best_row in best)) for row in rows]
 
 
 def pareto_front(seconds: np.ndarray, error: np.ndarray) -> np.ndarray:
