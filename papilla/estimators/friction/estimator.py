@@ -175,24 +175,24 @@ class Direction:
         return not changed
 
     def _learn(self, pull: float, normal: float, noise: float, offset: float, gain: float) -> None:
-        own, log = (pull - self.s * offset) / normal, math.log(normal)
+        mu, log = (pull - self.s * offset) / normal, math.log(normal)
         if not self.blocks:
-            self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or own
-            self.variance = max(self.variance, (PRIOR_MU_SCATTER * own) ** 2 + noise / normal**2)
+            self.pull, self.normal, self.log_normal, self.slow_mu = pull, normal, log, self.slow_mu or mu
+            self.variance = max(self.variance, (PRIOR_MU_SCATTER * mu) ** 2 + noise / normal**2)
         # Scatter is a slow mean that begins with its prior; mu is a fast one with `gain`, but a plain mean at first.
         self.blocks = min(self.blocks + 1, MEMORY_BLOCKS)
         share, gain = 1 / (SCATTER_BLOCKS + self.blocks), max(gain, 1 / self.blocks)
-        self.variance += share * ((own - self.mu(offset)) ** 2 - self.variance)
+        self.variance += share * ((mu - self.mu(offset)) ** 2 - self.variance)
         self.log_variance += share * ((log - self.log_normal) ** 2 - self.log_variance)
         self.log_normal += share * (log - self.log_normal)
-        self.slow_mu += (own - self.slow_mu) / SLOW_BLOCKS
+        self.slow_mu += (mu - self.slow_mu) / SLOW_BLOCKS
         # T and N are averaged apart, without the offset, so that mu follows at once when the offset is known better.
         self.pull += gain * (pull - self.pull)
         self.normal += gain * (normal - self.normal)
-        self.error, self.age = own - self.mu(offset), 0.0
+        self.error, self.age = mu - self.mu(offset), 0.0
         ratio, inverse, logs, spread, blocks = self.stroke
         ratio, inverse, blocks = ratio + pull / normal, inverse + 1 / normal, blocks + 1
-        spread += (own - (ratio - self.s * offset * inverse) / blocks) ** 2
+        spread += (mu - (ratio - self.s * offset * inverse) / blocks) ** 2
         self.stroke = Stroke(ratio, inverse, logs + log, spread, blocks)
 
     def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
@@ -329,7 +329,7 @@ class Friction(Stream):
         """Decide whether a block is air, rest, start or steady sliding, and learn from it."""
         memory, offset = self._memory, self._memory.offset
         forces, normals, velocities = zip(*window, strict=True)
-        force, normal, velocity = (_middle(own[-self._size :]) for own in (forces, normals, velocities))
+        force, normal, velocity = (_middle(column[-self._size :]) for column in (forces, normals, velocities))
         block = BlockMeans(_mean(force), _mean(normal), _mean(velocity), _noise(forces))
         heading = self._heading(velocities, block.velocity)
         # Any sample without contact ends the stroke. Only a block entirely without contact shows the offset.
@@ -378,8 +378,8 @@ class Friction(Stream):
         direction = memory.directions[heading < 0]
         least, pull = NO_PULL * direction.slow_mu * block.normal, heading * (block.tangential - offset.all.value_N)
         # The test needs an offset whose error is smaller than the pull in question.
-        known = offset.observed or offset.prior.variance_N2 < least**2
-        idle = direction.blocks > 0 and known and pull <= least
+        sure = offset.observed or offset.prior.variance_N2 < least**2
+        idle = direction.blocks > 0 and sure and pull <= least
         if idle and memory.heading == heading and self._settled():
             memory.remark = FrictionStatus.NO_PULL
         return idle
@@ -401,8 +401,8 @@ class Friction(Stream):
         # A velocity that is only a sign tells no path: a usual slow speed is assumed.
         memory.slid += path if abs(block.velocity) != 1.0 else SIGN_MM_S * self._block_s
         offset.moving = block.tangential, block.normal
-        for each in memory.directions:
-            each.age += self._block_s
+        for way in memory.directions:
+            way.age += self._block_s
         if not self._settled():
             return [direction]
         if not before:
@@ -411,7 +411,7 @@ class Friction(Stream):
                 direction.breakaway = direction.peak._replace(sigma=math.hypot(direction.peak.sigma, block.noise))
             memory.standing = True
             self._forget_start()
-            offset.keep_turns(*(each.stroke for each in memory.directions))
+            offset.keep_turns(*(way.stroke for way in memory.directions))
             direction.stroke, direction.outliers = Stroke(), ()
         # Weight of one block in a mean that fades over 0.1 s, or over the stated path.
         gain = 1 - math.exp(-self._block_s / MEMORY_S if self._length is None else -path / self._length)
@@ -423,7 +423,7 @@ class Friction(Stream):
             memory.remark = FrictionStatus.CHANGED
         elif memory.remark != FrictionStatus.CHANGED or direction.blocks >= 2 * CHANGE_BLOCKS:
             memory.remark = FrictionStatus.OK
-        offset.sliding(block, *(each.stroke for each in memory.directions))
+        offset.sliding(block, *(way.stroke for way in memory.directions))
         return []
 
     def _answer(self, direction: Direction) -> FrictionEstimate:

@@ -164,16 +164,16 @@ class ChirpTracker(Stream):
     @property
     def other_Hz(self) -> float:
         """The other possible frequency, of which the last answer may be a harmonic; 0 if there is none."""
-        stroke, other = self._memory.stroke, self._memory.other
-        return abs(float(stroke.motion[1])) * other if stroke is not None and other == other else 0.0
+        stroke, ratio = self._memory.stroke, self._memory.other
+        return abs(float(stroke.motion[1])) * ratio if stroke is not None and ratio == ratio else 0.0
 
     def _take(self, sample):
         memory, (reading, velocity) = self._memory, (*sample, math.nan)[:2]
         usable = -self._limit < reading < self._limit
         # The buffer holds twice what is kept and is compacted only when full: a copy once in many samples, not in each.
         if memory.count == len(memory.readings):
-            for own in (memory.readings, memory.phases):
-                own[: self._kept] = own[-self._kept :]
+            for buffer in (memory.readings, memory.phases):
+                buffer[: self._kept] = buffer[-self._kept :]
             memory.count = self._kept
         memory.readings[memory.count], memory.phases[memory.count] = reading if usable else math.nan, math.nan
         memory.count += 1
@@ -223,9 +223,9 @@ class ChirpTracker(Stream):
 
     def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each sample of the next step."""
-        memory, known = self._memory, slice(MOTION_PARAMETERS + MOTION_KNOTS)
+        memory, parameters = self._memory, slice(MOTION_PARAMETERS + MOTION_KNOTS)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
-        variances = ((slopes @ stroke.covariance[known, known]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
+        variances = ((slopes @ stroke.covariance[parameters, parameters]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
         # Add the uncertainty by a jump since the youngest knot, because no parameter describes it.
         variances += (0.3 * memory.lively * self._spacing**1.5) ** 2 * memory.swing
         return list(zip(np.abs(rates).tolist(), np.sqrt(variances).tolist(), strict=True))
@@ -328,23 +328,23 @@ class ChirpTracker(Stream):
         livelier = 2.0 if memory.doubt > LIVELIER_MOTION_RATIO else 1.0
         usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY_DIVISOR
         spread, begin = stroke.covariance.diagonal(), MOTION_PARAMETERS + MOTION_KNOTS + 2
-        found = self._grown(
+        grown = self._grown(
             memory.lively, stroke.jumps / usual, spread[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS] / usual**2
         )
-        memory.lively = min(max(found * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
-        found = self._grown(
+        memory.lively = min(max(grown * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
+        grown = self._grown(
             memory.wander, stroke.trend[-MOTION_KNOTS:] / size, spread[begin : begin + MOTION_KNOTS] / size**2
         )
-        memory.wander = min(max(found * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
+        memory.wander = min(max(grown * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
         mean, variance = memory.stiffness
         # One hop of the window's readings is new.
-        own = (
+        information = (
             max(1 / float(stroke.covariance[MOTION_PARAMETERS - 1, MOTION_PARAMETERS - 1]) - 1 / variance, 0.0)
             * hop
             / self._window
         )
-        mean += (float(stroke.motion[-1]) - mean) * own / (1 / variance + own)
-        variance = 1 / (1 / variance + own) + STIFFNESS_WALK**2 * hop / self._rate
+        mean += (float(stroke.motion[-1]) - mean) * information / (1 / variance + information)
+        variance = 1 / (1 / variance + information) + STIFFNESS_WALK**2 * hop / self._rate
         memory.stiffness = mean, min(variance, PRIOR_STIFFNESS_SIGMA**2)
         share = hop / self._rate / FORGOTTEN_S
         crawling = abs(float(stroke.motion[1])) < CRAWL_FREQUENCY_SHARE * self._swing(stroke)
@@ -357,14 +357,14 @@ class ChirpTracker(Stream):
         followed = abs(float(stroke.motion[1])) < CHIRP_BAND_LIMIT * self._rate
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
-    def _grown(self, prior: float, found: np.ndarray, variance: np.ndarray) -> float:
+    def _grown(self, prior: float, values: np.ndarray, variance: np.ndarray) -> float:
         """The expected standard deviation, updated after values (k,) were found with these variances.
 
         Estimates under a prior of variance s^2 scatter by s^2 minus their own variance. If they scatter by more, the
         prior was too narrow.
         """
         expected = np.maximum(prior**2 - variance, 0.0)
-        ratio = min(float(found @ found) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
+        ratio = min(float(values @ values) / max(float(expected.sum()), 1e-12 * prior**2), 5.0)
         weight = self._hop / self._rate / LEARNT_S * float(expected.mean()) / prior**2
         return prior * math.exp(0.5 * weight * (ratio - 1))
 
@@ -436,9 +436,9 @@ class ChirpTracker(Stream):
         now = motion_fit.phase_at(stroke, self._times[-memory.span :])[0]
         # The phase now counts from another whole turn.
         before = now - phases[first:end]
-        known = before[np.isfinite(before)]
-        turns = round(float(np.median(known))) if known.size else 0
-        same = known.size > 0 and float(np.abs(known - turns).max()) < SAME_TURN
+        shifts = before[np.isfinite(before)]
+        turns = round(float(np.median(shifts))) if shifts.size else 0
+        same = shifts.size > 0 and float(np.abs(shifts - turns).max()) < SAME_TURN
         phases[:first] = phases[:first] + turns if same else math.nan
         phases[first:end] = now
         begin = end - int(np.isfinite(phases[:end][::-1]).argmin()) if np.isnan(phases[:end]).any() else 0
@@ -451,18 +451,18 @@ class ChirpTracker(Stream):
         if len(seen) < motion_fit.FEWEST_READINGS:
             return False
         basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
-        left = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        residual = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
         # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
-        noise = np.diff(left, 3)
-        ratio = float(left @ left) / max(float(noise @ noise) / 20, TINY_DIVISOR)
+        noise = np.diff(residual, 3)
+        ratio = float(residual @ residual) / max(float(noise @ noise) / 20, TINY_DIVISOR)
         return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
 
     def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a search from now on if it is better than the present one."""
-        memory, own = self._memory, self._memory.stroke
+        memory, stroke = self._memory, self._memory.stroke
         if best is None or memory.waited > LONGEST_SEARCH:
             return
-        if own is not None and own.proved and memory.doubt < LOST_RESIDUAL_RATIO and price > memory.rival:
+        if stroke is not None and stroke.proved and memory.doubt < LOST_RESIDUAL_RATIO and price > memory.rival:
             return
         # The search fitted the middle of its window; extrapolate to its end. The next steps catch up with the present.
         motion = motion_fit.moved(best.motion, float(self._middle[-1]))

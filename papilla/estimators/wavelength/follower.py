@@ -174,9 +174,9 @@ class Follower:
 
     def fresh(self) -> Memory:
         """State without any knowledge."""
-        given = self.options.latency_s
+        latency_s = self.options.latency_s
         cells = Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low)
-        late = (0.0, DELAY_SETTINGS.sigma_s**2) if given is None else (given, 0.0)
+        late = (0.0, DELAY_SETTINGS.sigma_s**2) if latency_s is None else (latency_s, 0.0)
         even = [1.0] * len(self._trials)
         return Memory(
             cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even
@@ -228,17 +228,17 @@ class Follower:
         return 1 / wavenumber, math.hypot(sigma / wavenumber, self.options.scale_sigma) / wavenumber
 
     def _status(self) -> TrackingStatus:
-        memory, found = self.memory, self.memory.finding.status
+        memory, status = self.memory, self.memory.finding.status
         if memory.doubted:
             return TrackingStatus.SEARCHING
-        if found in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
-            return found
+        if status in (TrackingStatus.TIME_LOCKED, TrackingStatus.OUT_OF_RANGE):
+            return status
         # If a search after the change found anything, its status was returned above.
         if memory.changed:
             return TrackingStatus.NO_TEXTURE
         # The order is that of certainty: what excludes an answer at all comes before what only makes it doubtful.
-        if not found.good:
-            return found
+        if not status.good:
+            return status
         if memory.late_variance > 0 and memory.late_s >= self._trials[-1]:
             # The delay is beyond the range, or the velocity is low-passed: the path is wrong.
             return TrackingStatus.INCOHERENT
@@ -252,7 +252,7 @@ class Follower:
             <= 1 / wavenumber
             <= self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
         )
-        return found if inside else TrackingStatus.OUT_OF_RANGE
+        return status if inside else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
         """Do a glance, the next piece of a search, or the first one."""
@@ -295,30 +295,30 @@ class Follower:
                     return self._conclude(result, search.task)
                 return self._weigh(result, search.task.score)
 
-    def _glances(self, found: SearchResult) -> bool:
+    def _glances(self, finding: SearchResult) -> bool:
         """Whether a glance may find the line missing. It may not if the line is weaker than the rest of the readings,
         which may be another wave as well as noise."""
-        power = np.abs(found.amplitude) ** 2 / 2
-        return self._alone(found) and bool((power > found.noise).any())
+        power = np.abs(finding.amplitude) ** 2 / 2
+        return self._alone(finding) and bool((power > finding.noise).any())
 
-    def _alone(self, found: SearchResult) -> bool:
+    def _alone(self, finding: SearchResult) -> bool:
         """Whether a glance can measure the line: not if a search must subtract other lines first."""
-        return bool(found.amplitude) and not (found.mixed or self.memory.hums_Hz)
+        return bool(finding.amplitude) and not (finding.mixed or self.memory.hums_Hz)
 
     def _glance(self, end: int) -> bool:
         """Test whether the newest periods still contain the line; if not, a search is due. False if there was no
         test."""
-        memory, found, cells = self.memory, self.memory.finding, self.memory.cells
-        if not (memory.agreed and self._alone(found) and (memory.glances or memory.whole)):
+        memory, finding, cells = self.memory, self.memory.finding, self.memory.cells
+        if not (memory.agreed and self._alone(finding) and (memory.glances or memory.whole)):
             return False
         memory.glanced = end
         # The glance compares phases, so it must stay within one stroke, on one surface, in cells that are still stored.
         begin = max(*cells.breaks[-1:], memory.begin, cells.first)
         # The phase is known only in strokes that the search used, and until the next turn.
         along = cells.between(begin, memory.searched)[:, 1]
-        if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < found.extent:
+        if cells.extreme_cell < end - 1 or not len(along) or abs(along[-1] - along[0]) < finding.extent:
             return False
-        wavenumber = found.wavenumber
+        wavenumber = finding.wavenumber
         rows = cells.between(max(begin, end - int(4 / wavenumber / cells.length)), end)
         if len(rows) < 4:
             return False
@@ -326,7 +326,7 @@ class Follower:
         place = rows[:, 1] - memory.origin + memory.late_s * slope(rows[:, 1]) / slope(rows[:, 0])
         seen = np.isfinite(rows[:, LEADING_COLUMNS:])
         readings = np.where(seen, rows[:, LEADING_COLUMNS:], 0.0)
-        share = share_kept(place, readings, seen, wavenumber, found.amplitude, found.noise, 2)
+        share = share_kept(place, readings, seen, wavenumber, finding.amplitude, finding.noise, 2)
         if share is not None:
             memory.status = None
             memory.doubted = memory.glances and share[0] + LOST_AMPLITUDE_SIGMAS * share[1] < LOST_AMPLITUDE_SHARE
@@ -349,11 +349,13 @@ class Follower:
         # Only differences count: a long path or a late hour must not cost digits.
         rows[:, :2] -= rows[0, :2]
         breaks = tuple(cell - begin for cell in memory.cells.breaks if begin < cell < end)
-        known = memory.known[0] if memory.agreed else 0.0
+        wavenumber = memory.known[0] if memory.agreed else 0.0
         late = memory.late_s, memory.late_variance
-        return Task(rows, breaks, self.options, self._grid, self._size, *late, known, memory.proved, memory.hums_Hz)
+        return Task(
+            rows, breaks, self.options, self._grid, self._size, *late, wavenumber, memory.proved, memory.hums_Hz
+        )
 
-    def _conclude(self, found: SearchResult, search: PathSearch) -> None:
+    def _conclude(self, finding: SearchResult, search: PathSearch) -> None:
         """Update the state by a finished search."""
         memory, end = self.memory, search.end
         memory.searched = end
@@ -361,19 +363,19 @@ class Follower:
         # many searches.
         if self.options.latency_s is None:
             memory.trial = (memory.trial + 1) % len(self._trials)
-            if found.score > 0:
-                memory.search = SpreadTask(search._replace(trial_s=self._trials[memory.trial], score=found.score))
-        if self._held(found):
+            if finding.score > 0:
+                memory.search = SpreadTask(search._replace(trial_s=self._trials[memory.trial], score=finding.score))
+        if self._held(finding):
             memory.doubted = False
             return
-        before, memory.finding, memory.doubted = memory.known[0], found, False
+        before, memory.finding, memory.doubted = memory.known[0], finding, False
         # Searching less often saves time. It is safe once many searches agreed (or none found anything), and all delays
         # were tried.
         tried, cells = max(memory.agreed, memory.missed) > PACE_SETTINGS.steady + len(self._trials), end - search.begin
         memory.hummed += 1
-        if found.hums_Hz or memory.hummed > PACE_SETTINGS.humming:
-            memory.hums_Hz, memory.hummed = found.hums_Hz, 0
-        memory.glances = self._glances(found)
+        if finding.hums_Hz or memory.hummed > PACE_SETTINGS.humming:
+            memory.hums_Hz, memory.hummed = finding.hums_Hz, 0
+        memory.glances = self._glances(finding)
         memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.grown * cells) if tried else 0)
         if self._pieces > 1:
             # At low rates a search takes few samples, so the next one may come sooner.
@@ -381,65 +383,67 @@ class Follower:
             memory.hop = min(max(soon, 2), PACE_SETTINGS.hop)
         if tried and memory.agreed and memory.glances:
             memory.hop = max(PACE_SETTINGS.hop, int(PACE_SETTINGS.spare * cells))
-        good = found.status.good
+        good = finding.status.good
         memory.missed = 0 if good else memory.missed + 1
         if good:
             memory.origin = search.origin
             # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
             same = (
                 before > 0
-                and abs(found.wavenumber / before - 1)
-                < SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * found.sigma / before
+                and abs(finding.wavenumber / before - 1)
+                < SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * finding.sigma / before
             )
             # A surface that is found again, for example after lost contact, is known.
             again = (
                 memory.changed
-                and abs(found.wavenumber / max(memory.proved, TINY_DIVISOR) - 1) < SAME_WAVELENGTH_DIFFERENCE
+                and abs(finding.wavenumber / max(memory.proved, TINY_DIVISOR) - 1) < SAME_WAVELENGTH_DIFFERENCE
             )
             memory.agreed = memory.agreed + 1 if same else 1
             memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming * again)
-            memory.proved = found.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
-            memory.known, memory.changed, memory.guessed = (found.wavenumber, found.sigma), False, False
+            memory.proved = finding.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
+            memory.known, memory.changed, memory.guessed = (finding.wavenumber, finding.sigma), False, False
             if memory.late_variance > 0:
-                memory.late_s = min(max(found.late_s, self._trials[0]), self._trials[-1])
-                memory.late_variance = min(found.late_variance + DELAY_SETTINGS.drift_s**2, DELAY_SETTINGS.sigma_s**2)
+                memory.late_s = min(max(finding.late_s, self._trials[0]), self._trials[-1])
+                memory.late_variance = min(finding.late_variance + DELAY_SETTINGS.drift_s**2, DELAY_SETTINGS.sigma_s**2)
         else:
             memory.agreed = 0
             # The known wavelength is better than a guess.
-            if found.wavenumber > 0 and (before <= 0 or memory.guessed):
-                memory.known, memory.guessed = (found.wavenumber, found.sigma), True
-        self._choose_path(found)
+            if finding.wavenumber > 0 and (before <= 0 or memory.guessed):
+                memory.known, memory.guessed = (finding.wavenumber, finding.sigma), True
+        self._choose_path(finding)
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
-        if good and found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE:
-            self._begin_anew(end, 2 / found.wavenumber)
+        if good and finding.kept + LOST_AMPLITUDE_SIGMAS * finding.kept_sigma < LOST_AMPLITUDE_SHARE:
+            self._begin_anew(end, 2 / finding.wavenumber)
         memory.whole = cells if tried and memory.agreed > PACE_SETTINGS.steady else 0
 
-    def _choose_path(self, found: SearchResult) -> None:
+    def _choose_path(self, finding: SearchResult) -> None:
         """Choose the path that the next search may use: see `SearchReach`."""
-        memory, good = self.memory, found.status.good
+        memory, good = self.memory, finding.status.good
         lost, least = memory.changed and not good, 2 * self.options.high
-        if lost and found.extent < 1.1 * least:
+        if lost and finding.extent < 1.1 * least:
             memory.limit = self._span
         elif lost or (
-            found.status == TrackingStatus.INCOHERENT and found.extent > REACH_SETTINGS.longer * memory.smeared
+            finding.status == TrackingStatus.INCOHERENT and finding.extent > REACH_SETTINGS.longer * memory.smeared
         ):
             # A step of the force, for example when contact returns, hides the line until the window has passed it. A
             # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
             # is tried.
-            memory.limit = max(REACH_SETTINGS.shorter * found.extent, least)
-            memory.smeared = 0.0 if lost else -max(found.extent, abs(memory.smeared))
+            memory.limit = max(REACH_SETTINGS.shorter * finding.extent, least)
+            memory.smeared = 0.0 if lost else -max(finding.extent, abs(memory.smeared))
         else:
             # Negative until a shorter path turns out to contain no line at all.
             memory.smeared = 0.0 if good else abs(memory.smeared)
-            memory.limit = min(REACH_SETTINGS.grows * max(memory.limit, found.extent), self._span)
+            memory.limit = min(REACH_SETTINGS.grows * max(memory.limit, finding.extent), self._span)
 
-    def _held(self, found: SearchResult) -> bool:
+    def _held(self, finding: SearchResult) -> bool:
         """Whether a search finds the line on which many agreed, although its phases are too disturbed for
         refinement."""
         memory = self.memory
-        near = any(abs(1 / wavelength - memory.proved) < 0.5 / found.extent for wavelength, *_ in found.lines)
-        lost = found.kept + LOST_AMPLITUDE_SIGMAS * found.kept_sigma < LOST_AMPLITUDE_SHARE
-        return found.status == TrackingStatus.INCOHERENT and memory.agreed > PACE_SETTINGS.steady and near and not lost
+        near = any(abs(1 / wavelength - memory.proved) < 0.5 / finding.extent for wavelength, *_ in finding.lines)
+        lost = finding.kept + LOST_AMPLITUDE_SIGMAS * finding.kept_sigma < LOST_AMPLITUDE_SHARE
+        return (
+            finding.status == TrackingStatus.INCOHERENT and memory.agreed > PACE_SETTINGS.steady and near and not lost
+        )
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Begin again for another surface, with the newest path alone."""

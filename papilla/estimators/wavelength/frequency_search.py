@@ -83,9 +83,9 @@ class FrequencySearch(NamedTuple):
             before = price
             for motion in trials:
                 yield
-                found, cost = yield from self._fitted(motion)
-                if found is not None and cost < price:
-                    best, price = found, cost
+                fit, cost = yield from self._fitted(motion)
+                if fit is not None and cost < price:
+                    best, price = fit, cost
             # A wrong multiple is found more easily than the right one, and leads to it.
             # All multiples once more from the new best fit, until none is better.
             trials = (
@@ -187,25 +187,25 @@ class SubharmonicTest(NamedTuple):
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.memory.Task`).
-        step, shown = (
+        step, highest = (
             max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place)))),
             highest_shown(strokes.place, SMALLEST_STEP_CYCLES),
         )
-        longest = max(float(np.ptp(strokes.place[own])) for own in strokes.rows)
+        longest = max(float(np.ptp(strokes.place[stroke])) for stroke in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))
-        lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, shown, MOST_TESTED_LINES)
+        lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, highest, MOST_TESTED_LINES)
         near = 2 / strokes.extent
         # Lines at whole cycles are the followed wave itself; the rest may belong to a lower fundamental.
-        own = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
-        if not own:
+        whole_cycles = [line for line in lines if abs(line.wavenumber - max(round(line.wavenumber), 1)) < near]
+        if not whole_cycles:
             return math.nan
-        chosen = own[0]._replace(wavenumber=1.0)
+        chosen = whole_cycles[0]._replace(wavenumber=1.0)
         reach = HARMONIC_SLACK_RESOLUTIONS / strokes.extent
-        rest = [line for line in lines if line not in own and line.chance < CONFIRMED_CHANCE]
+        rest = [line for line in lines if line not in whole_cycles and line.chance < CONFIRMED_CHANCE]
         others = [line for line in rest if line.amplitude > FAINTEST_HARMONIC * chosen.amplitude]
-        found = fundamental_of(chosen, others, reach, set(others), False)
-        if found.wavenumber < 1 or found.other:
-            return found.other if found.wavenumber == 1 else found.wavenumber
+        period = fundamental_of(chosen, others, reach, set(others), False)
+        if period.wavenumber < 1 or period.other:
+            return period.other if period.wavenumber == 1 else period.wavenumber
         for divisor in range(2, MOST_SUBHARMONICS + 1):
             yield
             if hints(spectrum, lines, chosen, divisor, near, self.lowest):
@@ -217,7 +217,7 @@ def nominated(places: list[tuple[float, np.ndarray]]) -> list[np.ndarray]:
     """The best peaks of all spectra, without repetitions."""
     chosen: list[np.ndarray] = []
     for _, motion in sorted(places, key=lambda place: -place[0]):
-        if all(abs(motion[1] / other[1] - 1) > 0.05 for other in chosen):
+        if all(abs(motion[1] / stronger[1] - 1) > 0.05 for stronger in chosen):
             chosen.append(motion)
     return chosen[:SPECTRUM_NOMINEES]
 

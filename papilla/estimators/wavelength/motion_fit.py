@@ -182,8 +182,8 @@ def designed(stroke: MotionFit, readings: np.ndarray, time: np.ndarray, rate_Hz:
     motion = np.empty((len(time), MOTION_PARAMETERS + MOTION_KNOTS))
     # Derivatives of the phase by phi, f, g and k, and by each jump; times the slope of the profile they are those of
     # the reading. Offset and shape are linear: their columns are their values.
-    own = [np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine]
-    motion[:, :MOTION_PARAMETERS] = np.column_stack(own)
+    by_motion = [np.ones(len(time)), sine, cosine, rate * by_sine + chirp * by_cosine]
+    motion[:, :MOTION_PARAMETERS] = np.column_stack(by_motion)
     motion[:, MOTION_PARAMETERS:] = 0.5 * before * before
     columns = np.concatenate([motion * slopes[:, None], trend_of(time, before), _shaped(waves)], axis=1)
     fitted = columns[:, MOTION_PARAMETERS + MOTION_KNOTS :] @ stroke.values[MOTION_PARAMETERS + MOTION_KNOTS :]
