@@ -54,15 +54,6 @@ def test_a_start_after_ten_hours_changes_nothing():
     assert late.status == early.status
 
 
-def test_gaps_are_named_and_bridged_by_the_path():
-    time, _, velocity, readings = slid()
-    kept = np.r_[0:1200, 1260:2000]
-    answer = tracked(np.column_stack([time, readings, velocity])[kept], "velocity_mm_s")
-    assert answer.status[1200].startswith("time: samples are missing before this one")
-    assert answer.status[1199].startswith("ok") and answer.status[-1].startswith("ok")
-    settled(answer, 1.2, 1e-3)
-
-
 def stroked(column, jump_s=0.0, late_ms=0):
     """A pipeline's answers to strokes over 1.4 mm, the clock set by `jump_s` at row 1200; the rows that are ok."""
     made = scene("act1", 1.4, seed=4, seconds=2.4)
@@ -113,15 +104,6 @@ def test_bad_gauges_are_named_and_the_others_answer():
     assert answer.status[950].startswith("g2 missing; g1 stuck")
     assert answer.status[1600].startswith("g3 saturated; g1 stuck")
     settled(answer, 1.2, 1e-2)
-
-
-def test_without_a_velocity_there_is_a_frequency():
-    time, _, velocity, readings = slid()
-    answer = tracked(np.column_stack([time, readings]))
-    off = answer.frequency_Hz[-500:] / (velocity[-514:-14] / 1.2) - 1
-    assert np.sqrt(np.mean(off**2)) < 0.03, "as it was 14 ms before"
-    assert np.isnan(answer.wavelength_mm).all()
-    assert "no wavelength: no column velocity_mm_s or position_mm" in answer.status[-1]
 
 
 def test_friction_from_the_positions(calibration):
@@ -219,14 +201,3 @@ def test_an_ambiguous_wavelength_names_both():
     assert not any(code.startswith("ok") for code in answer.wavelength_status)
     both = [text for text in answer.status if "(1.2 or 2.4 mm)" in text or "(1.201 or 2.4" in text]
     assert both, set(answer.status)
-
-
-def test_a_saturated_reading_is_none():
-    """The limit itself is saturated; the estimators of the wavelength go on with the other gauge."""
-    made = scene("const", 1.3, seed=2, seconds=1.2, gauge_positions_mm=(0.0, 2.3))
-    rows = np.column_stack([made.time_s, made.block()])
-    rows[800:, 2] = 10.0
-    pipeline = Pipeline(gauges=("a", "b"), columns=("velocity_mm_s",), saturation=10.0)
-    answer = pipeline.process(rows)
-    assert all("b saturated" in text for text in answer.status[800:]) and pipeline.faults == {"b saturated": 400}
-    assert answer.wavelength_mm[800:] == pytest.approx(1.3, rel=1e-3) and pipeline.friction is None

@@ -188,15 +188,6 @@ def test_the_estimate_of_noise_alone_stands_while_it_explains_the_readings(own):
     assert own.h_of_noise(changed(state, score=1e9)) == own.top and own.h_of_noise(changed(state, score=-1e9)) == 0.0
 
 
-def test_h_rises_with_the_modulus_and_ends_where_the_calibration_does(own):
-    (low, _), (high, _) = own.ln_modulus(0.0), own.ln_modulus(own.top)
-    assert (math.exp(low), math.exp(high)) == pytest.approx((0.02, 5.0))
-    assert own.ln_modulus(-1.0)[0] == low and own.ln_modulus(2 * own.top)[0] == high
-    h = 0.3 * own.top
-    rise = own.ln_modulus(h + 1e-6)[0] - own.ln_modulus(h - 1e-6)[0]
-    assert 2e-6 / rise == pytest.approx(own.ln_modulus(h)[1], rel=1e-4)
-
-
 def test_the_doubt_that_dominates_is_the_one_that_would_take_most_off_sigma(own):
     """In a belief where h depends on creep, on the gauges' gains, or on nothing but noise."""
     size, h = own.size, near(own).at[2]

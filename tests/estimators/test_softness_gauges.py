@@ -126,21 +126,6 @@ def test_forces_outside_the_domain_have_no_answer(exact):
         assert told in found and set(found) <= {told, SoftnessStatus.MISFIT}
 
 
-@pytest.mark.slow
-def test_a_calibration_error_does_not_average_out(five):
-    """Long presses end at the calibration's own error, and other calibrations within it are covered."""
-    unsure, rng, z = five(0.003), np.random.default_rng(5), []
-    for seed in range(40):
-        own = np.array([gauge.uncertainty.scatter[0] for gauge in unsure.gauges])
-        samples = touched(unsure, 0.3, PRESS, seed=seed)
-        samples[:, :5] += PRESS[:, None] * own * rng.normal(size=3)[[0, 1, 2, 1, 0]]
-        answer = estimator(unsure).process(samples)
-        z.append((answer.modulus_MPa[-1] - 0.3) / answer.modulus_sigma_MPa[-1])
-    assert 0.6 < np.sqrt(np.mean(np.square(z))) < 1.4
-    sure = estimator(five(0.0)).process(touched(unsure, 0.3, PRESS))
-    assert answer.modulus_sigma_MPa[-1] > 3 * sure.modulus_sigma_MPa[-1]
-
-
 def test_unusable_calibrations_and_samples_are_refused(exact, calibration):
     with pytest.raises(InputError, match="at least 2 gauges are needed, the calibration has 1"):
         estimator(replace(exact, gauges=exact.gauges[:1]))

@@ -12,7 +12,6 @@ from papilla.core.errors import InputError
 from papilla.estimators import Doubts, GaugeSoftness, Pipeline
 from papilla.estimators.health import Fault, unpack
 from papilla.estimators.softness.channels import GaugeSurfaces
-from papilla.references.bounds import modulus_bound
 
 FORCE, MODULUS, CELLS, REACH = (0.05, 1.0), (0.02, 5.0), (12, 24), 4.0
 GAUGES_MM = np.array([-13.0, -7.0, 0.0, 7.0, 13.0])
@@ -75,17 +74,6 @@ def estimator(calibration, gauge_sigma=50.0, force_sigma=0.005, position_sigma=m
     return GaugeSoftness(calibration, **noise, position_sigma_mm=position_sigma, **options)
 
 
-def bound(calibration, modulus, force, x, gauge_sigma, force_sigma):
-    def slope(predict, step=1e-4):
-        return (predict(step) - predict(-step)) / (2 * step)
-
-    predict = calibration.predict_readings
-    a = slope(lambda step: predict(force, modulus * math.exp(step), x))
-    b = slope(lambda step: predict(force * math.exp(step), modulus, x)) / force[:, None]
-    c = slope(lambda step: predict(force, modulus, x + step))
-    return modulus_bound(a, b, gauge_sigma, force_sigma, nuisances=[(c, math.inf)])
-
-
 def test_slopes_of_the_surfaces_are_their_finite_differences(exact):
     """At a point and across the edge of a cell of x."""
     surfaces, h = GaugeSurfaces(exact, True), 1e-5
@@ -96,24 +84,6 @@ def test_slopes_of_the_surfaces_are_their_finite_differences(exact):
         for axis, found in enumerate((0.31 * along_force, along_modulus, along_x)):
             ends = [surfaces.at(*np.add(at, side * h * np.eye(3)[axis]).tolist()).reading for side in (1, -1)]
             np.testing.assert_allclose(found, (ends[0] - ends[1]) / (2 * h), rtol=1e-5, atol=0.1)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("x, modulus", [(0.0, 0.3), (0.5, 0.05), (1.0, 0.3), (2.0, 0.6)])
-def test_it_reaches_the_bound_without_bias(exact, x, modulus):
-    """Within what 80 trials can tell: 8 % in the RMS and 0.11 sigma in the bias, at one sigma."""
-    own, found, places = estimator(exact, 50.0, 0.005), [], []
-    for seed in range(80):
-        own.reset()
-        answer = own.process(touched(exact, modulus, SHORT, x, seed=seed))
-        found.append((answer.modulus_MPa[-1], answer.modulus_sigma_MPa[-1]))
-        places.append((answer.position_mm - x) / answer.position_sigma_mm)
-    found, sigma = np.array(found).T
-    best, error = bound(exact, modulus, SHORT, x, 50.0, 0.005), np.log(found / modulus)
-    assert 0.8 < np.sqrt((error**2).mean()) / best < 1.05 + 0.16
-    assert abs(error.mean()) < (0.1 + 0.22) * best
-    assert np.mean(sigma / found) == pytest.approx(best, rel=0.05)
-    assert np.sqrt(np.mean(np.square(places))) == pytest.approx(1, abs=0.1)
 
 
 def test_without_noise_it_is_the_inverse_out_to_the_reach(exact):
@@ -229,19 +199,3 @@ def test_the_pipeline_answers_by_s_d_while_most_samples_contradict_themselves(bu
     assert abs(smooth.modulus_MPa[-1] / 0.3 - 1) < 0.02
     pipeline.state = kept
     assert pipeline.process(rows[:300]).status == smooth.status[:300]
-
-
-def test_blocks_and_samples_agree_bit_for_bit_and_a_saved_state_continues(exact):
-    """Off the apex, in the air, elsewhere with a bad gauge, beyond the reach, with a spike and a missing value."""
-    beyond = np.column_stack([PRESS[:, None] * seen(PRESS, 0.6, 4.5), PRESS])[:30]
-    slid = touched(exact, 0.6, PRESS[::-1], np.linspace(-2, 1, 100), seed=2)
-    samples = np.concatenate([touched(exact, 0.1, PRESS, 1.2), np.zeros((20, 6)), slid, beyond])
-    samples[30, 2], samples[60, 4] = np.nan, 2e4
-    samples[150:, 1] *= 1.2
-    expected = np.array([*map(estimator(exact).update, samples)])
-    assert len(set(expected[:, 3])) >= 4
-    for cut in (17, 160):
-        first, second = estimator(exact), estimator(exact)
-        first.process(samples[:cut])
-        second.state = first.state
-        np.testing.assert_array_equal(np.array(second.process(samples[cut:])).T, expected[cut:])

@@ -4,45 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from scipy.interpolate import BSpline
 
-from papilla.calibration.surface import Spline
-from papilla.core.errors import InputError
 from papilla.estimators.softness.channels import GaugeSurfaces, SdReading, distance_curve
-
-
-def basis(values, start, step, count, order=0):
-    """(n, count) uniform cubic B-splines whose first cell begins at `start`."""
-    knots = start + step * (np.arange(count + 4) - 3)
-    rows = [BSpline(knots, np.eye(count)[number], 3).derivative(order)(values) for number in range(count)]
-    return np.array(rows).T
-
-
-@pytest.mark.parametrize("counts", [(7,), (5, 6), (5, 4, 7)])
-def test_a_tensor_spline_is_the_product_of_scipys_and_so_are_its_slopes(counts):
-    rng = np.random.default_rng(0)
-    table = rng.standard_normal((2, *counts))
-    starts, steps = [-1.0, 0.5, 2.0][: len(counts)], [0.5, 0.25, 2.0][: len(counts)]
-    own = Spline(table, starts, steps)
-    for _ in range(6):
-        point = [
-            start + step * rng.uniform(0, count - 3) for start, step, count in zip(starts, steps, counts, strict=True)
-        ]
-        found = own.at(*point)
-        assert own(*point) == pytest.approx(found[(0,) * len(counts)])
-        assert found.shape == (2,) * len(counts) + (2,)
-        for which in np.ndindex(*(2,) * len(counts)):
-            expected = table
-            for value, start, step, count, order in zip(point, starts, steps, counts, which, strict=True):
-                expected = np.tensordot(expected, basis([value], start, step, count, order)[0], (1, 0))
-            assert found[which] == pytest.approx(expected, rel=1e-9, abs=1e-9)
-    # At either end, and beyond, the last cell's cubic goes on.
-    ends = [start + step * (count - 3) for start, step, count in zip(starts, steps, counts, strict=True)]
-    for place in (starts, ends):
-        inner = [one + 1e-9 * (1 if place is starts else -1) for one in place]
-        assert own.at(*place) == pytest.approx(own.at(*inner), rel=1e-6, abs=1e-6)
-    far = own.at(*(start - 2 * step for start, step in zip(starts, steps, strict=True)))
-    assert np.isfinite(far).all() and not np.allclose(far, own.at(*starts))
 
 
 @pytest.mark.parametrize("force, modulus", [(0.07, 0.03), (0.4, 0.2), (0.9, 3.0)])
@@ -72,22 +35,6 @@ def test_errors_are_those_that_the_calibration_states(make, five):
         assert relative == pytest.approx(0.02, rel=1e-6)
     assert not surface.without_friction(-1.0, -1.0).any()
     assert surface.friction_known and each.friction_known and each.reach == surface.reach == 0.0
-
-
-def test_s_d_is_of_use_where_it_rises_with_the_modulus(make):
-    everywhere = SdReading(make())
-    assert np.exp(everywhere.usable(-1.0)) == pytest.approx((0.02, 5.0))
-    assert np.exp(everywhere.ln_nodes[[0, -1]]) == pytest.approx((0.02, 5.0))
-    nodes = np.tile([5, 20], (8, 1))
-    part = SdReading(make(usable=nodes))
-    step = math.log(5.0 / 0.02) / 24
-    assert part.usable(-1.0) == pytest.approx((math.log(0.02) + 5 * step, math.log(0.02) + 20 * step))
-    assert len(part.ln_nodes) == 16 and part.ln_nodes[0] == pytest.approx(math.log(0.02) + 5 * step)
-    nodes = np.tile([0, 24], (8, 1))
-    nodes[0] = 7, 7
-    assert SdReading(make(usable=nodes)).usable(math.log(0.0501)) == (math.inf, -math.inf)
-    with pytest.raises(InputError, match="does not rise with the modulus: no softness can be estimated"):
-        SdReading(make(usable=np.tile([7, 7], (8, 1))))
 
 
 def test_a_distance_curve_has_its_slopes_where_they_let_it_rise():

@@ -6,7 +6,7 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.estimators.stream import completed
 from papilla.estimators.wavelength.lines import find_lines, latest_stretch, order_of, travelled, with_harmonics
-from papilla.estimators.wavelength.spectrum import Line, Spectrum, background, vertex
+from papilla.estimators.wavelength.spectrum import Line, Spectrum, background
 
 
 def red(count: int, channels: int, correlation: float, seed: int) -> np.ndarray:
@@ -138,35 +138,6 @@ def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size
     return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
 
 
-def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
-    position, readings = log(800, size=0.0)
-    few, many = (find_lines(position, readings, false_alarm=chance).lines for chance in (0.01, 0.5))
-    assert len(few) <= len(many)
-    for rare, lines in ((0.01, few), (0.5, many)):
-        assert all(0 < line.chance < rare for line in lines)
-    weak, strong = (find_lines(*log(800, size=size)).lines[0] for size in (0.25, 0.35))
-    assert 0 < strong.chance < weak.chance < 0.01 and strong.ratio > weak.ratio > 10
-    for chance in (0.51, 0.0):
-        with pytest.raises(InputError, match="false_alarm must lie between"):
-            find_lines(position, readings, false_alarm=chance)
-
-
-def test_what_uneven_steps_show_is_by_the_path():
-    """2.2 of the mean step, each weighed by its length; up to a third of the path, and inside what is asked for."""
-    steps = np.where(np.arange(600) % 3, 0.1, 0.4)
-    position = np.cumsum(steps)
-    readings = np.random.default_rng(0).standard_normal(600)
-    shortest, longest = 2.2 * (2 * 0.01 + 0.16) / 0.6, np.ptp(position) / 3
-    assert find_lines(position, readings).searched_mm == pytest.approx((shortest, longest), rel=0.01)
-    for asked in ((0.5, 9.0), (1.0, 999.0), (2.0, 9.0)):
-        limits = max(asked[0], shortest), min(asked[1], longest)
-        assert find_lines(position, readings, wavelength_range_mm=asked).searched_mm == pytest.approx(limits, rel=0.01)
-    with pytest.raises(
-        InputError, match=r"of the 0.2 to 0.3 mm asked for can be searched: 119.6 mm of path in steps of 0.3 mm show"
-    ):
-        find_lines(position, readings, wavelength_range_mm=(0.2, 0.3))
-
-
 def test_channels_and_rows_that_hold_numbers_are_used():
     """A channel with a number in more than half of the rows; 16 rows."""
     position, readings = log(400, channels=2)
@@ -237,13 +208,6 @@ def test_loud_lines_that_share_a_period_which_none_of_them_has_are_told_as_its_h
         found = sorted((own.harmonic, own.fundamental_mm) for own in lines)
         own = sorted((1, own) for own in (2.355, second))
         assert found == [(order, pytest.approx(mm, rel=2e-3)) for order, mm in told or own]
-
-
-@pytest.mark.parametrize("at", [-0.45, 0.0, 0.3])
-def test_the_top_of_a_gaussian_is_found_exactly(at):
-    powers = 7.0 * np.exp(-((np.array([-1, 0, 1]) - at) ** 2) / 1.3)
-    assert vertex(powers) == pytest.approx(at, abs=1e-12)
-    assert vertex(1e-3 * powers) == pytest.approx(at, abs=1e-12)
 
 
 def test_a_harmonic_is_a_multiple_within_the_slack():

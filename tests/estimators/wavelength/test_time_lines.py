@@ -94,14 +94,6 @@ def test_energy_is_credited_to_the_one_that_explains_it(begin):
     assert time > 10 * path
 
 
-def test_alone_each_of_two_that_are_alike_is_credited_with_what_the_other_cannot_explain():
-    """At a constant speed nothing: both explain it as well."""
-    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(40.0)], STRAIGHT)
-    assert path < 1e-3 * best.ratio and time < 1e-3 * best.ratio
-    best, (path, time) = credit(surface(STRAIGHT, (1.0,)), [line(43.0)], STRAIGHT)
-    assert path > 0.5 * best.ratio and time < 0.1 * path
-
-
 def test_what_is_slower_than_a_period_is_taken_out_and_its_harmonics_stay():
     """A ripple of 20 mm, six times as loud, beside a line of 3 mm with its second harmonic."""
     place = np.cumsum(np.random.default_rng(0).uniform(0.1, 0.3, 300))
