@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from papilla.core import checks
 from papilla.core.status import Status
@@ -113,9 +114,8 @@ class FrictionEstimate(NamedTuple):
 
 
 NOT_SLIDING = FrictionEstimate()
-NO_CONTACT, BAD_INPUT_FRICTION = (
-    NOT_SLIDING._replace(status=int(FrictionStatus[name])) for name in ("NO_CONTACT", "BAD_INPUT")
-)
+NO_CONTACT = NOT_SLIDING._replace(status=int(FrictionStatus.NO_CONTACT))
+BAD_INPUT_FRICTION = NOT_SLIDING._replace(status=int(FrictionStatus.BAD_INPUT))
 
 
 class Peak(NamedTuple):
@@ -198,13 +198,10 @@ class Direction:
     def start(self, window: np.ndarray, noise: float, offset: float, least_N: float) -> None:
         """Keep the moment when a start pulls most, from samples (n, 3): medians of five, minus twice the noise, over
         the force."""
-        normal = np.maximum(
-            window[BREAKAWAY_MEDIAN_SAMPLES // 2 : len(window) - BREAKAWAY_MEDIAN_SAMPLES // 2, 1], least_N
-        )
-        pulls = np.sort(
-            self.s * window[:, 0][np.arange(BREAKAWAY_MEDIAN_SAMPLES) + np.arange(len(normal))[:, None]], axis=1
-        )
-        middle, spread = pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2], pulls[:, -1] - pulls[:, BREAKAWAY_MEDIAN_SAMPLES // 2]
+        half = BREAKAWAY_MEDIAN_SAMPLES // 2
+        normal = np.maximum(window[half : len(window) - half, 1], least_N)
+        pulls = np.sort(self.s * sliding_window_view(window[:, 0], BREAKAWAY_MEDIAN_SAMPLES), axis=1)
+        middle, spread = pulls[:, half], pulls[:, -1] - pulls[:, half]
         ratios = (middle - 2 * noise - self.s * offset) / normal
         best = int(ratios.argmax())
         # A peak of few samples is higher than the median, by about half of their spread.

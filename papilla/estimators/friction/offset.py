@@ -138,12 +138,8 @@ class ForceOffset:
         around = [block.tangential] if self.before is None else [block.tangential, self.before[0]]
         alike = self.before is None or 1 / ALIKE_FORCE_RATIO < self.before[1] / force < ALIKE_FORCE_RATIO
         drop = abs(level - block.tangential)
-        if (
-            self.rests
-            and alike
-            and change < STEADY_PULL_SHARE * drop
-            and all(abs(level - T) > LET_GO * abs(T) for T in around)
-        ):
+        steady = self.rests and change < STEADY_PULL_SHARE * drop
+        if steady and alike and all(abs(level - T) > LET_GO * abs(T) for T in around):
             self.let_go = Source(level, max((REST_PULL * drop) ** 2 + change**2, AIR_SIGMA_N**2))
         self.rests = ()
         turns, anisotropy = self._turn(forward, backward)

@@ -88,14 +88,8 @@ class Clock:
     def tick(self, time: float, velocity: float, position: float) -> Tick:
         """The tick of this sample; without a finite time the sample counts as one period after the last."""
         rate, before = self._rate, self.state
-        last, stamps, status, missing, mean, steps = (
-            before.time_s,
-            before.stamps,
-            CLOCK_OK,
-            0,
-            before.mean_step,
-            before.steps,
-        )
+        last, stamps, mean, steps = before.time_s, before.stamps, before.mean_step, before.steps
+        status, missing = CLOCK_OK, 0
         if math.isfinite(time):
             time, stamps = self._spread(time)
         else:

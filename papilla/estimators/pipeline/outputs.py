@@ -251,12 +251,8 @@ class WavelengthOutput(Output):
         contradicted = abs(answer.wavelength_by_phase_mm - answer.wavelength_mm) > CONTRADICTED_SIGMAS * spread
         open_ = answer.status == TrackingStatus.AMBIGUOUS and not contradicted
         either = _either(round(answer.wavelength_mm, 3), round(self.tracker.other_mm, 3), "mm") if open_ else ""
-        return (
-            answer.frequency_Hz,
-            answer.wavelength_mm,
-            answer.wavelength_sigma_mm,
-            (answer.status, contradicted, either),
-        )
+        wavelength, sigma, frequency, status, *_ = answer
+        return frequency, wavelength, sigma, (status, contradicted, either)
 
     def sentence(self, status):
         """The status in words."""

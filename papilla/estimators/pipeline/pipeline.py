@@ -352,9 +352,8 @@ class Pipeline(Stream):
         if faults or tick.status:
             self._faults[tick.status, faults] += 1
         if FAULT_SATURATED in faults:
-            readings = tuple(
-                [_NONE if fault == FAULT_SATURATED else r for fault, r in zip(faults, readings, strict=True)]
-            )
+            pairs = zip(faults, readings, strict=True)
+            readings = tuple([_NONE if fault == FAULT_SATURATED else reading for fault, reading in pairs])
         record, columns, codes = outputs.SampleRow(readings, faults, force, tangential, tick), list(_NOTHING), []
         for place, output in self._running:
             *columns[place], code = output.take(record)

@@ -215,15 +215,9 @@ class SdReading:
 
 def _groups(tables: np.ndarray) -> tuple[int, ...]:
     """Number of each gauge's group; gauges with the same surface are in one group."""
-    groups: list[int] = []
-    for number, table in enumerate(tables):
-        like = (
-            groups[k]
-            for k in range(number)
-            if np.abs(tables[k] - table).max() <= EQUAL_SURFACE_DIFFERENCE * np.abs(table).max()
-        )
-        groups.append(next(like, max(groups, default=-1) + 1))
-    return tuple(groups)
+    differences = np.abs(tables[:, None] - tables).max(axis=(2, 3))
+    first_alike = (differences <= EQUAL_SURFACE_DIFFERENCE * np.abs(tables).max(axis=(1, 2))).argmax(axis=0)
+    return tuple(np.unique(first_alike, return_inverse=True)[1].tolist())
 
 
 def distance_curve(slopes: np.ndarray, start: float, per_step: float) -> ModulusCurve:
@@ -294,11 +288,9 @@ class Channels:
     ):
         self.surfaces, self.doubts = surfaces, doubts
         c = self.channels = surfaces.channels
-        most = max(
-            abs(surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading).max() for force in surfaces.force_N
-        )
-        floor = LEAST_NOISE * most, LEAST_NOISE * surfaces.force_N[1]
-        self.noise = np.array([max(reading_sigma, floor[0])] * c + [max(force_sigma, floor[1])])
+        loudest = [surfaces.at(math.log(force), surfaces.ln_nodes[-1], 0.0).reading for force in surfaces.force_N]
+        self.noise = np.array([max(reading_sigma, LEAST_NOISE * np.abs(loudest).max())] * c + [force_sigma])
+        self.noise[-1] = max(force_sigma, LEAST_NOISE * surfaces.force_N[1])
         self.whiten = 1.0 / self.noise
         self.anywhere, self.position_sigma = position_sigma is not None, position_sigma or 0.0
         self.spread = np.array([SPREAD_FORCE, surfaces.reach])
@@ -365,13 +357,8 @@ class Channels:
     def _errors_near(self, force: int, modulus: int, place: int) -> np.ndarray:
         """(c, m) part of H for errors of calibration and friction, per newton, near a contact in steps of
         `ERROR_STEPS_PER_UNIT`."""
-        H, w, surfaces, ln_force = (
-            np.zeros((self.channels, self.size)),
-            self.whiten[:-1],
-            self.surfaces,
-            force / ERROR_STEPS_PER_UNIT,
-        )
-        ln_force = min(max(ln_force, self.low), self.high)
+        H, w, surfaces = np.zeros((self.channels, self.size)), self.whiten[:-1], self.surfaces
+        ln_force = min(max(force / ERROR_STEPS_PER_UNIT, self.low), self.high)
         ln_modulus = min(max(modulus / ERROR_STEPS_PER_UNIT, self._softest), self._hardest)
         z = (ln_force - self._middle) / self._half
         # The calibration's error is a smooth function of ln force: Legendre polynomials of degree 0, 1 and 2, the
@@ -402,10 +389,8 @@ class Channels:
         expected[:-1], expected[-1] = r, force
         expected *= self.whiten
         H = self._template.copy()
-        errors = self._errors(
-            round(ERROR_STEPS_PER_UNIT * ln_force), round(ERROR_STEPS_PER_UNIT * apparent), round(FINE_MM * place)
-        )
-        H[:-1] += expected[:-1, None] * self._of_reading + force * errors
+        contact = ERROR_STEPS_PER_UNIT * ln_force, ERROR_STEPS_PER_UNIT * apparent, FINE_MM * place
+        H[:-1] += expected[:-1, None] * self._of_reading + force * self._errors(*map(round, contact))
         H[:-1, :3] = (a * w)[:, None] * (1 / slope, effect, effect * SHAPE_ERROR * 2 * (ln_force - self._middle))
         H[-1, self._force_gain] = self.doubts.force_gain * expected[-1]
         B = np.zeros((2, self.channels + 1))
@@ -449,11 +434,7 @@ class Channels:
         bent = math.sqrt(SLOT_LEVEL / max(float(np.abs(expected).max()), 1.0))
         slack = bent + SLOT_JITTER * float(jitter[0]), bent / BENT_PLACE + SLOT_JITTER * float(jitter[1])
         (at, x0, *_), end = linear.at, self.surfaces.reach
-        ends = zip(slack, ((self.low - at, self.high - at), (-end - x0, end - x0)), strict=True)
-        reach = tuple(
-            [
-                (max(-TANGENT_REACH_LEVELS * far, low), min(TANGENT_REACH_LEVELS * far, high))
-                for far, (low, high) in ends
-            ]
-        )
+        wide = [TANGENT_REACH_LEVELS * step for step in slack]
+        ends = zip(wide, ((self.low - at, self.high - at), (-end - x0, end - x0)), strict=True)
+        reach = tuple([(max(-far, low), min(far, high)) for far, (low, high) in ends])
         return Tangent(linear, rows, split * self.whiten[rows], split @ expected, reach, slack)

@@ -188,9 +188,8 @@ class Fitter(Channels):
             det = ll * mm - lm * lm
             steps = (mm * rl - lm * rm) / det, (ll * rm - lm * rl) / det
             at, place = self.moved(linear, steps)
-            if self.bend(linear, at, place, h, 0.0) * greatest < (
-                LARGEST_REUSE_BEND if near else LARGEST_LINEARISATION_BEND
-            ):
+            limit = LARGEST_REUSE_BEND if near else LARGEST_LINEARISATION_BEND
+            if self.bend(linear, at, place, h, 0.0) * greatest < limit:
                 break
             linear, near = self.linear(at, place, h), False
         # Eliminate force and place (Schur complement): what is left of the information and the score belongs to h.
@@ -327,13 +326,8 @@ class Fitter(Channels):
         calibration allow: root of the sum of squares of the estimated errors, divided by its expectation."""
         errors, prior_variance = posterior.mean[self._shaped], 1 - CELL_ERROR_SHARE**2
         expected = prior_variance - posterior.covariance.diagonal()[self._shaped]
-        return math.sqrt(
-            max(
-                (STATED_SIGMA_WEIGHT * prior_variance + float(errors @ errors))
-                / (STATED_SIGMA_WEIGHT * prior_variance + float(expected.sum())),
-                1.0,
-            )
-        )
+        stated = STATED_SIGMA_WEIGHT * prior_variance
+        return math.sqrt(max((stated + float(errors @ errors)) / (stated + float(expected.sum())), 1.0))
 
     def noise_explains(self, posterior: FilterState) -> bool:
         """Whether noise alone explains the readings."""
@@ -418,9 +412,8 @@ class Start:
         weighted = (precision @ rest[..., None])[..., 0]
         # Misfits of all nodes without each set, by the formula of `gauges`: a cheap ranking, and only the best are
         # fitted.
-        without = misfits[:, None] - shares_of(
-            weighted, precision, [np.searchsorted(rows, channels) for channels in sets]
-        )
+        places = [np.searchsorted(rows, channels) for channels in sets]
+        without = misfits[:, None] - shares_of(weighted, precision, places)
         fitted = [math.inf] * len(sets)
         for number in without.min(axis=0).argsort(kind="stable")[:FITTED_SUSPECT_SETS].tolist():
             others = np.setdiff1d(rows, sets[number])

@@ -226,12 +226,12 @@ class GaugeSoftness(touch.TouchEstimator):
         return self._learn(y, rows, faults, posterior, self._fitter.noise_fit(y, rows, posterior))
 
     def _explained(
-        self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, posterior, under_way
+        self, y: np.ndarray, faults: tuple[int, ...], residuals: Residuals, posterior, later
     ) -> Pieces[tuple]:
         """The result of `Search.run`; see there."""
         rows, anew, begun = self._of(faults), residuals, posterior
         # First: does any modulus explain the sample? Then the specimen may have changed in a lift that nobody saw.
-        if under_way:
+        if later:
             yield
             anew, begun = yield from self._start(y, rows, self._unknown())
         if outside := self._beyond(y, begun):
@@ -239,20 +239,18 @@ class GaugeSoftness(touch.TouchEstimator):
         yield
         # If another modulus explains it, a pair of bad channels is the less likely cause: only single channels (and
         # mirrored pairs) are suspected.
-        single = under_way and anew.misfit < BLAME_RULES.contradicts
-        misfits = (
-            residuals.misfits_without if under_way else partial(self._start.misfits_without, y, rows, self._unknown())
-        )
+        single = later and anew.misfit < BLAME_RULES.contradicts
+        misfits = residuals.misfits_without if later else partial(self._start.misfits_without, y, rows, self._unknown())
         blame = yield from self._to_blame(rows, misfits, single=single)
         if blame is None:
             return None, {}, begun if single else None
         yield
         trusted = np.setdiff1d(rows, blame)
         # The first fit of the touch was made with the bad channel: make it again without.
-        if not under_way:
+        if not later:
             _, posterior = yield from self._start(y, trusted, self._unknown())
         named = self._named(y, blame, posterior)
-        if under_way:
+        if later:
             yield
             fit = self._fitter.noise_fit(y, trusted, posterior)
             yield
@@ -353,10 +351,10 @@ class GaugeSoftness(touch.TouchEstimator):
         code, posterior = self._used[faults][1], self._memory.filter
         if code and status == SoftnessStatus.OK:
             status = int(SoftnessStatus.LEFT_OUT)
-        where = (
-            (place + aside, posterior.place_sigma_mm) if self._anywhere and posterior and math.isfinite(modulus) else ()
-        )
-        return GaugeEstimate(modulus, sigma, math.exp(ln_force + further), status, code, self._gauges + 1, *where)
+        answer = GaugeEstimate(modulus, sigma, math.exp(ln_force + further), status, code, self._gauges + 1)
+        if self._anywhere and posterior and math.isfinite(modulus):
+            return answer._replace(position_mm=place + aside, position_sigma_mm=posterior.place_sigma_mm)
+        return answer
 
     def _watch_returning(self, y: np.ndarray, rows: np.ndarray, posterior: FilterState, fit: NoiseFit) -> None:
         """Use a channel again that has fitted for long enough."""
@@ -384,10 +382,8 @@ class GaugeSoftness(touch.TouchEstimator):
         memory, before = self._memory, self._memory.found
         if gauge_faults != before:
             memory.found = gauge_faults
-            if any(
-                new == FAULT_STUCK and old != FAULT_STUCK
-                for new, old in zip(gauge_faults, before or self._clean, strict=False)
-            ):
+            changes = zip(gauge_faults, before or self._clean, strict=False)
+            if any(new == FAULT_STUCK != old for new, old in changes):
                 # A gauge has just been recognised as stuck: samples learnt with it, and faults found with it, are void.
                 memory.filter, memory.faults, memory.distrust = None, self._clean, 0
         if not gauge_faults and force - force == 0.0:

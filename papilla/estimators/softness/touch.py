@@ -228,10 +228,8 @@ class TouchEstimator(Stream):
                 # Kalman gain of one more mean: exactly known zeros do not change by noise.
                 zeros, variance = np.array(memory.zeros), self._zero_sigma**2
                 zeros += (before - zeros) * variance / (variance * (memory.airborne / count + 1) + noise)
-                memory.zeros, memory.airborne = (
-                    tuple(zeros.tolist()),
-                    min(memory.airborne + count, TOUCH_RULES.zero_samples),
-                )
+                memory.zeros = tuple(zeros.tolist())
+                memory.airborne = min(memory.airborne + count, TOUCH_RULES.zero_samples)
 
     def _moved(self, sample: tuple[float, ...]) -> list[float]:
         """Readings and force minus their zeros; plain numbers, because arrays are slower for so few values."""
@@ -239,9 +237,8 @@ class TouchEstimator(Stream):
 
     def _unknown(self) -> FilterState:
         """The filter at the beginning of a touch."""
-        return self._fitter.prior(
-            TOUCH_RULES.air_share if self._memory.airborne >= TOUCH_RULES.zero_samples / 2 else 1.0
-        )
+        zeros_known = self._memory.airborne >= TOUCH_RULES.zero_samples / 2
+        return self._fitter.prior(TOUCH_RULES.air_share if zeros_known else 1.0)
 
     def _outside(self, fit: NoiseFit) -> SoftnessStatus | None:
         """The status of a contact outside the calibrated range."""
@@ -277,9 +274,8 @@ class TouchEstimator(Stream):
                 steps = tangent.steps(y, slot.reach, posterior.usual)
             if steps is None:
                 memory.slot = None
-                self._follow(
-                    slot.total / slot.samples, slot.faults, posterior, slot.fit or self._fit_of(slot, posterior)
-                )
+                fit = slot.fit or self._fit_of(slot, posterior)
+                self._follow(slot.total / slot.samples, slot.faults, posterior, fit)
                 posterior, slot, flushed = memory.filter, None, True
         if posterior is None:
             return self._begin(y, faults)

@@ -134,9 +134,8 @@ class ChirpTracker(Stream):
         self._lowest, self._highest = lowest, highest = checks.rising("frequency_range_Hz", asked)
         if not 2 * lowest <= highest <= min(top, WIDEST_RANGE_RATIO * lowest):
             raise InputError(
-                f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below "
-                f"{CHIRP_BAND_LIMIT:g} of the sampling rate "
-                f"({top:g} Hz), got {lowest:g} to {highest:g} Hz"
+                f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below {CHIRP_BAND_LIMIT:g} of the "
+                f"sampling rate ({top:g} Hz), got {lowest:g} to {highest:g} Hz"
             )
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
@@ -207,12 +206,8 @@ class ChirpTracker(Stream):
             memory.answers = self._answers(stroke)
         frequency, sigma = memory.answers[memory.since]
         seen = memory.since < 2 * self._hop and memory.followed > PROVED_PERIODS and not memory.absent
-        good = (
-            seen
-            and stroke.proved
-            and memory.doubt < DOUBTED_RESIDUAL_RATIO
-            and sigma < 2 * VAGUE_FREQUENCY_SIGMA * frequency
-        )
+        sure = stroke.proved and memory.doubt < DOUBTED_RESIDUAL_RATIO
+        good = seen and sure and sigma < 2 * VAGUE_FREQUENCY_SIGMA * frequency
         crawling = frequency <= CRAWL_FREQUENCY_SHARE * memory.swing**0.5
         # Near a reversal f tends to 0, and v / f is a quotient of two small numbers: hold the wavelength instead.
         if good and not memory.other and sigma < VAGUE_FREQUENCY_SIGMA * frequency and not crawling and speed == speed:
@@ -223,7 +218,7 @@ class ChirpTracker(Stream):
 
     def _answers(self, stroke: MotionFit) -> list[tuple[float, float]]:
         """Frequency and its standard deviation in Hz, `lag_s` before each sample of the next step."""
-        memory, parameters = self._memory, slice(MOTION_PARAMETERS + MOTION_KNOTS)
+        memory, parameters = self._memory, slice(motion_fit.JUMPS_PART.stop)
         rates, slopes = motion_fit.rates_at(stroke, (np.arange(memory.since + 2 * self._hop) - self._lag) / self._rate)
         variances = ((slopes @ stroke.covariance[parameters, parameters]) * slopes).sum(axis=1) * max(memory.doubt, 1.0)
         # Add the uncertainty by a jump since the youngest knot, because no parameter describes it.
@@ -309,10 +304,9 @@ class ChirpTracker(Stream):
         trend = [math.inf, 2 * size, *[memory.wander * size] * MOTION_KNOTS]
         prior = np.diag(np.array([*motion, *trend, *[10 * size] * SHAPE_PARAMETERS]) ** -2.0)
         # The profile learnt from readings that have left the window.
-        prior[-SHAPE_PARAMETERS:, -SHAPE_PARAMETERS:] += memory.known / stroke.noise
-        about = np.concatenate(
-            [stroke.motion, np.zeros(MOTION_KNOTS), stroke.trend[:2], np.zeros(MOTION_KNOTS), memory.about]
-        )
+        prior[motion_fit.SHAPE_PART, motion_fit.SHAPE_PART] += memory.known / stroke.noise
+        still = np.zeros(MOTION_KNOTS)
+        about = np.concatenate([stroke.motion, still, stroke.trend[:2], still, memory.about])
         about[MOTION_PARAMETERS - 1] = (mean / variance + stroke.motion[-1] * firm) / (1 / variance + firm)
         return prior, about
 
@@ -327,22 +321,15 @@ class ChirpTracker(Stream):
         # A residual above the noise means that the hand moves less smoothly than assumed, so let the motion jump more.
         livelier = 2.0 if memory.doubt > LIVELIER_MOTION_RATIO else 1.0
         usual, size = self._swing(stroke) * self._spacing**0.5, abs(float(stroke.shape[0])) + TINY_DIVISOR
-        spread, begin = stroke.covariance.diagonal(), MOTION_PARAMETERS + MOTION_KNOTS + 2
-        grown = self._grown(
-            memory.lively, stroke.jumps / usual, spread[MOTION_PARAMETERS : MOTION_PARAMETERS + MOTION_KNOTS] / usual**2
-        )
+        spread = stroke.covariance.diagonal()
+        grown = self._grown(memory.lively, stroke.jumps / usual, spread[motion_fit.JUMPS_PART] / usual**2)
         memory.lively = min(max(grown * livelier, MOTION_NOISE_LIMITS[0]), MOTION_NOISE_LIMITS[1])
-        grown = self._grown(
-            memory.wander, stroke.trend[-MOTION_KNOTS:] / size, spread[begin : begin + MOTION_KNOTS] / size**2
-        )
+        kinks = spread[motion_fit.TREND_PART][-MOTION_KNOTS:]
+        grown = self._grown(memory.wander, stroke.trend[-MOTION_KNOTS:] / size, kinks / size**2)
         memory.wander = min(max(grown * livelier, OFFSET_KINK_LIMITS[0]), OFFSET_KINK_LIMITS[1])
         mean, variance = memory.stiffness
         # One hop of the window's readings is new.
-        information = (
-            max(1 / float(stroke.covariance[MOTION_PARAMETERS - 1, MOTION_PARAMETERS - 1]) - 1 / variance, 0.0)
-            * hop
-            / self._window
-        )
+        information = max(1 / float(spread[MOTION_PARAMETERS - 1]) - 1 / variance, 0.0) * hop / self._window
         mean += (float(stroke.motion[-1]) - mean) * information / (1 / variance + information)
         variance = 1 / (1 / variance + information) + STIFFNESS_WALK**2 * hop / self._rate
         memory.stiffness = mean, min(variance, PRIOR_STIFFNESS_SIGMA**2)
@@ -471,11 +458,7 @@ class ChirpTracker(Stream):
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         # A new fit has learnt nothing yet: profile, stiffness and noise of the motion start from their priors.
         memory.known, memory.about = np.zeros((SHAPE_PARAMETERS, SHAPE_PARAMETERS)), best.shape.copy()
-        memory.stiffness, memory.lively, memory.wander = (
-            (0.0, PRIOR_STIFFNESS_SIGMA**2),
-            FIRST_LIVELY,
-            OFFSET_KINK_LIMITS[0],
-        )
-        memory.swing = float(best.motion[1]) ** 2
+        memory.stiffness, memory.swing = (0.0, PRIOR_STIFFNESS_SIGMA**2), float(best.motion[1]) ** 2
+        memory.lively, memory.wander = FIRST_LIVELY, OFFSET_KINK_LIMITS[0]
         # The first test follows as soon as the fit was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN_TESTS, math.nan

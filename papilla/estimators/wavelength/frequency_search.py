@@ -88,9 +88,7 @@ class FrequencySearch(NamedTuple):
                     best, price = fit, cost
             # A wrong multiple is found more easily than the right one, and leads to it.
             # All multiples once more from the new best fit, until none is better.
-            trials = (
-                [best.motion * (n, n, n, 1) for n in FREQUENCY_MULTIPLES] if best is not None and price < before else []
-            )
+            trials = [best.motion * (n, n, n, 1) for n in FREQUENCY_MULTIPLES] if best and price < before else []
         return best, price
 
     def _spectrum(self, chirp: float) -> Pieces[list[tuple[float, np.ndarray]]]:
@@ -124,15 +122,9 @@ class FrequencySearch(NamedTuple):
         noise = float(values @ values) / int(seen.sum())
         if noise == 0 or not self.low / 1.1 < motion[1] < CHIRP_BAND_LIMIT * self.rate_Hz:
             return None
-        nothing = (
-            np.append(offset, np.zeros(TREND_PARAMETERS - 1)),
-            np.zeros(SHAPE_PARAMETERS),
-            np.zeros((1, 1)),
-            noise,
-            values,
-            0.0,
-        )
-        still = MotionFit(np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), 0.0, 1.0, *nothing)
+        begin, jumps, shape = np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), np.zeros(SHAPE_PARAMETERS)
+        trend = np.append(offset, np.zeros(TREND_PARAMETERS - 1))
+        still = MotionFit(begin, jumps, 0.0, 1.0, trend, shape, np.zeros((1, 1)), noise, values, 0.0)
         wave = np.exp(-CYCLE_EXPONENT * motion_fit.phase_at(still, self.time)[0])
         # The phase of the strongest component near the middle, where the motion matters least.
         near = np.abs(self.time) < FITTED_WINDOW_PARTS[0] * self.time[-1]
@@ -148,10 +140,8 @@ class FrequencySearch(NamedTuple):
         # at 0.
         size, still = 2 * begun.noise**0.5, [HELD_PRIOR_SIGMA] * MOTION_KNOTS
         free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), PRIOR_STIFFNESS_SIGMA]
-        prior = np.diag(
-            np.array([*free, *still, size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS, *[size] * SHAPE_PARAMETERS])
-            ** -2.0
-        )
+        trend = [size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS]
+        prior = np.diag(np.array([*free, *still, *trend, *[size] * SHAPE_PARAMETERS]) ** -2.0)
         about, distance = begun.values, np.abs(self.time) / self.time[-1]
         for reach in FITTED_WINDOW_PARTS:
             near = np.where(distance < reach, self.readings, math.nan)
@@ -187,10 +177,8 @@ class SubharmonicTest(NamedTuple):
         strokes = yield from strokes_of(self.phase[rows], self.readings[rows, None], begin)
         yield
         # On a grid finer than the samples there would be images of the lines (`tracking.memory.Task`).
-        step, highest = (
-            max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place)))),
-            highest_shown(strokes.place, SMALLEST_STEP_CYCLES),
-        )
+        step = max(SMALLEST_STEP_CYCLES, middle(np.abs(np.diff(strokes.place))))
+        highest = highest_shown(strokes.place, SMALLEST_STEP_CYCLES)
         longest = max(float(np.ptp(strokes.place[stroke])) for stroke in strokes.rows)
         spectrum = yield from spectrum_of(strokes, step, size_of(longest, step))
         lines = yield from spectrum.lines(1 / MOST_SUBHARMONICS, highest, MOST_TESTED_LINES)

@@ -66,26 +66,19 @@ def fundamental_of(
     A divisor (the chosen wavenumber over 2 to 6) is accepted if lines of another texture would hardly lie so near to
     its multiples by chance. Otherwise the question stays open: a loud line that fits is a doubt as long as it fits.
 
-    others : lines that are not multiples of the chosen one; reach : how far (1/mm) a line may miss its place; possible :
-    lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the fundamental,
+    others : lines that are not multiples of the chosen one; reach : how far (1/mm) a line may miss its place;
+    possible : lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the fundamental,
     so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with stick-slip may
     repeat only after several periods.
     """
-    k, best, accepted, open_ = (
-        chosen.wavenumber,
-        1.0,
-        FundamentalPeriod(chosen.wavenumber, 0.0),
-        FundamentalPeriod(chosen.wavenumber, 0.0),
-    )
+    k, best = chosen.wavenumber, 1.0
+    accepted = open_ = FundamentalPeriod(k, 0.0)
     for divisor in range(2, MOST_SUBHARMONICS + 1):
         base = k / divisor
         slack = min(reach, 0.1 * base)
         off = [abs(line.wavenumber - max(round(line.wavenumber / base), 1) * base) / slack for line in others]
-        near = [
-            (by, line)
-            for by, line in zip(off, others, strict=True)
-            if by < (NEAR_HARMONIC_REACHES if ridged else 1) and line in possible
-        ]
+        widest = NEAR_HARMONIC_REACHES if ridged else 1
+        near = [(by, line) for by, line in zip(off, others, strict=True) if by < widest and line in possible]
         fits = [line for by, line in near if by < 1]
         if ridged and near and not open_.other:
             open_ = FundamentalPeriod(k, base)
@@ -119,9 +112,9 @@ def hints(spectrum: Spectrum, lines: list[Line], chosen: Line, divisor: int, nea
         at = round(place / spectrum.step)
         heard = spectrum.power[max(at - half, 0) : at + half + 1].max(initial=0.0) ** 0.5
         # A power that is faint compared with the line is not a sign, even if it is more than noise.
-        least, rare = (
-            (FAINTEST_HARMONIC, CONFIRMED_CHANCE / (divisor - 1)) if order == 1 else (HINTING_AMPLITUDE, HINTING_CHANCE)
-        )
+        least, rare = HINTING_AMPLITUDE, HINTING_CHANCE
+        if order == 1:
+            least, rare = FAINTEST_HARMONIC, CONFIRMED_CHANCE / (divisor - 1)
         if heard > least * chosen.amplitude and spectrum.chance(place) < rare:
             return True
     return False

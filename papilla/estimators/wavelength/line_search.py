@@ -119,9 +119,8 @@ class LineSearch(Refinement):
             return False
         highest = task.highest(self._place)
         resolution = 1 / self._strokes.extent
-        peaks = yield from spectrum.lines(
-            2 * resolution, min(2 / self._options.low, highest * 2), 3 * MOST_SEARCH_LINES
-        )
+        widest = min(2 / self._options.low, highest * 2)
+        peaks = yield from spectrum.lines(2 * resolution, widest, 3 * MOST_SEARCH_LINES)
         yield
         # The more places a search looks at, the more often noise makes a peak at one of them. So the chance at one
         # place is multiplied by the number of resolutions within a factor e of it, and by the number of such factors in
@@ -179,11 +178,8 @@ class LineSearch(Refinement):
             origin = yield from self._origin(line)
             # The strongest line is hum and can be separated: subtract it and look again, once. What is left may be the
             # surface.
-            if (
-                origin == TrackingStatus.TIME_LOCKED
-                and self._bend * line.wavenumber > PATH_BEND_PERIODS
-                and not self._cleaned
-            ):
+            separable = self._bend * line.wavenumber > PATH_BEND_PERIODS
+            if origin == TrackingStatus.TIME_LOCKED and separable and not self._cleaned:
                 self._time_lines = [line._replace(wavenumber=self._exact(line.wavenumber)) for line in self._time_lines]
                 return (yield from self._chosen_without(self._time_lines))
             # Accept the first line that is not hum, unless it may be a harmonic of a fundamental that hum hides.
@@ -235,11 +231,9 @@ class LineSearch(Refinement):
         if separable and time > enough and time > EXCLUDING_ENERGY_RATIO * path:
             return TrackingStatus.TIME_LOCKED
         # If a longer path once separated a line from the mains, a short one after lost contact does not make it theirs.
-        hum = (
-            self._near_hum(line)
-            and abs(line.wavenumber - self._task.proved) >= SAME_WAVELENGTH_DIFFERENCE * self._task.proved
-        )
-        return TrackingStatus.TIME_LOCKED if hum else TrackingStatus.CONSTANT_SPEED
+        proved = self._task.proved
+        unproved = abs(line.wavenumber - proved) >= SAME_WAVELENGTH_DIFFERENCE * proved
+        return TrackingStatus.TIME_LOCKED if unproved and self._near_hum(line) else TrackingStatus.CONSTANT_SPEED
 
     def _exact(self, frequency: float) -> float:
         """The mains harmonic or resonance that a frequency cannot be distinguished from; else the frequency."""
@@ -258,10 +252,8 @@ class LineSearch(Refinement):
         slowest, fastest = MOTORS_HZ[0] - resolution, MOTORS_HZ[1] + resolution
         if not slowest < frequency < min(fastest, SHOWN_HARMONIC_FREQUENCY * self._options.rate_Hz / 2):
             return False
-        return (
-            min(self._spectrum.chance(order * wavenumber) for order in range(2, FITTED_HARMONICS + 1))
-            > SEARCH_FALSE_ALARM
-        )
+        harmonics = (order * wavenumber for order in range(2, FITTED_HARMONICS + 1))
+        return min(map(self._spectrum.chance, harmonics)) > SEARCH_FALSE_ALARM
 
     def _hidden(self, line: Line, hums: list[Line]) -> bool:
         """Whether a stronger line over time may hide the fundamental of which this line is a harmonic."""
@@ -282,9 +274,8 @@ class LineSearch(Refinement):
         # A harmonic of the mains counts as theirs only if other mains lines are present.
         bent = self._bend * k > PATH_BEND_PERIODS
         humming = not bent and any(self._near_hum(line, max(MAINS_LINES_HZ)) for line in self._lines)
-        others = periods.no_multiples(
-            [line for line in self._lines if line.amplitude > periods.FAINTEST_HARMONIC * chosen.amplitude], k, reach
-        )
+        loud = [line for line in self._lines if line.amplitude > periods.FAINTEST_HARMONIC * chosen.amplitude]
+        others = periods.no_multiples(loud, k, reach)
         possible = set()
         for line in others:
             timed = humming and self._near_hum(line)

@@ -138,9 +138,8 @@ def find_lines(
     shortest = _shortest(position)
     low, high = _searched(position, shortest, wavelength_range_mm)
     # Minus their mean, so that an offset costs no digits.
-    strokes = completed(
-        strokes_of(position, channels - channels.mean(axis=0), np.array([0, len(position)]), DRIFT_DEGREE)
-    )
+    channels = channels - channels.mean(axis=0)
+    strokes = completed(strokes_of(position, channels, np.array([0, len(position)]), DRIFT_DEGREE))
     finest = max(shortest, low / SPECTRUM_EXTENSION)
     step = finest / POINTS_PER_WAVELENGTH
     size = 1 << int(np.ceil(np.log2(GRID_PADDING * (int(strokes.extent / step) + 2))))
@@ -172,11 +171,9 @@ def latest_stretch(position_mm, wavelength_range_mm: tuple[float, float] | None 
     places = position[rows]
     if places.size < 2:
         raise InputError("a spectrum over position needs rows with a position")
-    low = (
-        _shortest(places)
-        if wavelength_range_mm is None
-        else max(wavelength_range_mm[0] / SPECTRUM_EXTENSION, _shortest(places))
-    )
+    low = _shortest(places)
+    if wavelength_range_mm is not None:
+        low = max(wavelength_range_mm[0] / SPECTRUM_EXTENSION, low)
     # For each row: the length of the path from it to the end.
     reach = np.maximum.accumulate(places[::-1]) - np.minimum.accumulate(places[::-1])
     fits = int(np.searchsorted(reach, LONGEST_GRID * low / POINTS_PER_WAVELENGTH, side="right"))
@@ -258,9 +255,8 @@ def _lines(peaks: list[Line], resolution: float, searched: tuple[float, float], 
             order, fundamental = round(peak.wavenumber / base), wavelength * round(peak.wavenumber / base)
             fundamentals.append((peak._replace(wavenumber=1 / fundamental, sigma=peak.sigma / order), fundamental))
         rarely = min(max(octaves * peak.wavenumber, 1.0) * peak.chance, 1.0)
-        lines.append(
-            SpectralLine(wavelength, sigma, peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels)
-        )
+        properties = peak.amplitude, peak.ratio, rarely, order, fundamental, peak.channels
+        lines.append(SpectralLine(wavelength, sigma, *properties))
     return lines
 
 

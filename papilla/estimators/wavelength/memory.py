@@ -186,9 +186,8 @@ def window_of(task: Task, late_s: float) -> PathWindow | None:
         # Where the stated path turned at t + late, the finger turned at t.
         breaks = np.searchsorted(at, time[breaks]) - int(inside.argmax())
         rows, place, time = rows[inside], np.interp(at[inside], time, place), time[inside]
-    strokes = longest_strokes(
-        place, [0, *(b for b in breaks.tolist() if 0 < b < len(rows)), len(rows)], FEWEST_WAVES * task.options.low
-    )
+    edges = [0, *(row for row in breaks.tolist() if 0 < row < len(rows)), len(rows)]
+    strokes = longest_strokes(place, edges, FEWEST_WAVES * task.options.low)
     if strokes is None:
         return None
     index, begin = strokes

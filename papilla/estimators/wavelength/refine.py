@@ -128,9 +128,8 @@ def phases_of(cycles, regressors, weight, count, readings, seen, stroke, noise) 
     mean /= np.maximum(np.add.reduceat(amount * complete, first), TINY_DIVISOR)[:, None, :]
     yield
     # Noise of each block: variance of one quadrature of its mean, per harmonic and gauge.
-    variance = (
-        0.5 * np.minimum(noise, 1 / TINY_DIVISOR) * (square / np.maximum(amount, TINY_DIVISOR**0.5) ** 2)[:, None, :]
-    )
+    spread = (square / np.maximum(amount, TINY_DIVISOR**0.5) ** 2)[:, None, :]
+    variance = 0.5 * np.minimum(noise, 1 / TINY_DIVISOR) * spread
     inverse = np.where((complete & (amount > 0))[:, None, :], 1 / np.maximum(variance, TINY_DIVISOR), 0.0)
     # Harmonics that noise could have made take no part: their phases would be random.
     size = np.abs(mean) ** 2
@@ -291,12 +290,9 @@ class Refinement:
         strokes = yield from silenced(strokes, forward(strokes), foreign, wavenumber)
         below = self._spectrum.power[1 : int(1 / self._options.high / self._spectrum.step)].max(initial=0.0)
         # If the speed changes, slow changes come mostly from the force, and cause a doubt.
-        single = (
-            self._bend * wavenumber < PATH_BEND_PERIODS
-            and len(self._begin) == 2
-            and below > self._inside[0].amplitude ** 2
-        )
-        return (yield from levelled(strokes, wavenumber)) if single else strokes
+        straight = self._bend * wavenumber < PATH_BEND_PERIODS and len(self._begin) == 2
+        drifting = straight and below > self._inside[0].amplitude ** 2
+        return (yield from levelled(strokes, wavenumber)) if drifting else strokes
 
     def _refined(self) -> Pieces[bool]:
         """One step of the wavenumber and of the delay; True if another step would change nothing."""

@@ -178,10 +178,8 @@ def background(power: np.ndarray, at: np.ndarray, resolution: float, pooled: boo
     at = np.asarray(at, int)
     logarithm = np.append(np.log(power), np.inf)
     # One part after the other: all cells of all places of a long spectrum would take hundreds of MB.
-    parts = [
-        _around(logarithm, at[first : first + PLACES_AT_ONCE], resolution)
-        for first in range(0, len(at), PLACES_AT_ONCE)
-    ]
+    begins = range(0, len(at), PLACES_AT_ONCE)
+    parts = [_around(logarithm, at[begin : begin + PLACES_AT_ONCE], resolution) for begin in begins]
     twice, enough, spread = map(np.concatenate, zip(*parts, strict=True)) if parts else np.zeros((3, 0))
     freedom = _freedom(power, at, max(round(resolution), 1)) if pooled else np.full(len(at), 2.0)
     # Wilson and Hilferty's median of a chi-square over its mean.
