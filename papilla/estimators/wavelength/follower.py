@@ -13,7 +13,6 @@ mistake.
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,10 +20,19 @@ import numpy as np
 from papilla.core.errors import InputError
 from papilla.core.units import MS_PER_S, TINY_DIVISOR
 from papilla.estimators.stream import Pieces, SpreadTask
+from papilla.estimators.wavelength.follower_settings import (
+    DELAY_SETTINGS,
+    PACE_SETTINGS,
+    REACH_SETTINGS,
+    TRUST_LIMITS,
+    WINDOW_SETTINGS,
+)
 from papilla.estimators.wavelength.line_search import LineSearch
 from papilla.estimators.wavelength.memory import (
     CELLS_PER_WAVELENGTH,
     LEADING_COLUMNS,
+    LOST_AMPLITUDE_SHARE,
+    LOST_AMPLITUDE_SIGMAS,
     SAME_WAVELENGTH_DIFFERENCE,
     Cells,
     Memory,
@@ -33,111 +41,8 @@ from papilla.estimators.wavelength.memory import (
     Task,
     TrackingStatus,
 )
-from papilla.estimators.wavelength.refine import LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS, share_kept
+from papilla.estimators.wavelength.refine import share_kept
 from papilla.estimators.wavelength.spectrum import FEWEST_STEPS, size_of, slope
-
-
-@dataclass(frozen=True)
-class WindowSettings:
-    """How much path is remembered, and how finely.
-
-    cell : length of a cell in shortest wavelengths; averaging in it lowers the line of that wavelength by 3 %.
-    span : path that is remembered, in longest wavelengths; least_span : as much at least, although a very wide range of
-    wavelengths needs more than most_cells for it. spare : cells that are kept beyond those of a running search.
-    grid_span : path for which the grid of a spectrum is made, in longest wavelengths.
-    """
-
-    cell: float = 0.125
-    span: float = 16.0
-    least_span: float = 6.0
-    grid_span: float = 10.0
-    most_cells: int = 1024
-    spare: int = 256
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How often a search or a glance is due, and how fast a search goes on.
-
-    hop, glance : cells between two searches and between two glances; soon : the hop at low rates, in longest
-    wavelengths. still_s : time without movement after which the finger counts as standing.
-    steady : searches that must agree (or find nothing) before searches get fewer. spare_s : the least time between two
-    of them then. Once every delay of the path was tried: spare : least new path before the next, as a part of the path
-    that a search covers; grown : the same where no glance would see another surface, or no search found a line: a tenth
-    of new path hardly changes what so many searches said. As long as glances see the line of so many searches, the next
-    one waits for a whole window of new path.
-    pieces_Hz : pieces of a search per second at low rates (a search has some forty). A search in fewer readings than
-    `light` has shorter pieces; a sample does at most most_pieces of them.
-    humming : searches during which a line over time is subtracted before it must be found again.
-    """
-
-    hop: int = 24
-    glance: int = 8
-    soon: float = 0.125
-    still_s: float = 0.2
-    steady: int = 4
-    spare_s: float = 0.15
-    spare: float = 0.25
-    grown: float = 0.1
-    pieces_Hz: float = 1200.0
-    light: int = 1000
-    most_pieces: int = 2
-    humming: int = 30
-
-
-@dataclass(frozen=True)
-class TrustLimits:
-    """When an answer may be used.
-
-    agree, agree_humming : searches in a row that must find the same wavelength: one may be wrong, but two seldom make
-    the same mistake; three while hum is subtracted, because the same subtraction may repeat a mistake. vague :
-    relative sigma above which a wavelength is not "ok": two sigmas are 5 %.
-    """
-
-    agree: int = 2
-    agree_humming: int = 3
-    vague: float = 0.025
-
-
-@dataclass(frozen=True)
-class SearchReach:
-    """How the path that a search may use shrinks and grows.
-
-    A line that looks smeared (the surface or the force changed within the path) is searched in a path that is `shorter`
-    by this factor, unless a path up to `longer` times as long was not tried: beside a long wave a line looks smeared in
-    a path too short to separate the two. Each good search lets the path grow by the factor `grows`.
-    """
-
-    shorter: float = 0.6
-    longer: float = 1.6
-    grows: float = 1.15
-
-
-@dataclass(frozen=True)
-class Delay:
-    """How an unknown delay of the path is found.
-
-    trials_ms : delays that are tried. sigma_s, drift_s : standard deviation of the delay before anything is known, and
-    of its drift from search to search. sharper : ratio by which lines must be sharper for another delay to be used, at
-    most `sharpest` from one trial; plain : power over the background of a clear line, without which lines may be
-    sharper by chance alone.
-    """
-
-    trials_ms: range = range(-4, 34, 2)
-    sigma_s: float = 0.01
-    drift_s: float = 1e-4
-    sharper: float = 1.6
-    sharpest: float = 4.0
-    plain: float = 30.0
-
-
-WINDOW_SETTINGS, PACE_SETTINGS, TRUST_LIMITS, REACH_SETTINGS, DELAY_SETTINGS = (
-    WindowSettings(),
-    Pace(),
-    TrustLimits(),
-    SearchReach(),
-    Delay(),
-)
 
 
 class PathSearch(NamedTuple):
@@ -176,11 +81,10 @@ class Follower:
         """State without any knowledge."""
         latency_s = self.options.latency_s
         cells = Cells(np.zeros(self._kept), self._cell, 0.5 * self.options.low)
-        late = (0.0, DELAY_SETTINGS.sigma_s**2) if latency_s is None else (latency_s, 0.0)
-        even = [1.0] * len(self._trials)
-        return Memory(
-            cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late[0], late_variance=late[1], sharper=even
-        )
+        late_s, variance = (0.0, DELAY_SETTINGS.sigma_s**2) if latency_s is None else (latency_s, 0.0)
+        memory = Memory(cells, hop=PACE_SETTINGS.hop, limit=self._span, late_s=late_s, late_variance=variance)
+        memory.sharper = [1.0] * len(self._trials)
+        return memory
 
     def remember(self, memory: Memory) -> None:
         """Continue from this state."""
@@ -247,12 +151,9 @@ class Follower:
             return TrackingStatus.SEARCHING
         if math.hypot(sigma / wavenumber, self.options.scale_sigma) > TRUST_LIMITS.vague:
             return TrackingStatus.VAGUE
-        inside = (
-            self.options.low * (1 - SAME_WAVELENGTH_DIFFERENCE)
-            <= 1 / wavenumber
-            <= self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
-        )
-        return status if inside else TrackingStatus.OUT_OF_RANGE
+        shortest = self.options.low * (1 - SAME_WAVELENGTH_DIFFERENCE)
+        longest = self.options.high * (1 + SAME_WAVELENGTH_DIFFERENCE)
+        return status if shortest <= 1 / wavenumber <= longest else TrackingStatus.OUT_OF_RANGE
 
     def _go_on(self) -> None:
         """Do a glance, the next piece of a search, or the first one."""
@@ -271,9 +172,8 @@ class Follower:
             if end - begin < PACE_SETTINGS.hop:
                 memory.searched = end
                 return
-            memory.search = SpreadTask(
-                PathSearch(self._task(begin, end), begin, end, float(memory.cells.between(begin, end)[0, 1]))
-            )
+            origin = float(memory.cells.between(begin, end)[0, 1])
+            memory.search = SpreadTask(PathSearch(self._task(begin, end), begin, end, origin))
 
     def _due(self, end: int) -> bool:
         """Whether the next search is due, a hop after the last one: many that agreed save some time, if glances would
@@ -388,18 +288,14 @@ class Follower:
         if good:
             memory.origin = search.origin
             # Agreement: within 2 %, or within three sigmas where the wavelength is not known that well.
-            same = (
-                before > 0
-                and abs(finding.wavenumber / before - 1)
-                < SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * finding.sigma / before
+            change, change_of_proved = (
+                abs(finding.wavenumber / max(wavenumber, TINY_DIVISOR) - 1) for wavenumber in (before, memory.proved)
             )
+            slack = SAME_WAVELENGTH_DIFFERENCE + LOST_AMPLITUDE_SIGMAS * finding.sigma / max(before, TINY_DIVISOR)
+            memory.agreed = memory.agreed + 1 if before > 0 and change < slack else 1
             # A surface that is found again, for example after lost contact, is known.
-            again = (
-                memory.changed
-                and abs(finding.wavenumber / max(memory.proved, TINY_DIVISOR) - 1) < SAME_WAVELENGTH_DIFFERENCE
-            )
-            memory.agreed = memory.agreed + 1 if same else 1
-            memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming * again)
+            if memory.changed and change_of_proved < SAME_WAVELENGTH_DIFFERENCE:
+                memory.agreed = max(memory.agreed, TRUST_LIMITS.agree_humming)
             memory.proved = finding.wavenumber if memory.agreed > PACE_SETTINGS.steady else memory.proved
             memory.known, memory.changed, memory.guessed = (finding.wavenumber, finding.sigma), False, False
             if memory.late_variance > 0:
@@ -412,7 +308,7 @@ class Follower:
                 memory.known, memory.guessed = (finding.wavenumber, finding.sigma), True
         self._choose_path(finding)
         # The search found the old line, but its newest two periods no longer contain it: begin again with these alone.
-        if good and finding.kept + LOST_AMPLITUDE_SIGMAS * finding.kept_sigma < LOST_AMPLITUDE_SHARE:
+        if good and finding.gone:
             self._begin_anew(end, 2 / finding.wavenumber)
         memory.whole = cells if tried and memory.agreed > PACE_SETTINGS.steady else 0
 
@@ -422,9 +318,7 @@ class Follower:
         lost, least = memory.changed and not good, 2 * self.options.high
         if lost and finding.extent < 1.1 * least:
             memory.limit = self._span
-        elif lost or (
-            finding.status == TrackingStatus.INCOHERENT and finding.extent > REACH_SETTINGS.longer * memory.smeared
-        ):
+        elif lost or (finding.smeared and finding.extent > REACH_SETTINGS.longer * memory.smeared):
             # A step of the force, for example when contact returns, hides the line until the window has passed it. A
             # line beside a long wave looks smeared in a path that is too short to separate the two: then a longer path
             # is tried.
@@ -440,10 +334,7 @@ class Follower:
         refinement."""
         memory = self.memory
         near = any(abs(1 / wavelength - memory.proved) < 0.5 / finding.extent for wavelength, *_ in finding.lines)
-        lost = finding.kept + LOST_AMPLITUDE_SIGMAS * finding.kept_sigma < LOST_AMPLITUDE_SHARE
-        return (
-            finding.status == TrackingStatus.INCOHERENT and memory.agreed > PACE_SETTINGS.steady and near and not lost
-        )
+        return finding.smeared and memory.agreed > PACE_SETTINGS.steady and near and not finding.gone
 
     def _begin_anew(self, end: int, path: float) -> None:
         """Begin again for another surface, with the newest path alone."""

@@ -67,9 +67,9 @@ def fundamental_of(
     its multiples by chance. Otherwise the question stays open: a loud line that fits is a doubt as long as it fits.
 
     others : lines that are not multiples of the chosen one; reach : how far (1/mm) a line may miss its place;
-    possible : lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the fundamental,
-    so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with stick-slip may
-    repeat only after several periods.
+    possible : lines that may be the surface's; ridged : whether the finger's ridges may amplify a harmonic above the
+    fundamental, so that a line near the place of one is a doubt. Faint lines alone are no proof: a contact with
+    stick-slip may repeat only after several periods.
     """
     k, best = chosen.wavenumber, 1.0
     accepted = open_ = FundamentalPeriod(k, 0.0)

@@ -31,6 +31,8 @@ WIDEST_RANGE_RATIO = 100
 """Largest ratio of the ends of a range that is searched."""
 SAME_WAVELENGTH_DIFFERENCE = 0.02
 """Relative difference up to which two wavelengths count as the same, and a wavelength as inside its range."""
+LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS = 0.5, 3.0
+"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 FEWEST_WAVES = 4.0
 """Number of shortest wavelengths that the longest stroke must contain."""
 
@@ -158,6 +160,16 @@ class SearchResult:
     hums_Hz: tuple[float, ...] = ()
     mixed: bool = False
     other: float = 0.0
+
+    @property
+    def gone(self) -> bool:
+        """Whether the newest periods no longer contain the line."""
+        return self.kept + LOST_AMPLITUDE_SIGMAS * self.kept_sigma < LOST_AMPLITUDE_SHARE
+
+    @property
+    def smeared(self) -> bool:
+        """Whether the line has no single wavelength in this path."""
+        return self.status == TrackingStatus.INCOHERENT
 
 
 class PathWindow(NamedTuple):

@@ -20,7 +20,15 @@ import numpy as np
 from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces
 from papilla.estimators.wavelength.fundamental import FITTED_HARMONICS, no_multiples
-from papilla.estimators.wavelength.memory import CELLS_PER_WAVELENGTH, SearchResult, Task, TrackingStatus, window_of
+from papilla.estimators.wavelength.memory import (
+    CELLS_PER_WAVELENGTH,
+    LOST_AMPLITUDE_SHARE,
+    LOST_AMPLITUDE_SIGMAS,
+    SearchResult,
+    Task,
+    TrackingStatus,
+    window_of,
+)
 from papilla.estimators.wavelength.spectrum import (
     CYCLE_EXPONENT,
     Line,
@@ -46,8 +54,6 @@ OUTLYING_PHASE_SIGMAS = 3.0
 LEAST_PHASE_COHERENCE, PHASE_SCATTER = 0.8, 0.12
 """Coherence of the blocks' phases below which a line is smeared and searched in a shorter path; and their scatter
 beyond the noise, in periods, above which it is."""
-LOST_AMPLITUDE_SHARE, LOST_AMPLITUDE_SIGMAS = 0.5, 3.0
-"""Share of the amplitude, with so many sigmas, below which the newest periods show another surface."""
 PLAY_MM, RELAXED_MM = 0.3, 0.5
 """Standard deviation of the distance by which the skin trails the finger, and the path after a turn over which it
 settles again."""
