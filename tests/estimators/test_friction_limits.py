@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from papilla.estimators.friction import Friction, FrictionStatus
-from papilla.estimators.friction.estimator import Direction, Peak
+from papilla.estimators.friction.direction import Direction, Peak
 from papilla.estimators.friction.offset import (
     AIR_SIGMA_N,
     ANISOTROPY_SIGMA,

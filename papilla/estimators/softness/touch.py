@@ -25,7 +25,8 @@ from papilla.core.errors import InputError
 from papilla.core.units import SAMPLE_RATE_HZ
 from papilla.estimators.health import STUCK_SAMPLES, GaugeHealth, HealthState, numbered
 from papilla.estimators.softness.channels import Doubts, SdReading, Tangent
-from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit, Start
+from papilla.estimators.softness.fitter import FilterState, Fitter, NoiseFit
+from papilla.estimators.softness.touch_start import Start
 from papilla.estimators.stream import SpreadTask, Stream, completed
 
 NOISE_REACH = 4.0

@@ -31,20 +31,9 @@ from papilla.estimators.wavelength.chirp_memory import (
     ChirpStatus,
     Step,
 )
-from papilla.estimators.wavelength.frequency_search import (
-    PRIOR_STIFFNESS_SIGMA,
-    FrequencySearch,
-    SubharmonicTest,
-    price_of,
-)
+from papilla.estimators.wavelength.frequency_search import FrequencySearch, SubharmonicTest, price_of
 from papilla.estimators.wavelength.memory import WIDEST_RANGE_RATIO
-from papilla.estimators.wavelength.motion_fit import (
-    CHIRP_BAND_LIMIT,
-    MOTION_KNOTS,
-    MOTION_PARAMETERS,
-    SHAPE_PARAMETERS,
-    MotionFit,
-)
+from papilla.estimators.wavelength.motion_fit import MOTION_KNOTS, MOTION_PARAMETERS, SHAPE_PARAMETERS, MotionFit
 from papilla.estimators.wavelength.spectrum import FEWEST_ROWS
 
 WINDOW_PERIODS, SEARCH_PERIODS = 4.5, 2.0
@@ -88,10 +77,6 @@ few periods."""
 VAGUE_FREQUENCY_SIGMA, CRAWL_FREQUENCY_SHARE = 0.05, 0.25
 """Relative sigma of the frequency above which a wavelength is held, and the share of its usual frequency below which it
 is held."""
-WHITE_NOISE_LIMITS = 0.6, 1.5
-"""Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
-nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
-part."""
 QUIET_POWER_SHARE = 0.1
 """Share of the profile's power that the readings must have for movement."""
 
@@ -129,13 +114,13 @@ class ChirpTracker(Stream):
         saturation: float = checks.LARGEST_READING,
     ):
         self._rate = rate = checks.positive("sample_rate_Hz", sample_rate_Hz)
-        top = CHIRP_BAND_LIMIT * rate
+        top = motion_fit.CHIRP_BAND_LIMIT * rate
         asked = (15.0, min(400.0, top)) if frequency_range_Hz is None else frequency_range_Hz
         self._lowest, self._highest = lowest, highest = checks.rising("frequency_range_Hz", asked)
         if not 2 * lowest <= highest <= min(top, WIDEST_RANGE_RATIO * lowest):
             raise InputError(
-                f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below {CHIRP_BAND_LIMIT:g} of the "
-                f"sampling rate ({top:g} Hz), got {lowest:g} to {highest:g} Hz"
+                f"frequency_range_Hz must span a factor 2 to {WIDEST_RANGE_RATIO} below "
+                f"{motion_fit.CHIRP_BAND_LIMIT:g} of the sampling rate ({top:g} Hz), got {lowest:g} to {highest:g} Hz"
             )
         self._lag = round(checks.within("lag_s", lag_s, 0, LONGEST_LAG_S) * rate)
         self.lag_s = self._lag / rate
@@ -148,7 +133,6 @@ class ChirpTracker(Stream):
         self._spacing = (self._window - 1) / rate / MOTION_KNOTS
         searched = round(SEARCH_PERIODS * rate / self._lowest)
         self._middle = (np.arange(searched) - 0.5 * (searched - 1)) / rate
-        self._drift = np.vander(self._middle / self._middle[-1], 3)
         self.reset()
 
     def _fresh(self) -> ChirpMemory:
@@ -332,7 +316,7 @@ class ChirpTracker(Stream):
         information = max(1 / float(spread[MOTION_PARAMETERS - 1]) - 1 / variance, 0.0) * hop / self._window
         mean += (float(stroke.motion[-1]) - mean) * information / (1 / variance + information)
         variance = 1 / (1 / variance + information) + STIFFNESS_WALK**2 * hop / self._rate
-        memory.stiffness = mean, min(variance, PRIOR_STIFFNESS_SIGMA**2)
+        memory.stiffness = mean, min(variance, motion_fit.PRIOR_STIFFNESS_SIGMA**2)
         share = hop / self._rate / FORGOTTEN_S
         crawling = abs(float(stroke.motion[1])) < CRAWL_FREQUENCY_SHARE * self._swing(stroke)
         memory.absent = self._still(stroke.noise, 0.5 * float(stroke.shape @ stroke.shape))
@@ -341,7 +325,7 @@ class ChirpTracker(Stream):
         # no noise.
         share *= 3 * (memory.doubt < DOUBTED_RESIDUAL_RATIO)
         # A fit that ran beyond the visible band follows nothing: give it up.
-        followed = abs(float(stroke.motion[1])) < CHIRP_BAND_LIMIT * self._rate
+        followed = abs(float(stroke.motion[1])) < motion_fit.CHIRP_BAND_LIMIT * self._rate
         self._take_on(stroke._replace(noise=stroke.noise + share * (noise - stroke.noise)) if followed else None)
 
     def _grown(self, prior: float, values: np.ndarray, variance: np.ndarray) -> float:
@@ -408,13 +392,14 @@ class ChirpTracker(Stream):
         sure = stroke is not None and memory.doubt < LIVELIER_MOTION_RATIO
         if memory.waited < SEARCH_S[sure] * self._rate * (stroke is not None or memory.idle):
             return None
-        begun = self._latest()[-len(self._middle) :].copy()
+        newest = self._latest()[-len(self._middle) :].copy()
+        search = FrequencySearch(newest, self._middle, self._lowest, self._highest, self._rate)
         # Without a fit, first ask whether the readings are more than noise: a search is the most expensive part.
-        memory.idle, memory.waited = stroke is None and not self._moves(begun), 0
+        memory.idle, memory.waited = stroke is None and not search.moves(), 0
         # The present fit's cost on the readings of this search, minus the margin: fixed now, because the search ends
         # later.
         memory.rival = memory.price - RIVAL_NATS
-        return None if memory.idle else FrequencySearch(begun, self._middle, self._lowest, self._highest, self._rate)
+        return None if memory.idle else search
 
     def _periods(self, stroke: MotionFit) -> SubharmonicTest:
         """A test on the readings with known phase: those of the window, and earlier ones without a gap."""
@@ -432,18 +417,6 @@ class ChirpTracker(Stream):
         rate = max(abs(float(stroke.motion[1])), self._lowest)
         return SubharmonicTest(phases[begin:end].copy(), memory.readings[begin:end].copy(), self._lowest / rate)
 
-    def _moves(self, readings: np.ndarray) -> bool:
-        """Whether readings contain more than drift and white noise, whose variance follows from their differences."""
-        seen = np.flatnonzero(np.isfinite(readings))
-        if len(seen) < motion_fit.FEWEST_READINGS:
-            return False
-        basis, values = self._drift[seen], readings[seen] - readings[seen].mean()
-        residual = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
-        # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
-        noise = np.diff(residual, 3)
-        ratio = float(residual @ residual) / max(float(noise @ noise) / 20, TINY_DIVISOR)
-        return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
-
     def _choose(self, best: MotionFit | None, price: float) -> None:
         """Follow the best fit of a search from now on if it is better than the present one."""
         memory, stroke = self._memory, self._memory.stroke
@@ -458,7 +431,7 @@ class ChirpTracker(Stream):
         memory.since, memory.span, memory.followed, memory.doubt = memory.waited, len(self._middle), 0.0, 1.0
         # A new fit has learnt nothing yet: profile, stiffness and noise of the motion start from their priors.
         memory.known, memory.about = np.zeros((SHAPE_PARAMETERS, SHAPE_PARAMETERS)), best.shape.copy()
-        memory.stiffness, memory.swing = (0.0, PRIOR_STIFFNESS_SIGMA**2), float(best.motion[1]) ** 2
+        memory.stiffness, memory.swing = (0.0, motion_fit.PRIOR_STIFFNESS_SIGMA**2), float(best.motion[1]) ** 2
         memory.lively, memory.wander = FIRST_LIVELY, OFFSET_KINK_LIMITS[0]
         # The first test follows as soon as the fit was followed for long enough.
         memory.phases[:], memory.asked, memory.clean, memory.other = math.nan, LONGEST_SEARCH, CLEAN_TESTS, math.nan

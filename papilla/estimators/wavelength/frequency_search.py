@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from papilla.core.units import TINY_DIVISOR
 from papilla.estimators.stream import Pieces, completed
 from papilla.estimators.wavelength import motion_fit
 from papilla.estimators.wavelength.fundamental import (
@@ -26,13 +27,7 @@ from papilla.estimators.wavelength.fundamental import (
     fundamental_of,
     hints,
 )
-from papilla.estimators.wavelength.motion_fit import (
-    CHIRP_BAND_LIMIT,
-    MOTION_KNOTS,
-    SHAPE_PARAMETERS,
-    TREND_PARAMETERS,
-    MotionFit,
-)
+from papilla.estimators.wavelength.motion_fit import MOTION_KNOTS, SHAPE_PARAMETERS, TREND_PARAMETERS, MotionFit
 from papilla.estimators.wavelength.spectrum import (
     CYCLE_EXPONENT,
     highest_shown,
@@ -53,10 +48,12 @@ FITTED_WINDOW_PARTS = 0.5, 0.5, 0.75, *[math.inf] * 3
 OCTAVE_BONUS_NATS = 15.0
 """Bonus in the cost (nats) for each octave of the frequency: a fit of half the frequency can explain every reading as
 well."""
+WHITE_NOISE_LIMITS = 0.6, 1.5
+"""Limits of the ratio of the readings' variance to that of white noise with the same third differences. Between them
+nothing moves (four standard deviations of noise in 133 readings), and there is no search, which is the most expensive
+part."""
 HELD_PRIOR_SIGMA = 1e-3
 """Prior standard deviation of what a search holds at 0."""
-PRIOR_STIFFNESS_SIGMA = 60.0
-"""Prior standard deviation of the stiffness (1/s^2)."""
 FEWEST_TESTED_PERIODS = 4.0
 """Smallest number of periods in the longest stroke for a test for a harmonic."""
 SMALLEST_STEP_CYCLES, MOST_TESTED_LINES = 1 / 16, 10
@@ -72,6 +69,19 @@ class FrequencySearch(NamedTuple):
     low: float
     high: float
     rate_Hz: float
+
+    def moves(self) -> bool:
+        """Whether the readings hold more than drift and white noise, whose variance follows from their differences."""
+        seen = np.flatnonzero(np.isfinite(self.readings))
+        if len(seen) < motion_fit.FEWEST_READINGS:
+            return False
+        basis = np.vander(self.time / self.time[-1], 3)[seen]
+        values = self.readings[seen] - self.readings[seen].mean()
+        residual = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+        # Third differences of white noise of variance s^2 have the variance 20 s^2 and remove slow movements.
+        noise = np.diff(residual, 3)
+        ratio = float(residual @ residual) / max(float(noise @ noise) / 20, TINY_DIVISOR)
+        return not WHITE_NOISE_LIMITS[0] < ratio < WHITE_NOISE_LIMITS[1]
 
     def run(self) -> Pieces[tuple[MotionFit | None, float]]:
         """The best fit, with its motion at time 0, or None if no fit is significant; and its cost."""
@@ -120,7 +130,7 @@ class FrequencySearch(NamedTuple):
         offset = float(self.readings[seen].mean())
         values = np.where(seen, self.readings - offset, 0.0)
         noise = float(values @ values) / int(seen.sum())
-        if noise == 0 or not self.low / 1.1 < motion[1] < CHIRP_BAND_LIMIT * self.rate_Hz:
+        if noise == 0 or not self.low / 1.1 < motion[1] < motion_fit.CHIRP_BAND_LIMIT * self.rate_Hz:
             return None
         begin, jumps, shape = np.array([0.0, *motion[1:]]), np.zeros(MOTION_KNOTS), np.zeros(SHAPE_PARAMETERS)
         trend = np.append(offset, np.zeros(TREND_PARAMETERS - 1))
@@ -139,7 +149,7 @@ class FrequencySearch(NamedTuple):
         # The short window of a search cannot distinguish jumps from a chirp: jumps, and kinks of the offset, are held
         # at 0.
         size, still = 2 * begun.noise**0.5, [HELD_PRIOR_SIGMA] * MOTION_KNOTS
-        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), PRIOR_STIFFNESS_SIGMA]
+        free = [0.5, 1 / self.time[-1], 3 * float(motion[1]), motion_fit.PRIOR_STIFFNESS_SIGMA]
         trend = [size, size, *[HELD_PRIOR_SIGMA * size] * MOTION_KNOTS]
         prior = np.diag(np.array([*free, *still, *trend, *[size] * SHAPE_PARAMETERS]) ** -2.0)
         about, distance = begun.values, np.abs(self.time) / self.time[-1]
@@ -214,5 +224,5 @@ def price_of(stroke: MotionFit, noise: float, count: int, rate_Hz: float) -> flo
     """Cost of a fit that leaves this noise in `count` readings: Schwarz's criterion (1978, doi:10.1214/aos/1176344136)
     with the number of harmonics that the rate shows, minus `OCTAVE_BONUS_NATS` for each octave of its frequency."""
     rate = max(abs(float(stroke.motion[1])), 1.0)
-    present = min(motion_fit.FITTED_HARMONICS, int(CHIRP_BAND_LIMIT * rate_Hz / rate))
+    present = min(motion_fit.FITTED_HARMONICS, int(motion_fit.CHIRP_BAND_LIMIT * rate_Hz / rate))
     return count * math.log(noise) + 2 * present * math.log(count) - OCTAVE_BONUS_NATS * math.log2(rate)

@@ -31,6 +31,8 @@ MOTION_PARAMETERS, TREND_PARAMETERS, SHAPE_PARAMETERS = 4, 2 + MOTION_KNOTS, 2 *
 _ENDS = np.cumsum([0, MOTION_PARAMETERS, MOTION_KNOTS, TREND_PARAMETERS, SHAPE_PARAMETERS]).tolist()
 MOTION_PART, JUMPS_PART, TREND_PART, SHAPE_PART = map(slice, _ENDS[:-1], _ENDS[1:])
 """Where motion, jumps, trend and shape stand among all parameters."""
+PRIOR_STIFFNESS_SIGMA = 60.0
+"""Prior standard deviation of the stiffness (1/s^2)."""
 FAINTEST_FIT_ENERGY = 2.5
 """Energy over the noise, per parameter, that a fit must explain: noise alone explains one."""
 LARGEST_PHASE_STEP, PHASE_NONLINEARITY = 0.1, 0.02
