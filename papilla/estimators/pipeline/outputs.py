@@ -57,10 +57,11 @@ def _either(answer: float, second: float, unit: str) -> str:
 
 class Output(ABC):
     """One or more estimators of the pipeline, each with a `state`; statuses : enumeration of their statuses; fills :
-    columns of the pipeline's answer, one after the other."""
+    columns of the pipeline's answer, one after the other; remembered : attributes that belong to the state."""
 
     statuses: ClassVar[type[Status]]
     fills: ClassVar[tuple[str, ...]]
+    remembered: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, *estimators):
         self._estimators = estimators
@@ -86,12 +87,15 @@ class Output(ABC):
     @property
     def state(self) -> tuple:
         """The state of the estimators, to be kept or to be set again."""
-        return tuple(estimator.state for estimator in self._estimators)
+        return *(estimator.state for estimator in self._estimators), *(getattr(self, name) for name in self.remembered)
 
     @state.setter
     def state(self, state: tuple) -> None:
-        for estimator, saved in zip(self._estimators, state, strict=True):
+        estimators = len(self._estimators)
+        for estimator, saved in zip(self._estimators, state[:estimators], strict=True):
             estimator.state = saved
+        for name, value in zip(self.remembered, state[estimators:], strict=True):
+            setattr(self, name, value)
 
 
 class CreepState(NamedTuple):
@@ -273,6 +277,7 @@ class FrequencyOutput(Output):
 
     statuses = ChirpStatus
     fills = ("frequency_Hz",)
+    remembered = ("_followed", "_moments")
 
     def __init__(self, gauges: int, rate_Hz: float):
         self._tracker = ChirpTracker(sample_rate_Hz=rate_Hz)
@@ -310,21 +315,13 @@ class FrequencyOutput(Output):
             return mean if mean == mean else reading, power * (1 - self._fade)
         return mean + self._fade * off, power + self._fade * (off * off - power)
 
-    @property
-    def state(self) -> tuple:
-        """The state, to be kept or to be set again."""
-        return self._tracker.state, self._followed, self._moments
-
-    @state.setter
-    def state(self, state: tuple) -> None:
-        self._tracker.state, self._followed, self._moments = state
-
 
 class FrictionOutput(Output):
     """mu_kinetic, mu_static with their sigmas; last : the whole answer to the last sample."""
 
     statuses = FrictionStatus
     fills = ("mu_kinetic", "mu_kinetic_sigma", "mu_static", "mu_static_sigma")
+    remembered = ("last",)
 
     def __init__(self, rate_Hz: float, memory_mm: float | None):
         self._friction = Friction(sample_rate_Hz=rate_Hz, memory_mm=memory_mm)
@@ -335,12 +332,3 @@ class FrictionOutput(Output):
         """The columns of a sample, and last the status."""
         self.last = answer = self._friction.update((record.tangential_N, record.force_N, record.tick.slope_mm_s))
         return answer.mu_kinetic, answer.mu_kinetic_sigma, answer.mu_static, answer.mu_static_sigma, (answer.status, "")
-
-    @property
-    def state(self) -> tuple:
-        """The state, to be kept or to be set again."""
-        return self._friction.state, self.last
-
-    @state.setter
-    def state(self, state: tuple) -> None:
-        self._friction.state, self.last = state
