@@ -98,17 +98,6 @@ def test_air_tells_the_directions_apart():
     assert once.mu_kinetic[-1] == pytest.approx(0.5, abs=0.01) and once.status[-1] == FrictionStatus.OK
 
 
-@pytest.mark.parametrize("left, status", [(0.0, FrictionStatus.OK), (0.8, FrictionStatus.ONE_WAY)])
-def test_a_rest_tells_the_offset_where_the_finger_was_let_go_of(left, status):
-    """Of what it pulled while sliding, `left` is still there at rest: most of it where the finger is held."""
-    time = np.arange(6000) / 1000
-    velocity = np.where(time % 2 < 1, 40.0, 0.0)
-    tangential = 0.05 + 0.5 * np.where(velocity > 0, 1.0, left)
-    answer = Friction().process(np.column_stack([tangential, np.ones(6000), velocity]))
-    assert answer.status[4500] == status and abs(answer.mu_kinetic[4500] - 0.5) < 2 * answer.mu_kinetic_sigma[4500]
-    assert (answer.mu_kinetic_sigma[4500] < 0.05) == (left == 0)
-
-
 @pytest.mark.parametrize("then", [0.28, 0.6])
 def test_a_step_of_friction_is_followed_within_three_tenths_of_a_second_and_said(then):
     answer = Friction(offset_sigma_N=1e-3).process(swipe(0.422, then))
@@ -157,28 +146,6 @@ def test_unusable_parameters_and_rows_are_refused():
     with pytest.raises(InputError, match="got 2 values"):
         Friction().update((1.0, 2.0))
     assert Friction().process(np.zeros((0, 3))).status.shape == (0,)
-
-
-def strokes(noise_mm_s, speed, seed=0):
-    """Rests of 1 s and strokes of 3 s both ways, mu 0.4, the static peak 0.5; noise of the velocity alone."""
-    time = np.arange(0, 16, 0.002)
-    moving = (time % 4.0) > 1.0
-    velocity = np.where(moving, np.where(time % 8 < 4, speed, -speed), 0.0)
-    start = moving & ((time % 4.0) < 1.05)
-    tangential = 0.05 + np.sign(velocity) * np.where(start, 0.25, 0.2)
-    measured = velocity + noise_mm_s * np.random.default_rng(seed).normal(size=len(time))
-    return np.column_stack([tangential, np.full(len(time), 0.5), measured])
-
-
-@pytest.mark.parametrize("noise_mm_s, speed", [(0.0, 0.6), (0.02, 0.8), (3.0, 60.0)])
-def test_rests_are_recognised_by_the_noise_of_the_velocity(noise_mm_s, speed):
-    """Slower than 1 mm/s it slides too, and noise far above 1 mm/s is not sliding."""
-    samples = strokes(noise_mm_s, speed)
-    answer = Friction(sample_rate_Hz=500.0).process(samples)
-    assert answer.mu_kinetic[-1] == pytest.approx(0.4, abs=0.02)
-    assert answer.mu_static[-1] == pytest.approx(0.5, abs=0.03)
-    if speed < 1:
-        assert np.isnan(Friction(sample_rate_Hz=500.0, rest_mm_s=1.0).process(samples).mu_kinetic[-1])
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -133,17 +133,6 @@ def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     assert np.isnan(answer.modulus_MPa[-1])
 
 
-def test_switched_off_outputs_have_a_message_each(calibration):
-    bare = Pipeline(calibration, columns=())
-    assert bare.off["modulus"] == "no column force_N"
-    assert bare.off["friction"] == "no column tangential_N, force_N, velocity_mm_s or position_mm"
-    assert bare.messages[:-1] == tuple(f"no {output}: {why}" for output, why in bare.off.items())
-    assert bare.messages[-1] == "frequency: without a velocity, that of 0.014 s before"
-    full = Pipeline(columns=("force_N", "velocity_mm_s", "position_mm", "tangential_N"))
-    assert full.off == {"modulus": "no calibration was given"}
-    assert full.columns[-4:] == ("force_N", "velocity_mm_s", "position_mm", "tangential_N")
-
-
 def test_unusable_arguments_are_refused(calibration):
     for arguments, message in (
         ({"gauges": 0}, "gauges must be at least 1, got 0"),

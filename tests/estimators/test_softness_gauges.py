@@ -110,13 +110,6 @@ def test_a_spike_costs_its_gauge_a_few_samples(exact):
     assert set(status[40:70].tolist()) == {int(SoftnessStatus.MISFIT), int(LEFT_OUT), int(OK)}
 
 
-def test_another_specimen_without_lifting_starts_anew(exact):
-    samples = np.concatenate([touched(exact, 0.05, PRESS), touched(exact, 0.5, PRESS, seed=1)])
-    answer = estimator(exact).process(samples)
-    assert answer.modulus_MPa[-1] == pytest.approx(0.5, abs=4 * answer.modulus_sigma_MPa[-1])
-    assert (answer.left_out == 0).all()
-
-
 def test_forces_outside_the_domain_have_no_answer(exact):
     own, rows = estimator(exact), touched(exact, 0.2, np.array([0.5, 0.052, 0.98]), 0.0, 0.0)
     own.update(rows[0])

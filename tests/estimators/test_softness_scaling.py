@@ -47,13 +47,6 @@ def test_the_unit_of_the_readings_does_not_matter(five):
     np.testing.assert_array_equal(other.status, once.status)
 
 
-def test_the_unit_of_the_modulus_does_not_matter(five_gauges):
-    rows = rows_of(five_gauges)
-    once, other = told(five_gauges, rows), told(rescaled(five_gauges, modulus=16.0), rows)
-    np.testing.assert_allclose(other.modulus_MPa, 16 * once.modulus_MPa, rtol=1e-6)
-    np.testing.assert_allclose(other.modulus_sigma_MPa, 16 * once.modulus_sigma_MPa, rtol=1e-6)
-
-
 @pytest.mark.parametrize("doubts", [Doubts.NONE, Doubts()], ids=["sure", "doubting"])
 def test_a_finger_and_its_mirror_image_feel_the_same(five, doubts):
     found = five(0.01)

@@ -66,14 +66,6 @@ def test_zeros_are_learnt_from_rests_that_agree(made):
     assert own.state.zeros == pytest.approx(REST, rel=0.01)
 
 
-@pytest.mark.parametrize("step, learnt", [(3.0, True), (60.0, False)])
-def test_a_rest_is_learnt_only_when_the_next_one_agrees(made, step, learnt):
-    """Twenty samples of noise 20 each, so 3 microstrain are noise and 60 the begin of a press."""
-    own = made()
-    own.process([(5.0,) * 5 + (0.0,)] * 20 + [(step,) * 5 + (0.0,)] * 20)
-    assert (own.state.airborne == 20) == learnt
-
-
 def test_zeros_known_from_the_air_are_doubted_by_half(five_gauges):
     """After fifty samples in the air; sigma of a touch under a doubt of zeros alone falls by as much."""
     doubts = Doubts(0.0, 0.0, 400.0, 0.0, 0.0, 0.0, 10.0, 0.0)

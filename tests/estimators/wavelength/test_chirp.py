@@ -9,10 +9,13 @@ import pytest
 from papilla.core.errors import InputError
 from papilla.estimators.wavelength.chirp import ChirpStatus, ChirpTracker
 from papilla.estimators.wavelength.motion_fit import (
+    JUMPS_PART,
     MOTION_KNOTS,
-    MOTION_PARAMETERS,
+    MOTION_PART,
     SHAPE_PARAMETERS,
+    SHAPE_PART,
     TREND_PARAMETERS,
+    TREND_PART,
     MotionFit,
     designed,
     phase_at,
@@ -84,13 +87,6 @@ def test_sigma_grows_where_readings_are_missing():
     assert "missing" in gap.sentence[0] and tracker.update(0.0).sentence
 
 
-@pytest.mark.parametrize("rate", [500.0, 4000.0])
-def test_the_sampling_rate_is_a_parameter(rate):
-    made = scene("const", 2.4, seed=46, seconds=0.7, sample_rate_Hz=rate)
-    found = ChirpTracker(sample_rate_Hz=rate).process(made.readings)
-    assert found.frequency_Hz[-1] == pytest.approx(made.frequency_Hz[-1], rel=0.02)
-
-
 @pytest.mark.parametrize("scale, offset", [(1e3, 2e4), (1.0, -1e5), (1e-6, 0.0)])
 def test_scale_and_offset_do_not_matter(scale, offset):
     made = scene("const", 1.8, seed=47, seconds=0.5)
@@ -113,32 +109,6 @@ def test_unusable_values(options, message):
         ChirpTracker(**options)
 
 
-def strokes(seed, seconds=2.5):
-    """(velocity, readings) of a hand on a grating of 1.2 mm: minimum-jerk strokes out and back, with rests between."""
-    rng, velocity, at, sign = np.random.default_rng(seed), np.zeros(round(seconds * 1000)), 0, 1.0
-    while at < velocity.size:
-        place = (np.arange(round(1000 * rng.uniform(0.4, 0.8))) + 0.5) / 1000
-        place /= place[-1]
-        end = min(at + place.size, velocity.size)
-        velocity[at:end] = (sign * rng.uniform(100, 180) * 16 * (place * (1 - place)) ** 2)[: end - at]
-        at, sign = end + round(1000 * rng.uniform(0, 0.2)), -sign
-    phase = 2 * math.pi * np.cumsum(velocity) / 1000 / 1.2
-    clean = 1.3 * np.cos(phase) + 0.4 * np.cos(2 * phase + 1) + 0.2 * np.cos(3 * phase - 1)
-    return velocity, clean + 0.1 * rng.standard_normal(velocity.size)
-
-
-def test_a_hand_that_starts_stops_and_turns():
-    velocity, readings = strokes(2)
-    found = ChirpTracker().process(np.column_stack([readings, velocity]))
-    truth = np.roll(np.abs(velocity) / 1.2, 14)
-    moving = (np.arange(velocity.size) > 700) & (truth > 40)
-    ok = moving & (found.status == ChirpStatus.OK)
-    error = (found.frequency_Hz - truth)[ok]
-    assert ok.sum() > 0.6 * moving.sum()
-    assert math.sqrt(np.mean((error / truth[ok]) ** 2)) < 0.05
-    assert math.sqrt(np.mean((error / found.frequency_sigma_Hz[ok]) ** 2)) < 2
-
-
 def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):
     """A fit with these parameters, the others 0."""
     sizes = MOTION_KNOTS, TREND_PARAMETERS, SHAPE_PARAMETERS
@@ -149,32 +119,35 @@ def stroke_of(motion, jumps=None, trend=None, shape=None, spacing=0.0375):
 def test_the_derivatives_of_a_stroke_are_its_differences():
     """Gauss and Newton's step from a stroke to one beside it, of exact readings, is the difference of the two."""
     rng, time = np.random.default_rng(0), np.arange(-299, 1) / 1000
-    start = stroke_of(
-        np.array([0.2, 55.0, -180.0, 41.0]),
-        rng.normal(0, 50, MOTION_KNOTS),
-        rng.normal(0, 1, TREND_PARAMETERS),
-        rng.normal(0, 1, SHAPE_PARAMETERS),
-    )
-    small = np.concatenate(
-        [
-            [1e-6, 1e-5, 1e-4, 1e-4],
-            rng.normal(0, 1e-4, MOTION_KNOTS),
-            rng.normal(0, 1e-5, TREND_PARAMETERS + SHAPE_PARAMETERS),
-        ]
-    )
-    other = stroke_of(
-        *np.split(
-            start.values + small,
-            [MOTION_PARAMETERS, MOTION_PARAMETERS + MOTION_KNOTS, MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS],
-        )
-    )
+    trend, shape = rng.normal(0, 1, TREND_PARAMETERS), rng.normal(0, 1, SHAPE_PARAMETERS)
+    start = stroke_of(np.array([0.2, 55.0, -180.0, 41.0]), rng.normal(0, 50, MOTION_KNOTS), trend, shape)
+    small = rng.normal(0, 1e-5, SHAPE_PART.stop)
+    small[JUMPS_PART], small[MOTION_PART] = 10 * small[JUMPS_PART], [1e-6, 1e-5, 1e-4, 1e-4]
+    other = stroke_of(*np.split(start.values + small, [JUMPS_PART.start, TREND_PART.start, SHAPE_PART.start]))
     columns, _ = profile(*phase_at(other, time), 1000.0)
     readings = columns @ other.shape + trend_of(time, np.minimum(time[:, None] - other.knots, 0.0)) @ other.trend
-    prior = 1e-12 * np.eye(MOTION_PARAMETERS + MOTION_KNOTS + TREND_PARAMETERS + SHAPE_PARAMETERS)
+    prior = 1e-12 * np.eye(SHAPE_PART.stop)
     found = solved(designed(start, readings, time, 1000.0), prior, start.values)
     assert np.abs(found.residual).max() < 1e-6
     (turned, speed), (phase, rate) = phase_at(found, time), phase_at(other, time)
     assert np.abs(turned - phase).max() < 1e-6 and np.abs(speed - rate).max() < 1e-4
+
+
+def test_a_step_goes_no_further_than_the_readings_are_linear():
+    """A tenth of a cycle by the phase; two hundredths by the square of a change of the stiffness, of which phase,
+    frequency and chirp make up for the most."""
+    time, shape = np.arange(-299, 1) / 1000, np.array([1.0, *[0.0] * (SHAPE_PARAMETERS - 1)])
+    start = stroke_of(np.array([0.0, 55.0, 0.0, 0.0]), shape=shape)
+    slopes = designed(start, np.zeros(300), time, 1000.0).motion[:, :4]
+    rest = np.linalg.lstsq(slopes[:, :3], -9.0 * slopes[:, 3], rcond=None)[0]
+    for change, phase_limited in (([0.3, 0.0, 0.0, 0.0], True), ([*rest, 9.0], False)):
+        readings = profile(*phase_at(stroke_of(start.motion + change, shape=shape), time), 1000.0)[0] @ shape
+        design = designed(start, readings, time, 1000.0)
+        prior = np.diag([1e-9] * MOTION_PART.stop + [1e9] * (SHAPE_PART.stop - MOTION_PART.stop))
+        step = solved(design, prior, start.values).values - start.values
+        turned, bent = np.abs(design.motion @ step[: JUMPS_PART.stop]).max(), 55.0 * 0.299**5 * step[3] ** 2 / 60
+        assert (turned if phase_limited else bent) == pytest.approx(0.1 if phase_limited else 0.02, rel=1e-6)
+        assert turned < 0.1 + 1e-9 and bent < 0.02 + 1e-9
 
 
 @pytest.mark.parametrize("stiffness", [-200.0, -1e-4, 0.0, 1e-7, 1e-4, 300.0])

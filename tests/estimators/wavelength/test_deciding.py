@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from papilla.core.errors import InputError
-from papilla.estimators import FusedTracker, LineTracker, SpaceTracker
+from papilla.estimators import FusedTracker, SpaceTracker
 from papilla.estimators.wavelength import TrackingStatus
 from papilla.estimators.wavelength.fundamental import fundamental_of, lone
-from papilla.estimators.wavelength.memory import Cells, SearchResult, checked
+from papilla.estimators.wavelength.memory import Cells, SearchResult
 from papilla.estimators.wavelength.spectrum import Line
 from papilla.estimators.wavelength.trackers import wavelength_between
 
@@ -151,6 +151,9 @@ def test_a_path_is_the_trapezoids_of_the_velocity_and_has_gaps_where_it_has():
     own = SpaceTracker(sample_rate_Hz=100.0)
     own.process([(1.0, 10.0), (1.0, 20.0), (1.0, -10.0)])
     assert own.state.place_mm == pytest.approx(0.15 + 0.05) and own.state.samples == 3
+    steady = SpaceTracker(wavelength_range_mm=(0.5, 4.0))
+    steady.process([(1.0, 50.0)] * 3000)
+    assert steady.state.follower.step == pytest.approx(0.05, rel=1e-3)
     # What it did while the velocity was not known is not known.
     for velocity, place, broken in ((math.nan, 0.2, True), (30.0, 0.2, True), (30.0, 0.5, False)):
         own.update((1.0, velocity))
@@ -184,14 +187,6 @@ def test_the_status_says_what_is_known(known, status):
     assert own.update((1.0, 50.0)).status == status
 
 
-def test_the_scale_of_the_path_is_in_the_sigma_and_in_what_is_vague():
-    for relative, status in ((0.019, TrackingStatus.OK), (0.021, TrackingStatus.VAGUE)):
-        found = sure(SpaceTracker(scale_sigma=0.015), sigma=relative * K).update((1.0, 50.0))
-        assert found.wavelength_sigma_mm == pytest.approx(1.7 * math.hypot(0.015, relative)) and found.status == status
-    unknown = sure(SpaceTracker(), known=(0.0, 1.0)).update((1.0, 50.0))
-    assert all(map(math.isnan, unknown[:3]))
-
-
 def test_what_stops_a_path_is_said_at_once():
     """A fifth of a second without movement; an unknown velocity; a missing reading; steps that alias the range."""
     own = sure(SpaceTracker(wavelength_range_mm=(0.5, 4.0)))
@@ -206,14 +201,6 @@ def test_what_stops_a_path_is_said_at_once():
         assert (found.status[-1] == TrackingStatus.ALIASED) == aliased
 
 
-@pytest.mark.parametrize("jump, kept", [(15.0, True), (17.0, False)])
-def test_a_jump_over_more_than_sixteen_of_the_longest_wavelengths_begins_anew(jump, kept):
-    own = LineTracker(1, wavelength_range_mm=(0.5, 4.0))
-    own.process([(1.0, 0.02 * number) for number in range(100)])
-    found = sure(own).update((1.0, 2.0 + 4.0 * jump))
-    assert math.isfinite(found.wavelength_mm) == kept
-
-
 def test_a_stated_lateness_is_certain_and_another_is_looked_for():
     stated, unknown = SpaceTracker(latency_s=0.012), SpaceTracker()
     assert (stated.latency_s, stated.latency_sigma_s) == (0.012, 0.0)
@@ -222,15 +209,6 @@ def test_a_stated_lateness_is_certain_and_another_is_looked_for():
         FusedTracker(2).state = stated.state
     with pytest.raises(InputError, match="the state is not of 1 gauges"):
         SpaceTracker(wavelength_range_mm=(0.5, 40.0)).state = stated.state
-
-
-def test_hums_are_the_mains_harmonics_that_the_rate_shows_and_the_resonances():
-    for rate, resonances, hums in (
-        (1000.0, (77.5, 50.0), tuple(sorted({*range(50, 501, 50), *range(60, 481, 60), 77.5}))),
-        (99.0, (), ()),
-        (100.0, (), (50.0,)),
-    ):
-        assert checked((0.4, 6.0), rate, 0.0, None, resonances).hums_Hz == hums
 
 
 @pytest.mark.parametrize(
@@ -251,17 +229,6 @@ def test_options_are_taken_up_to_their_limits(option, usable, refused):
     for gauges in ((), (1.0, 1.0), 0):
         with pytest.raises(InputError, match="different places"):
             FusedTracker(gauges)
-
-
-def test_the_frequency_is_the_speed_over_the_wavelength():
-    own = sure(SpaceTracker(scale_sigma=0.0))
-    for velocity in (60.0, -60.0):
-        found = own.update((1.0, velocity))
-        assert found.frequency_Hz == pytest.approx(60 / 1.7) and found.wavelength_mm == pytest.approx(1.7)
-        assert found.wavelength_sigma_mm == pytest.approx(1e-4 * 1.7**2)
-    assert math.isnan(own.update((1.0, math.nan)).frequency_Hz)
-    path = sure(LineTracker(1, wavelength_range_mm=(0.5, 4)))
-    assert math.isnan(path.update((1.0, 3.0)).frequency_Hz) and path.columns == ("g1", "position_mm")
 
 
 @pytest.mark.parametrize(

@@ -70,15 +70,6 @@ def test_another_surface_is_noticed():
     assert off[usable & (made.time_s > 1.15)].max() < 0.02
 
 
-@pytest.mark.parametrize("frequency, ok", [(22.0, True), (24.6, False), (90.4, False), (93.0, True)])
-def test_a_lone_line_that_only_noise_places_beside_a_motor_s_frequencies_is_refused(frequency, ok):
-    """From 25 to 90 Hz, less and more by the resolution of 1.3 s."""
-    time, speed = np.arange(1500) / RATE, 126.0
-    readings = np.sin(2 * np.pi * frequency * time) + np.random.default_rng(0).normal(0, 0.1, 1500)
-    found = SpaceTracker().process(np.column_stack([readings, np.full(1500, speed)]))
-    assert good(found)[-1] == ok
-
-
 @pytest.mark.parametrize("name", ["const, missing fundamental", "strokes, missing fundamental", "const, two lines"])
 def test_harmonics_are_told_from_another_texture(name):
     made = scene(name, 1.8, seed=2, seconds=2.0)
@@ -86,46 +77,6 @@ def test_harmonics_are_told_from_another_texture(name):
     usable = good(found)[800:]
     off = np.abs(found.wavelength_mm[800:, None] / [made.wavelength_mm[-1], *made.others_mm] - 1)
     assert usable.mean() > 0.9 and np.nanmin(off, axis=1)[usable].max() < 0.01
-
-
-def test_a_harmonic_is_not_ok_while_its_fundamental_shows_faintly():
-    """Too faint for a line of a search, until the path is long."""
-    time, wrong, right = np.arange(1200) / RATE, 0, 0
-    velocity = 70 + 15 * np.sin(2 * np.pi * 1.1 * time)
-    turns = np.cumsum(velocity) / RATE / 1.8
-    for seed in (1, 3):
-        noise = np.random.default_rng(seed).normal(0, 0.7, 1200)
-        reading = 0.3 * np.sin(2 * np.pi * turns + 0.3) + np.sin(4 * np.pi * turns) + noise
-        found = SpaceTracker().process(np.column_stack([reading, velocity]))
-        wrong += (good(found) & (np.abs(found.wavelength_mm / 0.9 - 1) < 0.05)).sum()
-        right += (good(found) & (np.abs(found.wavelength_mm / 1.8 - 1) < 0.05)).sum()
-    assert right > 900 and wrong < 0.2 * right
-
-
-def test_a_contact_that_repeats_after_four_periods_is_no_longer_wavelength():
-    """Lines at odd quarters of a line's frequency, 20 dB below it, as a section that sticks and slips makes."""
-    time = np.arange(2500) / RATE
-    lines = {1.0: 1.0, 2.0: 0.8, 1.25: 0.107, 0.25: 0.07, 1.75: 0.065, 0.5: 0.06, 0.75: 0.05}
-    rng = np.random.default_rng(0)
-    waves = [size * np.cos(2 * np.pi * 183.9 * at * time + 9 * rng.random()) for at, size in lines.items()]
-    readings = sum(waves) + rng.normal(0, 0.07, 2500)
-    found = SpaceTracker().process(np.column_stack([readings, np.full(2500, 145.7)]))
-    usable = good(found)
-    assert np.abs(found.wavelength_mm[usable] / (145.7 / 183.9) - 1).max(initial=0) < 0.01
-    assert found.status[-1] == TrackingStatus.AMBIGUOUS
-
-
-@pytest.mark.parametrize("peak, wavelength, mains", [(99.0, 1.98, 50.0), (96.0, 1.6, 60.0), (124.0, 2.48, 50.0)])
-def test_a_hum_that_strokes_meet_where_they_linger_bends_no_line(peak, wavelength, mains):
-    """Where they are fastest the texture has the frequency of the hum, which is twice as loud."""
-    time = np.arange(3000) / RATE
-    velocity, place = peak * np.sin(2 * np.pi * time), peak * (1 - np.cos(2 * np.pi * time)) / (2 * np.pi)
-    turns, beat = 2 * np.pi * place / wavelength, 2 * np.pi * mains * time
-    hum = 2 * (np.sin(beat) + 0.25 * np.sin(3 * beat))
-    readings = np.cos(turns) + 0.3 * np.cos(2 * turns + 1) + hum + np.random.default_rng(0).normal(0, 0.1, 3000)
-    found = SpaceTracker().process(np.column_stack([readings, velocity]))
-    usable = good(found)
-    assert usable[1000:].mean() > 0.9 and np.abs(found.wavelength_mm[usable] / wavelength - 1).max() < 0.02
 
 
 @pytest.mark.parametrize("gain, told", [(1.0, False), (1.08, True)])

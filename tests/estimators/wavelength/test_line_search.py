@@ -141,25 +141,6 @@ def test_a_path_that_is_late_by_as_much_makes_the_line_sharper():
     assert sharp[0.0] == pytest.approx(looked(*window("strokes", 0, late_s=0.008)).score, rel=0.01)
 
 
-def test_a_line_above_the_highest_of_the_range_or_below_the_lowest_is_no_answer():
-    rows, breaks = window("bent", 0, harmonics=(1.0,))
-    for low, high, told in ((0.4, 1.77, False), (0.4, 1.9, True), (1.7, 6.0, True), (1.85, 6.0, False)):
-        found = looked(rows, breaks, low=low, high=high)
-        assert (found.status == TrackingStatus.OK) == told
-        assert told or found.status in (TrackingStatus.SEARCHING, TrackingStatus.OUT_OF_RANGE)
-
-
-@pytest.mark.parametrize("motion", ["bent", "strokes", "constant"])
-def test_a_hum_that_is_known_is_taken_out_before_lines_are_looked_for(motion):
-    """And so does not sharpen the path, as it is as sharp at any lateness."""
-    rows, breaks = window(motion, 0, hum=3.0)
-    found, blind = (looked(rows, breaks, hums_Hz=hums, before=1 / TRUE_MM) for hums in ((50.0,), ()))
-    assert found.status in (TrackingStatus.OK, TrackingStatus.CONSTANT_SPEED) and found.score == blind.score == 0.0
-    assert found.wavenumber * TRUE_MM == pytest.approx(1.0, abs=1e-3) and found.hums_Hz == ()
-    assert np.abs(found.amplitude) == pytest.approx(1.0, abs=0.1)
-    assert found.noise[0] < 3 * NOISE**2 and not found.mixed
-
-
 def test_a_window_has_the_strokes_that_are_long_enough():
     """Of a path to and fro: at least 0.6 of the longest, and more than eight rows."""
     ends = np.cumsum([0, 120, 80, 80, 65])

@@ -32,19 +32,6 @@ def test_another_surface_is_noticed_after_any_length_of_way():
     assert late.max() < 1.1 * late.min()
 
 
-def test_a_lost_gauge_keeps_nobody_from_noticing_another_surface():
-    time = np.arange(2200) / 1000.0
-    position = 100 * time
-    readings = texture(position, np.where(time < 1.5, 1.3, 2.3), gauges=2)
-    readings[900:, 1] = np.nan
-    found = FusedTracker(2).process(np.column_stack([readings, np.full(2200, 100.0)]))
-    ok = np.array([sentence.startswith("ok") for sentence in found.sentence])
-    assert ok[800:1500].mean() > 0.9 and ok[2000:].all()
-    assert found.wavelength_mm[-1] == pytest.approx(2.3, rel=0.01)
-    late = ok & (time > 1.5) & (np.abs(found.wavelength_mm / 2.3 - 1) > 0.05)
-    assert late.sum() < 80, "the old wavelength is told for 8 mm at most"
-
-
 @pytest.mark.parametrize("height, lost", [(30.0, True), (0.3, False)])
 def test_a_spike_is_no_reading_and_what_follows_a_step_is_one(height, lost):
     """The first sample of a step is left out, as it may be a spike; a change of usual size is none."""

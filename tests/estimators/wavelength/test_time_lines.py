@@ -45,22 +45,6 @@ def test_a_line_over_time_is_taken_out_where_it_has_a_tenth_of_the_surfaces_ener
         np.testing.assert_array_equal(found.readings, strokes(surface() + hum(size)).readings)
 
 
-def test_what_is_the_surfaces_as_well_is_not_taken():
-    """At a constant speed 40 Hz is what the surface's 0.5 / mm is."""
-    for off, taken in ((0.0, False), (0.3, False), (1.5, True)):
-        frequency = 40.0 + off / 0.9
-        both = strokes(surface(STRAIGHT) + hum(2.0, frequency), STRAIGHT)
-        found = completed(silenced(both, TIME, [line(frequency)], K))
-        assert (not np.array_equal(found.readings, both.readings)) == taken
-
-
-@pytest.mark.parametrize("amplitude, taken", [(0.51, True), (0.49, False)])
-def test_without_a_wavelength_lines_half_as_strong_as_the_strongest_are_taken_out(amplitude, taken):
-    both = strokes(hum(2.0) + hum(1.0, 117.0))
-    found = completed(silenced(both, TIME, [line(61.0), line(117.0, amplitude)]))
-    assert left(found, strokes(0 * TIME)) == pytest.approx(0.02 if taken else 1.0 / np.sqrt(2), abs=0.06)
-
-
 def test_each_stroke_has_phases_of_its_own_and_what_is_missing_stays_so():
     place = np.where(np.arange(900) < 450, BENT, 2 * BENT[450] - BENT)
     wave = surface(place)
