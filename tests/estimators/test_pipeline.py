@@ -1,11 +1,8 @@
 """The pipeline: right answers from whatever columns there are, and words for what is wrong or missing."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from papilla.core.errors import InputError
 from papilla.estimators import Doubts, Pipeline
 from papilla.scenes.scenes import scene
 
@@ -131,28 +128,6 @@ def test_softness_uses_every_gauge_or_s_d(calibration, touch):
     assert any(told.startswith("modulus: most of its standard deviation is the") for told in doubting.messages)
     assert "modulus: no contact" in answer.status[-1]
     assert np.isnan(answer.modulus_MPa[-1])
-
-
-def test_unusable_arguments_are_refused(calibration):
-    for arguments, message in (
-        ({"gauges": 0}, "gauges must be at least 1, got 0"),
-        ({"gauges": -1}, "gauges must be at least 1, got -1"),
-        ({"gauges": ("g1", "g2", "g1")}, "the names of gauges must differ, got g1, g2, g1"),
-        ({"gauges": 3, "calibration": calibration}, "the calibration is of 5 gauges, the pipeline of 3"),
-        ({"columns": ("speed",)}, "columns must be among force_N, .* got speed"),
-        ({"columns": ("force_N", "force_N")}, "columns must differ"),
-        ({"wavelength_range_mm": (6, 0.4)}, "wavelength_range_mm must rise, got 6 and 0.4"),
-        ({"wavelength_range_mm": (np.nan, 4)}, "must be finite"),
-        ({"sample_rate_Hz": 0}, "sample_rate_Hz must be greater than 0"),
-        ({"saturation": -1}, "saturation must be greater than 0"),
-        ({"ridge_pitch_mm": -1}, "ridge_pitch_mm must lie between 0 and 100"),
-        ({"calibration": replace(calibration, finger={"ridge_pitch_mm": -1})}, "calibration's finger.ridge_pitch_mm"),
-    ):
-        with pytest.raises(InputError, match=message):
-            Pipeline(**arguments)
-    with pytest.raises(InputError, match="the state is of a pipeline for wavelength, this one is for frequency"):
-        Pipeline(columns=()).state = Pipeline(columns=("velocity_mm_s",)).state
-    assert Pipeline(gauges=np.int64(2)).columns[:3] == ("t_s", "g1", "g2")
 
 
 def test_without_a_velocity_the_gauge_that_changes_most_is_followed():

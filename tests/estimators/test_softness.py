@@ -7,7 +7,7 @@ import pytest
 
 from papilla.calibration import SoftnessStatus
 from papilla.core.errors import InputError
-from papilla.estimators import Doubts, GaugeSoftness, Softness
+from papilla.estimators import Doubts, Softness
 
 PRESS = 0.2 + 0.7 * np.sin(np.linspace(0.05, 3, 80)) ** 2
 
@@ -119,21 +119,3 @@ def test_where_s_d_does_not_rise_nothing_is_told(make, touch):
     assert status.tolist() == [blocked, blocked, SoftnessStatus.OK, blocked, SoftnessStatus.OK]
     with pytest.raises(InputError, match="does not rise with the modulus"):
         exact(make(usable=np.zeros((8, 2), int)), gauge_sigma=20, force_sigma_N=0.002)
-
-
-@pytest.mark.parametrize("kind", [Softness, GaugeSoftness])
-@pytest.mark.parametrize(
-    "name, values",
-    [
-        ("gauge_sigma", (0, -1.0, math.nan)), ("force_sigma_N", (-1.0,)), ("contact_force_N", (0, -1)),
-        ("saturation", (0, -5)), ("stuck_samples", (1,)),
-    ],
-)  # fmt: skip
-def test_unusable_options_are_refused(calibration, five_gauges, kind, name, values):
-    known = calibration if kind is Softness else five_gauges
-    for value in values:
-        with pytest.raises(InputError, match=name):
-            kind(known, **({"gauge_sigma": 20, "force_sigma_N": 0.002} | {name: value}))
-    for memory_s in (0, -1, math.nan):
-        with pytest.raises(InputError, match="memory_s must be greater than 0"):
-            Softness(calibration, gauge_sigma=20, force_sigma_N=0.002, memory_s=memory_s)

@@ -212,26 +212,6 @@ def test_a_stated_lateness_is_certain_and_another_is_looked_for():
 
 
 @pytest.mark.parametrize(
-    "option, usable, refused",
-    [
-        ("wavelength_range_mm", [(1, 1.5), (0.1, 10)], [(1, 1.49), (0.1, 10.1), (6, 1)]),
-        ("latency_s", [-0.1, 0.1, None], [-0.11, 0.11]), ("scale_sigma", [0, 0.2], [-0.01, 0.21]),
-        ("ridge_pitch_mm", [0, 100, None], [-0.1, 101]), ("resonances_Hz", [(1.0,)], [(0.0,), (-5.0,)]),
-        ("saturation", [1e-3], [0.0, -1.0, math.nan]),
-    ],
-)  # fmt: skip
-def test_options_are_taken_up_to_their_limits(option, usable, refused):
-    for value in usable:
-        assert SpaceTracker(**{option: value})
-    for value in refused:
-        with pytest.raises(InputError, match=option):
-            SpaceTracker(**{option: value})
-    for gauges in ((), (1.0, 1.0), 0):
-        with pytest.raises(InputError, match="different places"):
-            FusedTracker(gauges)
-
-
-@pytest.mark.parametrize(
     "status, told",
     [(TrackingStatus.OK, True), (TrackingStatus.CONSTANT_SPEED, True), (TrackingStatus.INCOHERENT, False)],
 )
