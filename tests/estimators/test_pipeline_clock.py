@@ -100,3 +100,11 @@ def test_packets_that_share_a_stamp_are_spread_evenly(every):
     np.testing.assert_allclose(places - places[0], 50 * (true[60:] - true[60]), atol=0.05)
     doubled = ticks(1000.0, np.repeat(true, 2).tolist())
     assert [tick.status for tick in doubled[1::2]] == [ClockStatus.REPEATED] * 2000
+
+
+@pytest.mark.parametrize("span_s, packets", [(0.0438, True), (0.0446, False), (0.0362, True), (0.0354, False)])
+def test_samples_are_packets_if_as_many_as_fit_the_rate_within_a_tenth_share_a_stamp(span_s, packets):
+    clock = Clock(1000.0)
+    for stamp in np.repeat(np.arange(20) * span_s, 40).tolist():
+        clock.tick(stamp, NAN, NAN)
+    assert (clock.state.stamps[2] > 0) == packets

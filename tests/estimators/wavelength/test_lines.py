@@ -138,6 +138,19 @@ def log(count=900, step=0.1, wavelength=3.0, noise=0.3, channels=1, seed=0, size
     return position, wave + noise * np.random.default_rng(seed).standard_normal((count, channels))
 
 
+def test_a_line_is_stated_with_the_chance_that_noise_makes_it_somewhere():
+    position, readings = log(800, size=0.0)
+    few, many = (find_lines(position, readings, false_alarm=chance).lines for chance in (0.01, 0.5))
+    assert len(few) <= len(many)
+    for rare, lines in ((0.01, few), (0.5, many)):
+        assert all(0 < line.chance < rare for line in lines)
+    weak, strong = (find_lines(*log(800, size=size)).lines[0] for size in (0.25, 0.35))
+    assert 0 < strong.chance < weak.chance < 0.01 and strong.ratio > weak.ratio > 10
+    for chance in (0.51, 0.0):
+        with pytest.raises(InputError, match="false_alarm must lie between"):
+            find_lines(position, readings, false_alarm=chance)
+
+
 def test_channels_and_rows_that_hold_numbers_are_used():
     """A channel with a number in more than half of the rows; 16 rows."""
     position, readings = log(400, channels=2)
