@@ -1,6 +1,5 @@
 """Friction in both directions: the kinds of logs that it was found wrong on, its offset, faults and contract."""
 
-import math
 import warnings
 
 import numpy as np
@@ -64,26 +63,6 @@ def test_stated_sigmas_cover_what_is_drawn():
         assert np.nanmean([one.inside for one in found]) > 0.95
     ok = np.array([one.ok for one in found])
     assert np.nansum(ok * np.nan_to_num([one.false for one in found])) < 0.05 * ok.sum() and ok.mean() > 0.4
-
-
-def test_one_way_leaves_the_offset_to_its_prior_and_says_so():
-    """However the normal force changes: T / N, and the prior's sigma over N."""
-    time = np.arange(1800) / 10
-    normal = 3 + 0.01 * np.sin(0.9 * time)
-    for slope in (-0.8, 0.2):
-        tangential = 0.6 + slope * (normal - 3)
-        answer = Friction(sample_rate_Hz=10.0).process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
-        np.testing.assert_allclose(answer.mu_kinetic[20:], 0.2, rtol=0.02)
-        np.testing.assert_allclose(answer.mu_kinetic_sigma[20:], 0.2 / 3, rtol=0.02)
-        assert set(answer.status[20:]) == {FrictionStatus.ONE_WAY}
-        told = Friction(sample_rate_Hz=10.0, offset_sigma_N=1e-3)
-        told = told.process(np.column_stack([tangential, normal, np.full(1800, 100.0)]))
-        assert set(told.status[20:]) == {FrictionStatus.OK}
-    estimator = Friction()
-    answer = estimator.process(slide(one_way=True, seconds=3.0))
-    assert answer.status[-1] == FrictionStatus.ONE_WAY
-    assert abs(answer.mu_kinetic[-1] - 0.5) < 2 * answer.mu_kinetic_sigma[-1], "the sensor's offset is in its sigma"
-    assert math.isnan(estimator.coefficients[1].mu_kinetic)
 
 
 def test_air_tells_the_directions_apart():
